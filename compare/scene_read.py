@@ -1,0 +1,300 @@
+"""From a parsed TOML document to the sections of a scene, each checked on its own and against the others.
+
+Every fault is a `BadInput` naming the dotted key; nothing is guessed and nothing is silently left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from compare import scene_keys as contract
+from compare.errors import BadInput
+from compare.scene_spec import (
+    DEFAULT_ELEMENTS,
+    STANDARD_GRAVITY,
+    ClampSpec,
+    GravitySpec,
+    Linear,
+    ModelSpec,
+    SeedSpec,
+    ShellSpec,
+    StripSpec,
+    Vector,
+)
+from compare.scene_table import Table, missing, reject_unknown
+
+UNIT_TOLERANCE = 1e-9
+"""How far a unit vector's length may be from 1, and a scalar product of two orthogonal ones from 0."""
+
+SUM_TOLERANCE = 1e-9
+"""How far, relatively, the sum of the element lengths may be from the strip's length."""
+
+SPECIFIED_TWICE = "strip.gamma and strip.young, strip.density say the same thing twice"
+
+
+@dataclass(frozen=True)
+class Sections:
+    """What a scene file says, section by section; None: the section is absent and so is its effect."""
+
+    title: str
+    strip: StripSpec
+    gravity: GravitySpec | None
+    clamp_start: ClampSpec
+    model: ModelSpec
+    seed: SeedSpec
+    shell: ShellSpec
+
+
+def read_sections(data: Mapping[str, Any]) -> Sections:
+    """The checked sections of a parsed scene document."""
+    reject_unknown(data, "", contract.KEYS, contract.UNAVAILABLE)
+    title = Table(data, "", contract.KEYS).text("title") if "title" in data else ""
+    if not title.isprintable():
+        raise BadInput(
+            "title", title, "is not one line of printable text", "leave out line breaks and control characters"
+        )
+    strip = _strip(_section(data, "strip"))
+    gravity = _gravity(_section(data, "gravity"), strip) if "gravity" in data else None
+    clamp = _section(data, "clamp")
+    if "start" not in clamp:
+        raise BadInput(
+            "clamp.start",
+            None,
+            "is missing, and a strip that is free at both ends is not available in this version",
+            "add [clamp.start] with position, tangent and normal",
+        )
+    clamp_start = _clamp(_section(clamp.data, "start", "clamp"))
+    model = _model(_section(data, "model"), strip)
+    seed = _seed(_section(data, "seed"), strip)
+    shell = _shell(_section(data, "shell"))
+    return Sections(title, strip, gravity, clamp_start, model, seed, shell)
+
+
+def _section(data: Mapping[str, Any], name: str, parent: str = "") -> Table:
+    """The table `name` of `data`, its keys known; empty when absent."""
+    path = f"{parent}.{name}" if parent else name
+    section = data.get(name, {})
+    if not isinstance(section, dict):
+        shown = None if isinstance(section, list) and any(isinstance(item, dict) for item in section) else section
+        raise BadInput(path, shown, "is not a single table", f"write it as a section [{path}]")
+    reject_unknown(section, path, contract.KEYS, contract.UNAVAILABLE)
+    return Table(section, path, contract.KEYS)
+
+
+def _strip(table: Table) -> StripSpec:
+    length = table.positive("length")
+    width = table.positive("width")
+    if width >= length:
+        raise table.bad(
+            "width",
+            f"is not smaller than strip.length = {length}",
+            f"give a width below {length}: a ribbon is longer than wide",
+        )
+    poisson = table.number("poisson")
+    if not -1.0 < poisson <= 0.5:
+        raise table.bad("poisson", "lies outside -1 < nu <= 0.5")
+    thickness = table.positive("thickness") if "thickness" in table else None
+    if thickness is not None and thickness >= width:
+        raise table.bad(
+            "thickness",
+            f"is not smaller than strip.width = {width}",
+            f"give a thickness below {width}: a ribbon is wider than thick",
+        )
+    curvature = table.linear("natural_curvature") if "natural_curvature" in table else (0.0, 0.0)
+    if not all(math.isfinite(value * length) for value in curvature):
+        raise table.bad("natural_curvature", f"times strip.length = {length} is not finite")
+    gamma = table.number("gamma") if "gamma" in table else None
+    young = table.positive("young") if "young" in table else None
+    density = table.positive("density") if "density" in table else None
+    if gamma is not None and gamma < 0.0:
+        raise table.bad(
+            "gamma", "must not be negative", "give the weight parameter as a number >= 0 and turn gravity.up instead"
+        )
+    if gamma is not None and (young is not None or density is not None):
+        raise table.bad(
+            "gamma", f"conflicts: {SPECIFIED_TWICE}", "remove strip.gamma, or remove strip.young and strip.density"
+        )
+    if young is not None or density is not None:
+        for name, value in (("young", young), ("density", density), ("thickness", thickness)):
+            if value is None:
+                raise missing(
+                    f"strip.{name}", contract.KEYS, "give young, density and thickness together, in Pa, kg/m^3 and m"
+                )
+    return StripSpec(length, width, poisson, thickness, curvature, gamma, young, density)
+
+
+def _gravity(table: Table, strip: StripSpec) -> GravitySpec:
+    up = _unit(table, "up")
+    acceleration = table.positive("acceleration") if "acceleration" in table else STANDARD_GRAVITY
+    exact = table.truth("exact") if "exact" in table else False
+    if exact:
+        raise table.bad("exact", "is not available in this version", "remove it: the weight acts along the centreline")
+    if strip.gamma is None and strip.young is None:
+        raise missing(
+            "strip.gamma",
+            contract.KEYS,
+            "[gravity] needs strip.gamma, or strip.young with strip.density and strip.thickness; or remove [gravity]",
+        )
+    weight = gamma_of(strip, acceleration)
+    if not math.isfinite(weight) or (strip.young is not None and weight == 0.0):
+        raise BadInput(
+            "strip.young",
+            strip.young,
+            f"gives Gamma = rho h g l^3 / D = {weight}, which is out of range",
+            "check the units: young in Pa, density in kg/m^3, length and thickness in m",
+        )
+    return GravitySpec(up, acceleration, exact)
+
+
+def gamma_of(strip: StripSpec, acceleration: float) -> float:
+    """Gamma = rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)); no unit. As given, or from Pa, kg/m^3, m, m/s^2."""
+    if strip.gamma is not None:
+        return strip.gamma
+    if strip.young is None or strip.density is None or strip.thickness is None:
+        return 0.0
+    slenderness = strip.length / strip.thickness
+    try:
+        return (
+            12.0
+            * (1.0 - strip.poisson**2)
+            * (strip.density * acceleration * strip.length / strip.young)
+            * slenderness**2
+        )
+    except OverflowError:
+        return math.inf
+
+
+def _clamp(table: Table) -> ClampSpec:
+    position = table.vector("position") if "position" in table else (0.0, 0.0, 0.0)
+    tangent = _unit(table, "tangent")
+    normal = _unit(table, "normal")
+    product = _dot(tangent, normal)
+    if abs(product) > UNIT_TOLERANCE:
+        across = tuple(n - product * t for n, t in zip(normal, tangent, strict=True))
+        norm = math.sqrt(_dot(across, across))
+        remedy = (
+            f"the part of it orthogonal to the tangent is {_show(tuple(c / norm for c in across))}"
+            if norm > 1e-6
+            else "give a unit vector orthogonal to the tangent"
+        )
+        raise table.bad(
+            "normal", f"is not orthogonal to {table.dotted('tangent')} (their product is {product:.6g})", remedy
+        )
+    if "across" in table:
+        _check_handedness(table, tangent, normal)
+    ruling = table.choice("ruling", contract.RULINGS) if "ruling" in table else "free"
+    return ClampSpec(position, tangent, normal, ruling)
+
+
+def _check_handedness(table: Table, tangent: Vector, normal: Vector) -> None:
+    """t_x, when given, must be t_y x t_z."""
+    across = _unit(table, "across")
+    expected = cross(normal, tangent)
+    if math.dist(across, expected) <= 4.0 * UNIT_TOLERANCE:
+        return
+    mirrored = math.dist(across, tuple(-c for c in expected)) <= 4.0 * UNIT_TOLERANCE
+    problem = "makes the frame left-handed" if mirrored else "is not t_x = t_y x t_z"
+    raise table.bad("across", problem, f"give {_show(expected)} or leave it out: it follows from normal x tangent")
+
+
+def _model(table: Table, strip: StripSpec) -> ModelSpec:
+    energy = table.choice("energy", contract.ENERGIES, contract.LATER_ENERGIES) if "energy" in table else "auto"
+    formulation = (
+        table.choice("formulation", contract.FORMULATIONS, contract.LATER_FORMULATIONS)
+        if "formulation" in table
+        else "auto"
+    )
+    if "element_lengths" not in table:
+        elements = table.count("elements") if "elements" in table else DEFAULT_ELEMENTS
+        return ModelSpec(energy, elements, None, formulation)
+    if "elements" in table:
+        raise table.bad("elements", "conflicts with model.element_lengths", "remove one of the two")
+    if not isinstance(table.require("element_lengths"), list):
+        raise table.bad("element_lengths", "is not a list")
+    lengths = table.numbers("element_lengths")
+    if (len(lengths) > 1 and min(lengths) <= 0.0) or lengths[0] <= 0.0:
+        raise table.bad("element_lengths", "has an entry that is not greater than zero")
+    total = math.fsum(lengths)
+    if not abs(total - strip.length) <= SUM_TOLERANCE * strip.length:
+        raise table.bad(
+            "element_lengths",
+            f"sums to {total!r}, not to strip.length = {strip.length!r}",
+            "change the last entry or use model.elements",
+        )
+    return ModelSpec(energy, len(lengths), lengths, formulation)
+
+
+def _seed(table: Table, strip: StripSpec) -> SeedSpec:
+    curvature: Linear | None = None
+    if "curvature" in table and table.data["curvature"] != "natural":
+        if isinstance(table.data["curvature"], str):
+            raise table.bad("curvature", 'is not "natural"', 'give "natural", a number or [start, end] in 1/length')
+        curvature = table.linear("curvature")
+        if not all(math.isfinite(value * strip.length) for value in curvature):
+            raise table.bad("curvature", f"times strip.length = {strip.length} is not finite")
+    ruling = table.linear("ruling") if "ruling" in table else (0.0, 0.0)
+    bound = 2.0 * strip.length / strip.width
+    if not abs(ruling[1] - ruling[0]) < bound:
+        raise table.bad(
+            "ruling",
+            "makes the rulings cross inside the strip",
+            f"keep |end - start| below 2 length/width = {bound:.6g}",
+        )
+    return SeedSpec(curvature, ruling)
+
+
+def _shell(table: Table) -> ShellSpec:
+    ratios: tuple[float, ...] = ()
+    if "width_to_thickness" in table:
+        ratios = table.numbers("width_to_thickness")
+        if not all(ratio > 1.0 for ratio in ratios):
+            raise table.bad("width_to_thickness", "has an entry that is not greater than 1")
+    clamp = table.choice("clamp", contract.SHELL_CLAMPS, contract.LATER_SHELL_CLAMPS) if "clamp" in table else "edge"
+    elements: tuple[int, int] | None = None
+    if "elements" in table:
+        given = table.require("elements")
+        if not isinstance(given, list) or len(given) != 2:
+            raise table.bad("elements", "is not a list of two whole numbers")
+        elements = (_entry(table, given[0]), _entry(table, given[1]))
+    return ShellSpec(ratios, clamp, elements)
+
+
+def _entry(table: Table, value: Any) -> int:
+    if value is None:  # cannot come from TOML, but can from `Scene.replace`
+        raise table.bad("elements", "is not a list of two whole numbers")
+    return table.count("elements", value)
+
+
+def _unit(table: Table, name: str) -> Vector:
+    """A unit vector, to UNIT_TOLERANCE; otherwise the error says what the normalised vector would be."""
+    vector = table.vector(name)
+    norm = math.hypot(*vector)
+    if norm == 0.0:
+        raise table.bad(name, "has no direction (zero vector)")
+    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
+        largest = max(abs(c) for c in vector)
+        scaled = tuple(c / largest for c in vector)
+        length = math.hypot(*scaled)
+        raise table.bad(
+            name,
+            f"is not a unit vector (its length is {norm:.10g})",
+            f"normalised it is {_show(tuple(c / length for c in scaled))}",
+        )
+    return vector
+
+
+def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    return math.fsum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _show(vector: tuple[float, ...]) -> str:
+    """A vector as it can be pasted into a scene: all digits."""
+    return "[" + ", ".join(repr(c + 0.0) for c in vector) + "]"

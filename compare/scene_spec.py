@@ -1,0 +1,87 @@
+"""The sections of a scene as frozen dataclasses, with the values as the file gives them and the defaults filled in.
+
+Lengths are in the scene's own unit (metres in SI scenes), curvatures in 1/length. The dimensionless numbers that the
+solvers use (l = 1, D = 1; theory sheet, section 2) are derived by `compare.scene.Scene`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Vector = tuple[float, float, float]
+Linear = tuple[float, float]
+"""A quantity linear in s: (at s = 0, at s = length)."""
+
+STANDARD_GRAVITY = 9.81
+"""Default acceleration of gravity in m/s^2, the thesis's value (3.5.2)."""
+
+DEFAULT_ELEMENTS = 20
+"""Number of ribbon elements when the scene does not say: the thesis's choice (3.5.1)."""
+
+
+@dataclass(frozen=True)
+class StripSpec:
+    """The strip: lengths in the scene's unit, natural curvature in 1/length, young in Pa, density in kg/m^3."""
+
+    length: float
+    width: float
+    poisson: float
+    thickness: float | None = None
+    natural_curvature: Linear = (0.0, 0.0)
+    gamma: float | None = None
+    young: float | None = None
+    density: float | None = None
+
+
+@dataclass(frozen=True)
+class GravitySpec:
+    """Dead weight: `up` a unit vector, acceleration in m/s^2 (used with young and density only)."""
+
+    up: Vector
+    acceleration: float = STANDARD_GRAVITY
+    exact: bool = False
+
+
+@dataclass(frozen=True)
+class ClampSpec:
+    """A held end: position in the scene's unit, unit tangent t_z, unit normal t_y, ruling "free" or "straight"."""
+
+    position: Vector
+    tangent: Vector
+    normal: Vector
+    ruling: str = "free"
+
+
+@dataclass(frozen=True)
+class ModelSpec:
+    """Energy and discretisation of the ribbon. `element_lengths` in the scene's unit, or None for equal elements."""
+
+    energy: str = "auto"
+    elements: int = DEFAULT_ELEMENTS
+    element_lengths: tuple[float, ...] | None = None
+    formulation: str = "auto"
+
+    @property
+    def lengths(self) -> tuple[float, ...]:
+        """Element lengths as fractions of the strip's length, from the start; their sum is 1 to rounding."""
+        if self.element_lengths is None:
+            return (1.0 / self.elements,) * self.elements
+        total = sum(self.element_lengths)
+        return tuple(length / total for length in self.element_lengths)
+
+
+@dataclass(frozen=True)
+class SeedSpec:
+    """Starting shape: curvature in 1/length (None: the natural one) and ruling eta without unit, both linear in s."""
+
+    curvature: Linear | None = None
+    ruling: Linear = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class ShellSpec:
+    """Shell runs: one per w/h (empty: the strip's own thickness), what is clamped, elements (along, across) or None."""
+
+    width_to_thickness: tuple[float, ...] = ()
+    clamp: str = "edge"
+    elements: tuple[int, int] | None = None

@@ -1,0 +1,457 @@
+"""Where results live: atomic files, folders of finished cases found again by what determines them, provenance.
+
+Three promises:
+
+- a file or a case folder is either complete or not there (written beside its place, then renamed);
+- a case is found again only under the SHA-256 of everything that determines it, and only while every file of it is
+  still what was written (sizes and digests stand in its manifest), otherwise it is made anew;
+- no file names a path of the machine it was made on.
+
+Only the standard library is imported here, so that reading a stored result never loads a solver.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import datetime
+import enum
+import errno
+import functools
+import hashlib
+import importlib.metadata
+import json
+import math
+import os
+import platform
+import re
+import shutil
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path, PurePath
+from typing import Any
+
+from compare.errors import BadInput
+
+MANIFEST = "case.json"
+"""Name of the file that makes a case folder complete: key, time, and size and SHA-256 of every other file."""
+
+_PARTIAL = ".partial"  # folder under the store's root where cases are written before they are renamed
+_PARTIAL_AGE = 7 * 86400.0  # s; leftovers of another machine are removed after this time
+
+# Packages whose version goes into a result's provenance (distribution names).
+_PACKAGES = (
+    "ribbonbench",
+    "numpy",
+    "scipy",
+    "numba",
+    "llvmlite",
+    "cyipopt",
+    "scikit-fem",
+    "meshio",
+    "pyvista",
+    "vtk",
+    "matplotlib",
+    "fenics-dolfinx",
+    "fenics-basix",
+    "fenics-ffcx",
+    "fenics-ufl",
+    "petsc4py",
+    "slepc4py",
+    "mpi4py",
+    "rich",
+)
+# Debian packages that no Python metadata tells about (patterns of dpkg-query).
+_DEBIAN_PACKAGES = ("python3-dolfinx*", "coinor-libipopt*", "libpetsc-real3*", "libslepc-real3*", "libmumps*-5*")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Values to JSON
+
+
+def jsonable(value: Any) -> Any:
+    """`value` in terms of dict, list, str, int, float, bool and None, ready for strict JSON.
+
+    Dataclasses and named tuples become objects, enumerations their value if that is text and their name otherwise,
+    NumPy scalars and arrays numbers and nested lists, paths text, sets sorted lists. NaN and infinities become None
+    (JSON has no word for them). Anything else raises TypeError: nothing is stored as an unreadable ``repr``.
+    """
+    return _plain(value, lambda number: None)
+
+
+def canonical_json(value: Any) -> str:
+    """One spelling per value: sorted keys, no blanks, floats by ``repr``; NaN and infinities keep their names."""
+    plain = _plain(value, lambda number: {"nonfinite": repr(number)})
+    return json.dumps(plain, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+
+
+def _plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
+    """Recursion of `jsonable`; `nonfinite` says what stands for NaN, inf and -inf."""
+    if isinstance(value, enum.Enum):  # before int and str: IntEnum and StrEnum are both
+        return value.value if isinstance(value.value, str) else value.name
+    if value is None or isinstance(value, bool | str):
+        return str(value) if isinstance(value, str) else value  # str(): numpy.str_ is a str too
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else nonfinite(float(value))
+    if isinstance(value, PurePath):
+        return str(value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name), nonfinite) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        items: dict[str, Any] = {}
+        for key, item in value.items():
+            name = _plain(key, nonfinite)
+            name = name if isinstance(name, str) else json.dumps(name, sort_keys=True)
+            if name in items:
+                raise TypeError(f"two keys of a mapping read {name!r} in JSON")
+            items[name] = _plain(item, nonfinite)
+        return items
+    if hasattr(value, "tolist") and hasattr(value, "dtype"):  # numpy.ndarray and numpy.generic, without importing numpy
+        listed = value.tolist()
+        if hasattr(listed, "dtype"):  # e.g. numpy.longdouble: tolist() returns itself
+            listed = float(listed)
+        return _plain(listed, nonfinite)
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return {name: _plain(item, nonfinite) for name, item in zip(value._fields, value, strict=True)}
+    if isinstance(value, list | tuple):
+        return [_plain(item, nonfinite) for item in value]
+    if isinstance(value, set | frozenset):
+        return sorted((_plain(item, nonfinite) for item in value), key=lambda item: json.dumps(item, sort_keys=True))
+    raise TypeError(f"no JSON form for {type(value).__module__}.{type(value).__qualname__}")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Files
+
+
+def atomic_write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
+    """Write `data` to `path` so that a reader sees the old file or the whole new one; parents are created."""
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.chmod(name, 0o666 & ~_umask())  # mkstemp makes files for the owner alone
+        os.replace(name, target)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(name)
+        raise
+    return target
+
+
+def atomic_write_text(path: str | os.PathLike[str], text: str) -> Path:
+    """`atomic_write_bytes` for UTF-8 text."""
+    return atomic_write_bytes(path, text.encode("utf-8"))
+
+
+def atomic_write_json(path: str | os.PathLike[str], value: Any) -> Path:
+    """`atomic_write_text` of `jsonable(value)`, indented, keys in the order given, newline at the end."""
+    return atomic_write_text(path, json.dumps(jsonable(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def read_json(path: str | os.PathLike[str]) -> Any:
+    """The value stored in a JSON file."""
+    return json.loads(Path(path).read_text(encoding="utf-8"))
+
+
+def check_writable(out: str | os.PathLike[str], key: str = "--out") -> Path:
+    """The folder `out`, created with its parents and proved writable by writing; otherwise `BadInput` names `key`.
+
+    Permission bits alone say nothing (root, read-only file systems, quotas), so a file is really made, and removed.
+    When it fails, folders created on the way are removed again.
+    """
+    folder = Path(out).expanduser()
+    created: list[Path] = []
+    try:
+        for parent in [*reversed(folder.parents), folder]:
+            if not parent.is_dir():
+                parent.mkdir(exist_ok=True)
+                created.append(parent)
+        with tempfile.NamedTemporaryFile(prefix=".ribbonbench-", dir=folder) as probe:
+            probe.write(b"probe")
+            probe.flush()
+    except (OSError, ValueError) as error:
+        for parent in reversed(created):
+            with contextlib.suppress(OSError):
+                parent.rmdir()
+        raise BadInput(key, str(out), *_why_not_writable(folder, error)) from None
+    return folder
+
+
+def _why_not_writable(folder: Path, error: OSError | ValueError) -> tuple[str, str]:
+    """(problem, remedy) for an output folder that could not be made or written to."""
+    if not isinstance(error, OSError):  # e.g. a null byte in the path
+        return f"not a usable path ({error})", "give the path of a folder"
+    for parent in [folder, *folder.parents]:
+        with contextlib.suppress(OSError):
+            if parent.exists() and not parent.is_dir():
+                return f"{str(parent)!r} is a file, not a folder", "give another folder or move the file away"
+    reason = os.strerror(error.errno).lower() if error.errno else str(error)
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return f"the folder cannot be written ({reason})", "give a folder you may write to"
+    return f"the folder cannot be written ({reason})", "give another folder"
+
+
+def _umask() -> int:
+    """The process's file creation mask (reading it means setting it twice)."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Cases
+
+
+def case_key(*parts: Any) -> str:
+    """SHA-256 (64 hexadecimal digits) of the canonical JSON of `parts`: scene, options, versions, in that order."""
+    return hashlib.sha256(canonical_json(list(parts)).encode("utf-8")).hexdigest()
+
+
+class CaseStore:
+    """Finished cases under `root`, one folder each, named by `case_key`.
+
+    Several processes may use one store: the first to finish a case wins, the others take its folder.
+    """
+
+    def __init__(self, root: str | os.PathLike[str]) -> None:
+        self.root = Path(root)
+
+    def get(self, key: str) -> Path | None:
+        """The folder of the case, or None if there is none, or it is incomplete or altered."""
+        folder = self._folder(key)
+        return folder if _intact(folder, key) else None
+
+    def put(self, key: str, writer: Callable[[Path], object]) -> Path:
+        """Let `writer` fill an empty folder, then make it the case of `key`; returns the folder at its final place.
+
+        If `writer` raises, nothing is stored and the exception passes. An intact case already there is kept (the
+        key stands for everything that determines it); a damaged one is replaced.
+        """
+        final = self._folder(key)
+        partial = self.root / _PARTIAL
+        partial.mkdir(parents=True, exist_ok=True)
+        self._sweep()
+        work = Path(tempfile.mkdtemp(prefix=f"{_owner()}.", dir=partial))
+        try:
+            os.chmod(work, 0o777 & ~_umask())
+            writer(work)
+            manifest = {"key": key, "finished": _now(), "files": _digests(work)}
+            atomic_write_json(work / MANIFEST, manifest)
+            for _ in range(5):
+                try:
+                    os.rename(work, final)
+                    return final
+                except OSError as error:
+                    if error.errno not in (errno.ENOTEMPTY, errno.EEXIST, errno.ENOTDIR):
+                        raise
+                if _intact(final, key):  # another process was faster
+                    return final
+                aside = Path(tempfile.mkdtemp(prefix=f"{_owner()}.", dir=partial)) / "damaged"
+                with contextlib.suppress(FileNotFoundError):
+                    os.rename(final, aside)
+                shutil.rmtree(aside.parent, ignore_errors=True)
+            raise OSError(errno.EBUSY, f"case {key[:12]} is being replaced by other processes again and again")
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
+
+    def _folder(self, key: str) -> Path:
+        if not re.fullmatch(r"[0-9a-f]{64}", key):
+            raise ValueError(f"not a case key: {key!r}")
+        return self.root / key
+
+    def _sweep(self) -> None:
+        """Remove partial folders whose process has died (on this machine) or that are a week old (on another)."""
+        host = _host()
+        for entry in (self.root / _PARTIAL).iterdir():
+            owner, _, pid = entry.name.rpartition(".")[0].rpartition("-")
+            with contextlib.suppress(OSError, ValueError):
+                dead = not _alive(int(pid)) if owner == host else time.time() - entry.stat().st_mtime > _PARTIAL_AGE
+                if dead:
+                    shutil.rmtree(entry, ignore_errors=True)
+
+
+def _host() -> str:
+    """This machine in eight hexadecimal digits (its name itself is nobody's business)."""
+    return hashlib.sha256(socket.gethostname().encode()).hexdigest()[:8]
+
+
+def _owner() -> str:
+    """Prefix of a partial folder: machine and process."""
+    return f"{_host()}-{os.getpid()}"
+
+
+def _alive(pid: int) -> bool:
+    """Whether a process of this number exists here."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+def _files(folder: Path) -> Iterable[Path]:
+    """Every file under `folder` except the manifest, in order of name."""
+    return sorted(p for p in folder.rglob("*") if p.is_file() and p != folder / MANIFEST)
+
+
+def _digests(folder: Path) -> dict[str, dict[str, Any]]:
+    """Relative name -> {bytes, sha256} of every file of a case."""
+    return {
+        path.relative_to(folder).as_posix(): {"bytes": path.stat().st_size, "sha256": _sha256(path)}
+        for path in _files(folder)
+    }
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _intact(folder: Path, key: str) -> bool:
+    """Whether `folder` holds the complete, unaltered case `key`. Files added later do no harm."""
+    try:
+        manifest = read_json(folder / MANIFEST)
+        files = manifest["files"]
+        return manifest["key"] == key and all(
+            (folder / name).stat().st_size == entry["bytes"] and _sha256(folder / name) == entry["sha256"]
+            for name, entry in files.items()
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return False
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Provenance
+
+
+def versions() -> dict[str, Any]:
+    """Provenance of a result: what ran, on what, when. No solver is imported, no path is recorded.
+
+    Keys: ``packages`` {distribution: version}, ``debian`` {package: version}, ``python``, ``system``, ``cpu``,
+    ``cores`` (usable by this process), ``threads`` (the OMP and BLAS variables that are set), ``git`` {``commit``,
+    ``modified``} or None, ``time`` (UTC, ISO 8601).
+    """
+    return {**_fixed_versions(), "cores": len(os.sched_getaffinity(0)), "threads": _threads(), "time": _now()}
+
+
+def software() -> dict[str, Any]:
+    """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, source digest."""
+    fixed = _fixed_versions()
+    return {
+        "packages": fixed["packages"],
+        "debian": fixed["debian"],
+        "python": fixed["python"],
+        "source": source_digest("ribbon", "shellref", "compare"),
+    }
+
+
+@functools.cache
+def source_digest(*packages: str) -> str:
+    """SHA-256 over the names and texts of all modules of our own `packages` ("ribbon", "shellref", "compare").
+
+    A version number does not change while one works on the code; this does. A package that is not there counts as
+    empty. Digest once per process (cached).
+    """
+    root = Path(__file__).resolve().parent.parent
+    digest = hashlib.sha256()
+    for package in packages:
+        for path in sorted((root / package).rglob("*.py")):
+            digest.update(path.relative_to(root).as_posix().encode() + b"\0")
+            digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+@functools.cache
+def _fixed_versions() -> dict[str, Any]:
+    """What does not change within a process."""
+    packages: dict[str, str] = {}
+    for name in _PACKAGES:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            packages[name] = importlib.metadata.version(name)
+    return {
+        "packages": packages,
+        "debian": _debian_versions(),
+        "python": platform.python_version(),
+        "system": _system(),
+        "cpu": _cpu(),
+        "git": _git(Path(__file__).resolve().parent.parent),
+    }
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def _threads() -> dict[str, str]:
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+    return {name: os.environ[name] for name in names if name in os.environ}
+
+
+def _system() -> str:
+    """E.g. ``Debian GNU/Linux 12 (bookworm), Linux x86_64``."""
+    kernel = f"{platform.system()} {platform.machine()}"
+    try:
+        return f"{platform.freedesktop_os_release()['PRETTY_NAME']}, {kernel}"
+    except (OSError, KeyError):
+        return kernel
+
+
+def _cpu() -> str:
+    """The processor's model name, or its architecture where the kernel does not tell."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
+            name, _, value = line.partition(":")
+            if name.strip() == "model name":
+                return value.strip()
+    return platform.machine()
+
+
+def _output(command: list[str], timeout: float = 10.0) -> str | None:
+    """Standard output of a short command; None if it is missing, fails or hangs."""
+    try:
+        done = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout if done.returncode == 0 else None
+
+
+def _debian_versions() -> dict[str, str]:
+    """Versions of the installed Debian packages that the solvers stand on; empty on another system."""
+    try:
+        done = subprocess.run(
+            ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Package} ${Version}\n", *_DEBIAN_PACKAGES],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=10.0,
+            check=False,  # status 1 means: one of the patterns matched nothing
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return {}
+    rows = (line.split() for line in done.stdout.splitlines())
+    return {row[1]: row[2] for row in rows if len(row) == 3 and row[0] == "installed"}
+
+
+def _git(root: Path) -> dict[str, Any] | None:
+    """Commit of the checkout at `root` and whether files differ from it; None outside a checkout or without git."""
+    if not (root / ".git").exists():
+        return None
+    commit = _output(["git", "-C", str(root), "rev-parse", "HEAD"])
+    if commit is None:
+        return None
+    status = _output(["git", "-C", str(root), "status", "--porcelain", "--untracked-files=no"])
+    return {"commit": commit.strip(), "modified": None if status is None else bool(status.strip())}

@@ -1,0 +1,32 @@
+"""Curvature-element ribbon: inextensible, developable, normal curvature linear and ruling linear on each segment.
+
+    >>> from ribbon import Strip, Clamp, Gravity, solve
+    >>> strip = Strip(length=1.0, width=0.03, poisson=0.4, natural_curvature=10.0, gamma=100.0)
+    >>> result = solve(strip, Clamp(), Gravity(up=(1, 0, 0)), energy="wunderlich", segments=20)
+    >>> result.status.code, result.energy.bending, result.surface(400, 8).points.shape  # doctest: +SKIP
+
+Lengths are given in any unit; results are in units of l (lengths) and D w / l (energies).
+"""
+
+from ribbon.boundary import Clamp
+from ribbon.errors import RibbonInputError
+from ribbon.loads import Gravity
+from ribbon.result import Energy, Equilibrium, Force, Pose, Status
+from ribbon.solve import refine, solve
+from ribbon.strip import Strip
+from ribbon.surface import Surface
+
+__all__ = [
+    "Clamp",
+    "Energy",
+    "Equilibrium",
+    "Force",
+    "Gravity",
+    "Pose",
+    "RibbonInputError",
+    "Status",
+    "Strip",
+    "Surface",
+    "refine",
+    "solve",
+]

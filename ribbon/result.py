@@ -1,0 +1,192 @@
+"""What a ribbon solve returns: a frozen `Equilibrium` with a status from a short list."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ribbon import surface as _surface
+from ribbon.chained import ChainedProblem
+from ribbon.surface import Surface
+
+FloatArray = NDArray[np.float64]
+
+
+class Status(Enum):
+    """How a solve ended; the value is the text for the user, with the remedy."""
+
+    CONVERGED = "converged: a stable equilibrium"
+    SADDLE = (
+        "saddle: a stationary point with a negative eigenvalue; it is not stable: start from another [seed], "
+        "or disturb the symmetry of the clamp"
+    )
+    NOT_CONVERGED = (
+        "not converged: the residual is above the tolerance; try another [seed], more segments, or a smaller load first"
+    )
+    FAILED = "failed: the energy could not be evaluated or the minimiser gave up; try another [seed] or a smaller load"
+    RULINGS_CROSS = "rulings cross inside the strip (|eta'| w / 2 > 1): no such surface exists; use more segments"
+
+    @property
+    def code(self) -> str:
+        """Short name for files: "converged", "saddle", ..."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies in units of D w / l; `elastic` leaves out the constant of the natural curvature, 1/2 int K^2 ds."""
+
+    bending: float
+    natural: float
+    gravity: float
+
+    @property
+    def elastic(self) -> float:
+        """Bending and natural-curvature parts (thesis, eq. 4.1 or 4.2)."""
+        return self.bending + self.natural
+
+    @property
+    def total(self) -> float:
+        """Elastic energy and weight."""
+        return self.elastic + self.gravity
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Position (3,) in units of l and frame (3, 3), columns t_x t_y t_z, of a point of the centreline."""
+
+    position: FloatArray
+    frame: FloatArray
+
+
+@dataclass(frozen=True)
+class Force:
+    """Force (3,) in D w / l^2 and moment (3,) in D w / l that a support exerts on the ribbon."""
+
+    force: FloatArray
+    moment: FloatArray
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A ribbon at rest, or where the minimiser stopped; lengths in l, energies in D w / l (l, D of the strip).
+
+    Attributes
+    ----------
+    status, message: how the solve ended; `ok` only for a converged, stable equilibrium.
+    stable: True, False, or None when it was not converged; lowest_eigenvalue: of the Hessian in the metric
+    ``int (domega^2 + deta^2) ds``, on the unknowns no bound holds; mode: its eigenvector in the unknowns.
+    residual: KKT residual, largest component, unscaled; iterations: of the minimiser; evaluations: of value, gradient,
+    Hessian and series, by name.
+    energy: by part; x: unknowns; multipliers: of the bounds; active_bounds: how many rulings' slopes are held at 2/w.
+    start: what the clamp exerts; seconds: {"solve", "stability"}.
+    """
+
+    problem: ChainedProblem
+    status: Status
+    message: str
+    x: FloatArray
+    multipliers: FloatArray
+    residual: float
+    iterations: int
+    evaluations: dict[str, int]
+    energy: Energy
+    stable: bool | None
+    lowest_eigenvalue: float
+    mode: FloatArray
+    active_bounds: int
+    seconds: dict[str, float]
+    options: dict[str, object] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Converged and stable."""
+        return self.status is Status.CONVERGED
+
+    @cached_property
+    def parameters(self) -> FloatArray:
+        """(a, b, n, m) of every segment (p, 4): omega = a s + b, eta = n s + m on each."""
+        return self.problem.parameters(self.x)
+
+    @cached_property
+    def joints(self) -> tuple[FloatArray, FloatArray]:
+        """Positions (p + 1, 3) and frames (p + 1, 3, 3) at the ends of the segments."""
+        return self.problem.joints(self.x)
+
+    def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        abscissae = np.atleast_1d(np.asarray(s, dtype=float))
+        points, frames = self.joints
+        return _surface.centreline(
+            self.parameters, self.problem.lengths, points, frames, abscissae, self.problem.exponent_limit
+        )
+
+    def position(self, s: ArrayLike) -> FloatArray:
+        """r (k, 3) at abscissae s (k,) in [0, 1], units of l."""
+        return self._along(s)[0]
+
+    def frame(self, s: ArrayLike) -> FloatArray:
+        """Material frames (k, 3, 3), columns t_x t_y t_z, at abscissae s (k,)."""
+        return self._along(s)[1]
+
+    def omega(self, s: ArrayLike) -> FloatArray:
+        """Normal curvature (k,) in 1/l at abscissae s (k,)."""
+        return self._along(s)[2]
+
+    def eta(self, s: ArrayLike) -> FloatArray:
+        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,)."""
+        return self._along(s)[3]
+
+    def pose(self, s: float) -> Pose:
+        """Position and frame at one abscissa."""
+        r, frame, _, _ = self._along([s])
+        return Pose(r[0], frame[0])
+
+    @property
+    def end(self) -> Pose:
+        """The free end, s = 1."""
+        points, frames = self.joints
+        return Pose(points[-1], frames[-1])
+
+    @property
+    def middle(self) -> Pose:
+        """The middle, s = 1/2."""
+        return self.pose(0.5)
+
+    @property
+    def max_abs_eta(self) -> float:
+        """Largest |eta|."""
+        q = self.parameters
+        return float(max(np.abs(q[:, 3]).max(), abs(q[-1, 2] * self.problem.lengths[-1] + q[-1, 3])))
+
+    @property
+    def max_abs_eta_prime_w_half(self) -> float:
+        """Largest |eta'| w / 2; 1 means that rulings meet on an edge (a Wunderlich event)."""
+        return float(np.abs(self.parameters[:, 2]).max() * self.problem.half_width)
+
+    @property
+    def start(self) -> Force:
+        """What the clamp exerts: it carries the weight and its moment about the clamp (zero when weightless)."""
+        if self.problem.gravity is None:
+            return Force(np.zeros(3), np.zeros(3))
+        weight = self.problem.strip.gamma * np.asarray(self.problem.gravity.up)
+        return Force(weight, np.cross(self._first_moment(), weight))
+
+    def _first_moment(self) -> FloatArray:
+        """int (r - r(0)) ds (3,), by the heights along the three axes."""
+        nodes, weights = np.polynomial.legendre.leggauss(8)
+        starts = np.concatenate([[0.0], np.cumsum(self.problem.lengths)])
+        s = (starts[:-1, None] + self.problem.lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
+        w = (self.problem.lengths[:, None] * 0.5 * weights).ravel()
+        return w @ (self.position(s) - self.joints[0][0])
+
+    def surface(self, along: int = 400, across: int = 8) -> Surface:
+        """Triangulation with `along` x `across` cells in material coordinates (S, v), units of l."""
+        points, frames = self.joints
+        return _surface.surface(
+            self.parameters, self.problem.lengths, points, frames, self.problem.exponent_limit,
+            self.problem.strip.relative_width, along, across,
+        )  # fmt: skip

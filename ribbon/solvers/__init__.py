@@ -1,0 +1,1 @@
+"""Minimisers: a problem (value, gradient, Hessian, bounds) in, a point with its multipliers out."""

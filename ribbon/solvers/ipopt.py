@@ -1,0 +1,127 @@
+"""Ipopt through cyipopt, with the exact Hessian (thesis, 3.5.2; Waechter and Biegler, doi:10.1007/s10107-004-0559-y).
+
+Exceptions in a callback would be swallowed by Ipopt's C loop; they are kept, Ipopt is told that the point cannot be
+evaluated, and the first of them is raised with its own traceback after the solve.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import cyipopt
+import numpy as np
+
+from ribbon.solvers.problem import BoundedProblem, FloatArray, Minimum, kkt_residual
+
+#: The same for every scene; none is tuned. The mu-strategy is Ipopt's monotone default.
+DEFAULT_OPTIONS: dict[str, Any] = {
+    "print_level": 0,
+    "sb": "yes",
+    "tol": 1e-10,
+    "max_iter": 3000,
+    "linear_solver": "mumps",
+    "nlp_scaling_method": "none",  # the problem is dimensionless (thesis, 4.1)
+    "bound_relax_factor": 0.0,  # |n| = 2/w is a wall: Wunderlich's energy is infinite there
+    "mu_init": 1e-4,
+    "acceptable_iter": 0,
+    "hessian_approximation": "exact",
+}
+_SOLVED = 0
+
+
+class _Callbacks:
+    """Adapter from a `BoundedProblem` to cyipopt's methods, lower triangle of a dense Hessian."""
+
+    def __init__(self, problem: BoundedProblem, progress: Callable[[int, float, float], None] | None) -> None:
+        self.problem = problem
+        self.progress = progress
+        self.iterations = 0
+        self.error: Exception | None = None
+        self._rows, self._columns = np.tril_indices(problem.size)
+
+    def _guard(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        if self.error is not None:
+            raise cyipopt.CyIpoptEvaluationError()
+        try:
+            result = function(*arguments)
+        except Exception as error:
+            self.error = error
+            raise cyipopt.CyIpoptEvaluationError() from error
+        if not np.all(np.isfinite(result)):
+            raise cyipopt.CyIpoptEvaluationError()
+        return result
+
+    def objective(self, x: FloatArray) -> float:
+        return self._guard(self.problem.value, x)
+
+    def gradient(self, x: FloatArray) -> FloatArray:
+        return self._guard(self.problem.gradient, x)
+
+    def constraints(self, x: FloatArray) -> FloatArray:
+        return np.empty(0)
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        return np.empty(0)
+
+    def jacobianstructure(self) -> tuple[FloatArray, FloatArray]:
+        return np.empty(0, dtype=int), np.empty(0, dtype=int)
+
+    def hessianstructure(self) -> tuple[Any, Any]:
+        return self._rows, self._columns
+
+    def hessian(self, x: FloatArray, _multipliers: FloatArray, factor: float) -> FloatArray:
+        dense = self._guard(self.problem.hessian, x)
+        return factor * dense[self._rows, self._columns]
+
+    def intermediate(self, *values: Any) -> bool:
+        # alg_mod, iter, objective, inf_pr, inf_du, mu, ...
+        self.iterations = int(values[1])
+        if self.progress is not None:
+            self.progress(self.iterations, float(values[2]), float(values[4]))
+        return self.error is None
+
+
+def minimise(
+    problem: BoundedProblem,
+    start: FloatArray,
+    options: dict[str, Any] | None = None,
+    progress: Callable[[int, float, float], None] | None = None,
+) -> Minimum:
+    """Minimises `problem` from `start` (n,), moved inside its bounds; `options` are Ipopt's, over `DEFAULT_OPTIONS`.
+
+    `progress` is called with (iteration, energy, dual infeasibility). Raises what a callback of the problem raised.
+    """
+    lower, upper = problem.bounds()
+    x0 = np.clip(start, lower, upper)
+    callbacks = _Callbacks(problem, progress)
+    clock = time.perf_counter()
+    nlp = cyipopt.Problem(
+        n=problem.size, m=0, problem_obj=callbacks, lb=lower, ub=upper, cl=np.empty(0), cu=np.empty(0)
+    )
+    for key, value in {**DEFAULT_OPTIONS, **(options or {})}.items():
+        nlp.add_option(key, value)
+    try:
+        x, info = nlp.solve(x0)
+    except Exception:
+        if callbacks.error is not None:
+            raise callbacks.error from None
+        raise
+    finally:
+        nlp.close()
+    if callbacks.error is not None:
+        raise callbacks.error
+    x = np.clip(np.asarray(x, dtype=float), lower, upper)
+    multipliers = np.asarray(info["mult_x_L"]) - np.asarray(info["mult_x_U"])
+    message = info["status_msg"]
+    return Minimum(
+        x=x,
+        multipliers=multipliers,
+        residual=kkt_residual(problem, x, multipliers),
+        iterations=callbacks.iterations,
+        code=int(info["status"]),
+        message=message.decode() if isinstance(message, bytes) else str(message),
+        finished=int(info["status"]) == _SOLVED,
+        seconds=time.perf_counter() - clock,
+    )

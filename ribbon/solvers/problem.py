@@ -1,0 +1,61 @@
+"""What a minimiser may ask of a problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class BoundedProblem(Protocol):
+    """A smooth function of `size` unknowns between bounds."""
+
+    @property
+    def size(self) -> int: ...
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]: ...
+
+    def value(self, x: FloatArray) -> float: ...
+
+    def gradient(self, x: FloatArray) -> FloatArray: ...
+
+    def hessian(self, x: FloatArray) -> FloatArray: ...
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where a minimiser stopped.
+
+    x: unknowns (n,); multipliers: of the bounds, (n,), lower minus upper: gradient = multipliers at a KKT point;
+    residual: largest of |gradient - multipliers| and of the complementarity products; iterations; code and message of
+    the minimiser; `finished` when it met its own tolerance; seconds of wall time.
+    """
+
+    x: FloatArray
+    multipliers: FloatArray
+    residual: float
+    iterations: int
+    code: int
+    message: str
+    finished: bool
+    seconds: float
+
+
+def kkt_residual(problem: BoundedProblem, x: FloatArray, multipliers: FloatArray) -> float:
+    """First-order optimality of x, unscaled, in units of D w / l per unit of an unknown.
+
+    Largest of ``|gradient - z|`` over the unknowns that are not fixed and of ``|z| * distance to the bound`` (the sign
+    of z tells which bound).
+    """
+    lower, upper = problem.bounds()
+    free = lower < upper
+    gradient = problem.gradient(x)
+    stationarity = float(np.max(np.abs(gradient - multipliers)[free], initial=0.0))
+    gap = np.where(multipliers > 0, x - lower, upper - x)
+    active = free & (multipliers != 0)
+    complementarity = float(np.max(np.abs(multipliers[active] * gap[active]), initial=0.0))
+    return max(stationarity, complementarity)

@@ -1,0 +1,105 @@
+"""The strip: dimensions, material and natural curvature, to and from dimensionless groups (thesis, 4.1)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ribbon.errors import RibbonInputError
+
+#: Standard acceleration of gravity of the thesis, m/s^2.
+STANDARD_GRAVITY = 9.81
+
+
+def finite(key: str, value: object) -> float:
+    """`value` as a float; RibbonInputError when it is no finite number."""
+    if isinstance(value, (bool, str)) or not hasattr(value, "__float__"):
+        raise RibbonInputError(key, value, "a finite number is needed")
+    number = float(value)  # type: ignore[arg-type]
+    if not math.isfinite(number):
+        raise RibbonInputError(key, value, "a finite number is needed")
+    return number
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A rectangular strip, flat or naturally curved about its width.
+
+    Parameters
+    ----------
+    length, width:
+        l and w, in any unit of length; 0 < w < l.
+    poisson:
+        nu in (-1, 0.5]; matters with natural curvature only.
+    natural_curvature:
+        normal curvature K of the stress-free strip in 1/length: a number, or (at s = 0, at s = l) for a linear law.
+        The flat strip has 0, and then the term is absent.
+    gamma:
+        ``rho h g l^3 / D``, weight against bending stiffness; `from_material` computes it; 0: weightless.
+    thickness:
+        h, in the unit of length; the inextensible energies do not need it.
+
+    Raises `RibbonInputError` naming the parameter. Below, all is dimensionless: lengths in l, energies in D w / l.
+    """
+
+    length: float
+    width: float
+    poisson: float = 0.5
+    natural_curvature: float | tuple[float, float] = 0.0
+    gamma: float = 0.0
+    thickness: float | None = None
+
+    def __post_init__(self) -> None:
+        length = finite("length", self.length)
+        width = finite("width", self.width)
+        poisson = finite("poisson", self.poisson)
+        if length <= 0:
+            raise RibbonInputError("length", self.length, "a positive length is needed")
+        if not 0 < width < length:
+            raise RibbonInputError("width", self.width, f"a ribbon needs 0 < width < length = {length:g}")
+        if not -1 < poisson <= 0.5:
+            raise RibbonInputError("poisson", self.poisson, "Poisson's ratio lies in (-1, 0.5]")
+        if finite("gamma", self.gamma) < 0:
+            raise RibbonInputError("gamma", self.gamma, "rho h g l^3 / D is not negative; turn `up` instead")
+        if self.thickness is not None and not 0 < finite("thickness", self.thickness) < width:
+            raise RibbonInputError("thickness", self.thickness, f"a thin strip needs 0 < thickness < width = {width:g}")
+        k = self.natural_curvature
+        ends = tuple(k) if isinstance(k, (tuple, list)) else (k, k)
+        if len(ends) != 2:
+            raise RibbonInputError("natural_curvature", k, "one number, or two (at s = 0 and s = l)")
+        start, end = (finite("natural_curvature", v) for v in ends)
+        object.__setattr__(self, "natural_curvature", (start, end))
+
+    @classmethod
+    def from_material(
+        cls,
+        length: float,
+        width: float,
+        thickness: float,
+        young: float,
+        density: float,
+        poisson: float,
+        natural_curvature: float | tuple[float, float] = 0.0,
+        acceleration: float = STANDARD_GRAVITY,
+    ) -> Strip:
+        """Strip from SI data: metres, pascals, kg/m^3, m/s^2; ``D = Y h^3 / (12 (1 - nu^2))`` per unit width."""
+        for key, value in (("young", young), ("density", density), ("thickness", thickness)):
+            if finite(key, value) <= 0:
+                raise RibbonInputError(key, value, "a positive value is needed")
+        nu = finite("poisson", poisson)
+        if not -1 < nu <= 0.5:
+            raise RibbonInputError("poisson", poisson, "Poisson's ratio lies in (-1, 0.5]")
+        stiffness = young * thickness**3 / (12.0 * (1.0 - nu * nu))
+        gamma = density * thickness * finite("acceleration", acceleration) * finite("length", length) ** 3 / stiffness
+        return cls(length, width, nu, natural_curvature, gamma, thickness)
+
+    @property
+    def relative_width(self) -> float:
+        """w / l."""
+        return self.width / self.length
+
+    @property
+    def curvature(self) -> tuple[float, float]:
+        """Natural curvature times l at both ends."""
+        start, end = self.natural_curvature  # type: ignore[misc]
+        return start * self.length, end * self.length

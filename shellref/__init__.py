@@ -1,0 +1,14 @@
+"""Independent nonlinear references for thin elastic strips.
+
+A Naghdi (Reissner-Mindlin) shell on dolfinx and a planar elastica. This package never imports `ribbon` or `compare`,
+and importing it does not import dolfinx: only `shellref.dolfinx_api` does, and only when a solve starts.
+
+Everything is dimensionless: length l = 1, bending stiffness D = 1 per unit width, energies in D w / l,
+forces in D w / l^2, moments in D w / l.
+"""
+
+from shellref.problem import ShellInputError, ShellOptions, ShellProblem
+from shellref.result import ShellResult, ShellStatus
+from shellref.surface import ShellSurface
+
+__all__ = ["ShellInputError", "ShellOptions", "ShellProblem", "ShellResult", "ShellStatus", "ShellSurface"]

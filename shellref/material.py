@@ -1,0 +1,38 @@
+"""Linear isotropic plane-stress law of the shell, dimensionless (l = 1, D = 1 per unit width).
+
+    D = Y h^3 / (12 (1 - nu^2)) = 1 ,   so   Y = 12 (1 - nu^2) / h^3
+
+Source: theory sheet section 5 (Naghdi shell), shear factor 5/6 (Reissner).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+SHEAR_FACTOR = 5.0 / 6.0
+
+
+def young(thickness: float, poisson: float) -> float:
+    """Young's modulus Y = 12 (1 - nu^2) / h^3, units D / l^3 (per unit width D = 1)."""
+    return 12.0 * (1.0 - poisson**2) / thickness**3
+
+
+def stiffness_factors(thickness: float) -> tuple[float, float]:
+    """(membrane, shear): membrane stiffness A = (12 / h^2) D, shear (5/6) G h = (1 - nu) * 5 / h^2, without the (1 - nu).
+
+    From G = Y / (2 (1 + nu)): (5/6) G h = (5/6) 12 (1 - nu^2) / (2 (1 + nu) h^2) = 5 (1 - nu) / h^2. Units D / l^2.
+    """
+    membrane = 12.0 / thickness**2
+    return membrane, SHEAR_FACTOR * membrane / 2.0
+
+
+def plane_stress_rows(nu: Any) -> list[list[Any]]:
+    """Plane-stress law on (11, 22, 2*12), as three rows, for D = 1; `nu` a number or a UFL constant."""
+    return [[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]]
+
+
+def plane_stress(nu: float) -> np.ndarray:
+    """The same law as an array (3, 3)."""
+    return np.array(plane_stress_rows(float(nu)), dtype=float)
