@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.scene_read import gamma_of, read_sections
+from compare.scene_read import gamma_of, one_line, read_sections
 from compare.scene_spec import (
     STANDARD_GRAVITY,
     ClampSpec,
@@ -55,7 +55,10 @@ PLANAR_TOLERANCE = 1e-9
 MAX_BYTES = 1_000_000
 """Size above which a file is not taken for a scene."""
 
-EXCLUSIVE = (("strip.gamma",), ("strip.young", "strip.density")), (("model.elements",), ("model.element_lengths",))
+EXCLUSIVE = (
+    (("strip.gamma",), ("strip.young", "strip.density")),
+    (("model.elements", "model.grading"), ("model.element_lengths",)),
+)
 """Pairs of ways to say one thing; `Scene.replace` with one way drops the other."""
 
 
@@ -228,7 +231,7 @@ class Scene:
             "normal": list(self.clamp_start.normal),
             "ruling": self.clamp_start.ruling,
         }
-        discretisation: dict[str, Any] = {"elements": model.elements}
+        discretisation: dict[str, Any] = {"elements": model.elements, "grading": model.grading}
         if model.element_lengths is not None:
             discretisation = {"element_lengths": list(model.element_lengths)}
         sections: dict[str, Any] = {
@@ -336,7 +339,7 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
     name = Path(source).stem
     scene = Scene(
         name=name,
-        title=sections.title or "".join(letter if letter.isprintable() else "?" for letter in name),
+        title=sections.title or one_line(name),
         source=source,
         strip=sections.strip,
         gravity=sections.gravity,

@@ -33,6 +33,9 @@ KEYS: dict[str, Key] = {
     "clamp.start.ruling": Key('"free", or "straight" (eta = 0: the clamp holds the whole edge)', '"straight"'),
     "model.energy": Key('energy of the strip: "auto", "sadowsky", "wunderlich" or "elastica"', '"wunderlich"'),
     "model.elements": Key("number of elements of equal length, a whole number >= 1", "20"),
+    "model.grading": Key(
+        '"uniform", or "clamp": elements grow from w/8 at the clamp by 1.5 each until they are equal', '"uniform"'
+    ),
     "model.element_lengths": Key(
         "lengths of the elements from the start, > 0, summing to strip.length, in its unit", "[0.1, 0.2, 0.7]"
     ),
@@ -66,3 +69,4 @@ LATER_FORMULATIONS = {"mixed": "choose 'auto' or 'chained'"}
 SHELL_CLAMPS = ("edge",)
 LATER_SHELL_CLAMPS = {"corners": "choose 'edge': the shell then holds the whole end edge"}
 RULINGS = ("free", "straight")
+GRADINGS = ("uniform", "clamp")

@@ -6,6 +6,7 @@ Every fault is a `BadInput` naming the dotted key; nothing is guessed and nothin
 from __future__ import annotations
 
 import math
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,7 @@ from compare import scene_keys as contract
 from compare.errors import BadInput
 from compare.scene_spec import (
     DEFAULT_ELEMENTS,
+    FIRST_OVER_WIDTH,
     STANDARD_GRAVITY,
     ClampSpec,
     GravitySpec,
@@ -52,10 +54,8 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     """The checked sections of a parsed scene document."""
     reject_unknown(data, "", contract.KEYS, contract.UNAVAILABLE)
     title = Table(data, "", contract.KEYS).text("title") if "title" in data else ""
-    if not title.isprintable():
-        raise BadInput(
-            "title", title, "is not one line of printable text", "leave out line breaks and control characters"
-        )
+    if title != one_line(title):
+        raise BadInput("title", title, "is not one line of text", "leave out line breaks and control characters")
     strip = _strip(_section(data, "strip"))
     gravity = _gravity(_section(data, "gravity"), strip) if "gravity" in data else None
     clamp = _section(data, "clamp")
@@ -71,6 +71,11 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     seed = _seed(_section(data, "seed"), strip)
     shell = _shell(_section(data, "shell"))
     return Sections(title, strip, gravity, clamp_start, model, seed, shell)
+
+
+def one_line(text: str) -> str:
+    """`text` with every line break, control character and lone surrogate replaced by a question mark."""
+    return "".join("?" if unicodedata.category(letter) in {"Cc", "Cs", "Zl", "Zp"} else letter for letter in text)
 
 
 def _section(data: Mapping[str, Any], name: str, parent: str = "") -> Table:
@@ -209,9 +214,12 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
     )
     if "element_lengths" not in table:
         elements = table.count("elements") if "elements" in table else DEFAULT_ELEMENTS
-        return ModelSpec(energy, elements, None, formulation)
-    if "elements" in table:
-        raise table.bad("elements", "conflicts with model.element_lengths", "remove one of the two")
+        grading = table.choice("grading", contract.GRADINGS) if "grading" in table else "uniform"
+        smallest = FIRST_OVER_WIDTH * strip.width / strip.length if grading == "clamp" else None
+        return ModelSpec(energy, elements, None, formulation, grading, smallest)
+    for other in ("elements", "grading"):
+        if other in table:
+            raise table.bad(other, "conflicts with model.element_lengths", "remove one of the two")
     if not isinstance(table.require("element_lengths"), list):
         raise table.bad("element_lengths", "is not a list")
     lengths = table.numbers("element_lengths")

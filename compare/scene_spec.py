@@ -6,6 +6,7 @@ solvers use (l = 1, D = 1; theory sheet, section 2) are derived by `compare.scen
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 Vector = tuple[float, float, float]
@@ -14,6 +15,12 @@ Linear = tuple[float, float]
 
 STANDARD_GRAVITY = 9.81
 """Default acceleration of gravity in m/s^2, the thesis's value (3.5.2)."""
+
+GROWTH = 1.5
+"""Ratio of neighbouring elements where they are graded."""
+
+FIRST_OVER_WIDTH = 0.125
+"""Length of the first graded element over the strip's width."""
 
 DEFAULT_ELEMENTS = 20
 """Number of ribbon elements when the scene does not say: the thesis's choice (3.5.1)."""
@@ -52,19 +59,56 @@ class ClampSpec:
     ruling: str = "free"
 
 
+def graded_lengths(elements: int, smallest: float) -> tuple[float, ...]:
+    """Fractions of the length: from `smallest` at s = 0 growing by GROWTH each up to a largest size, found so that the
+    sum is 1; equal ones when `smallest` is not below 1 / elements.
+
+    A clamp that holds the ruling straight bends it over a layer about as long as the strip is wide.
+    """
+    if smallest * elements >= 1.0:
+        return (1.0 / elements,) * elements
+    low, high = smallest, 1.0
+    for _ in range(200):
+        largest = 0.5 * (low + high)
+        if math.fsum(_capped(elements, smallest, largest)) < 1.0:
+            low = largest
+        else:
+            high = largest
+    lengths = _capped(elements, smallest, high)
+    total = math.fsum(lengths)
+    return tuple(length / total for length in lengths)
+
+
+def _capped(elements: int, smallest: float, largest: float) -> list[float]:
+    lengths = []
+    length = smallest
+    for _ in range(elements):
+        lengths.append(min(length, largest))
+        length = min(length * GROWTH, 1.0)
+    return lengths
+
+
 @dataclass(frozen=True)
 class ModelSpec:
-    """Energy and discretisation of the ribbon. `element_lengths` in the scene's unit, or None for equal elements."""
+    """Energy and discretisation of the ribbon.
+
+    `element_lengths` in the scene's unit, or None for `elements` of them placed by `grading`; `smallest`: the first
+    one's length over the strip's when they are graded towards the clamp.
+    """
 
     energy: str = "auto"
     elements: int = DEFAULT_ELEMENTS
     element_lengths: tuple[float, ...] | None = None
     formulation: str = "auto"
+    grading: str = "uniform"
+    smallest: float | None = None
 
     @property
     def lengths(self) -> tuple[float, ...]:
         """Element lengths as fractions of the strip's length, from the start; their sum is 1 to rounding."""
         if self.element_lengths is None:
+            if self.smallest is not None:
+                return graded_lengths(self.elements, self.smallest)
             return (1.0 / self.elements,) * self.elements
         total = sum(self.element_lengths)
         return tuple(length / total for length in self.element_lengths)

@@ -52,7 +52,8 @@ def energy_parts(q, lengths, code, half_width, natural, curvature, poisson, gamm
     """Fills `parts` (3,) with bending, natural-curvature and gravity energy (units D w / l).
 
     q (p, 4) from `unpack`; lengths (p,) in units of l; `natural` and ``gamma != 0`` switch the terms on;
-    curvature (2,): K l at both ends; up (3,) unit; position (3,) and frame (3, 3) of the clamp. A term that is off is not computed.
+    curvature (2,): K l at both ends; up (3,) unit; position (3,) and frame (3, 3) of the clamp. A term that is off is
+    not computed.
     """
     parts[:] = 0.0
     s = 0.0

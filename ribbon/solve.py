@@ -88,7 +88,7 @@ def solve_from(
     finite_point = bool(np.all(np.isfinite(minimum.x)) and np.all(np.isfinite(parts)))
     check = None
     if finite_point:
-        check = stability.check(problem, problem.metric(), minimum.x, minimum.multipliers)
+        check = stability.check(problem, minimum.x)
     steepest = float(np.abs(minimum.x[3::2]).max() * problem.half_width)
     if check is None or not np.isfinite(minimum.residual):
         status = Status.FAILED

@@ -32,7 +32,7 @@ def tangent_bases(directors: np.ndarray) -> np.ndarray:
 def projection_csr(bases: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """P as CSR arrays (indptr, indices, values), shape (6 n, 5 m): n nodes, m of them free (fixed rows are empty).
 
-    bases (n, 3, 2); free (m,): node numbers, sorted. Columns of node j of the free list: 5 j + (3 positions, 2 rotations).
+    bases (n, 3, 2); free (m,): node numbers, sorted. Columns of the j-th free node: 5 j + (3 positions, 2 rotations).
     """
     n, m = len(bases), len(free)
     counts = np.zeros((n, 6), dtype=np.int32)

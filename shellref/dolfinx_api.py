@@ -33,7 +33,7 @@ except ImportError as error:
     raise DolfinxMissing(f"{REMEDY} ({error})") from error
 
 if tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) != (0, 5):
-    raise DolfinxMissing(f"dolfinx {dolfinx.__version__} is installed, version 0.5 (Debian 12's python3-dolfinx) is needed")
+    raise DolfinxMissing(f"dolfinx {dolfinx.__version__} is installed; needed: 0.5 (Debian 12's python3-dolfinx)")
 
 COMPILE_FLAGS = ("-O3", "-ffast-math", "-g0")
 
@@ -66,10 +66,20 @@ def versions() -> dict[str, str]:
     }
 
 
-def rectangle(along: int, across: int, width: float) -> Any:
-    """Quadrilateral mesh of [0, 1] x [-w/2, w/2] in the material coordinates (S, v)."""
-    corners = [np.array([0.0, -0.5 * width]), np.array([1.0, 0.5 * width])]
-    return dmesh.create_rectangle(MPI.COMM_SELF, corners, [along, across], dmesh.CellType.quadrilateral)
+def rectangle(s_knots: np.ndarray, v_knots: np.ndarray) -> Any:
+    """Quadrilateral mesh of the material coordinates (S, v) with these ends of elements (nx + 1,), (ny + 1,)."""
+    along, across = len(s_knots) - 1, len(v_knots) - 1
+    corners = [np.array([0.0, 0.0]), np.array([1.0, 1.0])]
+    mesh = dmesh.create_rectangle(MPI.COMM_SELF, corners, [along, across], dmesh.CellType.quadrilateral)
+    place = mesh.geometry.x
+    place[:, 0] = s_knots[np.rint(along * place[:, 0]).astype(int)]
+    place[:, 1] = v_knots[np.rint(across * place[:, 1]).astype(int)]
+    # ffcx 0.5 makes this change to the mesh when it first compiles a form, which renames (and so recompiles) every form
+    # that follows; made here, names do not depend on what is in the cache
+    domain = mesh.ufl_domain()
+    element = ufl.FiniteElement("Lagrange", domain.ufl_cell(), 1, variant="equispaced")
+    domain._ufl_coordinate_element = ufl.VectorElement(element)
+    return mesh
 
 
 def cell_count(mesh: Any) -> int:

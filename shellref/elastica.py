@@ -29,11 +29,11 @@ so the two loads act together on the local tangent through the force p(s) carrie
 This is the classical elastica under its own weight (e.g. B. Audoly and Y. Pomeau, Elasticity and Geometry, Oxford
 University Press 2010, section 3.4; thesis, section 4.5).
 
-**Layers at large Gamma.** Write theta = theta_u + psi, theta_u the hanging direction (t = -u). Then psi'' = |p| sin psi with
-|p| = Gamma (1 - s): near the clamp psi'' = Gamma sin psi, a pendulum separatrix of width Gamma^(-1/2) (this gives figure
-4.7's sqrt(Gamma/2): the reach is int sin psi dpsi / psi' = sqrt(2/Gamma)); near the free end, with sigma = 1 - s, Airy's
-equation psi'' = Gamma sigma psi, of width Gamma^(-1/3), excited by the natural curvature K(1). `graded_nodes` puts its
-nodes there.
+**Layers at large Gamma.** Write theta = theta_u + psi, with theta_u the hanging direction (t = -u). Then
+psi'' = |p| sin psi with |p| = Gamma (1 - s). Near the clamp, psi'' = Gamma sin psi: a pendulum's separatrix, of width
+Gamma^(-1/2). (It gives the sqrt(Gamma/2) of figure 4.7: the reach is int sin psi dpsi / |psi'| = sqrt(2/Gamma).) Near
+the free end, with sigma = 1 - s, psi'' = Gamma sigma psi: Airy's equation, of width Gamma^(-1/3), set off by the
+natural curvature K(1). `graded_nodes` puts its nodes there.
 """
 
 from __future__ import annotations
@@ -41,30 +41,24 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field, replace
-from enum import Enum
+from enum import StrEnum
 
 import numpy as np
-import scipy.sparse.linalg
 from numpy.typing import ArrayLike
 
 from shellref.elastica_fem import ELEMENTS, Array, Discretisation
-
-QUICK = 6
-"""Newton iterations of a step that count as quick: the next load step is longer."""
-
-MOST_TURN = 1.5
-"""Radians that a section may turn in one load step: a bigger turn is taken for a jump to another branch."""
+from shellref.elastica_path import ElasticaOptions, Path, follow
 
 
-class Status(Enum):
+class ElasticaStatus(StrEnum):
     """How a solve ended."""
 
     CONVERGED = "converged"
     """Equilibrium, stable to the sign of the tangent's lowest eigenvalue."""
-    SADDLE = "saddle"
+    UNSTABLE = "unstable"
     """Equilibrium, but not a minimum of the energy."""
-    LIMIT_POINT = "limit_point"
-    """Load stepping found no neighbouring equilibrium at a load below the full one."""
+    NOT_CONVERGED = "not_converged"
+    """The path of equilibria ends below the full loads, and no descent leads further."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +83,8 @@ class ElasticaProblem:
             value = np.atleast_1d(np.asarray(getattr(self, name), dtype=float))
             if value.shape != (size,) or not np.all(np.isfinite(value)):
                 raise ValueError(f"{name} = {getattr(self, name)}: must be {size} finite number(s)")
+            plain = tuple(float(number) for number in value)  # arrays compare badly: keep plain numbers
+            object.__setattr__(self, name, plain if size > 1 else plain[0])
         if self.gamma < 0.0:
             raise ValueError(f"gamma = {self.gamma}: must not be negative; turn `up` instead")
         if abs(math.hypot(*self.up) - 1.0) > 1e-9:
@@ -116,31 +112,6 @@ class ElasticaProblem:
 
 
 @dataclass(frozen=True)
-class ElasticaOptions:
-    """Numbers of the solution procedure; the defaults serve Gamma from 0 to 1e6.
-
-    tolerance : of the out-of-balance moment (its L2 norm), relative to max(1, |K|, sqrt(load)).
-    first_load : load of the first step from the natural shape, in D w / l^2.
-    growth : factor on the load step after a quick step; cut : after a failed one.
-    smallest : load increment, relative to the full load, below which stepping gives up.
-    iterations : most Newton iterations of one step.
-    """
-
-    tolerance: float = 1e-11
-    first_load: float = 4.0
-    growth: float = 2.0
-    cut: float = 0.25
-    smallest: float = 1e-7
-    iterations: int = 15
-
-    def __post_init__(self) -> None:
-        if not (self.tolerance > 0 and self.first_load > 0 and 0 < self.smallest < 1 and self.iterations >= 1):
-            raise ValueError(f"{self}: tolerance, first_load, smallest and iterations must be positive")
-        if not (self.growth > 1 and 0 < self.cut < 1):
-            raise ValueError(f"growth = {self.growth}, cut = {self.cut}: growth must exceed 1, cut lie in (0, 1)")
-
-
-@dataclass(frozen=True)
 class ElasticaEnergy:
     """Parts of the energy in D w / l: bending without the constant 1/2 int K^2, gravity (0 at the clamp), end force."""
 
@@ -160,15 +131,15 @@ class ElasticaResult:
     nodes, theta, x, y : shape (n + 1,), at the joints of the elements.
     residual : L2 norm of the out-of-balance moment, in D w / l.
     lowest_eigenvalue : of the tangent against int v^2 (pi^2/4 without load), in D w / l.
-    load_factor : share of the loads that was reached; 1 unless the status is LIMIT_POINT.
-    iterations : Newton iterations of all load steps; steps : load steps accepted.
+    load_factor : share of the loads that was reached; 1 unless the status is NOT_CONVERGED.
+    iterations : Newton iterations in all; steps : load steps accepted; snaps : descents past limit points.
     error : largest distance between this centreline and that of the halved elements, in l; None when not asked for.
     seconds : wall time, the error estimate not included.
     """
 
     problem: ElasticaProblem
     degree: int
-    status: Status
+    status: ElasticaStatus
     message: str
     nodes: Array
     theta: Array
@@ -180,6 +151,7 @@ class ElasticaResult:
     load_factor: float
     iterations: int
     steps: int
+    snaps: int
     seconds: float
     error: float | None
     _discrete: Discretisation = field(repr=False, compare=False)
@@ -227,13 +199,15 @@ def solve(
     options = options or ElasticaOptions()
     if degree not in ELEMENTS:
         raise ValueError(f"degree = {degree}: must be one of {sorted(ELEMENTS)}")
-    joints = graded_nodes(nodes, problem, degree) if isinstance(nodes, (int, np.integer)) else _checked_nodes(nodes)
+    joints = (
+        graded_nodes(int(nodes), problem, degree) if isinstance(nodes, (int, np.integer)) else _checked_nodes(nodes)
+    )
     result = _solve_once(problem, joints, degree, options)
     if not estimate_error:
         return result
     halved = np.sort(np.concatenate([joints, 0.5 * (joints[1:] + joints[:-1])]))
     finer = _solve_once(problem, halved, degree, options)
-    if finer.status is Status.LIMIT_POINT or result.status is Status.LIMIT_POINT:
+    if finer.status is ElasticaStatus.NOT_CONVERGED or result.status is ElasticaStatus.NOT_CONVERGED:
         return result
     distance = np.linalg.norm(finer.position(halved) - result.position(halved), axis=1)
     return replace(result, error=float(distance.max()))
@@ -242,37 +216,34 @@ def solve(
 def graded_nodes(elements: int, problem: ElasticaProblem, degree: int = 2) -> Array:
     """Joints of `elements` elements, dense where the loads make layers: shape (elements + 1,).
 
-    Equal steps of a smooth density, so that halving the steps refines everywhere: 1 plus exp(-s / c) for the layer at the
-    clamp (width delta = load^(-1/2)) and exp(-(1 - s) / c) for the one at the free end (width Gamma^(-1/3), when there is
-    natural curvature). An error in H1 of exp(-s / delta) is spread evenly by degree-q elements when their density falls as
-    exp(-2 s / ((2 q + 1) delta)), hence c = (q + 1/2) delta. Without load the joints are evenly spaced.
+    Equal steps of a smooth density, so that halving the steps refines everywhere: a constant, plus exp(-s / c) for the
+    layer at the clamp, of width delta = |p(0)|^(-1/2), and, when K(1) is not zero, exp(-(1 - s) / c) for the one at the
+    free end, of width Gamma^(-1/3) or |F|^(-1/2), whichever is smaller. An error in H1 of exp(-s / delta) is spread
+    evenly over elements of degree q when their density falls as exp(-2 s / ((2 q + 1) delta)); hence
+    c = (q + 1/2) delta. Without load the joints are evenly spaced.
     """
     if isinstance(elements, bool) or elements < 1:
         raise ValueError(f"elements = {elements}: must be a whole number >= 1")
-    weights, scales = [0.4], [math.inf]
-    start, end = math.sqrt(1.0 / max(problem.load, 1.0)), max(problem.gamma, problem.load**1.5 * 1e-3, 1.0) ** (-1 / 3)
-    weights.append(0.4 if start < 1.0 else 0.0)
-    scales.append((degree + 0.5) * start)
-    weights.append(0.2 if any(problem.curvature) and end < 1.0 else 0.0)
-    scales.append((degree + 0.5) * end)
+    clamp = min(1.0, math.hypot(problem.gamma, *problem.force) ** -0.5) if problem.load > 1.0 else 1.0
+    tip = min(1.0, max(problem.gamma, math.hypot(*problem.force) ** 1.5, 1.0) ** (-1.0 / 3.0))
+    near, far = (degree + 0.5) * clamp, (degree + 0.5) * tip
     fine = np.concatenate([[0.0], np.geomspace(1e-9, 0.5, 4000)])
     s = np.concatenate([fine, 1.0 - fine[-2::-1]])
-    cumulated = weights[0] * s
-    cumulated = cumulated + weights[1] * np.expm1(-s / scales[1]) / np.expm1(-1.0 / scales[1])
-    cumulated = cumulated + weights[2] * (1.0 - np.expm1(-(1.0 - s) / scales[2]) / np.expm1(-1.0 / scales[2]))
-    joints = np.interp(np.linspace(0.0, cumulated[-1], elements + 1), cumulated, s)
+    share = 0.4 * s + 0.4 * np.expm1(-s / near) / math.expm1(-1.0 / near)
+    share += 0.2 * ((1.0 - np.expm1((s - 1.0) / far) / math.expm1(-1.0 / far)) if problem.curvature[1] else s)
+    joints = np.interp(np.linspace(0.0, share[-1], elements + 1), share, s)
     joints[0], joints[-1] = 0.0, 1.0
     return joints
 
 
 def to_plane(frame: ArrayLike, vector: ArrayLike) -> tuple[tuple[float, float], float]:
-    """A spatial vector (3,) in plane coordinates of a clamp frame (3, 3; columns t_x, t_y, t_z), and its part along t_x."""
+    """A spatial vector (3,) in the plane of a clamp frame (3, 3; columns t_x, t_y, t_z), and its part along t_x."""
     across, y, x = np.asarray(frame, dtype=float).T @ np.asarray(vector, dtype=float)
     return (float(x), float(-y)), float(across)
 
 
 def embed(result: ElasticaResult, position: ArrayLike, frame: ArrayLike, s: ArrayLike | None = None) -> Array:
-    """The centreline in space, shape (N, 3): `position` (3,) + x t_z - y t_y; at the joints, or at the abscissae s (N,)."""
+    """The centreline in space, shape (N, 3): `position` (3,) + x t_z - y t_y, at the joints or at abscissae s (N,)."""
     axes = np.asarray(frame, dtype=float)
     plane = np.column_stack([result.x, result.y]) if s is None else result.position(s)
     return np.asarray(position, dtype=float) + np.outer(plane[:, 0], axes[:, 2]) - np.outer(plane[:, 1], axes[:, 1])
@@ -292,82 +263,50 @@ def _solve_once(problem: ElasticaProblem, nodes: Array, degree: int, options: El
     """One mesh: from the natural shape (exact without load) to the full loads in steps that adapt."""
     began = time.perf_counter()
     discrete = Discretisation(nodes, degree)
-    coefficients = discrete.natural_shape(problem)
     scale = max(1.0, *(abs(k) for k in problem.curvature), math.sqrt(problem.load))
-    reached, steps, iterations = 0.0, 0, 0
-    step = min(1.0, options.first_load / max(problem.load, options.first_load))
-    residual = discrete.moment_norm(discrete.residual(coefficients, problem.scaled(0.0)))
-    while reached < 1.0 and step >= options.smallest:
-        target = min(1.0, reached + step)
-        trial, norm, used = _newton(discrete, problem.scaled(target), coefficients, options.tolerance * scale, options)
-        iterations += used
-        if trial is None:
-            step *= options.cut
-            continue
-        coefficients, reached, residual, steps = trial, target, norm, steps + 1
-        if used <= QUICK:
-            step *= options.growth
-    loaded = problem.scaled(reached)
-    eigenvalue = discrete.lowest_eigenvalue(discrete.tangent(coefficients, loaded), problem.load)
-    bending, loads = discrete.energies(coefficients, loaded)
-    points = discrete.position(coefficients, nodes)
+    path = follow(discrete, problem.scaled, problem.load, options.tolerance * scale, options)
+    loaded = problem.scaled(path.reached)
+    bending, loads = discrete.energies(path.coefficients, loaded)
+    points = discrete.position(path.coefficients, nodes)
     force = -float(points[-1] @ np.array(loaded.force))
-    status, message = _verdict(reached, eigenvalue)
+    status, message = _verdict(path)
     return ElasticaResult(
         problem=problem,
         degree=degree,
         status=status,
         message=message,
         nodes=nodes,
-        theta=discrete.angle(coefficients, nodes),
+        theta=discrete.angle(path.coefficients, nodes),
         x=points[:, 0],
         y=points[:, 1],
         energy=ElasticaEnergy(bending, loads - force, force),
-        residual=residual,
-        lowest_eigenvalue=eigenvalue,
-        load_factor=reached,
-        iterations=iterations,
-        steps=steps,
+        residual=path.residual,
+        lowest_eigenvalue=path.eigenvalue,
+        load_factor=path.reached,
+        iterations=path.iterations,
+        steps=path.steps,
+        snaps=path.snaps,
         seconds=time.perf_counter() - began,
         error=None,
         _discrete=discrete,
-        _coefficients=coefficients,
+        _coefficients=path.coefficients,
     )
 
 
-def _newton(
-    discrete: Discretisation, loads: ElasticaProblem, start: Array, tolerance: float, options: ElasticaOptions
-) -> tuple[Array | None, float, int]:
-    """Newton from `start`: coefficients (None when it fails or turns the strip too far), residual norm, iterations."""
-    coefficients = start.copy()
-    norm = math.inf
-    for iteration in range(options.iterations + 1):
-        residual = discrete.residual(coefficients, loads)
-        norm = discrete.moment_norm(residual)
-        turned = float(np.max(np.abs(coefficients - start)))
-        if not math.isfinite(norm) or turned > MOST_TURN:
-            return None, norm, iteration
-        if norm <= tolerance:
-            return coefficients, norm, iteration
-        if iteration < options.iterations:
-            coefficients[discrete.free] -= scipy.sparse.linalg.spsolve(discrete.tangent(coefficients, loads), residual)
-    return None, norm, options.iterations
-
-
-def _verdict(reached: float, eigenvalue: float) -> tuple[Status, str]:
-    """Status and what to try."""
-    if reached < 1.0:
+def _verdict(path: Path) -> tuple[ElasticaStatus, str]:
+    """Status and what it means or what to try."""
+    if path.reached < 1.0:
         return (
-            Status.LIMIT_POINT,
-            f"no neighbouring equilibrium beyond {reached:.6g} of the loads: a limit point, which needs arc length; "
-            "or use more elements",
+            ElasticaStatus.NOT_CONVERGED,
+            f"the path of equilibria ends at {path.reached:.6g} of the loads: allow more snaps or use more elements",
         )
-    if eigenvalue <= 0.0:
+    if path.eigenvalue <= 0.0:
         return (
-            Status.SADDLE,
-            f"equilibrium, but not stable (lowest eigenvalue {eigenvalue:.3g}): tilt the clamp or the load a little",
+            ElasticaStatus.UNSTABLE,
+            f"equilibrium, but unstable (lowest eigenvalue {path.eigenvalue:.3g}): tilt the clamp or the load a little",
         )
-    return Status.CONVERGED, "stable equilibrium"
+    snapped = f", after {path.snaps} snap(s) past limit points: other minima may exist" if path.snaps else ""
+    return ElasticaStatus.CONVERGED, f"stable equilibrium{snapped}"
 
 
 def _checked_nodes(nodes: ArrayLike) -> Array:

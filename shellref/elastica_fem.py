@@ -6,8 +6,8 @@ Forms as derived in `shellref.elastica`, with v the test function and t = (cos t
     residual   int (theta' - K) v' + <t_perp, p> v
     tangent    int dtheta' v' - <t, p> dtheta v
 
-Array shapes: coefficients (N,) over all unknowns of the basis, the clamped one included; values at quadrature points (n, q) for n
-elements.
+Array shapes: coefficients (N,) over all unknowns of the basis, the clamped one included; values at quadrature points
+(n, q) for n elements.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ELEMENTS: dict[int, Callable[[], Any]] = {
 QUADRATURE_ORDER = 19
 """Polynomial degree integrated exactly on every element: 10 Gauss points, since cos theta is not a polynomial."""
 
-DENSE_EIGENVALUES = 300
+DENSE_EIGENVALUES = 40
 """Number of unknowns up to which the lowest eigenvalue is computed with dense matrices."""
 
 
@@ -83,7 +83,7 @@ class Discretisation:
         clamped = self.basis.get_dofs(lambda x: x[0] == 0.0).flatten()
         self.free = np.setdiff1d(np.arange(self.basis.N), clamped)
         self._stiffness = _stiffness.assemble(self.basis)
-        self._mass = self._reduced(_product.assemble(self.basis, factor=DiscreteField(np.ones_like(self.s))))
+        self.mass = self._reduced(_product.assemble(self.basis, factor=DiscreteField(np.ones_like(self.s))))
         self._solve_stiffness = scipy.sparse.linalg.factorized(self._reduced(self._stiffness).tocsc())
         points, weights = np.polynomial.legendre.leggauss(12)
         self._gauss = 0.5 * (points + 1.0), 0.5 * weights
@@ -110,32 +110,36 @@ class Discretisation:
 
     def tangent(self, coefficients: Array, loads: Loads) -> scipy.sparse.csc_matrix:
         """Exact derivative of `residual`, shape (N - 1, N - 1)."""
+        pull = DiscreteField(self._pull(coefficients, loads))
+        return self._reduced(self._stiffness - _product.assemble(self.basis, factor=pull)).tocsc()
+
+    def _pull(self, coefficients: Array, loads: Loads) -> Array:
+        """<t, p> at the quadrature points (n, q): positive where the strip is pushed."""
         angle = np.asarray(self.basis.interpolate(coefficients))
         px, py = loads.carried(self.s)
-        pull = DiscreteField(px * np.cos(angle) + py * np.sin(angle))
-        return self._reduced(self._stiffness - _product.assemble(self.basis, factor=pull)).tocsc()
+        return px * np.cos(angle) + py * np.sin(angle)
 
     def moment_norm(self, residual: Array) -> float:
         """L2 norm of the moment that balances `residual` (N - 1,): a norm that does not depend on the mesh."""
         return float(np.sqrt(max(residual @ self._solve_stiffness(residual), 0.0)))
 
-    def lowest_eigenvalue(self, tangent: scipy.sparse.csc_matrix, load: float) -> float:
-        """Lowest lambda of tangent v = lambda mass v; `load` bounds |p|, hence lambda > -load."""
+    def lowest_eigenvalue(self, coefficients: Array, loads: Loads) -> float:
+        """Lowest lambda of tangent v = lambda mass v; above -max <t, p> since int v'^2 > 0, hence the Lanczos shift."""
+        tangent = self.tangent(coefficients, loads)
         if tangent.shape[0] <= DENSE_EIGENVALUES:
-            values = scipy.linalg.eigvalsh(tangent.toarray(), self._mass.toarray(), subset_by_index=[0, 0])
+            values = scipy.linalg.eigvalsh(tangent.toarray(), self.mass.toarray(), subset_by_index=[0, 0])
         else:
+            below = -max(float(np.max(self._pull(coefficients, loads))), 0.0) - 1.0
             values = scipy.sparse.linalg.eigsh(
-                tangent, k=1, M=self._mass, sigma=-load - 1.0, return_eigenvectors=False, v0=np.ones(len(self.free))
+                tangent, k=1, M=self.mass, sigma=below, return_eigenvectors=False, v0=np.ones(len(self.free))
             )
         return float(values[0])
 
     def energies(self, coefficients: Array, loads: Loads) -> tuple[float, float]:
         """int 1/2 theta'^2 - K theta' and int <t, p>, in D w / l."""
-        theta = self.basis.interpolate(coefficients)
-        angle, rate = np.asarray(theta), theta.grad[0]
-        px, py = loads.carried(self.s)
+        rate = self.basis.interpolate(coefficients).grad[0]
         bending = np.sum(self.ds * (0.5 * rate**2 - loads.natural_curvature(self.s) * rate))
-        return float(bending), float(np.sum(self.ds * (px * np.cos(angle) + py * np.sin(angle))))
+        return float(bending), float(np.sum(self.ds * self._pull(coefficients, loads)))
 
     def angle(self, coefficients: Array, s: Array) -> Array:
         """theta at the abscissae s (N,): shape (N,)."""

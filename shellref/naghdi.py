@@ -13,7 +13,7 @@ Energy per area, D = 1:  1/2 kap:C:kap + (12 / h^2) 1/2 eps:C:eps + (5 (1 - nu) 
 weight adds Gamma <phi, up>. All integrals are divided by w: energies in D w / l, forces in D w / l^2.
 
 Locking: bending on 3x3 Gauss points; membrane and shear (1 - alpha) on 2x2 and alpha on 3x3, alpha = c (h / h_e)^2 with
-h_e the element's length. alpha only removes the zero-energy modes of the reduced rule.
+h_e the mean length of an element. alpha only removes the zero-energy modes of the reduced rule.
 
 The tangent's geometric stiffness takes its stress from a field at the Gauss points: the stress of the state (Newton),
 or the stress linearised at the previous iterate, "mixed integration point" Newton (Magisano, Leonetti & Garcea 2017,
@@ -29,44 +29,49 @@ import ufl
 
 from shellref import dolfinx_api as api
 from shellref.material import plane_stress, plane_stress_rows, stiffness_factors
+from shellref.midsurface import Grid
 from shellref.problem import ShellOptions, ShellProblem
 
 FULL, REDUCED = 4, 3  # degrees whose Gauss rules on quadrilaterals are 3x3 and 2x2
 BENDING, MEMBRANE, SHEAR = slice(0, 3), slice(3, 6), slice(6, 8)
 
 
+def _dot(a, b):
+    """Sum of products, written out: with free indices, names of forms depend on running numbers."""
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
 def bilinear_strains(u, v) -> list:
     """T(u, v): eight UFL scalars, bending (11, 22, 2*12), membrane (11, 22, 2*12), shear (1, 2); u, v 6-vectors."""
-    a = [ufl.as_vector([u[i].dx(k) for i in range(3)]) for k in (0, 1)]
-    b = [ufl.as_vector([v[i].dx(k) for i in range(3)]) for k in (0, 1)]
-    d, e = ufl.as_vector([u[i] for i in (3, 4, 5)]), ufl.as_vector([v[i] for i in (3, 4, 5)])
-    dk = [ufl.as_vector([u[i].dx(k) for i in (3, 4, 5)]) for k in (0, 1)]
-    ek = [ufl.as_vector([v[i].dx(k) for i in (3, 4, 5)]) for k in (0, 1)]
+    a, b = ([[w[i].dx(k) for i in range(3)] for k in (0, 1)] for w in (u, v))  # phi_,k of u and of v
+    p, q = ([[w[i].dx(k) for i in (3, 4, 5)] for k in (0, 1)] for w in (u, v))  # d_,k
+    d, e = ([w[i] for i in (3, 4, 5)] for w in (u, v))
 
     def bend(i, j):
-        return ufl.dot(a[i], ek[j]) + ufl.dot(b[i], dk[j])
+        return _dot(a[i], q[j]) + _dot(b[i], p[j])
 
     bending = [bend(0, 0), bend(1, 1), bend(0, 1) + bend(1, 0)]
-    membrane = [ufl.dot(a[0], b[0]), ufl.dot(a[1], b[1]), ufl.dot(a[0], b[1]) + ufl.dot(a[1], b[0])]
-    shear = [ufl.dot(a[0], e) + ufl.dot(b[0], d), ufl.dot(a[1], e) + ufl.dot(b[1], d)]
+    membrane = [_dot(a[0], b[0]), _dot(a[1], b[1]), _dot(a[0], b[1]) + _dot(a[1], b[0])]
+    shear = [_dot(a[k], e) + _dot(b[k], d) for k in (0, 1)]
     return bending + membrane + shear
 
 
 @dataclass(frozen=True)
 class Stress:
-    """Stress resultants at the Gauss points: full (cells, 9, 8), reduced (cells, 4, 5), stabilisation factors included."""
+    """Stress at the Gauss points, stabilisation factors included: full (cells, 9, 8), reduced (cells, 4, 5)."""
 
     full: np.ndarray
     reduced: np.ndarray
 
     def extrapolate(self, older: Stress, ratio: float) -> Stress:
         """self + ratio (self - older)."""
-        return Stress(self.full + ratio * (self.full - older.full), self.reduced + ratio * (self.reduced - older.reduced))
+        full, reduced = self.full - older.full, self.reduced - older.reduced
+        return Stress(self.full + ratio * full, self.reduced + ratio * reduced)
 
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies in D w / l; `density` (cells, 3): bending, membrane, shear energy per area (D / l^2) averaged per cell."""
+    """Energies in D w / l; `density` (cells, 3): bending, membrane, shear energy per area (D / l^2), by cell."""
 
     bending: float
     membrane: float
@@ -91,80 +96,74 @@ class NaghdiModel:
 
     def __init__(self, problem: ShellProblem, options: ShellOptions):
         self.problem = problem
-        along, across = problem.elements
         self.width = problem.width
-        self.mesh = api.rectangle(along, across, problem.width)
+        self.grid = Grid(problem.elements, problem.width, problem.grading)
+        self.mesh = api.rectangle(self.grid.s_knots, self.grid.v_knots)
         self.space = api.lagrange_space(self.mesh, 2, 6)
         self.nodes = api.node_coordinates(self.space)
         spaces = [api.quadrature_space(self.mesh, FULL, 8), api.quadrature_space(self.mesh, REDUCED, 5)]
         self._order = [api.quadrature_order(spaces[0], 9), api.quadrature_order(spaces[1], 4)]
-        self._weights = [api.gauss_rule(degree)[1] * problem.width / (along * across) for degree in (FULL, REDUCED)]
-        self.alpha = min(1.0, options.stabilisation * (problem.thickness * along) ** 2)
-        membrane, shear = stiffness_factors(problem.thickness)
-        self._factors = (membrane, shear)
+        self.midpoints = api.cell_midpoints(self.mesh)
+        self._areas = self.grid.areas(self.midpoints)
+        self._weights = [np.outer(self._areas, api.gauss_rule(degree)[1]) for degree in (FULL, REDUCED)]
+        self.alpha = min(1.0, options.stabilisation * (problem.thickness * problem.elements[0]) ** 2)
+        self._factors = stiffness_factors(problem.thickness)
         self._u, self._step = api.function(self.space), api.function(self.space)
         self._stress = [api.function(space) for space in spaces]
-        self._nu = api.constant(self.mesh, problem.poisson)
-        self._natural = api.constant(self.mesh, (0.0, 0.0))
-        self._weight = api.constant(self.mesh, (0.0, 0.0, 0.0))
-        over = 1.0 / problem.width
-        self._over_width = api.constant(self.mesh, over)
-        self._membrane = api.constant(self.mesh, (self.alpha * membrane, (1.0 - self.alpha) * membrane))
-        self._shear = api.constant(self.mesh, (self.alpha * shear, (1.0 - self.alpha) * shear))
+        # one constant for all parameters: several are ordered by the text of their running number, not always alike
+        numbers = [problem.poisson, 1.0 / problem.width]
+        numbers += [share * factor for factor in self._factors for share in (self.alpha, 1.0 - self.alpha)]
+        self._numbers = api.constant(self.mesh, [*numbers, 0.0, 0.0, 0.0, 0.0, 0.0])
         self.set_load(1.0, 1.0)
         self._build()
 
     def set_load(self, natural: float, gravity: float) -> None:
         """Fractions of the natural curvature and of the weight that act."""
         p = self.problem
-        self._natural.value[:] = natural * np.array(p.natural_curvature)
-        self._weight.value[:] = (gravity * p.gamma / p.width) * np.array(p.up) if p.loaded and p.up else 0.0
+        self._numbers.value[6:8] = natural * np.array(p.natural_curvature)
+        self._numbers.value[8:] = (gravity * p.gamma / p.width) * np.array(p.up) if p.loaded and p.up else 0.0
 
     def _build(self) -> None:
         """Compile the two forms and the two point evaluations."""
-        mesh, u, step, over = self.mesh, self._u, self._step, self._over_width
+        mesh, u, step = self.mesh, self._u, self._step
+        nu, over, *rest = (self._numbers[i] for i in range(11))
+        membrane_factors, shear_factors, ends, up = rest[:2], rest[2:4], rest[4:6], rest[6:]
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         full = ufl.dx(domain=mesh, metadata={"quadrature_degree": FULL})
         reduced = ufl.dx(domain=mesh, metadata={"quadrature_degree": REDUCED})
-        natural = self._natural[0] + (self._natural[1] - self._natural[0]) * ufl.SpatialCoordinate(mesh)[0]
-        law = ufl.as_matrix(plane_stress_rows(self._nu))
-        shear_law = 1.0 - self._nu
+        natural = ends[0] + (ends[1] - ends[0]) * ufl.SpatialCoordinate(mesh)[0]
+        law = plane_stress_rows(nu)
 
-        def stress(strains, rule):
-            n = law * ufl.as_vector(strains[MEMBRANE]) * self._membrane[rule]
-            q = ufl.as_vector(strains[SHEAR]) * (shear_law * self._shear[rule])
-            return ufl.as_vector([n[i] for i in range(3)] + [q[0], q[1]])
+        def plane(strains):
+            return [_dot(row, strains) for row in law]
 
-        def pair(values, strains):
-            return sum(value * strain for value, strain in zip(values, strains, strict=True))
+        def stretch(strains, rule):
+            n = [membrane_factors[rule] * x for x in plane(strains[MEMBRANE])]
+            return n + [(1.0 - nu) * shear_factors[rule] * x for x in strains[SHEAR]]
 
         now, virtual, change = bilinear_strains(u, test), bilinear_strains(trial, test), bilinear_strains(u, trial)
-        sf, sr = self._stress
-        weight = sum(self._weight[i] * test[i] for i in range(3))
-        force = [
-            (over * pair([sf[i] for i in range(8)], now) + weight) * full,
-            over * pair([sr[i] for i in range(5)], now[3:]) * reduced,
-        ]
-        m, n, n2 = law * ufl.as_vector(change[BENDING]), stress(change, 0), stress(change, 1)
-        material = pair([m[i] for i in range(3)], now[BENDING]) + pair([n[i] for i in range(5)], now[3:])
+        sf, sr = ([item[i] for i in range(count)] for item, count in zip(self._stress, (8, 5), strict=True))
+        weight = _dot(up, [test[i] for i in range(3)])
+        force = [(over * _dot(sf, now) + weight) * full, over * _dot(sr, now[3:]) * reduced]
+        stiff = plane(change[BENDING]) + stretch(change, 0)
         tangent = [
-            over * (material + pair([sf[i] for i in range(8)], virtual)) * full,
-            over * (pair([n2[i] for i in range(5)], now[3:]) + pair([sr[i] for i in range(5)], virtual[3:])) * reduced,
+            over * (_dot(stiff, now) + _dot(sf, virtual)) * full,
+            over * (_dot(stretch(change, 1), now[3:]) + _dot(sr, virtual[3:])) * reduced,
         ]
         # one form per rule: ffcx 0.5 cannot compare two quadrature elements of different size inside one form
         self._force = [api.compile_form(form) for form in force]
         self._tangent = [api.compile_form(form) for form in tangent]
 
         half, along = bilinear_strains(u, u), bilinear_strains(u, step)
-        rest = [natural, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 0.0]
-        strain = [0.5 * a - r + b for a, r, b in zip(half, rest, along, strict=True)]
+        reference = [natural, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 0.0]
+        strain = [0.5 * a - r + b for a, r, b in zip(half, reference, along, strict=True)]
         self._strain = [
             api.PointValues(mesh, ufl.as_vector(strain), FULL, 8),
             api.PointValues(mesh, ufl.as_vector(strain[3:]), REDUCED, 5),
         ]
 
     def strains(self, state: np.ndarray, step: np.ndarray | None = None) -> list[np.ndarray]:
-        """E(u) + E'(u)[step] at the Gauss points: (cells, 9, 8) and (cells, 4, 5, without bending); state, step (nodes, 6)."""
+        """E(u) + E'(u)[step] at the Gauss points: (cells, 9, 8), without bending (cells, 4, 5); arguments (nodes, 6)."""
         api.values(self._u, 6)[:] = state
         api.values(self._step, 6)[:] = 0.0 if step is None else step
         return [evaluate() for evaluate in self._strain]
@@ -215,7 +214,7 @@ class NaghdiModel:
         wf, wr = self._weights
 
         def integrate(strain, part, weights):
-            return 0.5 * np.einsum("cqi,ij,cqj,q->c", strain, law[part, part], strain, weights, optimize=True)
+            return 0.5 * np.einsum("cqi,ij,cqj,cq->c", strain, law[part, part], strain, weights, optimize=True)
 
         five = {"membrane": (MEMBRANE, slice(0, 3)), "shear": (SHEAR, slice(3, 5))}
         cells = {"bending": integrate(full[..., BENDING], BENDING, wf)}
@@ -225,12 +224,12 @@ class NaghdiModel:
             extra = self.alpha * (complete - short_cut)
             cells[name] = short_cut + extra
             stabilisation += float(extra.sum())
-        area = wf.sum()
-        density = np.stack([cells["bending"], cells["membrane"], cells["shear"]], axis=1) / area
+        density = np.stack([cells["bending"], cells["membrane"], cells["shear"]], axis=1) / self._areas[:, None]
         sums = {name: float(part.sum()) / self.width for name, part in cells.items()}
-        return Energies(**sums, gravity=self._gravity(state), stabilisation=stabilisation / self.width, density=density)
+        gravity = float(np.sum(self.weight_forces() * state))  # Gamma <phi, up> is linear in the positions
+        return Energies(**sums, gravity=gravity, stabilisation=stabilisation / self.width, density=density)
 
-    def _gravity(self, state: np.ndarray) -> float:
-        """Gamma <phi, up> integrated: the weight's nodal forces times the positions (phi is linear in them)."""
+    def weight_forces(self) -> np.ndarray:
+        """dG/du of the weight that acts, (nodes, 6), units D w / l^2; it does not depend on the state."""
         nothing = Stress(np.zeros((len(self._order[0]), 9, 8)), np.zeros((len(self._order[1]), 4, 5)))
-        return float(np.sum(self.force(state, nothing)[:, :3] * state[:, :3]))
+        return self.force(np.zeros((len(self.nodes), 6)), nothing)

@@ -29,7 +29,7 @@ class ShellInputError(ValueError):
 
 def _number(key: str, value: Any, remedy: str = "must be a finite number") -> float:
     """`value` as a finite float."""
-    if isinstance(value, bool) or isinstance(value, str):
+    if isinstance(value, (bool, str)):
         raise ShellInputError(key, value, remedy)
     try:
         number = float(value)
@@ -104,9 +104,10 @@ class ShellProblem:
     width, thickness: over the length, > 0. poisson: in (-1, 0.5].
     natural_curvature (2,): K l at S = 0 and S = 1, linear between; k_nat = K e_S (x) e_S. Positive curvature turns the
     tangent towards -t_y (t_z' = -K t_y).
-    gamma: rho h g l^3 / D, weight against bending stiffness; `up` (3,): the unit vector against gravity, None = weightless.
+    gamma: rho h g l^3 / D, weight against bending stiffness; `up` (3,): unit vector against gravity, None = weightless.
     clamp_position (3,), clamp_frame (3, 3) with columns t_x (across), t_y (normal), t_z (tangent).
-    elements: (along, across), biquadratic.
+    elements: (along, across), biquadratic. grading: size of the first element at the clamp, and of the elements at the
+    two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
     """
 
     width: float
@@ -119,6 +120,7 @@ class ShellProblem:
     clamp_frame: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     clamp: str = "edge"
     elements: tuple[int, int] = (100, 4)
+    grading: tuple[float, float] = (0.2, 1.0)
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -145,6 +147,9 @@ class ShellProblem:
         if isinstance(self.elements, (str, bytes)) or not hasattr(self.elements, "__len__") or len(self.elements) != 2:
             raise ShellInputError("elements", self.elements, "must be two whole numbers (along, across)")
         put("elements", tuple(_integer("elements", n, 1) for n in self.elements))
+        put("grading", _numbers("grading", self.grading, 2))
+        if not all(0 < g <= 1 for g in self.grading):
+            raise ShellInputError("grading", self.grading, "must be two numbers above 0 and at most 1")
 
     @property
     def loaded(self) -> bool:
@@ -177,7 +182,7 @@ class ShellOptions:
     """
 
     tolerance: float = 1e-8
-    max_newton: int = 30
+    max_newton: int = 15
     first_step: float = 0.1
     min_step: float = 1e-4
     max_step: float = 0.25

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from shellref.problem import ShellOptions, ShellProblem
 from shellref.surface import ShellSurface
 
 
-class ShellStatus(str, Enum):
+class ShellStatus(StrEnum):
     """How a solve ended; the message of the result names what to try."""
 
     CONVERGED = "converged"  # equilibrium at the full load; stable, when stability was checked

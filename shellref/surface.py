@@ -89,15 +89,16 @@ class ShellSurface:
         s = np.asarray(s, dtype=float)
         shift = 1e-9
         back, ahead = np.clip(s - shift, self.s_nodes[0], None), np.clip(s + shift, None, self.s_nodes[-1])
-        tz = sum(self._interpolate(self.points, x, self._middle(), slope=True) for x in (back, ahead))
+        behind, before = (self._interpolate(self.points, x, self._middle(), slope=True) for x in (back, ahead))
+        tz = behind + before
         tz = tz / np.linalg.norm(tz, axis=-1, keepdims=True)
         d = self.director(s, self._middle())
         ty = d - np.sum(d * tz, axis=-1, keepdims=True) * tz
         ty = ty / np.linalg.norm(ty, axis=-1, keepdims=True)
         return np.stack([np.cross(ty, tz), ty, tz], axis=-1)
 
-    def _middle(self) -> float:
-        return 0.5 * float(self.v_nodes[0] + self.v_nodes[-1])
+    def _middle(self) -> np.ndarray:
+        return np.asarray(0.5 * (self.v_nodes[0] + self.v_nodes[-1]))
 
     def save(self, path: str | os.PathLike[str], **extra: np.ndarray) -> None:
         """Write an .npz (s_nodes, v_nodes, points, directors and `extra` arrays), atomically."""

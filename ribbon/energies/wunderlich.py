@@ -32,7 +32,7 @@ _COEFFICIENTS = np.array([1.0 / (2 * k + 1) for k in range(_TERMS)])
 
 @njit(cache=True)
 def width_factor(x):
-    """(H, H', H'') at x = w eta' / 2, |x| < 1; infinite or NaN outside."""
+    """(H, H', H'') at x = w eta' / 2; infinite from |x| = 1 on, where rulings meet."""
     if abs(x) < SERIES_BELOW:
         y = x * x
         h = 0.0
@@ -44,9 +44,11 @@ def width_factor(x):
             d = d * y + 2 * k * _COEFFICIENTS[k]
             c = c * y + 2 * k * (2 * k - 1) * _COEFFICIENTS[k]
         return h, d * x, c
-    u = (1.0 - x) * (1.0 + x)
     z = abs(x)
-    h = 0.5 * math.log1p(2.0 * z / (1.0 - z)) / z if z < 1.0 else math.inf
+    if not z < 1.0:
+        return math.inf, math.copysign(math.inf, x), math.inf
+    u = (1.0 - x) * (1.0 + x)
+    h = 0.5 * math.log1p(2.0 * z / (1.0 - z)) / z
     d = (1.0 / u - h) / x
     c = (2.0 * x / (u * u) - 2.0 * d) / x
     return h, d, c

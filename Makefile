@@ -1,0 +1,50 @@
+# `make help` lists the targets. The environment is .venv; `make setup` brings everything it needs.
+
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test validate lint clean
+
+BIN := .venv/bin
+DEMO := out/demo
+WORKERS ?= 2
+# One thread per process: the processes share the cores, and times stay comparable. No window, no home packages.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+export MPLBACKEND := Agg
+export PYTHONNOUSERSITE := 1
+
+help:  ## this list
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 18
+
+setup:  ## install what is missing (apt packages, .venv, pinned Python packages); quick when nothing is
+	@.ci/setup.sh
+
+# The demo's command ends with 1 when a row is computed but not converged: the report is there all the same.
+demo: setup  ## ribbon against shell for the curl of section 4.3; report in out/demo
+	@$(BIN)/ribbonbench compare curl_4_3 --out $(DEMO); code=$$?; \
+	if [ $$code -le 1 ]; then echo "demo: the report is in $(DEMO) (result.json, tables, figures)"; fi; exit $$code
+
+lint: setup  ## ruff and mypy
+	@$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && echo "lint: ruff and mypy have no complaint"
+
+test: lint  ## set-up, lint and tests; pytest's own closing line comes last
+	@echo "test: running pytest, results below and in out/test/junit.xml" && mkdir -p out/test
+	@$(BIN)/python -m pytest -n $(WORKERS) -m "not validate" --junitxml=out/test/junit.xml
+
+# Long validation. Commands that check more than pytest does go into VALIDATE, one per line, each failing by exit code.
+define VALIDATE
+$(BIN)/ribbonbench doctor
+endef
+export VALIDATE
+
+validate: setup  ## the long validation: pytest -m validate and the commands listed in the Makefile
+	@echo "validate: long tests and commands, results below and in out/validate/junit.xml" && mkdir -p out/validate
+	@$(BIN)/python -m pytest -n $(WORKERS) -m validate --junitxml=out/validate/junit.xml; code=$$?; \
+	if [ $$code -eq 5 ]; then echo "validate: no test carries the marker validate yet"; else exit $$code; fi
+	@set -euo pipefail; while IFS= read -r command; do echo "validate: $$command"; $$command; done <<< "$$VALIDATE"
+	@echo "validate: done"
+
+clean:  ## remove results and caches in this folder (.venv stays)
+	@rm -rf out build .pytest_cache .mypy_cache .ruff_cache .hypothesis ribbonbench.egg-info
+	@find . -path ./.venv -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
+	@echo "clean: removed out/ and caches; .venv stays (delete it by hand)"

@@ -1,0 +1,263 @@
+"""The command `ribbonbench`.
+
+Exit codes: 0 done, 1 computed but not converged or not stable, 2 bad input, 3 something missing on this machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from compare.errors import BadInput, RibbonbenchError
+from compare.progress import Reporter
+
+DONE, NOT_CONVERGED, BAD_INPUT, MISSING = 0, 1, 2, 3
+_INTERRUPTED = 130
+_PLAIN_WIDTH = 180
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="ribbonbench",
+        description="Thin elastic ribbons cross-validated: curvature-element ribbon, Naghdi shell, planar elastica.",
+        epilog="Exit codes: 0 done, 1 computed but not converged or not stable, 2 bad input, 3 something missing.",
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and stop")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+
+    def add(name: str, text: str, out: str | None) -> argparse.ArgumentParser:
+        command = commands.add_parser(name, help=text, description=text)
+        if out is not None:
+            command.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or path of a TOML file")
+            command.add_argument(
+                "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
+                help="replace a key of the scene, e.g. --set strip.gamma=50 (repeatable)",
+            )  # fmt: skip
+            command.add_argument("--quiet", action="store_true", help="files and exit code only")
+        if out:
+            command.add_argument("--out", metavar="FOLDER", default=None, help=f"where results go (default {out})")
+        return command
+
+    add("solve", "solve the ribbon (or the elastica) of a scene", "out/SCENE")
+    add("compare", "compare the ribbon of a scene with shells of several thicknesses", "out/SCENE")
+    add("explain", "which effects a scene switches on, why, and what each costs", "")
+    add("scenes", "list the shipped scenes", None)
+    doctor = add("doctor", "versions, linear algebra, and what is missing with the command that mends it", None)
+    doctor.add_argument("--json", action="store_true", help="machine-readable")
+    return parser
+
+
+def _console() -> Console:
+    """Plain text (no markup in our words); wide enough for the tables where there is no terminal to ask."""
+    console = Console(markup=False)
+    return console if console.is_terminal else Console(markup=False, highlight=False, width=_PLAIN_WIDTH)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line and returns the exit code; errors of the user's making are one line on stderr."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    console = _console()
+    if options.version:
+        from importlib.metadata import version
+
+        console.print(f"ribbonbench {version('ribbonbench')}")
+        return DONE
+    if options.command is None:
+        parser.print_help()
+        return BAD_INPUT
+    run = {"solve": _solve, "compare": _compare, "explain": _explain, "scenes": _scenes, "doctor": _doctor}
+    try:
+        return run[options.command](options, console)
+    except RibbonbenchError as error:
+        print(f"ribbonbench: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("ribbonbench: interrupted; finished cases are kept and will be reused", file=sys.stderr)
+        return _INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+
+
+def _scene(options: argparse.Namespace) -> Any:
+    """The scene with the assignments of --set, and its notes on stderr."""
+    from compare.scene import load, parse_assignment
+
+    scene = load(options.scene)
+    keys = dict(parse_assignment(text) for text in options.assignments)
+    if keys:
+        scene = scene.replace(keys)
+    for note in scene.notes():
+        print(f"ribbonbench: note: {note}", file=sys.stderr)
+    return scene
+
+
+def _out(options: argparse.Namespace, scene: Any) -> Path:
+    from compare.store import check_writable
+
+    return check_writable(options.out if options.out is not None else Path("out") / scene.name)
+
+
+def _ribbon_errors() -> type[Exception]:
+    from ribbon import RibbonInputError
+
+    return RibbonInputError
+
+
+def _solve(options: argparse.Namespace, console: Console) -> int:
+    scene = _scene(options)
+    out = _out(options, scene)
+    try:
+        if scene.model.energy == "elastica":
+            return _solve_elastica(options, console, scene, out)
+        return _solve_ribbon(options, console, scene, out)
+    except _ribbon_errors() as error:
+        raise BadInput("scene", scene.name, str(error)) from None
+
+
+def _solve_ribbon(options: argparse.Namespace, console: Console, scene: Any, out: Path) -> int:
+    from compare import export, figures
+    from compare.comparison import Grid
+    from compare.distance import grid_hausdorff
+    from compare.results import ribbon_result
+    from compare.run import refined, run_ribbon
+    from compare.store import atomic_write_json, atomic_write_text
+
+    with Reporter(quiet=options.quiet) as reporter:
+        run = run_ribbon(scene, reporter.step)
+        finer = refined(run.equilibrium, 2, reporter.step)
+        e = run.equilibrium
+        grid = Grid.for_shape(scene, float(abs(e.omega([i / 2000 for i in range(2001)])).max()))
+        error = grid_hausdorff(grid.ribbon(e), grid.ribbon(finer)) if finer.ok and e.ok else None
+        reporter.step("writing results")
+        export.write_ribbon(out / "ribbon.vtu", e, grid)
+        atomic_write_text(out / "centreline.csv", export.centreline_csv(e))
+        figures.ribbon_profile(out / "ribbon.png", e, scene.title)
+        atomic_write_json(out / "result.json", ribbon_result(scene, run, error))
+    if not options.quiet:
+        table = Table(title=scene.title, title_justify="left", show_header=False)
+        for name, text in (
+            ("status", e.message),
+            ("residual", f"{e.residual:.1e} after {e.iterations} iterations"),
+            ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
+            ("energy / (D w / l)", f"elastic {e.energy.elastic:.6f}, gravity {e.energy.gravity:.6f}"),
+            ("free end / l", " ".join(f"{c:.6f}" for c in e.end.position)),
+            ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
+            ("discretisation error", "unknown" if error is None else f"{error:.1e} l (against twice the segments)"),
+            ("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve"),
+            ("results", str(out)),
+        ):
+            table.add_row(name, text)
+        console.print(table)
+    return DONE if e.ok else NOT_CONVERGED
+
+
+def _solve_elastica(options: argparse.Namespace, console: Console, scene: Any, out: Path) -> int:
+    from compare.results import elastica_result
+    from compare.run import run_elastica
+    from compare.store import atomic_write_json
+
+    with Reporter(quiet=options.quiet) as reporter:
+        run = run_elastica(scene, reporter.step)
+        result = elastica_result(scene, run)
+        atomic_write_json(out / "result.json", result)
+    r = run.result
+    if not options.quiet:
+        table = Table(title=scene.title, title_justify="left", show_header=False)
+        table.add_row("status", r.message)
+        table.add_row("residual", f"{r.residual:.1e} after {r.iterations} iterations")
+        table.add_row("energy / (D w / l)", f"elastic {r.energy.bending:.6f}, gravity {r.energy.gravity:.6f}")
+        table.add_row("free end / l", " ".join(f"{c:.6f}" for c in result["end"]["position"]))
+        table.add_row("discretisation error", "unknown" if r.error is None else f"{r.error:.1e} l")
+        table.add_row("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve")
+        table.add_row("results", str(out))
+        console.print(table)
+    return DONE if r.status.value == "converged" else NOT_CONVERGED
+
+
+def _compare(options: argparse.Namespace, console: Console) -> int:
+    from compare import report, tables
+    from compare.comparison import compare
+    from compare.store import CaseStore
+
+    scene = _scene(options)
+    scene.require_shell()
+    out = _out(options, scene)
+    try:
+        with Reporter(quiet=options.quiet) as reporter:
+            comparison = compare(scene, CaseStore(out / "cases"), reporter)
+            reporter.step("writing tables, pictures and surfaces")
+            page = report.write(out, comparison)
+    except _ribbon_errors() as error:
+        raise BadInput("scene", scene.name, str(error)) from None
+    if not options.quiet:
+        console.print(tables.as_terminal(comparison))
+        for sentence in tables.verdict(comparison):
+            console.print(f"- {sentence}")
+        console.print(f"Report: {page}")
+    return DONE if comparison.ok else NOT_CONVERGED
+
+
+def _explain(options: argparse.Namespace, console: Console) -> int:
+    from compare.effects import explain
+
+    scene = _scene(options)
+    found = explain(scene)
+    if options.quiet:
+        return DONE
+    table = Table(title=f"{scene.title}: effects", title_justify="left")
+    for heading in ("effect", "on", "why", "what it adds"):
+        table.add_column(heading, overflow="fold")
+    table.add_column("measured cost", justify="right")
+    for effect in found.effects:
+        cost = "" if effect.seconds is None else f"{max(effect.seconds, 0.0) / found.evaluation:.0%} of an evaluation"
+        table.add_row(effect.name, "yes" if effect.on else "no", effect.why, effect.adds, cost)
+    console.print(table)
+    console.print(
+        f"Ribbon: {found.formulation} ({found.formulation_why}); {found.unknowns} unknowns, {found.bounds} "
+        f"with bounds, no constraints; one evaluation of energy, gradient and Hessian {found.evaluation * 1e6:.0f} us."
+    )
+    console.print(f"Third opinion: {found.third_opinion}.")
+    return DONE
+
+
+def _scenes(options: argparse.Namespace, console: Console) -> int:
+    from compare.scene import load, shipped
+
+    table = Table(title="Shipped scenes", title_justify="left")
+    table.add_column("name", no_wrap=True)
+    for heading in ("title", "w/l", "K l", "Gamma", "energy", "elements", "shell w/h"):
+        table.add_column(heading, overflow="fold")
+    for name in shipped():
+        scene = load(name)
+        start, end = scene.curvature
+        table.add_row(
+            name,
+            scene.title,
+            f"{scene.width:g}",
+            f"{start:g}" if start == end else f"{start:g} to {end:g}",
+            f"{scene.gamma:.4g}",
+            scene.model.energy,
+            str(len(scene.model.lengths)),
+            ", ".join(f"{r:g}" for r in scene.shell.width_to_thickness) or "-",
+        )
+    console.print(table)
+    return DONE
+
+
+def _doctor(options: argparse.Namespace, console: Console) -> int:
+    from compare.doctor import main as examine
+
+    return examine(console, as_json=options.json)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

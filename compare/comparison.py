@@ -1,0 +1,242 @@
+"""One ribbon against shells of several thicknesses: distances, energies, errors and times, row by row (thesis, 4.3).
+
+Every row carries three lengths (design rule 7): the distance between the two models, and the discretisation error of
+each. The ribbon's error is the distance to its own solution on segments cut in two; the shell's is the distance between
+its solution and that on a mesh with half as many elements each way, which bounds the finer mesh's own error from above
+as long as halving the elements more than halves the error. A difference between the models is claimed only when the
+distance exceeds the sum of both errors.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.distance import cells_across, cells_along, centreline_distance, grid_hausdorff
+from compare.progress import Reporter
+from compare.run import ElasticaRun, RibbonRun, refined, run_elastica, run_ribbon
+from compare.scene import Scene
+from compare.shell_process import ShellCase, run_shell, shell_elements, shell_problem
+from compare.store import CaseStore
+from ribbon import Equilibrium
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Material coordinates on which surfaces are compared: s (k,) in [0, 1], v (m,) in [-w/2, w/2], units of l."""
+
+    s: FloatArray
+    v: FloatArray
+
+    @classmethod
+    def for_shape(cls, scene: Scene, largest_curvature: float) -> Grid:
+        """Fine enough for the curvature (1/l) of the shapes."""
+        along = cells_along(largest_curvature)
+        across = cells_across(scene.width, along)
+        half = 0.5 * scene.width
+        return cls(np.linspace(0.0, 1.0, along + 1), np.linspace(-half, half, across + 1))
+
+    def ribbon(self, equilibrium: Equilibrium) -> FloatArray:
+        """Points (k, m, 3) of a ribbon."""
+        return equilibrium.surface(self.s.size - 1, self.v.size - 1).grid
+
+    def shell(self, case: ShellCase) -> FloatArray:
+        """Points (k, m, 3) of a shell."""
+        return case.surface.grid(self.s, self.v)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A shell run beside the ribbon. Lengths in l, energies in D w / l, times in s; None where there is no surface.
+
+    hausdorff, centreline: distances between the models; ribbon_error, shell_error: of the discretisations (Hausdorff);
+    claimed: the distance exceeds the sum of the errors; energy: shell's parts (`elastic` includes the constant of the
+    natural curvature, `elastic_ribbon` leaves it out like the ribbon's); share: of its elastic energy; elastica:
+    distance of the shell's centreline to the elastica's, in planar scenes.
+    """
+
+    width_to_thickness: float
+    status: str
+    stable: bool | None
+    message: str
+    hausdorff: float | None
+    centreline: float | None
+    ribbon_error: float
+    shell_error: float | None
+    claimed: bool
+    energy: dict[str, float] | None
+    share: dict[str, float] | None
+    shell_end: dict[str, Any] | None
+    shell_middle: dict[str, Any] | None
+    seconds: dict[str, float | None]
+    elements: tuple[int, int]
+    newton_iterations: int | None
+    reused: bool
+    elastica: float | None = None
+
+    @property
+    def ratio(self) -> float | None:
+        """How many times longer the shell takes than the ribbon."""
+        ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
+        return None if not ribbon or shell is None else shell / ribbon
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Least-squares slope of log(distance) against log(h/w) over the claimed rows; spread: of the slopes between
+    neighbouring rows, smallest and largest."""
+
+    value: float
+    rows: int
+    spread: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A finished comparison; `shells` holds the cases in the order of `rows`."""
+
+    scene: Scene
+    ribbon: RibbonRun
+    finer: Equilibrium
+    ribbon_error: float
+    elastica: ElasticaRun | None
+    elastica_distance: float | None
+    rows: tuple[Row, ...]
+    shells: tuple[ShellCase, ...]
+    grid: Grid
+    slope: Slope | None
+
+    @property
+    def ok(self) -> bool:
+        """Every solve converged to a stable equilibrium."""
+        return self.ribbon.equilibrium.ok and self.finer.ok and all(row.status == "converged" for row in self.rows)
+
+    @property
+    def falls(self) -> bool | None:
+        """Whether the distance falls as h/w falls, over the claimed rows; None with fewer than two of them."""
+        claimed = sorted((r.width_to_thickness, r.hausdorff) for r in self.rows if r.claimed and r.hausdorff)
+        if len(claimed) < 2:
+            return None
+        return all(later < earlier for (_, earlier), (_, later) in pairwise(claimed))
+
+
+def natural_constant(scene: Scene) -> float:
+    """1/2 int K^2 ds in D w / l, which the ribbon's energy leaves out (K l linear between its ends)."""
+    start, end = scene.curvature
+    return (start * start + start * end + end * end) / 6.0
+
+
+def coarser(elements: tuple[int, int]) -> tuple[int, int]:
+    """Half as many elements each way, at least one."""
+    return max(1, elements[0] // 2), max(1, elements[1] // 2)
+
+
+def fit_slope(rows: tuple[Row, ...]) -> Slope | None:
+    """Slope over the rows whose distance is claimed; None with fewer than two of them."""
+    pairs = sorted((1.0 / r.width_to_thickness, r.hausdorff) for r in rows if r.claimed and r.hausdorff)
+    if len(pairs) < 2:
+        return None
+    x, y = np.log(np.array(pairs, dtype=float)).T
+    steps = np.diff(y) / np.diff(x)
+    return Slope(float(np.polyfit(x, y, 1)[0]), len(pairs), (float(steps.min()), float(steps.max())))
+
+
+def compare(scene: Scene, store: CaseStore, reporter: Reporter) -> Comparison:
+    """Runs the ribbon, the elastica where the scene is planar, and one shell per w/h of the scene.
+
+    Finished shell cases are taken from `store` and new ones are kept there at once.
+    """
+    thicknesses = scene.require_shell()
+    elements = shell_elements(scene)
+    ribbon = run_ribbon(scene, reporter.step)
+    finer = refined(ribbon.equilibrium, 2, reporter.step)
+    sample = np.linspace(0.0, 1.0, 2001)
+    grid = Grid.for_shape(scene, float(np.abs(ribbon.equilibrium.omega(sample)).max()))
+    ribbon_points = grid.ribbon(ribbon.equilibrium)
+    ribbon_error = grid_hausdorff(ribbon_points, grid.ribbon(finer))
+    ribbon_line = ribbon.equilibrium.position(grid.s)
+    elastica = run_elastica(scene, reporter.step) if scene.is_planar() else None
+    elastica_line = elastica.centreline(grid.s) if elastica is not None else None
+    rows: list[Row] = []
+    shells: list[ShellCase] = []
+    for ratio in thicknesses:
+        reporter.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
+        case = run_shell(shell_problem(scene, ratio, elements), store, progress=reporter.detail)
+        check = coarser(elements)
+        reporter.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
+        coarse = run_shell(shell_problem(scene, ratio, check), store, progress=reporter.detail)
+        rows.append(
+            _row(scene, ribbon, grid, ribbon_points, ribbon_line, ribbon_error, elastica_line, ratio, case, coarse)
+        )
+        shells.append(case)
+    found = tuple(rows)
+    return Comparison(
+        scene=scene,
+        ribbon=ribbon,
+        finer=finer,
+        ribbon_error=ribbon_error,
+        elastica=elastica,
+        elastica_distance=None if elastica_line is None else centreline_distance(ribbon_line, elastica_line),
+        rows=found,
+        shells=tuple(shells),
+        grid=grid,
+        slope=fit_slope(found),
+    )
+
+
+def _row(
+    scene: Scene,
+    ribbon: RibbonRun,
+    grid: Grid,
+    ribbon_points: FloatArray,
+    ribbon_line: FloatArray,
+    ribbon_error: float,
+    elastica_line: FloatArray | None,
+    ratio: float,
+    case: ShellCase,
+    coarse: ShellCase,
+) -> Row:
+    """The row of one shell run; without a converged surface it keeps the status and no distances."""
+    data = case.data
+    hausdorff = centreline = shell_error = planar = None
+    energy = dict(data["energy"]) if data.get("energy") else None
+    if energy is not None:
+        energy["elastic_ribbon"] = energy["elastic"] - natural_constant(scene)
+    if case.ok:
+        points = grid.shell(case)
+        line = case.surface.centreline(grid.s)
+        hausdorff = grid_hausdorff(ribbon_points, points)
+        centreline = centreline_distance(ribbon_line, line)
+        if elastica_line is not None:
+            planar = centreline_distance(elastica_line, line)
+        if coarse.ok:
+            shell_error = grid_hausdorff(points, grid.shell(coarse))
+    claimed = hausdorff is not None and shell_error is not None and hausdorff > shell_error + ribbon_error
+    seconds = case.seconds
+    return Row(
+        width_to_thickness=ratio,
+        status=case.status if case.ok or case.status != "converged" else "unstable",
+        stable=data.get("stable"),
+        message=str(data.get("message", "")),
+        hausdorff=hausdorff,
+        centreline=centreline,
+        ribbon_error=ribbon_error,
+        shell_error=shell_error,
+        claimed=claimed,
+        energy=energy,
+        share=data.get("share"),
+        shell_end=data.get("end"),
+        shell_middle=data.get("middle"),
+        seconds={"ribbon": ribbon.warm, "shell": None if math.isnan(seconds) else seconds},
+        elements=tuple(data.get("elements", shell_elements(scene))),  # type: ignore[arg-type]
+        newton_iterations=data.get("newton_iterations"),
+        reused=case.reused,
+        elastica=planar,
+    )

@@ -1,0 +1,121 @@
+"""`result.json`: the contract that every command keeps (design document, Contracts)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from compare.comparison import Comparison
+from compare.run import ElasticaRun, RibbonRun
+from compare.scene import Scene
+from compare.store import case_key, versions
+from ribbon import Equilibrium, Pose
+
+
+def _pose(pose: Pose) -> dict[str, Any]:
+    return {"position": pose.position, "frame": pose.frame}
+
+
+def provenance(scene: Scene, options: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Versions, machine, the scene with its hash, the options of the solver."""
+    canonical = scene.canonical()
+    return {**versions(), "scene": canonical, "scene_hash": case_key(canonical), "options": options or {}}
+
+
+def ribbon_result(scene: Scene, run: RibbonRun, error: float | None = None) -> dict[str, Any]:
+    """The contract's keys of a ribbon solve; `error`: its discretisation error (Hausdorff / l) when measured."""
+    e: Equilibrium = run.equilibrium
+    return {
+        "scene": scene.name,
+        "title": scene.title,
+        "status": e.status.code,
+        "message": e.message,
+        "stable": e.stable,
+        "lowest_eigenvalue": e.lowest_eigenvalue,
+        "residual": e.residual,
+        "iterations": e.iterations,
+        "evaluations": e.evaluations,
+        "energy": {
+            "bending": e.energy.bending,
+            "natural": e.energy.natural,
+            "elastic": e.energy.elastic,
+            "gravity": e.energy.gravity,
+            "total": e.energy.total,
+        },
+        "end": _pose(e.end),
+        "middle": _pose(e.middle),
+        "max_abs_eta": e.max_abs_eta,
+        "max_abs_eta_prime_w_half": e.max_abs_eta_prime_w_half,
+        "active_bounds": e.active_bounds,
+        "forces": {"start": {"force": e.start.force, "moment": e.start.moment}},
+        "discretisation_error": error,
+        "seconds": {"first": run.first, "warm": run.warm},
+        "model": {
+            "energy": e.problem.energy,
+            "formulation": "chained",
+            "elements": int(e.problem.lengths.size),
+            "element_lengths": e.problem.lengths,
+            "unknowns": e.problem.size,
+        },
+        "provenance": {**provenance(scene, e.options), "linear_solver": "MUMPS (sequential, in Ipopt)"},
+    }
+
+
+def elastica_result(scene: Scene, run: ElasticaRun) -> dict[str, Any]:
+    """The contract's keys of an elastica solve."""
+    r = run.result
+    ends = np.array([1.0, 0.5])
+    points, frames = run.centreline(ends), run.frames(ends)
+    weight = np.zeros(3) if scene.up is None else scene.gamma * scene.up
+    fine = (np.arange(2000) + 0.5) / 2000.0
+    lever = (run.centreline(fine) - run.position).mean(axis=0)
+    known = r.status.value != "limit_point"
+    return {
+        "scene": scene.name,
+        "title": scene.title,
+        "status": r.status.value,
+        "message": r.message,
+        "stable": bool(r.stable) if known else None,
+        "lowest_eigenvalue": r.lowest_eigenvalue,
+        "residual": r.residual,
+        "iterations": r.iterations,
+        "energy": {
+            "bending": r.energy.bending,
+            "elastic": r.energy.bending,
+            "gravity": r.energy.gravity,
+            "total": r.energy.total,
+        },
+        "end": {"position": points[0], "frame": frames[0]},
+        "middle": {"position": points[1], "frame": frames[1]},
+        "max_abs_eta": 0.0,
+        "max_abs_eta_prime_w_half": 0.0,
+        "forces": {"start": {"force": weight, "moment": np.cross(lever, weight)}},
+        "discretisation_error": r.error,
+        "seconds": {"first": run.first, "warm": run.warm},
+        "model": {"energy": "elastica", "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
+        "provenance": provenance(scene),
+    }
+
+
+def comparison_result(comparison: Comparison) -> dict[str, Any]:
+    """The ribbon's keys with one row per shell run, the slope and, in planar scenes, the elastica."""
+    result = ribbon_result(comparison.scene, comparison.ribbon, comparison.ribbon_error)
+    result["rows"] = [
+        {**{name: getattr(row, name) for name in row.__dataclass_fields__}, "ratio": row.ratio}
+        for row in comparison.rows
+    ]
+    result["slope"] = comparison.slope
+    result["distance_falls"] = comparison.falls
+    result["complete"] = comparison.ok
+    if comparison.elastica is not None:
+        r = comparison.elastica.result
+        result["elastica"] = {
+            "status": r.status.value,
+            "stable": bool(r.stable),
+            "energy": {"elastic": r.energy.bending, "gravity": r.energy.gravity, "total": r.energy.total},
+            "discretisation_error": r.error,
+            "ribbon_centreline": comparison.elastica_distance,
+            "seconds": {"first": comparison.elastica.first, "warm": comparison.elastica.warm},
+        }
+    return result

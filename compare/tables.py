@@ -1,0 +1,184 @@
+"""The comparison table as CSV, Markdown and on the terminal: the same columns in the same order."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from rich.table import Table
+
+from compare.comparison import Comparison, Row
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its name in CSV, its heading, the value of a row, and how a reader sees it."""
+
+    name: str
+    heading: str
+    value: Callable[[Row], Any]
+    text: Callable[[Any], str]
+
+
+def _number(form: str) -> Callable[[Any], str]:
+    return lambda value: "-" if value is None else format(value, form)
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{100 * value:.3g}"
+
+
+def _part(kind: str, name: str) -> Callable[[Row], Any]:
+    def value(row: Row) -> Any:
+        table = getattr(row, kind)
+        return None if table is None else table.get(name)
+
+    return value
+
+
+_COLUMNS = (
+    Column("width_to_thickness", "w/h", lambda r: r.width_to_thickness, _number("g")),
+    Column("status", "shell", lambda r: r.status, str),
+    Column("hausdorff", "distance", lambda r: r.hausdorff, _number(".2e")),
+    Column("centreline", "centreline", lambda r: r.centreline, _number(".2e")),
+    Column("ribbon_error", "ribbon error", lambda r: r.ribbon_error, _number(".1e")),
+    Column("shell_error", "shell error", lambda r: r.shell_error, _number(".1e")),
+    Column("claimed", "models differ", lambda r: r.claimed, lambda v: "yes" if v else "not shown"),
+    Column("membrane_share", "membrane %", _part("share", "membrane"), _percent),
+    Column("shear_share", "shear %", _part("share", "shear"), _percent),
+    Column("elastic", "elastic", _part("energy", "elastic_ribbon"), _number(".4f")),
+    Column("gravity", "gravity", _part("energy", "gravity"), _number(".4f")),
+    Column("total", "total", lambda r: _total(r), _number(".4f")),
+    Column("seconds_ribbon", "ribbon s", lambda r: r.seconds["ribbon"], _number(".2g")),
+    Column("seconds_shell", "shell s", lambda r: r.seconds["shell"], _number(".3g")),
+    Column("ratio", "ratio", lambda r: r.ratio, lambda v: "-" if v is None else f"{v:.0f}"),
+)
+_ELASTICA = Column("elastica", "to elastica", lambda r: r.elastica, _number(".2e"))
+#: What the headings mean, under the table.
+LEGEND = (
+    "Lengths in l, energies in D w / l without the constant of the natural curvature, times in seconds of one solve "
+    "(compilation apart). distance: symmetric Hausdorff distance of the surfaces; centreline: largest distance at "
+    "equal s; errors: of the discretisations, by refinement; models differ: the distance exceeds the sum of both "
+    "errors; ratio: shell time over ribbon time."
+)
+
+
+def _total(row: Row) -> float | None:
+    if row.energy is None:
+        return None
+    return row.energy["elastic_ribbon"] + row.energy["gravity"]
+
+
+def columns(comparison: Comparison) -> tuple[Column, ...]:
+    """The columns of this comparison; the elastica's is absent where there is none."""
+    return _COLUMNS if comparison.elastica is None else (*_COLUMNS, _ELASTICA)
+
+
+def as_csv(comparison: Comparison) -> str:
+    """All rows with full digits, names of the columns first; empty where there is no value."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    chosen = columns(comparison)
+    writer.writerow([c.name for c in chosen])
+    for row in comparison.rows:
+        values = [c.value(row) for c in chosen]
+        writer.writerow(["" if v is None else repr(v) if isinstance(v, float) else v for v in values])
+    return out.getvalue()
+
+
+def as_markdown(comparison: Comparison) -> str:
+    """The table in Markdown, the ribbon's own energies as its last row."""
+    chosen = columns(comparison)
+    lines = [
+        "| " + " | ".join(c.heading for c in chosen) + " |",
+        "|" + "|".join("---:" for _ in chosen) + "|",
+    ]
+    lines += ["| " + " | ".join(c.text(c.value(row)) for c in chosen) + " |" for row in comparison.rows]
+    lines.append("| " + " | ".join(_ribbon_cells(comparison, chosen)) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _ribbon_cells(comparison: Comparison, chosen: tuple[Column, ...]) -> list[str]:
+    """The cells of the ribbon, the limit h/w = 0 of the inextensible model."""
+    energy = comparison.ribbon.equilibrium.energy
+    cells = {
+        "width_to_thickness": "ribbon",
+        "status": comparison.ribbon.equilibrium.status.code,
+        "ribbon_error": f"{comparison.ribbon_error:.1e}",
+        "elastic": f"{energy.elastic:.4f}",
+        "gravity": f"{energy.gravity:.4f}",
+        "total": f"{energy.total:.4f}",
+        "seconds_ribbon": f"{comparison.ribbon.warm:.2g}",
+    }
+    if comparison.elastica_distance is not None:
+        cells["elastica"] = f"{comparison.elastica_distance:.2e}"
+    return [cells.get(c.name, "") for c in chosen]
+
+
+def as_terminal(comparison: Comparison) -> Table:
+    """The table for a terminal."""
+    chosen = columns(comparison)
+    table = Table(title=comparison.scene.title, title_justify="left")
+    for column in chosen:
+        table.add_column(column.heading, justify="right", overflow="fold")
+    for row in comparison.rows:
+        table.add_row(*(c.text(c.value(row)) for c in chosen))
+    table.add_section()
+    table.add_row(*_ribbon_cells(comparison, chosen))
+    return table
+
+
+def verdict(comparison: Comparison) -> list[str]:
+    """What the table says, in sentences that its numbers bear out."""
+    said: list[str] = []
+    ribbon = comparison.ribbon
+    e = ribbon.equilibrium
+    said.append(
+        f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {e.message}; residual {e.residual:.1e}, "
+        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {comparison.ribbon_error:.1e} l, "
+        f"{ribbon.warm * 1e3:.3g} ms."
+    )
+    if comparison.slope is not None:
+        low, high = comparison.slope.spread
+        word = "falls" if comparison.falls else "does not fall on every row"
+        said.append(
+            f"The distance between the models {word} as h/w falls: slope {comparison.slope.value:.2f} in log-log over "
+            f"{comparison.slope.rows} rows on which it exceeds both errors (between rows {low:.2f} to {high:.2f})."
+        )
+    else:
+        said.append("No slope: fewer than two rows have a distance above the discretisation errors.")
+    if not comparison.falls:
+        said += _undecided(comparison)
+    times = [row for row in comparison.rows if row.ratio is not None and row.shell_error is not None]
+    if times:
+        last = times[-1]
+        said.append(
+            f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
+            f"{last.shell_error:.1e} l), the ribbon {ribbon.warm:.2g} s (error {last.ribbon_error:.1e} l): a factor "
+            f"{last.ratio:.0f}" + ("; the shell's time is from the run that stored it." if last.reused else ".")
+        )
+    if comparison.elastica is not None and comparison.elastica_distance is not None:
+        r = comparison.elastica.result
+        said.append(
+            f"Elastica (the scene is planar): centreline {comparison.elastica_distance:.1e} l from the ribbon's; its "
+            f"own error {r.error or 0.0:.1e} l; {r.message}."
+        )
+    said += [
+        f"w/h = {row.width_to_thickness:g}: the shell is {row.status}: {row.message}"
+        for row in comparison.rows
+        if row.status != "converged"
+    ]
+    return said
+
+
+def _undecided(comparison: Comparison) -> list[str]:
+    """Rows where no difference between the models can be claimed."""
+    return [
+        f"w/h = {row.width_to_thickness:g}: no difference is claimed, the distance {row.hausdorff:.1e} l is not above "
+        f"the errors; use a finer shell ([shell] elements) or more ribbon segments."
+        for row in comparison.rows
+        if row.hausdorff is not None and not row.claimed
+    ]

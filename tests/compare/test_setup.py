@@ -1,0 +1,240 @@
+"""The house itself: pins, make targets, files without paths of a machine, and who may import whom."""
+
+from __future__ import annotations
+
+import ast
+import importlib.metadata
+import os
+import re
+import subprocess
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LOCK = ROOT / ".ci" / "requirements.lock"
+
+
+def _canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def _pins() -> dict[str, str]:
+    lines = [line.strip() for line in LOCK.read_text().splitlines() if line.strip() and not line.startswith("#")]
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+", line) for line in lines)  # no hosts, no hashes
+    return {_canonical(name): version for name, version in (line.split("==") for line in lines)}
+
+
+# --- pins ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "version"), _pins().items())
+def test_pins_are_what_is_installed(name, version):
+    assert importlib.metadata.version(name) == version
+
+
+def test_every_dependency_of_a_pinned_package_is_pinned():
+    requirements = pytest.importorskip("packaging.requirements")
+    pins = _pins()
+    loose = set()
+    for name in pins:
+        for text in importlib.metadata.requires(name) or []:
+            needed = requirements.Requirement(text)
+            if needed.marker is None or needed.marker.evaluate({"extra": ""}):
+                loose |= {_canonical(needed.name)} - set(pins)
+    assert loose == set()
+
+
+def test_pins_satisfy_the_project_s_own_requirements():
+    requirements = pytest.importorskip("packaging.requirements")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    pins = _pins()
+    for text in [*project["dependencies"], *project["optional-dependencies"]["test"]]:
+        needed = requirements.Requirement(text)
+        assert needed.specifier.contains(pins[_canonical(needed.name)]), text
+
+
+# --- make ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["setup", "demo", "test", "validate", "lint", "clean", "help"])
+def test_make_knows_the_target(target):
+    done = subprocess.run(["make", "-n", "-C", ROOT, target], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert target == "help" or f"make {target} " in _help()
+
+
+def _help() -> str:
+    return subprocess.run(["make", "-s", "-C", ROOT, "help"], capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.parametrize("name", [".ci/run", ".ci/setup.sh"])
+def test_scripts_are_executable_bash(name):
+    script = ROOT / name
+    assert os.access(script, os.X_OK)
+    assert script.read_text().startswith("#!/usr/bin/env bash\n")
+    assert subprocess.run(["bash", "-n", script], check=False).returncode == 0
+
+
+def test_the_default_run_of_pytest_leaves_the_long_validation_out():
+    options = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]
+    assert "-m 'not validate'" in options["addopts"]
+
+
+# --- files -----------------------------------------------------------------------------------------------------------
+
+
+def _project_files() -> list[Path]:
+    """What is tracked, or would be by `git add`; every file where there is no git."""
+    command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    try:
+        names = subprocess.run(command, capture_output=True, check=True).stdout.decode().split("\0")
+    except (OSError, subprocess.CalledProcessError):
+        skipped = {".venv", ".git", "out", "build", "__pycache__", ".mypy_cache", ".ruff_cache", ".pytest_cache"}
+        names = [
+            str(path.relative_to(ROOT))
+            for path in ROOT.rglob("*")
+            if not (skipped | {"ribbonbench.egg-info", ".hypothesis"}) & set(path.relative_to(ROOT).parts)
+        ]
+    return [ROOT / name for name in names if name and (ROOT / name).is_file()]
+
+
+_MACHINE = re.compile(rb"(?<![\w.~])/(?:work|root|home)/\w|[\w.-]*pypi[.]org|pythonhosted[.]org|deb[.]debian[.]org")
+
+
+def _machine_words(text: bytes) -> list[bytes]:
+    """Paths of a machine, and package registries' hosts, in `text`."""
+    own = [os.fsencode(path) for path in (ROOT, Path.home()) if len(path.parts) > 2]
+    return [match[0] for match in _MACHINE.finditer(text)] + [word for word in own if word in text]
+
+
+def test_no_file_names_a_path_of_a_machine_or_a_registry():
+    files = _project_files()
+    assert len(files) > 20
+    found = {str(path.relative_to(ROOT)): words for path in files if (words := _machine_words(path.read_bytes()))}
+    assert found == {}
+
+
+# The bar stands for the stroke or the dot, so that this file passes its own test.
+@pytest.mark.parametrize("text", ["see |root|x.py", '"|home|joe|a"', "(|work|a)", "-i https:||pypi!org|simple"])
+def test_the_search_for_machine_words_can_fail(text):
+    assert _machine_words(text.replace("|", "/").replace("!", ".").encode())
+
+
+@pytest.mark.parametrize("text", [b"/usr/bin/python3", b"/proc/self/maps", b"frame/work/x", b"~/.cache", b"homework/a"])
+def test_the_search_for_machine_words_has_no_false_alarm(text):
+    assert not _machine_words(text)
+
+
+# --- who imports whom ------------------------------------------------------------------------------------------------
+
+Modules = Mapping[str, str]  # dotted name -> source text
+_PACKAGES = ("ribbon", "shellref", "compare")
+
+
+def _modules() -> dict[str, str]:
+    """Every module of the three packages; a package's own name stands for its __init__."""
+    found = {}
+    for package in _PACKAGES:
+        for path in sorted((ROOT / package).rglob("*.py")):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_text()
+    return found
+
+
+def imported(name: str, source: str, is_package: bool = False) -> set[str]:
+    """Dotted names that the module `name` imports, wherever in it, relative ones resolved.
+
+    `from a import b` yields a and a.b (b may be a module). `importlib.import_module`, `__import__`, `find_spec` and
+    `exec`-like strings count where the name is written out.
+    """
+    seen: set[str] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            seen |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                package = name.split(".") if is_package else name.split(".")[:-1]
+                stem = package[: len(package) - node.level + 1]
+                base = ".".join([*stem, base] if base else stem)
+            seen |= {base} | {f"{base}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Call) and node.args:
+            function = node.func
+            called = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+            first = node.args[0]
+            if called in ("import_module", "__import__", "run_module") and isinstance(first, ast.Constant):
+                seen.add(str(first.value))
+    return seen
+
+
+def violations(modules: Modules) -> Iterator[str]:
+    """Breaches of the house's import rules: packages know only what they may; the elastica never meets dolfinx."""
+    allowed = {"ribbon": {"ribbon"}, "shellref": {"shellref"}, "compare": set(_PACKAGES)}
+    packages = {name for name in modules if any(other.startswith(name + ".") for other in modules)}
+    packages |= set(_PACKAGES) & set(modules)
+    graph = {name: imported(name, source, name in packages) for name, source in modules.items()}
+    for name, targets in graph.items():
+        top = name.split(".")[0]
+        for target in sorted(targets):
+            if target.split(".")[0] in set(_PACKAGES) - allowed[top]:
+                yield f"{name} imports {target}"
+    # With a module come its parents' __init__, and everything these import in turn.
+    todo, reached = ["shellref.elastica"], set()
+    while todo:
+        name = todo.pop()
+        if name in reached or name not in graph:
+            continue
+        reached.add(name)
+        for target in sorted(graph[name]):
+            if target.split(".")[0] in ("dolfinx", "petsc4py", "slepc4py", "mpi4py", "ufl", "basix", "ffcx"):
+                yield f"shellref.elastica reaches {target} through {name}"
+        todo += [*graph[name], *(name.rsplit(".", k)[0] for k in range(1, name.count(".") + 1))]
+
+
+def test_the_solvers_are_independent():
+    modules = _modules()
+    assert {"ribbon", "shellref", "compare.errors", "shellref.elastica"} <= set(modules)
+    assert list(violations(modules)) == []
+
+
+CLEAN = {
+    "ribbon": "from ribbon.strip import Strip",
+    "ribbon.strip": "import numpy",
+    "shellref": "",
+    "shellref.elastica": "import skfem\nfrom shellref.result import Result",
+    "shellref.result": "import numpy",
+    "shellref.naghdi": "import dolfinx",
+    "compare": "",
+    "compare.run": "import ribbon\nfrom shellref import naghdi",
+}
+
+
+def test_the_import_checker_passes_a_clean_house():
+    assert list(violations(CLEAN)) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        ("ribbon.strip", "import shellref"),
+        ("ribbon.strip", "from shellref.result import Result"),
+        ("ribbon.strip", "import numpy, compare.errors"),
+        ("ribbon.strip", "def f():\n    from compare import errors"),
+        ("ribbon.strip", "if TYPE_CHECKING:\n    import shellref.result"),
+        ("ribbon.energies.sadowsky", "import importlib\nimportlib.import_module('shellref.result')"),
+        ("shellref.naghdi", "import ribbon"),
+        ("shellref.naghdi", "from compare.errors import BadInput"),
+        ("shellref.elastica", "import dolfinx.fem"),
+        ("shellref.elastica", "from . import naghdi"),
+        ("shellref.elastica", "from .naghdi import Shell"),
+        ("shellref.elastica", "from shellref.naghdi import Shell"),
+        ("shellref.result", "from petsc4py import PETSc"),
+        ("shellref", "from .naghdi import Shell"),
+        ("shellref", "import dolfinx"),
+    ],
+)
+def test_the_import_checker_can_fail(module, source):
+    assert list(violations({**CLEAN, module: source}))
