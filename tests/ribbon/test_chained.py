@@ -37,7 +37,7 @@ def state(kind, seed):
     bound = 2.0 / WIDTH
     if kind == "near the bound":
         x[3::2] = np.array([1, -1, 1, -1]) * bound * (1 - 10.0 ** -np.array([1.0, 2.0, 3.0, 5.0]))
-        x[2::2] *= 0.2
+        x[::2] *= 0.1
     elif kind == "near zero":
         x[3::2] = [1e-9, -1e-5, 0.0, 1e-13]
     return x
@@ -48,7 +48,7 @@ def state(kind, seed):
 @pytest.mark.parametrize("gravity", [True, False], ids=["gravity", "weightless"])
 def test_energy_gradient_and_hessian_to_1e_9(energy, kind, gravity):
     pr = problem(energy, gravity)
-    for seed in (1, 2):
+    for seed in (1, 2) if kind == "generic" else (3,):
         x = state(kind, seed)
         function = twin(pr)
         with mp.workdps(ribbon_energy.DIGITS):

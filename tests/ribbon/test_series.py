@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ def values(a, b, n, m, length, limit=series.EXPONENT_LIMIT):
     return q, p, j, count
 
 
+@functools.cache
 def reference(*parameters):
     q, p, j = frame_and_chord(*parameters, digits=30)
     q, p, j = (np.array(matrix.tolist(), dtype=float) for matrix in (q, p, j))
