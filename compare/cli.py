@@ -66,9 +66,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     console = _console()
     if options.version:
-        from importlib.metadata import version
+        from compare import __version__
 
-        console.print(f"ribbonbench {version('ribbonbench')}")
+        console.print(f"ribbonbench {__version__}")
         return DONE
     if options.command is None:
         parser.print_help()

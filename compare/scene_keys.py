@@ -34,7 +34,8 @@ KEYS: dict[str, Key] = {
     "model.energy": Key('energy of the strip: "auto", "sadowsky", "wunderlich" or "elastica"', '"wunderlich"'),
     "model.elements": Key("number of elements of equal length, a whole number >= 1", "20"),
     "model.grading": Key(
-        '"uniform", or "clamp": elements grow from w/8 at the clamp by 1.5 each until they are equal', '"uniform"'
+        '"uniform", or "clamp": from 2.5 w / elements at the clamp growing by 1.5 each until they are equal',
+        '"uniform"',
     ),
     "model.element_lengths": Key(
         "lengths of the elements from the start, > 0, summing to strip.length, in its unit", "[0.1, 0.2, 0.7]"

@@ -215,7 +215,7 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
     if "element_lengths" not in table:
         elements = table.count("elements") if "elements" in table else DEFAULT_ELEMENTS
         grading = table.choice("grading", contract.GRADINGS) if "grading" in table else "uniform"
-        smallest = FIRST_OVER_WIDTH * strip.width / strip.length if grading == "clamp" else None
+        smallest = FIRST_OVER_WIDTH * strip.width / (strip.length * elements) if grading == "clamp" else None
         return ModelSpec(energy, elements, None, formulation, grading, smallest)
     for other in ("elements", "grading"):
         if other in table:

@@ -19,8 +19,8 @@ STANDARD_GRAVITY = 9.81
 GROWTH = 1.5
 """Ratio of neighbouring elements where they are graded."""
 
-FIRST_OVER_WIDTH = 0.125
-"""Length of the first graded element over the strip's width."""
+FIRST_OVER_WIDTH = 2.5
+"""Length of the first graded element, times the number of elements, over the strip's width (20 elements: w/8)."""
 
 DEFAULT_ELEMENTS = 20
 """Number of ribbon elements when the scene does not say: the thesis's choice (3.5.1)."""

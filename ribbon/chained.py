@@ -185,7 +185,5 @@ class ChainedProblem:
         p = self.lengths.size
         points, frames = np.empty((p + 1, 3)), np.empty((p + 1, 3, 3))
         position = np.asarray(self.clamp.position) / self.strip.length
-        kernels.walk(
-            self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames
-        )
+        kernels.walk(self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames)
         return points, frames

@@ -258,13 +258,9 @@ def walk(q, lengths, position, frame, limit, points, frames):
     for i in range(lengths.size):
         segment_values(q[i, 0], q[i, 1], q[i, 2], q[i, 3], lengths[i], limit, f, p, j)
         for r in range(3):
-            points[i + 1, r] = (
-                points[i, r] + frames[i, r, 0] * p[0] + frames[i, r, 1] * p[1] + frames[i, r, 2] * p[2]
-            )
+            points[i + 1, r] = points[i, r] + frames[i, r, 0] * p[0] + frames[i, r, 1] * p[1] + frames[i, r, 2] * p[2]
             for c in range(3):
-                frames[i + 1, r, c] = (
-                    frames[i, r, 0] * f[0, c] + frames[i, r, 1] * f[1, c] + frames[i, r, 2] * f[2, c]
-                )
+                frames[i + 1, r, c] = frames[i, r, 0] * f[0, c] + frames[i, r, 1] * f[1, c] + frames[i, r, 2] * f[2, c]
 
 
 @njit(cache=True)

@@ -1,9 +1,9 @@
 """Second-order check: is the stationary point a minimum (thesis, 7.1: Ipopt may stop on a saddle)?
 
 Where the normal curvature vanishes the ruling moves nothing: the Hessian has null modes in eta, and the point is a
-whole family of points that are one shape. Its second variation by omega does depend on which ruling is taken (a straight
-strip on edge under its weight is a minimum for eta = 0 and a saddle for an oblique ruling), so that the shape is stable
-only if no ruling of the family gives a negative eigenvalue. `check` looks for the worst one.
+whole family of points that are one shape. Its second variation by omega does depend on which ruling is taken (a
+straight strip on edge under its weight is a minimum for eta = 0 and a saddle for an oblique ruling), so that the shape
+is stable only if no ruling of the family gives a negative eigenvalue. `check` looks for the worst one.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ def young(thickness: float, poisson: float) -> float:
 
 
 def stiffness_factors(thickness: float) -> tuple[float, float]:
-    """(membrane, shear): membrane stiffness A = (12 / h^2) D, and shear stiffness (5/6) G h without its factor (1 - nu).
+    """(membrane, shear): membrane stiffness A = (12 / h^2) D and shear stiffness (5/6) G h without its (1 - nu).
 
     From G = Y / (2 (1 + nu)): (5/6) G h = (5/6) 12 (1 - nu^2) / (2 (1 + nu) h^2) = 5 (1 - nu) / h^2. Units D / l^2.
     """

@@ -163,7 +163,7 @@ class NaghdiModel:
         ]
 
     def strains(self, state: np.ndarray, step: np.ndarray | None = None) -> list[np.ndarray]:
-        """E(u) + E'(u)[step] at the Gauss points: (cells, 9, 8), without bending (cells, 4, 5); arguments (nodes, 6)."""
+        """E(u) + E'(u)[step] at the Gauss points: (cells, 9, 8), without bending (cells, 4, 5); both are (nodes, 6)."""
         api.values(self._u, 6)[:] = state
         api.values(self._step, 6)[:] = 0.0 if step is None else step
         return [evaluate() for evaluate in self._strain]

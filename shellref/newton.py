@@ -127,12 +127,13 @@ class Equilibrium:
         negative, zero, _ = self._factor.inertia()
         return negative + zero
 
-    def lowest_mode(self, state: np.ndarray, negative: int) -> tuple[float, np.ndarray]:
+    def lowest_mode(self, state: np.ndarray, negative: int) -> tuple[float | None, np.ndarray]:
         """Lowest eigenvalue and its vector (nodes, 6) of tangent x = lambda mass x: Lanczos on the inverse.
 
         lambda: squared angular frequency of the slowest small vibration, in D / (areal mass l^4); negative = unstable.
+        None and zeros when Lanczos does not converge. `negative`: how many negative eigenvalues there are.
         """
-        from scipy.sparse.linalg import LinearOperator, eigsh
+        from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
         self.negative_eigenvalues(state)
         root = np.sqrt(self.mass)
@@ -142,7 +143,10 @@ class Equilibrium:
         # of the inverse, the negative end holds the unstable modes, the positive end the slowest stable ones
         count = max(negative, 1)
         end = "SA" if negative else "LA"
-        inverse, vectors = eigsh(operator, k=count, which=end, v0=start, tol=1e-8)
+        try:
+            inverse, vectors = eigsh(operator, k=count, which=end, v0=start, tol=1e-10)
+        except ArpackNoConvergence:
+            return None, np.zeros_like(state)
         values = 1.0 / inverse
         lowest = int(np.argmin(values))
         mode = vectors[:, lowest] / root
@@ -158,17 +162,17 @@ class Equilibrium:
         The attempt is converged only when it ends at a lower energy with a positive definite tangent.
         """
         eigenvalue, mode = self.lowest_mode(state, negative)
-        energy = self.model.energies(state).total
-        attempt = Attempt(False, state, self.model.stress(state), 0, np.inf, negative)
-        spent = 0
+        if eigenvalue is None:
+            return Attempt(False, state, self.model.stress(state), 0, np.inf, negative)
+        energy, spent, correction = self.model.energies(state).total, 0, np.inf
         for size in (0.02, 0.05, 0.1, 0.2, 0.4):
             attempt = self._descend(state, size * mode, abs(eigenvalue), max_iterations)
-            spent += attempt.iterations
+            spent, correction = spent + attempt.iterations, attempt.correction
             lower = attempt.converged and self.model.energies(attempt.state).total < energy
             if lower and self.negative_eigenvalues(attempt.state) == 0:
                 attempt.iterations, attempt.negative = spent, 0
                 return attempt
-        return Attempt(False, state, self.model.stress(state), spent, attempt.correction, negative)
+        return Attempt(False, state, self.model.stress(state), spent, correction, negative)
 
     def _descend(self, state: np.ndarray, kick: np.ndarray, scale: float, max_iterations: int) -> Attempt:
         """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton."""

@@ -108,7 +108,7 @@ class ShellResult:
             "middle": self.section(0.5),
             "clamp": {"force": self.clamp_force.tolist(), "moment": self.clamp_moment.tolist()},
             "elements": list(self.problem.elements),
-            "unknowns": self.unknowns,
+            "dofs": self.unknowns,
             "seconds": self.seconds,
             "memory_mb": self.memory_mb,
             "steps": [step.to_dict() for step in self.steps],

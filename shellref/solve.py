@@ -39,6 +39,7 @@ class _Path:
     gravity: float = 0.0
     steps: list[LoadStep] = field(default_factory=list)
     negative: int | None = None
+    eigenvalue: float | None = None
     failure: str = ""
     kicks: int = 0
 
@@ -138,9 +139,9 @@ class _Walker:
                 step = o.cut * (load - path.point.load)
                 if step < o.min_step:
                     path.failure = (
-                        f"{name} stopped at {path.point.load:.6g} of its full value: the next step fell under min_step = "
-                        f"{o.min_step:g}; a smaller min_step, a larger max_newton or a finer mesh may pass, a limit point "
-                        "will not"
+                        f"{name} stopped at {path.point.load:.6g} of its full value: the next step fell under min_step"
+                        f" = {o.min_step:g}; a smaller min_step, a larger max_newton or a finer mesh may pass, a limit"
+                        " point will not"
                     )
                     return
                 continue
@@ -190,6 +191,7 @@ class _Walker:
             return ShellStatus.NOT_CONVERGED, path.failure
         if self.options.stability:
             path.negative = self.equilibrium.negative_eigenvalues(path.point.state)
+            path.eigenvalue, _ = self.equilibrium.lowest_mode(path.point.state, path.negative)
         if path.negative:
             remedy = "set kick = true to leave it" if not self.options.kick else "try smaller steps (max_step)"
             return ShellStatus.UNSTABLE, f"unstable equilibrium, {path.negative} negative eigenvalue(s): {remedy}"
@@ -225,14 +227,11 @@ def _result(
     parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
     elastic = energies.elastic
     force, moment = reactions(state, residual, equilibrium.held, np.array(problem.clamp_position))
-    eigenvalue = None
-    if options.stability and status in (ShellStatus.CONVERGED, ShellStatus.UNSTABLE):
-        eigenvalue = equilibrium.lowest_mode(state, path.negative or 0)[0]
     return ShellResult(
         problem=problem, options=options, status=status, message=message, surface=surface,
         load_factor=path.gravity, natural_factor=path.natural,
         stable=None if path.negative is None else path.negative == 0,
-        negative_eigenvalues=path.negative, lowest_eigenvalue=eigenvalue,
+        negative_eigenvalues=path.negative, lowest_eigenvalue=path.eigenvalue,
         residual={"absolute": absolute, "relative": absolute / max(1.0, scale)},
         newton_iterations=equilibrium.iterations, factorisations=equilibrium.factorisations, steps=tuple(path.steps),
         energy={**parts, "elastic": elastic, "gravity": energies.gravity, "total": energies.total},

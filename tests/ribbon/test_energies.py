@@ -79,7 +79,7 @@ def hessian(d):
 @pytest.mark.parametrize("name", [*CODES, "natural"])
 @pytest.mark.parametrize("at", [(3.0, 0.4, 0.2), (-12.0, -1.3, -0.7), (0.5, 0.0, 0.0), (8.0, 2.0, 0.95)])
 def test_taylor_orders(name, at):
-    """The remainder falls as step^2 after the gradient and as step^3 after the Hessian, from both sides of the order."""
+    """The remainder falls as step^2 after the gradient and as step^3 after the Hessian, bounded from both sides."""
     at = np.array(at)
     direction = np.array([0.6, -0.5, 0.04])
     base = density(name, *at)

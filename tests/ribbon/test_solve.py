@@ -226,7 +226,8 @@ def test_surface_is_material_and_developable():
         ({"length": 0.0}, "length"), ({"length": float("nan")}, "length"), ({"width": 1.0}, "width"),
         ({"width": -0.1}, "width"), ({"poisson": 0.6}, "poisson"), ({"poisson": -1.0}, "poisson"),
         ({"gamma": -1.0}, "gamma"), ({"gamma": float("inf")}, "gamma"), ({"thickness": 0.2}, "thickness"),
-        ({"natural_curvature": (1.0, 2.0, 3.0)}, "natural_curvature"), ({"natural_curvature": "much"}, "natural_curvature"),
+        ({"natural_curvature": (1.0, 2.0, 3.0)}, "natural_curvature"),
+        ({"natural_curvature": "much"}, "natural_curvature"),
         ({"width": True}, "width"),
     ],
 )  # fmt: skip
@@ -241,7 +242,8 @@ def test_impossible_strips(arguments, key):
     ("arguments", "key"),
     [
         ({"tangent": (0, 0, 2)}, "tangent"), ({"tangent": (0, 0, 0)}, "tangent"), ({"normal": (0, 0, 1)}, "normal"),
-        ({"normal": (0, 1)}, "normal"), ({"position": (0, 0, float("nan"))}, "position"), ({"ruling": "loose"}, "ruling"),
+        ({"normal": (0, 1)}, "normal"), ({"position": (0, 0, float("nan"))}, "position"),
+        ({"ruling": "loose"}, "ruling"),
     ],
 )  # fmt: skip
 def test_impossible_clamps(arguments, key):

@@ -61,7 +61,8 @@ def test_tangent_bases_are_orthonormal_everywhere():
     d = RNG.standard_normal((50, 3))
     d = np.vstack([d / np.linalg.norm(d, axis=1)[:, None], np.eye(3), -np.eye(3)])
     frames = np.concatenate([director.tangent_bases(d), d[:, :, None]], axis=2)
-    np.testing.assert_allclose(np.einsum("nij,nik->njk", frames, frames), np.tile(np.eye(3), (len(d), 1, 1)), atol=1e-14)
+    products = np.einsum("nij,nik->njk", frames, frames)
+    np.testing.assert_allclose(products, np.tile(np.eye(3), (len(d), 1, 1)), atol=1e-14)
 
 
 def test_projection_agrees_with_reduce_and_expand():

@@ -66,7 +66,7 @@ def test_tangent_is_the_derivative_of_the_residual(model):
 
 
 def test_reduced_hessian_is_the_second_derivative_on_the_sphere(model):
-    """d2/dt2 E(retract(u, t P q)) = q . H . q, constraint curvature included, at a state far out of balance; order 2."""
+    """d2/dt2 E(retract(u, t P q)) = q . H . q, constraint curvature included, far out of balance; order 2."""
     equilibrium = Equilibrium(model, ShellOptions())
     state = _state(model)
     stress = model.stress(state)
@@ -121,7 +121,8 @@ def test_strains_and_energies_of_a_homogeneous_deformation():
     problem = _problem(natural_curvature=(3.0, 3.0), gamma=0.0, up=None)
     model = NaghdiModel(problem, ShellOptions(stabilisation=0.5))
     a, b, d = np.array([0.0, 0.1, 1.2]), np.array([0.9, 0.0, 0.2]), np.array([0.0, 0.8, 0.6])
-    state = np.hstack([np.outer(model.nodes[:, 0], a) + np.outer(model.nodes[:, 1], b), np.tile(d, (len(model.nodes), 1))])
+    points = np.outer(model.nodes[:, 0], a) + np.outer(model.nodes[:, 1], b)
+    state = np.hstack([points, np.tile(d, (len(points), 1))])
     e11, e22, e12 = (a @ a - 1) / 2, (b @ b - 1) / 2, a @ b / 2
     nu, h = problem.poisson, problem.thickness
     plane = 0.5 * ((1 - nu) * (e11**2 + e22**2 + 2 * e12**2) + nu * (e11 + e22) ** 2)
@@ -145,5 +146,6 @@ def test_forms_are_compiled_once():
     NaghdiModel(_problem(), ShellOptions())
     before = {p.name for p in cache_folder().glob("*.c")}
     for k in range(12):
-        NaghdiModel(_problem(elements=(3 + k, 1), thickness=0.01 / (k + 1), poisson=0.1), ShellOptions(stabilisation=0.1))
+        problem = _problem(elements=(3 + k, 1), thickness=0.01 / (k + 1), poisson=0.1)
+        NaghdiModel(problem, ShellOptions(stabilisation=0.1))
     assert {p.name for p in cache_folder().glob("*.c")} == before

@@ -23,7 +23,8 @@ GOOD = {"width": 0.03, "thickness": 3e-4, "poisson": 0.4}
         ("clamp_frame", ((1, 0, 0), (0, 1, 0), (0, 0, -1))),
         ("clamp_frame", ((1, 0, 0), (0, 1, 0), (0, 0.1, 1))),
         ("clamp_frame", ((1, 0, 0), (0, 1, 0))), ("clamp_frame", 3),
-        ("elements", (0, 4)), ("elements", (10,)), ("elements", (10.0, 4)), ("elements", (10, True)), ("elements", "ab"),
+        ("elements", (0, 4)), ("elements", (10,)), ("elements", (10.0, 4)), ("elements", (10, True)),
+        ("elements", "ab"),
         ("grading", (0.0, 1.0)), ("grading", (1.0, 1.5)),
     ],
 )
@@ -38,8 +39,9 @@ def test_bad_problem_names_its_key(key, value):
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("tolerance", 0.0), ("max_newton", 0), ("max_newton", 2.5), ("first_step", 1.5), ("min_step", -1.0), ("growth", 0.5),
-        ("cut", 1.0), ("stabilisation", -1.0), ("natural_path", "far"), ("iteration", "fast"), ("kick", 1),
+        ("tolerance", 0.0), ("max_newton", 0), ("max_newton", 2.5), ("first_step", 1.5), ("min_step", -1.0),
+        ("growth", 0.5), ("cut", 1.0), ("stabilisation", -1.0),
+        ("natural_path", "far"), ("iteration", "fast"), ("kick", 1),
     ],
 )
 def test_bad_option_names_its_key(key, value):

@@ -12,8 +12,8 @@ from shellref import ShellSurface
 from shellref.worker import distances
 
 PROBLEM = {
-    "width": 0.1, "thickness": 2e-3, "poisson": 0.3, "natural_curvature": [2.0, 1.0], "gamma": 3.0, "up": [0.0, 1.0, 0.0],
-    "elements": [12, 2],
+    "width": 0.1, "thickness": 2e-3, "poisson": 0.3, "natural_curvature": [2.0, 1.0], "gamma": 3.0,
+    "up": [0.0, 1.0, 0.0], "elements": [12, 2],
 }
 
 
@@ -22,7 +22,8 @@ def run(folder, request, environment=None):
     path = folder / "request.json"
     path.write_text(request if isinstance(request, str) else json.dumps(request))
     command = [sys.executable, "-m", "shellref.worker", str(path), str(folder / "out")]
-    return subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **(environment or {})})
+    merged = {**os.environ, **(environment or {})}
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=merged)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,30 @@
+"""`python -m tests.validation [NAME ...]`: remakes the measurements named, or all, under results/."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import time
+from pathlib import Path
+
+NAMES = ("series", "derivatives", "coils", "clamp_layer", "curl", "shell_mesh")
+
+
+def main(arguments: list[str]) -> int:
+    """Runs the measurements named; exit code 2 for an unknown name."""
+    names = arguments or list(NAMES)
+    unknown = [name for name in names if name not in NAMES]
+    if unknown:
+        print(f"unknown: {', '.join(unknown)}; choose from {', '.join(NAMES)}", file=sys.stderr)
+        return 2
+    out = Path(__file__).resolve().parents[2] / "results"
+    for name in names:
+        began = time.perf_counter()
+        print(f"validation {name}: started", flush=True)
+        importlib.import_module(f"tests.validation.{name}").run(out)
+        print(f"validation {name}: {time.perf_counter() - began:.0f} s, written to results/", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
