@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +87,7 @@ def _axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, F
 
 def shapes(path: Path, comparison: Comparison) -> Path:
     """The ribbon (blue) over the shells (grey, darker as they get thinner): two side views, one in perspective."""
-    figure = Figure(figsize=(12.5, 5.0))
+    figure = Figure(figsize=(14.0, 5.2), layout="constrained")
     shown = [
         (row.width_to_thickness, comparison.grid.shell(case))
         for row, case in zip(comparison.rows, comparison.shells, strict=True)
@@ -123,7 +124,7 @@ def _perspective(figure: Figure, surfaces: list[tuple[str, str, FloatArray]], up
         reason = f"(VTK cannot render here: {type(error).__name__})"
     if image is not None:
         axes = figure.add_subplot(1, 3, 3)
-        axes.imshow(image)
+        axes.imshow(image[_ink(image)])
         axes.set_axis_off()
         return
     axes = figure.add_subplot(1, 3, 3, projection="3d")
@@ -132,7 +133,21 @@ def _perspective(figure: Figure, surfaces: list[tuple[str, str, FloatArray]], up
     axes.set_title(reason, fontsize=7)
 
 
+def _ink(image: NDArray[np.uint8]) -> tuple[slice, slice]:
+    """The part of a picture (rows, columns, 3) that is not white, with a small margin."""
+    drawn = (image < 250).any(axis=2)
+    if not drawn.any():
+        return slice(None), slice(None)
+    found = []
+    for axis in (1, 0):
+        places = np.nonzero(drawn.any(axis=axis))[0]
+        found.append(slice(max(0, places[0] - 12), places[-1] + 13))
+    return found[0], found[1]
+
+
 def _render(surfaces: list[tuple[str, str, FloatArray]], up: FloatArray | None) -> NDArray[np.uint8] | None:
+    if not os.environ.get("DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     import pyvista
 
     vertical = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=float)
@@ -148,7 +163,6 @@ def _render(surfaces: list[tuple[str, str, FloatArray]], up: FloatArray | None) 
         centre = np.concatenate([s[2].reshape(-1, 3) for s in surfaces]).mean(axis=0)
         plotter.camera_position = [tuple(centre + 4.0 * view), tuple(centre), tuple(vertical)]
         plotter.reset_camera()
-        plotter.camera.zoom(1.3)
         return plotter.screenshot(return_img=True)  # type: ignore[call-arg]
     finally:
         plotter.close()

@@ -8,13 +8,16 @@
 Lengths are given in any unit; results are in units of l (lengths) and D w / l (energies).
 """
 
-from ribbon.boundary import Clamp
-from ribbon.errors import RibbonInputError
-from ribbon.loads import Gravity
-from ribbon.result import Energy, Equilibrium, Force, Pose, Status
-from ribbon.solve import refine, solve
-from ribbon.strip import Strip
-from ribbon.surface import Surface
+from ribbon import kernel_cache
+
+with kernel_cache.in_use():
+    from ribbon.boundary import Clamp
+    from ribbon.errors import RibbonInputError
+    from ribbon.loads import Gravity
+    from ribbon.result import Energy, Equilibrium, Force, Pose, Status
+    from ribbon.solve import refine, solve
+    from ribbon.strip import Strip
+    from ribbon.surface import Surface
 
 __all__ = [
     "Clamp",

@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-NAMES = ("series", "derivatives", "coils", "clamp_layer", "curl", "shell_mesh")
+NAMES = ("series", "derivatives", "coils", "clamp_layer", "clamp_limit", "shell_mesh", "curl")
 
 
 def main(arguments: list[str]) -> int:

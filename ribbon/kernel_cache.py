@@ -1,0 +1,44 @@
+"""Where compiled kernels are kept: in a folder named by the digest of our sources.
+
+numba keeps one cache per file and looks at that file alone: a kernel that calls a kernel of another file would go on
+with the old code of the other after it changed. A folder per state of the sources makes a stale kernel impossible.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from numba.core import config
+
+
+def root() -> Path:
+    """``NUMBA_CACHE_DIR``, else ``RIBBONBENCH_CACHE``, else the user's cache folder (XDG)."""
+    given = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("RIBBONBENCH_CACHE")
+    if given:
+        return Path(given) / "kernels"
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "ribbonbench" / "kernels"
+
+
+def digest() -> str:
+    """First 16 digits of the SHA-256 of all modules of this package."""
+    found = hashlib.sha256()
+    here = Path(__file__).parent
+    for path in sorted(here.rglob("*.py")):
+        found.update(path.relative_to(here).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:16]
+
+
+@contextlib.contextmanager
+def in_use() -> Iterator[None]:
+    """Kernels that are decorated inside are cached in this package's folder; other users of numba keep theirs."""
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(root() / digest())
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
