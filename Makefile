@@ -34,6 +34,7 @@ test: lint  ## set-up, lint and tests; pytest's own closing line comes last
 # Long validation. Commands that check more than pytest does go into VALIDATE, one per line, each failing by exit code.
 define VALIDATE
 $(BIN)/ribbonbench doctor
+$(BIN)/python -m tests.validation
 endef
 export VALIDATE
 

@@ -6,6 +6,7 @@ import io
 import math
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -153,17 +154,17 @@ def _render(surfaces: list[tuple[str, str, FloatArray]], up: FloatArray | None) 
     vertical = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=float)
     first, _ = _axes([s[2] for s in surfaces], up)
     depth = np.cross(first[0], vertical)
-    plotter = pyvista.Plotter(off_screen=True, window_size=[900, 900])
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=[900, 900])
     try:
         plotter.set_background("white")
         for colour, _, grid in surfaces:
             mesh = pyvista.StructuredGrid(*(np.ascontiguousarray(grid[:, :, k])[:, :, None] for k in range(3)))
-            plotter.add_mesh(mesh, color=colour, smooth_shading=True, ambient=0.35)  # type: ignore[call-arg]
+            plotter.add_mesh(mesh, color=colour, smooth_shading=True, ambient=0.35)
         view = 0.75 * depth + 0.45 * first[0] + 0.3 * vertical
         centre = np.concatenate([s[2].reshape(-1, 3) for s in surfaces]).mean(axis=0)
         plotter.camera_position = [tuple(centre + 4.0 * view), tuple(centre), tuple(vertical)]
         plotter.reset_camera()
-        return plotter.screenshot(return_img=True)  # type: ignore[call-arg]
+        return plotter.screenshot(return_img=True)
     finally:
         plotter.close()
 

@@ -11,8 +11,11 @@ import hashlib
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from numba.core import config
+from numba.core import config as _config
+
+config: Any = _config  # numba's settings are made at import, unknown to type checkers
 
 
 def root() -> Path:

@@ -144,7 +144,7 @@ class Equilibrium:
         count = max(negative, 1)
         end = "SA" if negative else "LA"
         try:
-            inverse, vectors = eigsh(operator, k=count, which=end, v0=start, tol=1e-10)
+            inverse, vectors = eigsh(operator, k=count, which=end, v0=start, tol=1e-10, maxiter=100)
         except ArpackNoConvergence:
             return None, np.zeros_like(state)
         values = 1.0 / inverse

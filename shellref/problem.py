@@ -90,8 +90,11 @@ def _frame(key: str, value: Any) -> Matrix:
             product = sum(m[k][i] * m[k][j] for k in range(3))
             if abs(product - (i == j)) > FRAME_TOLERANCE:
                 raise ShellInputError(key, value, "its columns t_x, t_y, t_z must be orthonormal to 1e-9")
-    determinant = (m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-                   + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]))
+    determinant = (
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+        - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+        + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+    )
     if determinant < 0:
         raise ShellInputError(key, value, "is left-handed: t_x must be t_y x t_z")
     return (m[0], m[1], m[2])  # type: ignore[return-value]

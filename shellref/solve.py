@@ -19,6 +19,7 @@ from shellref.surface import ShellSurface
 
 Progress = Callable[[dict[str, Any]], None]
 EASY_ITERATIONS = 7
+MOST_KICKS = 20
 
 
 @dataclass
@@ -42,11 +43,10 @@ class _Path:
     eigenvalue: float | None = None
     failure: str = ""
     kicks: int = 0
+    left: bool = True
 
 
-def solve(
-    problem: ShellProblem, options: ShellOptions | None = None, progress: Progress | None = None
-) -> ShellResult:
+def solve(problem: ShellProblem, options: ShellOptions | None = None, progress: Progress | None = None) -> ShellResult:
     """Equilibrium of a clamped strip under natural curvature and weight (units: see ShellProblem, ShellResult).
 
     `progress` is called with a plain dict at every event ("built", "step", "kick", "done"). A load step that cannot be
@@ -110,8 +110,18 @@ class _Walker:
         """Newton on the starting shape, without weight."""
         self.model.set_load(path.natural, 0.0)
         attempt = self.equilibrium.solve(path.point.state)
-        self._log(path, LoadStep("natural", path.natural, attempt.converged, attempt.iterations, attempt.correction,
-                                 attempt.negative, "start"))
+        self._log(
+            path,
+            LoadStep(
+                "natural",
+                path.natural,
+                attempt.converged,
+                attempt.iterations,
+                attempt.correction,
+                attempt.negative,
+                "start",
+            ),
+        )
         if not attempt.converged:
             path.failure = f"the starting shape did not converge in {attempt.iterations} iterations: raise max_newton"
             path.point.stress = self.model.stress(path.point.state)
@@ -132,8 +142,9 @@ class _Walker:
             self.model.set_load(*((load, 0.0) if name == "natural" else (1.0, load)))
             state, stress = self._predict(path.point, older, load)
             attempt = self.equilibrium.solve(state, stress)
-            self._log(path, LoadStep(name, load, attempt.converged, attempt.iterations, attempt.correction,
-                                     attempt.negative))
+            self._log(
+                path, LoadStep(name, load, attempt.converged, attempt.iterations, attempt.correction, attempt.negative)
+            )
             if not attempt.converged:
                 older = None
                 step = o.cut * (load - path.point.load)
@@ -169,16 +180,27 @@ class _Walker:
         if not self.options.stability:
             return False
         path.negative = negative
-        if not negative or not self.options.kick or path.kicks >= 20:
+        if not negative or not self.options.kick or path.kicks >= MOST_KICKS:
             return False
         path.kicks += 1
         attempt = self.equilibrium.leave_saddle(path.point.state, negative)
         moved = float(np.max(np.abs(attempt.state - path.point.state)))
         self.report({"event": "kick", "load": path.point.load, "converged": attempt.converged, "moved": moved})
-        self._log(path, LoadStep("relax", path.point.load, attempt.converged, attempt.iterations, attempt.correction,
-                                 attempt.negative, f"left an unstable {name} state with {negative} negative "
-                                 f"eigenvalue(s); moved by {moved:.3g}"))
+        self._log(
+            path,
+            LoadStep(
+                "relax",
+                path.point.load,
+                attempt.converged,
+                attempt.iterations,
+                attempt.correction,
+                attempt.negative,
+                f"left an unstable {name} state with {negative} negative eigenvalue(s); moved by {moved:.3g}",
+            ),
+        )
         if not attempt.converged:
+            path.kicks = MOST_KICKS  # the path goes on along the unstable branch, and its end says so
+            path.left = False
             return False
         path.negative = attempt.negative
         path.point = _Point(path.point.load, attempt.state, attempt.stress)
@@ -195,7 +217,7 @@ class _Walker:
         if path.negative:
             remedy = "set kick = true to leave it" if not self.options.kick else "try smaller steps (max_step)"
             return ShellStatus.UNSTABLE, f"unstable equilibrium, {path.negative} negative eigenvalue(s): {remedy}"
-        note = f"; left {path.kicks} unstable state(s) on the way" if path.kicks else ""
+        note = f"; left {path.kicks} unstable state(s) on the way" if path.kicks and path.left else ""
         return ShellStatus.CONVERGED, f"equilibrium at the full load{note}"
 
 
@@ -208,8 +230,15 @@ def _upright(surface: ShellSurface) -> float:
 
 
 def _result(
-    problem: ShellProblem, options: ShellOptions, model: Any, equilibrium: Any, path: _Path, status: ShellStatus,
-    message: str, seconds: dict[str, float], versions: dict[str, str],
+    problem: ShellProblem,
+    options: ShellOptions,
+    model: Any,
+    equilibrium: Any,
+    path: _Path,
+    status: ShellStatus,
+    message: str,
+    seconds: dict[str, float],
+    versions: dict[str, str],
 ) -> ShellResult:
     """Collect everything known about the last good state of a path."""
     state = path.point.state
@@ -228,20 +257,39 @@ def _result(
     elastic = energies.elastic
     force, moment = reactions(state, residual, equilibrium.held, np.array(problem.clamp_position))
     return ShellResult(
-        problem=problem, options=options, status=status, message=message, surface=surface,
-        load_factor=path.gravity, natural_factor=path.natural,
+        problem=problem,
+        options=options,
+        status=status,
+        message=message,
+        surface=surface,
+        load_factor=path.gravity,
+        natural_factor=path.natural,
         stable=None if path.negative is None else path.negative == 0,
-        negative_eigenvalues=path.negative, lowest_eigenvalue=path.eigenvalue,
+        negative_eigenvalues=path.negative,
+        lowest_eigenvalue=path.eigenvalue,
         residual={"absolute": absolute, "relative": absolute / max(1.0, scale)},
-        newton_iterations=equilibrium.iterations, factorisations=equilibrium.factorisations, steps=tuple(path.steps),
+        newton_iterations=equilibrium.iterations,
+        factorisations=equilibrium.factorisations,
+        steps=tuple(path.steps),
         energy={**parts, "elastic": elastic, "gravity": energies.gravity, "total": energies.total},
         share={name: part / elastic if elastic > 0 else 0.0 for name, part in parts.items()},
-        stabilisation={"c": options.stabilisation, "alpha": model.alpha, "energy": energies.stabilisation,
-                       "share": energies.stabilisation / elastic if elastic > 0 else 0.0},
-        clamp_force=force, clamp_moment=moment,
-        cell_midpoints=model.midpoints, energy_density=energies.density,
-        unknowns=equilibrium.unknowns, seconds=seconds,
+        stabilisation={
+            "c": options.stabilisation,
+            "alpha": model.alpha,
+            "energy": energies.stabilisation,
+            "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
+        },
+        clamp_force=force,
+        clamp_moment=moment,
+        cell_midpoints=model.midpoints,
+        energy_density=energies.density,
+        unknowns=equilibrium.unknowns,
+        seconds=seconds,
         memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-        provenance={"versions": versions, "linear_solver": "MUMPS L D L^T", "processes": 1,
-                    "threads": os.environ.get("OMP_NUM_THREADS", "default")},
+        provenance={
+            "versions": versions,
+            "linear_solver": "MUMPS L D L^T",
+            "processes": 1,
+            "threads": os.environ.get("OMP_NUM_THREADS", "default"),
+        },
     )

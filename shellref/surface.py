@@ -105,8 +105,14 @@ class ShellSurface:
         path = Path(path)
         temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
         with open(temporary, "wb") as stream:
-            np.savez(stream, s_nodes=self.s_nodes, v_nodes=self.v_nodes, points=self.points, directors=self.directors,
-                     **extra)  # type: ignore[arg-type]
+            np.savez(
+                stream,
+                s_nodes=self.s_nodes,
+                v_nodes=self.v_nodes,
+                points=self.points,
+                directors=self.directors,
+                **extra,
+            )  # type: ignore[arg-type]
         os.replace(temporary, path)
 
     @classmethod

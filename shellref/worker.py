@@ -78,9 +78,17 @@ def run(problem: ShellProblem, options: ShellOptions, extra: list[ShellProblem],
         result = solve(other, options, _say)
         name = "shell_{}x{}".format(*other.elements)
         result.save(folder, name)
-        rows.append({"elements": list(other.elements), "status": result.status.value, "file": f"{name}.npz",
-                     "energy": result.energy, "share": result.share, "seconds": result.seconds["total"],
-                     "distance": distances(first.surface, result.surface)})
+        rows.append(
+            {
+                "elements": list(other.elements),
+                "status": result.status.value,
+                "file": f"{name}.npz",
+                "energy": result.energy,
+                "share": result.share,
+                "seconds": result.seconds["total"],
+                "distance": distances(first.surface, result.surface),
+            }
+        )
     first.save(folder, "shell", {"error_states": rows} if extra else None)
     return first
 

@@ -19,9 +19,17 @@ FRAME *= np.sign(np.linalg.det(FRAME))
 
 
 def _problem(**change):
-    base = {"width": 0.3, "thickness": 0.02, "poisson": 0.3, "natural_curvature": (2.0, -1.0), "gamma": 7.0,
-            "up": (0.6, 0.8, 0.0), "elements": (4, 2), "grading": (0.4, 0.5),
-            "clamp_frame": tuple(map(tuple, FRAME.tolist()))}
+    base = {
+        "width": 0.3,
+        "thickness": 0.02,
+        "poisson": 0.3,
+        "natural_curvature": (2.0, -1.0),
+        "gamma": 7.0,
+        "up": (0.6, 0.8, 0.0),
+        "elements": (4, 2),
+        "grading": (0.4, 0.5),
+        "clamp_frame": tuple(map(tuple, FRAME.tolist())),
+    }
     return ShellProblem(**{**base, **change})
 
 

@@ -16,8 +16,14 @@ from shellref.solve import solve  # noqa: E402
 
 ROOT = 0.5**0.5
 CURL = ShellProblem(  # thesis 4.3, on a coarse mesh
-    width=0.03, thickness=3e-4, poisson=0.4, natural_curvature=(10.0, 10.0), gamma=100.0, up=(1.0, 0.0, 0.0),
-    clamp_frame=((ROOT, -ROOT, 0.0), (ROOT, ROOT, 0.0), (0.0, 0.0, 1.0)), elements=(40, 4),
+    width=0.03,
+    thickness=3e-4,
+    poisson=0.4,
+    natural_curvature=(10.0, 10.0),
+    gamma=100.0,
+    up=(1.0, 0.0, 0.0),
+    clamp_frame=((ROOT, -ROOT, 0.0), (ROOT, ROOT, 0.0), (0.0, 0.0, 1.0)),
+    elements=(40, 4),
 )
 BEAM = ShellProblem(width=0.03, thickness=3e-4, poisson=0.0, gamma=10.0, up=(0.0, 1.0, 0.0), elements=(20, 1))
 
@@ -28,7 +34,11 @@ def elastica_end(gamma: float, stiffness: float = 1.0) -> tuple[float, float]:
     for load in np.linspace(0.1, 1.0, 10) * gamma / stiffness:
         sol = solve_bvp(
             lambda s, y, load=load: np.array([y[1], -load * (1 - s) * np.cos(y[0]), np.cos(y[0]), -np.sin(y[0])]),
-            lambda a, b: np.array([a[0], b[1], a[2], a[3]]), s, y, tol=1e-10, max_nodes=50000,
+            lambda a, b: np.array([a[0], b[1], a[2], a[3]]),
+            s,
+            y,
+            tol=1e-10,
+            max_nodes=50000,
         )
         assert sol.success
         s, y = sol.x, sol.y
@@ -112,7 +122,9 @@ def test_energies_do_not_depend_on_the_frame_of_the_room(curl):
     q = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
     q *= np.sign(np.linalg.det(q))
     turned = replace(
-        CURL, up=tuple(q @ CURL.up), clamp_frame=tuple(map(tuple, q @ np.array(CURL.clamp_frame))),
+        CURL,
+        up=tuple(q @ CURL.up),
+        clamp_frame=tuple(map(tuple, q @ np.array(CURL.clamp_frame))),
         clamp_position=(1.0, -2.0, 0.5),
     )
     result = solve(turned)

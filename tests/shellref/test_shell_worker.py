@@ -12,8 +12,13 @@ from shellref import ShellSurface
 from shellref.worker import distances
 
 PROBLEM = {
-    "width": 0.1, "thickness": 2e-3, "poisson": 0.3, "natural_curvature": [2.0, 1.0], "gamma": 3.0,
-    "up": [0.0, 1.0, 0.0], "elements": [12, 2],
+    "width": 0.1,
+    "thickness": 2e-3,
+    "poisson": 0.3,
+    "natural_curvature": [2.0, 1.0],
+    "gamma": 3.0,
+    "up": [0.0, 1.0, 0.0],
+    "elements": [12, 2],
 }
 
 
