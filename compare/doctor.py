@@ -172,9 +172,10 @@ def _caches() -> Iterator[Row]:
     own = os.environ.get("RIBBONBENCH_CACHE")
     forms = Path(own).expanduser() / "forms" if own else cache / "ribbonbench" / "forms"
     yield _cache("cache of compiled forms", [forms], "RIBBONBENCH_CACHE")
-    numba = os.environ.get("NUMBA_CACHE_DIR")
-    beside = Path(__file__).resolve().parent.parent / "ribbon" / "__pycache__"
-    yield _cache("cache of numba", [Path(numba)] if numba else [beside, cache / "numba"], "NUMBA_CACHE_DIR")
+    # as ribbon.kernel_cache.root, which cannot be asked where cyipopt is missing
+    numba = os.environ.get("NUMBA_CACHE_DIR") or own
+    kernels = Path(numba).expanduser() if numba else cache / "ribbonbench"
+    yield _cache("cache of compiled kernels", [kernels / "kernels"], "RIBBONBENCH_CACHE")
 
 
 def _cache(name: str, folders: list[Path], variable: str) -> Row:

@@ -22,7 +22,7 @@ def root() -> Path:
     """``NUMBA_CACHE_DIR``, else ``RIBBONBENCH_CACHE``, else the user's cache folder (XDG)."""
     given = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("RIBBONBENCH_CACHE")
     if given:
-        return Path(given) / "kernels"
+        return Path(given).expanduser() / "kernels"
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(home) / "ribbonbench" / "kernels"
 

@@ -34,7 +34,7 @@ PARTS = {
     "C compiler",
     "cores",
     "cache of compiled forms",
-    "cache of numba",
+    "cache of compiled kernels",
 }
 
 

@@ -38,8 +38,8 @@ def run(out: Path) -> None:
     page.write(
         out / "clamp_limit.md", "What the clamped shell tends to", "python -m tests.validation clamp_limit",
         "Scene curl_4_3, shells on 300 x 8 graded elements, the whole edge held; shell error: distance to 150 x 6. "
-        "Other columns: Hausdorff distance in l to ribbons on 48 graded segments. A ruling that is free at the clamp is "
-        "another model: its distance stops falling; that to the straight ruling with Wunderlich's energy goes on.",
+        "Other columns: Hausdorff distance in l to ribbons on 48 graded segments. A ruling that is free at the clamp "
+        "is another model: its distance stops falling; that to the straight ruling with Wunderlich's energy goes on.",
         page.table(["w/h", "shell error", *(f"{r}, {e}" for r, e in ribbons), "membrane %"], rows),
     )  # fmt: skip
     if min(last, key=lambda key: last[key]) != ("straight", "wunderlich"):
