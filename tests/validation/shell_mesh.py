@@ -45,9 +45,9 @@ def run(out: Path) -> None:
     page.write(
         out / "shell_mesh.md", "The shell of 4.3 on refined meshes", "python -m tests.validation shell_mesh",
         "Scene curl_4_3; error: Hausdorff distance in l to the finest mesh of the same w/h. graded: first element at "
-        "the clamp 0.2, elements at the long edges 0.1 of an even one (in `compare`, 100 x 8); even: the grid "
-        f"of the thesis, 100 x 4. Largest error over w/h = 10, 100, 1000: {words}. Energies in D w / l; shares of "
-        "the elastic energy. A discretisation that locks would keep an error at small h/w however fine the mesh; here each "
+        "the clamp 0.2, elements at the long edges 0.1 of an even one (in `compare`, 100 x 8); even: the grid of the "
+        f"thesis, 100 x 4. Largest error over w/h = 10, 100, 1000: {words}. Energies in D w / l; shares of the elastic "
+        "energy. A discretisation that locks would keep an error at small h/w however fine the mesh; here each "
         "refinement removes it at w/h = 1000 too.",
         page.table(["w/h", "mesh", "status", "error / l", "elastic", "membrane %", "shear %", "Newton", "s"], rows),
     )  # fmt: skip
