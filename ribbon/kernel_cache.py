@@ -9,11 +9,15 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from numba.core import config as _config
+
+#: States of the sources whose kernels are kept.
+KEPT = 4
 
 config: Any = _config  # numba's settings are made at import, unknown to type checkers
 
@@ -36,11 +40,21 @@ def digest() -> str:
     return found.hexdigest()[:16]
 
 
+def prune(folder: Path, keep: str) -> None:
+    """Removes all but the newest KEPT states of the sources from `folder`, and never the state `keep`."""
+    with contextlib.suppress(OSError):
+        others = [entry for entry in folder.iterdir() if entry.is_dir() and entry.name != keep]
+        for entry in sorted(others, key=lambda path: path.stat().st_mtime, reverse=True)[KEPT - 1 :]:
+            shutil.rmtree(entry, ignore_errors=True)
+
+
 @contextlib.contextmanager
 def in_use() -> Iterator[None]:
     """Kernels that are decorated inside are cached in this package's folder; other users of numba keep theirs."""
     before = config.CACHE_DIR
-    config.CACHE_DIR = str(root() / digest())
+    state = digest()
+    config.CACHE_DIR = str(root() / state)
+    prune(root(), state)
     try:
         yield
     finally:

@@ -21,8 +21,8 @@ class Status(Enum):
 
     CONVERGED = "converged: a stable equilibrium"
     SADDLE = (
-        "saddle: a stationary point with a negative eigenvalue; it is not stable: start from another [seed], "
-        "or disturb the symmetry of the clamp"
+        "saddle: a stationary point with a negative eigenvalue; it is not stable: start from another [seed], e.g. "
+        "ruling = 0.01, or disturb the symmetry of the clamp"
     )
     NOT_CONVERGED = (
         "not converged: the residual is above the tolerance; try another [seed], more segments, or a smaller load first"

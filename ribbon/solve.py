@@ -17,6 +17,7 @@ from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import ipopt
+from ribbon.solvers.problem import kkt_residual, polish
 from ribbon.strip import Strip, finite
 
 #: KKT residual (unscaled, dimensionless) above which a point is not an equilibrium.
@@ -82,6 +83,12 @@ def solve_from(
 ) -> Equilibrium:
     """Equilibrium of `problem` from the unknowns x (2 p + 2,); residual and stability are not taken from Ipopt."""
     minimum = ipopt.minimise(problem, x, options, progress)
+    if not minimum.finished and minimum.residual > RESIDUAL_TOLERANCE and np.all(np.isfinite(minimum.x)):
+        none = np.zeros_like(minimum.x)
+        polished = polish(problem, minimum.x)
+        residual = kkt_residual(problem, polished, none)
+        if residual < minimum.residual:
+            minimum = replace(minimum, x=polished, multipliers=none, residual=residual)
     evaluations = {k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")}
     parts = problem.energy_parts(minimum.x)
     clock = time.perf_counter()

@@ -23,6 +23,8 @@ ACTIVE_DISTANCE = 1e-7
 INDIFFERENT = 1e-11
 #: Change of the energy (relative, at least 1) below which a move along null modes is no change of shape.
 _SAME_ENERGY = 1e-11
+#: Largest component of the gradient there: still a stationary point.
+_STATIONARY = 1e-8
 #: Rulings (eta) from which the search starts, where they are free to choose; pieces on which eta is linear in it; share
 #: of the eigenvalue at eta = 0 below zero at which the search is over.
 _RULINGS = (0.6, -0.6)
@@ -117,26 +119,29 @@ def _worst_ruling(
         y[free] += null @ (dual @ (target - x)[free])
         return np.clip(y, 0.9 * lower, 0.9 * upper)
 
+    def same_shape(y: FloatArray) -> bool:
+        slope = float(np.abs(problem.gradient(y)[free]).max())
+        return abs(problem.value(y) - energy) <= allowed and slope <= _STATIONARY
+
     def softest(values: FloatArray) -> float:
         y = moved(values)
-        if not abs(problem.value(y) - energy) <= allowed:
-            return np.inf
+        if not same_shape(y):
+            return level  # not better than no ruling at all
         return float(_spectrum(problem, bending_metric, y, bending).values[0])
 
     def stop(values: FloatArray) -> None:
         if softest(values) < -_CLEARLY * scale:
             raise StopIteration
 
-    scale = max(1.0, abs(softest(np.zeros(pieces.size))))
+    level = float(_spectrum(problem, bending_metric, x, bending).values[0])
+    scale = max(1.0, abs(level))
     best = x, spectrum
     for ruling in _RULINGS:
         values = np.full(pieces.size, ruling)
-        if not np.isfinite(softest(values)):
-            continue
         found = scipy.optimize.minimize(softest, values, method="L-BFGS-B", callback=stop, options={"maxiter": 60})
         y = moved(found.x)
         worst = _spectrum(problem, metric, y, free)
-        if worst.values[0] < best[1].values[0] - worst.tolerance:
+        if same_shape(y) and worst.values[0] < best[1].values[0] - worst.tolerance:
             best = y, worst
             break
     return best

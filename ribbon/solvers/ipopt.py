@@ -20,7 +20,7 @@ DEFAULT_OPTIONS: dict[str, Any] = {
     "print_level": 0,
     "sb": "yes",
     "tol": 1e-10,
-    "max_iter": 3000,
+    "max_iter": 1000,
     "linear_solver": "mumps",
     "nlp_scaling_method": "none",  # the problem is dimensionless (thesis, 4.1)
     "bound_relax_factor": 0.0,  # |n| = 2/w is a wall: Wunderlich's energy is infinite there

@@ -54,3 +54,15 @@ def test_other_users_of_numba_keep_their_cache_folder():
         assert before != config.CACHE_DIR
         assert kernel_cache.digest() in config.CACHE_DIR
     assert before == config.CACHE_DIR
+
+
+def test_old_states_are_removed_but_never_the_present_one(tmp_path):
+    from ribbon.kernel_cache import KEPT, prune
+
+    for number in range(KEPT + 3):
+        (tmp_path / f"state{number}").mkdir()
+        os.utime(tmp_path / f"state{number}", (number, number))
+    prune(tmp_path, "state0")
+    left = {entry.name for entry in tmp_path.iterdir()}
+    assert left == {"state0", *(f"state{number}" for number in range(KEPT + 3 - (KEPT - 1), KEPT + 3))}
+    prune(tmp_path / "nowhere", "x")

@@ -175,6 +175,23 @@ def test_symmetric_planar_seed_of_an_unstable_curl_is_reported():
     assert column[0].lowest_eigenvalue > -1e-9 > column[1].lowest_eigenvalue
 
 
+def test_a_symmetric_saddle_is_reached_and_named():
+    """Planar, unbent by its weight to omega between 0 and nu K: unstable against the ruling, but eta = 0 stays 0.
+
+    Ipopt, which must shift the Hessian at every step there, does not converge; Newton's own steps do.
+    """
+    angle = 2.48
+    clamp = Clamp((0, 0, 0), (np.cos(angle), np.sin(angle), 0), (-np.sin(angle), np.cos(angle), 0))
+    strip = Strip(1.0, 0.05, 0.3, (-10.48, 7.27), 1773.5)
+    planar = solve(strip, clamp, Gravity((0, 1, 0)), segments=40)
+    assert planar.status is Status.SADDLE
+    assert planar.residual < 1e-8
+    assert planar.max_abs_eta == 0.0
+    left = solve(strip, clamp, Gravity((0, 1, 0)), segments=40, seed_ruling=0.01)
+    assert left.ok
+    assert left.energy.total < planar.energy.total - 0.1
+
+
 def test_an_iteration_limit_is_a_status():
     result = coil(40, 1200, 20, options={"max_iter": 3})
     assert result.status is Status.NOT_CONVERGED
