@@ -130,6 +130,7 @@ def _solve_ribbon(options: argparse.Namespace, console: Console, scene: Any, out
     from compare.results import ribbon_result
     from compare.run import refined, run_ribbon
     from compare.store import atomic_write_json, atomic_write_text
+    from compare.tables import ribbon_advice
 
     with Reporter(quiet=options.quiet) as reporter:
         run = run_ribbon(scene, reporter.step)
@@ -157,6 +158,9 @@ def _solve_ribbon(options: argparse.Namespace, console: Console, scene: Any, out
         ):
             table.add_row(name, text)
         console.print(table)
+        advice = ribbon_advice(scene, error)
+        if advice:
+            console.print(advice)
     return DONE if e.ok else NOT_CONVERGED
 
 

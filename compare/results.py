@@ -48,7 +48,8 @@ def ribbon_result(scene: Scene, run: RibbonRun, error: float | None = None) -> d
         "max_abs_eta": e.max_abs_eta,
         "max_abs_eta_prime_w_half": e.max_abs_eta_prime_w_half,
         "active_bounds": e.active_bounds,
-        "forces": {"start": {"force": e.start.force, "moment": e.start.moment}},
+        "forces": {"start": e.start.force, "end": None, "walls": []},
+        "moments": {"start": e.start.moment, "end": None},
         "discretisation_error": error,
         "seconds": {"first": run.first, "warm": run.warm},
         "model": {
@@ -67,6 +68,8 @@ def elastica_result(scene: Scene, run: ElasticaRun) -> dict[str, Any]:
     r = run.result
     ends = np.array([1.0, 0.5])
     points, frames = run.centreline(ends), run.frames(ends)
+    # the elastica measures heights from its clamp, the contract from the origin
+    datum = 0.0 if scene.up is None else scene.gamma * float(scene.position @ scene.up)
     weight = np.zeros(3) if scene.up is None else scene.gamma * scene.up
     fine = (np.arange(2000) + 0.5) / 2000.0
     lever = (run.centreline(fine) - run.position).mean(axis=0)
@@ -83,14 +86,15 @@ def elastica_result(scene: Scene, run: ElasticaRun) -> dict[str, Any]:
         "energy": {
             "bending": r.energy.bending,
             "elastic": r.energy.bending,
-            "gravity": r.energy.gravity,
-            "total": r.energy.total,
+            "gravity": r.energy.gravity + datum,
+            "total": r.energy.total + datum,
         },
         "end": {"position": points[0], "frame": frames[0]},
         "middle": {"position": points[1], "frame": frames[1]},
         "max_abs_eta": 0.0,
         "max_abs_eta_prime_w_half": 0.0,
-        "forces": {"start": {"force": weight, "moment": np.cross(lever, weight)}},
+        "forces": {"start": weight, "end": None, "walls": []},
+        "moments": {"start": np.cross(lever, weight), "end": None},
         "discretisation_error": r.error,
         "seconds": {"first": run.first, "warm": run.warm},
         "model": {"energy": "elastica", "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
@@ -108,6 +112,9 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
     result["slope"] = comparison.slope
     result["distance_falls"] = comparison.falls
     result["complete"] = comparison.ok
+    result["provenance"]["shell"] = next(
+        (c.data["provenance"] for c in comparison.shells if "provenance" in c.data), None
+    )
     if comparison.elastica is not None:
         r = comparison.elastica.result
         result["elastica"] = {

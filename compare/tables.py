@@ -11,6 +11,8 @@ from typing import Any
 from rich.table import Table
 
 from compare.comparison import Comparison, Row
+from compare.distance import YARDSTICK
+from compare.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,8 @@ def verdict(comparison: Comparison) -> list[str]:
         f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {comparison.ribbon_error:.1e} l, "
         f"{ribbon.warm * 1e3:.3g} ms."
     )
+    advice = ribbon_advice(comparison.scene, comparison.ribbon_error)
+    said += [advice] if advice else []
     if comparison.slope is not None:
         low, high = comparison.slope.spread
         word = "falls" if comparison.falls else "does not fall on every row"
@@ -172,6 +176,15 @@ def verdict(comparison: Comparison) -> list[str]:
         if row.status != "converged"
     ]
     return said
+
+
+def ribbon_advice(scene: Scene, error: float | None) -> str | None:
+    """What to do about a ribbon whose discretisation error (Hausdorff / l) is visible; None when it is not."""
+    if error is None or error <= YARDSTICK:
+        return None
+    graded = scene.clamp_start.ruling == "straight" and scene.model.grading == "uniform"
+    remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)' if graded else "raise model.elements"
+    return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
 
 
 def _undecided(comparison: Comparison) -> list[str]:

@@ -76,18 +76,28 @@ def test_assignments_change_the_scene(capsys, tmp_path):
 
 
 def test_elastica_scene_is_solved_by_the_elastica(capsys, tmp_path):
-    code, _, _ = run(capsys, "solve", "cantilever", "--set", "model.energy=elastica", "--out", tmp_path)
+    moved = ("--set", "clamp.start.position=[0.3, -0.2, 0.5]")
+    code, _, _ = run(capsys, "solve", "cantilever", "--set", "model.energy=elastica", "--out", tmp_path, *moved)
     assert code == DONE
     elastica = json.loads((tmp_path / "result.json").read_text())
     assert elastica["model"]["energy"] == "elastica"
-    code, _, _ = run(capsys, "solve", "cantilever", "--out", tmp_path / "ribbon", "--quiet")
+    code, _, _ = run(capsys, "solve", "cantilever", "--out", tmp_path / "ribbon", "--quiet", *moved)
     ribbon = json.loads((tmp_path / "ribbon" / "result.json").read_text())
     assert code == DONE
     assert ribbon["end"]["position"] == pytest.approx(elastica["end"]["position"], abs=2e-5)
     for a, b in zip(ribbon["end"]["frame"], elastica["end"]["frame"], strict=True):
         assert a == pytest.approx(b, abs=1e-3)
     assert ribbon["energy"]["total"] == pytest.approx(elastica["energy"]["total"], abs=1e-4)
-    assert ribbon["forces"]["start"]["moment"] == pytest.approx(elastica["forces"]["start"]["moment"], abs=1e-3)
+    assert ribbon["forces"]["start"] == pytest.approx(elastica["forces"]["start"], abs=1e-12)
+    assert ribbon["moments"]["start"] == pytest.approx(elastica["moments"]["start"], abs=1e-3)
+
+
+def test_a_visible_discretisation_error_comes_with_a_remedy(capsys, tmp_path):
+    uniform = ("solve", "curl_4_3", "--out", tmp_path, "--set", "model.grading=uniform")
+    assert 'model.grading = "clamp"' in run(capsys, *uniform)[1]
+    coarse = ("solve", "coil_40_1200", "--out", tmp_path, "--set", "model.elements=12")
+    assert "raise model.elements" in run(capsys, *coarse)[1]
+    assert "permille" not in run(capsys, "solve", "curl_4_3", "--out", tmp_path)[1]
 
 
 def test_a_saddle_ends_with_exit_code_1(capsys, tmp_path):
