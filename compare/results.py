@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from compare.comparison import Comparison
+from compare.provenance import versions
 from compare.run import ElasticaRun, RibbonRun
 from compare.scene import Scene
-from compare.store import case_key, versions
+from compare.store import case_key
 from ribbon import Equilibrium, Pose
 
 

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
+from compare.provenance import software, source_digest
 from compare.scene import Scene
-from compare.store import CaseStore, case_key, read_json, software, source_digest
+from compare.store import CaseStore, case_key, read_json
 from shellref.problem import ShellInputError, ShellOptions, ShellProblem
 from shellref.surface import ShellSurface
 

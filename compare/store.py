@@ -14,20 +14,15 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import datetime
 import enum
 import errno
-import functools
 import hashlib
-import importlib.metadata
 import json
 import math
 import os
-import platform
 import re
 import shutil
 import socket
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -35,37 +30,13 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from compare.errors import BadInput
+from compare.provenance import now
 
 MANIFEST = "case.json"
 """Name of the file that makes a case folder complete: key, time, and size and SHA-256 of every other file."""
 
 _PARTIAL = ".partial"  # folder under the store's root where cases are written before they are renamed
 _PARTIAL_AGE = 7 * 86400.0  # s; leftovers of another machine are removed after this time
-
-# Packages whose version goes into a result's provenance (distribution names).
-_PACKAGES = (
-    "ribbonbench",
-    "numpy",
-    "scipy",
-    "numba",
-    "llvmlite",
-    "cyipopt",
-    "scikit-fem",
-    "meshio",
-    "pyvista",
-    "vtk",
-    "matplotlib",
-    "fenics-dolfinx",
-    "fenics-basix",
-    "fenics-ffcx",
-    "fenics-ufl",
-    "petsc4py",
-    "slepc4py",
-    "mpi4py",
-    "rich",
-)
-# Debian packages that no Python metadata tells about (patterns of dpkg-query).
-_DEBIAN_PACKAGES = ("python3-dolfinx*", "coinor-libipopt*", "libpetsc-real3*", "libslepc-real3*", "libmumps*-5*")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -245,7 +216,7 @@ class CaseStore:
         try:
             os.chmod(work, 0o777 & ~_umask())
             writer(work)
-            manifest = {"key": key, "finished": _now(), "files": _digests(work)}
+            manifest = {"key": key, "finished": now(), "files": _digests(work)}
             atomic_write_json(work / MANIFEST, manifest)
             for _ in range(5):
                 try:
@@ -330,128 +301,3 @@ def _intact(folder: Path, key: str) -> bool:
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return False
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Provenance
-
-
-def versions() -> dict[str, Any]:
-    """Provenance of a result: what ran, on what, when. No solver is imported, no path is recorded.
-
-    Keys: ``packages`` {distribution: version}, ``debian`` {package: version}, ``python``, ``system``, ``cpu``,
-    ``cores`` (usable by this process), ``threads`` (the OMP and BLAS variables that are set), ``git`` {``commit``,
-    ``modified``} or None, ``time`` (UTC, ISO 8601).
-    """
-    return {**_fixed_versions(), "cores": len(os.sched_getaffinity(0)), "threads": _threads(), "time": _now()}
-
-
-def software() -> dict[str, Any]:
-    """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, source digest."""
-    fixed = _fixed_versions()
-    return {
-        "packages": fixed["packages"],
-        "debian": fixed["debian"],
-        "python": fixed["python"],
-        "source": source_digest("ribbon", "shellref", "compare"),
-    }
-
-
-@functools.cache
-def source_digest(*packages: str) -> str:
-    """SHA-256 over the names and texts of all modules of our own `packages` ("ribbon", "shellref", "compare").
-
-    A version number does not change while one works on the code; this does. A package that is not there counts as
-    empty. Digest once per process (cached).
-    """
-    root = Path(__file__).resolve().parent.parent
-    digest = hashlib.sha256()
-    for package in packages:
-        for path in sorted((root / package).rglob("*.py")):
-            digest.update(path.relative_to(root).as_posix().encode() + b"\0")
-            digest.update(hashlib.sha256(path.read_bytes()).digest())
-    return digest.hexdigest()
-
-
-@functools.cache
-def _fixed_versions() -> dict[str, Any]:
-    """What does not change within a process."""
-    packages: dict[str, str] = {}
-    for name in _PACKAGES:
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            packages[name] = importlib.metadata.version(name)
-    return {
-        "packages": packages,
-        "debian": _debian_versions(),
-        "python": platform.python_version(),
-        "system": _system(),
-        "cpu": _cpu(),
-        "git": _git(Path(__file__).resolve().parent.parent),
-    }
-
-
-def _now() -> str:
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-
-
-def _threads() -> dict[str, str]:
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-    return {name: os.environ[name] for name in names if name in os.environ}
-
-
-def _system() -> str:
-    """E.g. ``Debian GNU/Linux 12 (bookworm), Linux x86_64``."""
-    kernel = f"{platform.system()} {platform.machine()}"
-    try:
-        return f"{platform.freedesktop_os_release()['PRETTY_NAME']}, {kernel}"
-    except (OSError, KeyError):
-        return kernel
-
-
-def _cpu() -> str:
-    """The processor's model name, or its architecture where the kernel does not tell."""
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
-            name, _, value = line.partition(":")
-            if name.strip() == "model name":
-                return value.strip()
-    return platform.machine()
-
-
-def _output(command: list[str], timeout: float = 10.0) -> str | None:
-    """Standard output of a short command; None if it is missing, fails or hangs."""
-    try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout if done.returncode == 0 else None
-
-
-def _debian_versions() -> dict[str, str]:
-    """Versions of the installed Debian packages that the solvers stand on; empty on another system."""
-    try:
-        done = subprocess.run(
-            ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Package} ${Version}\n", *_DEBIAN_PACKAGES],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=10.0,
-            check=False,  # status 1 means: one of the patterns matched nothing
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return {}
-    rows = (line.split() for line in done.stdout.splitlines())
-    return {row[1]: row[2] for row in rows if len(row) == 3 and row[0] == "installed"}
-
-
-def _git(root: Path) -> dict[str, Any] | None:
-    """Commit of the checkout at `root` and whether files differ from it; None outside a checkout or without git."""
-    if not (root / ".git").exists():
-        return None
-    commit = _output(["git", "-C", str(root), "rev-parse", "HEAD"])
-    if commit is None:
-        return None
-    status = _output(["git", "-C", str(root), "status", "--porcelain", "--untracked-files=no"])
-    return {"commit": commit.strip(), "modified": None if status is None else bool(status.strip())}

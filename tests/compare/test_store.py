@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare import store
+from compare import provenance, store
 from compare.errors import BadInput, Missing
 from compare.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, check_writable, jsonable
 
@@ -341,7 +341,7 @@ def test_processes_that_make_the_same_case_at_once_end_with_one_whole_case(tmp_p
 
 
 def test_versions_tell_what_ran_and_no_path():
-    seen = store.versions()
+    seen = provenance.versions()
     assert seen["packages"]["numpy"] == np.__version__
     assert seen["cores"] >= 1
     assert seen["time"].endswith("+00:00")
@@ -351,19 +351,19 @@ def test_versions_tell_what_ran_and_no_path():
 
 
 def test_software_is_what_a_key_may_depend_on():
-    assert case_key(store.software()) == case_key(store.software())
-    assert "time" not in store.software()
+    assert case_key(provenance.software()) == case_key(provenance.software())
+    assert "time" not in provenance.software()
 
 
 def test_source_digest_changes_with_the_source(tmp_path, monkeypatch):
     package = tmp_path / "ribbon"
     package.mkdir()
     (package / "a.py").write_text("x = 1\n")
-    monkeypatch.setattr(store, "__file__", str(tmp_path / "compare" / "store.py"))
+    monkeypatch.setattr(provenance, "__file__", str(tmp_path / "compare" / "provenance.py"))
     digests = []
     for text in ("x = 1\n", "x = 2\n", "x = 1\n"):
         (package / "a.py").write_text(text)
-        store.source_digest.cache_clear()
-        digests.append(store.source_digest("ribbon"))
-    store.source_digest.cache_clear()
+        provenance.source_digest.cache_clear()
+        digests.append(provenance.source_digest("ribbon"))
+    provenance.source_digest.cache_clear()
     assert digests[0] == digests[2] != digests[1]
