@@ -55,7 +55,8 @@ def convergence(path: Path, comparison: Comparison) -> Path:
         if hollow:
             x_hollow, y_hollow = zip(*hollow, strict=True)
             axes.loglog(x_hollow, y_hollow, "o", mfc="white", mec=RIBBON_COLOUR, ms=9, label="not above the errors")
-    axes.axhline(max(comparison.ribbon_error, 1e-14), color=RIBBON_COLOUR, lw=1, ls="--", label="ribbon's error")
+    if comparison.ribbon_error:
+        axes.axhline(comparison.ribbon_error, color=RIBBON_COLOUR, lw=1, ls="--", label="ribbon's error")
     if comparison.slope is not None:
         slope = comparison.slope
         claimed = [(1.0 / r.width_to_thickness, r.hausdorff) for r in comparison.rows if r.claimed and r.hausdorff]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.scene import Scene
-from ribbon import Clamp, Equilibrium, Gravity, Strip, refine, solve
+from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
 from shellref.elastica import ElasticaProblem, ElasticaResult, embed, embed_frames, to_plane
 from shellref.elastica import solve as solve_elastica
 
@@ -99,13 +99,6 @@ def run_ribbon(scene: Scene, progress: Progress | None = None) -> RibbonRun:
             )
         )
     )
-
-
-def refined(equilibrium: Equilibrium, parts: int = 2, progress: Progress | None = None) -> Equilibrium:
-    """The same equilibrium on segments cut into `parts`: what the ribbon's discretisation error is measured against."""
-    if progress:
-        progress(f"ribbon: {equilibrium.problem.lengths.size * parts} segments, for the discretisation error")
-    return refine(equilibrium, parts)
 
 
 @dataclass(frozen=True)

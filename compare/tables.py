@@ -51,9 +51,9 @@ _COLUMNS = (
     Column("claimed", "models differ", lambda r: r.claimed, lambda v: "yes" if v else "not shown"),
     Column("membrane_share", "membrane %", _part("share", "membrane"), _percent),
     Column("shear_share", "shear %", _part("share", "shear"), _percent),
-    Column("elastic", "elastic", _part("energy", "elastic_ribbon"), _number(".4f")),
-    Column("gravity", "gravity", _part("energy", "gravity"), _number(".4f")),
-    Column("total", "total", lambda r: _total(r), _number(".4f")),
+    Column("elastic", "elastic", _part("energy", "elastic_ribbon"), _number(".6g")),
+    Column("gravity", "gravity", _part("energy", "gravity"), _number(".6g")),
+    Column("total", "total", lambda r: _total(r), _number(".6g")),
     Column("seconds_ribbon", "ribbon s", lambda r: r.seconds["ribbon"], _number(".2g")),
     Column("seconds_shell", "shell s", lambda r: r.seconds["shell"], _number(".3g")),
     Column("ratio", "ratio", lambda r: r.ratio, lambda v: "-" if v is None else f"{v:.0f}"),
@@ -109,10 +109,10 @@ def _ribbon_cells(comparison: Comparison, chosen: tuple[Column, ...]) -> list[st
     cells = {
         "width_to_thickness": "ribbon",
         "status": comparison.ribbon.equilibrium.status.code,
-        "ribbon_error": f"{comparison.ribbon_error:.1e}",
-        "elastic": f"{energy.elastic:.4f}",
-        "gravity": f"{energy.gravity:.4f}",
-        "total": f"{energy.total:.4f}",
+        "ribbon_error": _number(".1e")(comparison.ribbon_error),
+        "elastic": f"{energy.elastic:.6g}",
+        "gravity": f"{energy.gravity:.6g}",
+        "total": f"{energy.total:.6g}",
         "seconds_ribbon": f"{comparison.ribbon.warm:.2g}",
     }
     if comparison.elastica_distance is not None:
@@ -138,9 +138,10 @@ def verdict(comparison: Comparison) -> list[str]:
     said: list[str] = []
     ribbon = comparison.ribbon
     e = ribbon.equilibrium
+    error = _number(".1e")(comparison.ribbon_error)
     said.append(
         f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {e.message}; residual {e.residual:.1e}, "
-        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {comparison.ribbon_error:.1e} l, "
+        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {error} l, "
         f"{ribbon.warm * 1e3:.3g} ms."
     )
     advice = ribbon_advice(comparison.scene, comparison.ribbon_error)
@@ -156,7 +157,8 @@ def verdict(comparison: Comparison) -> list[str]:
         said.append("No slope: fewer than two rows have a distance above the discretisation errors.")
     if not comparison.falls:
         said += _undecided(comparison)
-    times = [row for row in comparison.rows if row.ratio is not None and row.shell_error is not None]
+        said += _other_model(comparison)
+    times = [r for r in comparison.rows if r.ratio is not None and None not in (r.shell_error, r.ribbon_error)]
     if times:
         last = times[-1]
         said.append(
@@ -176,6 +178,17 @@ def verdict(comparison: Comparison) -> list[str]:
         if row.status != "converged"
     ]
     return said
+
+
+def _other_model(comparison: Comparison) -> list[str]:
+    """What makes this ribbon another model than the limit of its shells."""
+    scene, energy = comparison.scene, comparison.ribbon.equilibrium.problem.energy
+    found = []
+    if scene.clamp_start.ruling == "free":
+        found.append('the shell holds its whole edge: clamp.start.ruling = "straight" does the same')
+    if energy == "sadowsky":
+        found.append('the shell has a finite width: model.energy = "wunderlich"')
+    return [f"The ribbon need not be the shell's limit: {'; '.join(found)}."] if found else []
 
 
 def ribbon_advice(scene: Scene, error: float | None) -> str | None:

@@ -11,9 +11,20 @@ import numpy as np
 import pytest
 
 from compare import export, figures, report, tables
-from compare.comparison import Comparison, Row, coarser, compare, fit_slope, natural_constant
+from compare.comparison import (
+    Comparison,
+    Grid,
+    Row,
+    coarser,
+    compare,
+    fit_slope,
+    natural_constant,
+    ribbon_discretisation_error,
+)
+from compare.distance import centreline_distance
 from compare.progress import Reporter
 from compare.results import comparison_result
+from compare.run import run_elastica, run_ribbon
 from compare.scene import load
 from compare.shell_process import ShellCase, shell_problem
 from compare.store import CaseStore, jsonable
@@ -195,3 +206,22 @@ def test_rendering_falls_back_when_vtk_cannot(made, tmp_path, monkeypatch):
 
     monkeypatch.setattr(figures, "_render", broken)
     assert figures.shapes(tmp_path / "s.png", made()).stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(("elements", "grading"), [(20, "clamp"), (20, "uniform"), (40, "uniform"), (200, "uniform")])
+def test_the_ribbons_error_is_not_underestimated(elements, grading):
+    """Against the elastica, whose own error is far smaller: heavy flat cantilever, a layer of width Gamma^(-1/2)."""
+    scene = load("cantilever").replace(
+        {"strip.gamma": 1e4, "model.elements": elements, "model.grading": grading, "shell.width_to_thickness": 100}
+    )
+    elastica = run_elastica(scene)
+    assert elastica.result.error < 1e-6
+    e = run_ribbon(scene).equilibrium
+    grid = Grid.for_shape(scene, 150.0)
+    estimate = ribbon_discretisation_error(e, grid, Reporter(quiet=True))
+    true = centreline_distance(e.position(grid.s), elastica.centreline(grid.s))
+    surface = grid.ribbon(e)[:, grid.v.size // 2]
+    gap = min(
+        true, np.linalg.norm(surface[:, None, :] - elastica.centreline(np.linspace(0, 1, 4001)), axis=2).min(1).max()
+    )
+    assert 0.9 * gap - 2e-6 < estimate < 3.0 * true + 2e-6
