@@ -138,10 +138,10 @@ def verdict(comparison: Comparison) -> list[str]:
     said: list[str] = []
     ribbon = comparison.ribbon
     e = ribbon.equilibrium
-    error = _number(".1e")(comparison.ribbon_error)
+    error = "unknown" if comparison.ribbon_error is None else f"{comparison.ribbon_error:.1e} l"
     said.append(
         f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {e.message}; residual {e.residual:.1e}, "
-        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {error} l, "
+        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {error}, "
         f"{ribbon.warm * 1e3:.3g} ms."
     )
     advice = ribbon_advice(comparison.scene, comparison.ribbon_error)
@@ -201,10 +201,19 @@ def ribbon_advice(scene: Scene, error: float | None) -> str | None:
 
 
 def _undecided(comparison: Comparison) -> list[str]:
-    """Rows where no difference between the models can be claimed."""
-    return [
-        f"w/h = {row.width_to_thickness:g}: no difference is claimed, the distance {row.hausdorff:.1e} l is not above "
-        f"the errors; use a finer shell ([shell] elements) or more ribbon segments."
-        for row in comparison.rows
-        if row.hausdorff is not None and not row.claimed
-    ]
+    """Rows where no difference between the models can be claimed, and why."""
+    said = []
+    for row in comparison.rows:
+        if row.hausdorff is None or row.claimed:
+            continue
+        head = f"w/h = {row.width_to_thickness:g}: no difference is claimed, "
+        if row.ribbon_error is None:
+            said.append(f"{head}the ribbon's discretisation error is unknown (it, or its refinement, is not stable).")
+        elif row.shell_error is None:
+            said.append(f"{head}the shell's discretisation error is unknown (the coarser mesh did not converge).")
+        else:
+            said.append(
+                f"{head}the distance {row.hausdorff:.1e} l is not above the errors; use a finer shell (shell.elements) "
+                "or more ribbon segments."
+            )
+    return said

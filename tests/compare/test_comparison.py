@@ -225,3 +225,19 @@ def test_the_ribbons_error_is_not_underestimated(elements, grading):
         true, np.linalg.norm(surface[:, None, :] - elastica.centreline(np.linspace(0, 1, 4001)), axis=2).min(1).max()
     )
     assert 0.9 * gap - 2e-6 < estimate < 3.0 * true + 2e-6
+
+
+def test_a_ribbon_on_a_saddle_claims_nothing(made, tmp_path):
+    """Planar and unbent by its weight (omega between 0 and nu K): the row keeps its distance, without a claim."""
+    keys = {
+        "clamp.start.tangent": [0.0, 0.0, 1.0], "clamp.start.normal": [-1.0, 0.0, 0.0], "strip.gamma": 300.0,
+        "strip.natural_curvature": [-0.35, -0.49], "model.grading": "uniform",
+    }  # fmt: skip
+    found = made(assignments=keys)
+    assert found.ribbon.equilibrium.status.code == "saddle"
+    assert not found.ok
+    assert found.ribbon_error is None
+    assert not any(r.claimed for r in found.rows)
+    assert any("discretisation error is unknown" in sentence for sentence in tables.verdict(found))
+    assert report.write(tmp_path / "out", found).exists()
+    assert comparison_result(found)["complete"] is False
