@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from compare import provenance, store
 from compare.errors import BadInput, Missing
 from compare.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, check_writable, jsonable
+from tests.compare.ordinary_user import not_root, public_folder
 
 
 class Colour(enum.Enum):
@@ -151,12 +152,12 @@ def test_check_writable_on_a_file_system_that_takes_no_files():
         check_writable("/proc/ribbonbench/out")
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
-def test_check_writable_in_a_read_only_folder(tmp_path):
-    tmp_path.chmod(0o555)
-    with pytest.raises(BadInput, match="permission denied"):
-        check_writable(tmp_path / "out")
-    tmp_path.chmod(0o755)
+def test_check_writable_in_a_read_only_folder():
+    with public_folder() as folder:
+        folder.chmod(0o555)
+        with not_root(), pytest.raises(BadInput, match="permission denied"):
+            check_writable(folder / "out")
+        folder.chmod(0o755)
 
 
 def test_check_writable_removes_folders_it_made_in_vain(tmp_path):
