@@ -90,8 +90,8 @@ def test_what_is_off_is_not_computed():
 
 def test_bounds_keep_rulings_from_crossing():
     lower, upper = problem("sadowsky").bounds()
-    assert np.allclose(upper[3::2], 2 / WIDTH)
-    assert np.allclose(lower[3::2], -2 / WIDTH)
+    assert upper[3::2] == pytest.approx(np.full(LENGTHS.size, 2 / WIDTH), rel=1e-15)
+    assert lower[3::2] == pytest.approx(np.full(LENGTHS.size, -2 / WIDTH), rel=1e-15)
     assert np.all(np.isinf(upper[2::2]))
 
 

@@ -107,7 +107,7 @@ def test_si_data_give_the_dimensionless_groups():
 def test_clamp_carries_the_weight_and_its_moment():
     """The moment against a quadrature of the surface's own centreline; the virtual work of turning the clamp."""
     result = coil(10, 100, 20, "wunderlich")
-    assert np.allclose(result.start.force, [100, 0, 0])
+    assert result.start.force == pytest.approx([100.0, 0.0, 0.0], abs=1e-13)
     s = (np.arange(4000) + 0.5) / 4000
     lever = result.position(s).mean(axis=0)
     assert np.allclose(result.start.moment, np.cross(lever, [100, 0, 0]), atol=1e-4)
@@ -140,7 +140,7 @@ def test_a_saddle_is_called_a_saddle(energy, ruling):
     light, heavy = on_edge(12.0, energy, ruling), on_edge(40.0, energy, ruling)
     assert light.status is Status.CONVERGED
     assert "indifferent" in light.message
-    assert np.allclose(heavy.end.position, [1, 0, 0], atol=1e-12)
+    assert heavy.end.position == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
     assert heavy.status is Status.SADDLE
     assert heavy.stable is False
     assert heavy.lowest_eigenvalue < -0.1
