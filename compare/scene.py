@@ -5,15 +5,14 @@ the key, its value and what would be right, before anything is computed. An abse
 
 The attributes of `Scene` hold the values of the file in its own units. The derived, dimensionless numbers that the
 solvers take (lengths in l, energies in D w / l; theory sheet, section 2; thesis 4.1) are properties: `width`,
-`curvature`, `gamma`, `up`, `position`, `frame`.
+`curvature`, `gamma`, `up`, `start_position`, `start_frame`, `end_position`, `end_frame`, `wall_points`, ...
 """
 
 from __future__ import annotations
 
-import copy
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -23,26 +22,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
+from compare.scene_document import changed, document_of
+from compare.scene_geometry import beyond_one_clamp, check_geometry, frame_of, unit
+from compare.scene_path import stage_name
 from compare.scene_read import gamma_of, one_line, read_sections
 from compare.scene_spec import (
     STANDARD_GRAVITY,
     ClampSpec,
+    ClosureSpec,
     GravitySpec,
     ModelSpec,
     SeedSpec,
     ShellSpec,
+    StageSpec,
     StripSpec,
+    WallSpec,
 )
 from compare.scene_write import toml_text
 
 __all__ = [
     "ClampSpec",
+    "ClosureSpec",
     "GravitySpec",
     "ModelSpec",
     "Scene",
     "SeedSpec",
     "ShellSpec",
+    "StageSpec",
     "StripSpec",
+    "WallSpec",
     "load",
     "loads",
     "parse_assignment",
@@ -55,26 +63,23 @@ PLANAR_TOLERANCE = 1e-9
 MAX_BYTES = 1_000_000
 """Size above which a file is not taken for a scene."""
 
-EXCLUSIVE = (
-    (("strip.gamma",), ("strip.young", "strip.density")),
-    (("model.elements", "model.grading"), ("model.element_lengths",)),
-)
-"""Pairs of ways to say one thing; `Scene.replace` with one way drops the other."""
-
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene: a clamped strip, its loads, the ribbon's model and the shell runs beside it."""
+    """One scene: a strip, what holds and loads it, the ribbon's model, the way to the scene and the shell runs."""
 
     name: str
     title: str
     source: str
     strip: StripSpec
     gravity: GravitySpec | None
-    clamp_start: ClampSpec
-    clamp_end: None
+    clamp_start: ClampSpec | None
+    clamp_end: ClampSpec | None
+    closure: ClosureSpec | None
+    walls: tuple[WallSpec, ...]
     model: ModelSpec
     seed: SeedSpec
+    path: tuple[StageSpec, ...]
     shell: ShellSpec
 
     # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------
@@ -103,27 +108,81 @@ class Scene:
     @property
     def up(self) -> NDArray[np.float64] | None:
         """Unit vector against the weight, shape (3,), normalised to rounding; None without gravity."""
-        return None if self.gravity is None else _normalised(self.gravity.up)
+        return None if self.gravity is None else unit(self.gravity.up)
+
+    @property
+    def start_position(self) -> NDArray[np.float64] | None:
+        """The point held at s = 0 in units of l, shape (3,); None: not held."""
+        return self._position(self.clamp_start)
+
+    @property
+    def start_frame(self) -> NDArray[np.float64] | None:
+        """The frame held at s = 0, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding, or None."""
+        return frame_of(self.clamp_start)
+
+    @property
+    def end_position(self) -> NDArray[np.float64] | None:
+        """The point held at s = length in units of l, shape (3,); None: not held."""
+        return self._position(self.clamp_end)
+
+    @property
+    def end_frame(self) -> NDArray[np.float64] | None:
+        """The frame held at s = length, as `start_frame`; None: not held."""
+        return frame_of(self.clamp_end)
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """The clamped point in units of l, shape (3,)."""
-        return np.array(self.clamp_start.position) / self.strip.length
+        """`start_position` of a scene whose start is fully clamped; `BadInput` for another one."""
+        position = self.start_position
+        if position is None or not self.start_clamped:
+            raise self._start_not_clamped()
+        return position
 
     @property
     def frame(self) -> NDArray[np.float64]:
-        """The clamped frame, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding."""
-        tangent = _normalised(self.clamp_start.tangent)
-        given = np.array(self.clamp_start.normal)
-        normal = _normalised(given - (given @ tangent) * tangent)
-        return np.column_stack([np.cross(normal, tangent), normal, tangent])
+        """`start_frame` of a scene whose start is fully clamped; `BadInput` for another one."""
+        frame = self.start_frame
+        if frame is None or not self.start_clamped:
+            raise self._start_not_clamped()
+        return frame
 
     @property
-    def seed_curvature(self) -> tuple[float, float]:
-        """Curvature of the starting shape times l, at s = 0 and at s = 1 ("natural" resolved)."""
+    def start_clamped(self) -> bool:
+        """True when position and frame are held at s = 0."""
+        return self.clamp_start is not None and self.clamp_start.holds_all
+
+    @property
+    def wall_points(self) -> NDArray[np.float64]:
+        """A point of every wall in units of l, shape (walls, 3); of a pressure plate, where it rests."""
+        return np.array([wall.point for wall in self.walls]).reshape(-1, 3) / self.strip.length
+
+    @property
+    def wall_normals(self) -> NDArray[np.float64]:
+        """Unit normals of the walls towards the ribbon, shape (walls, 3), normalised to rounding."""
+        return np.array([unit(wall.normal) for wall in self.walls]).reshape(-1, 3)
+
+    @property
+    def seed_curvature(self) -> tuple[float, ...]:
+        """Curvature of the starting shape times l ("natural" resolved) at equal distances from s = 0 to s = 1.
+
+        Two values or more; linear in between.
+        """
         if self.seed.curvature is None:
             return self.curvature
-        return self.seed.curvature[0] * self.strip.length, self.seed.curvature[1] * self.strip.length
+        return tuple(value * self.strip.length for value in self.seed.curvature)
+
+    def _position(self, clamp: ClampSpec | None) -> NDArray[np.float64] | None:
+        if clamp is None or clamp.position is None:
+            return None
+        return np.array(clamp.position) / self.strip.length
+
+    def _start_not_clamped(self) -> BadInput:
+        return BadInput(
+            "clamp.start",
+            None,
+            "does not hold position and frame, which this needs",
+            "add [clamp.start] with position, tangent and normal",
+        )
 
     # -- questions ---------------------------------------------------------------------------------------------------
 
@@ -132,6 +191,11 @@ class Scene:
 
         The strip bends in the plane of t_y and t_z, with eta = 0, when the weight has no component along t_x.
         """
+        beyond = beyond_one_clamp(self)
+        if beyond is not None:
+            return (
+                f"{beyond[1]}, and the elastica of this version is for a strip clamped at its start and free otherwise"
+            )
         up = self.up
         if up is None or self.gamma == 0.0:
             return None
@@ -150,7 +214,20 @@ class Scene:
         return self.nonplanar_reason() is None
 
     def require_shell(self) -> tuple[float, ...]:
-        """w/h of the shell runs that the scene asks for; `BadInput` when it gives no thickness at all."""
+        """w/h of the shell runs that the scene asks for.
+
+        `BadInput` when it gives no thickness at all, or holds or loads the strip as the shell cannot yet.
+        """
+        beyond = beyond_one_clamp(self)
+        if beyond is None and self.gravity is not None and self.gravity.exact:
+            beyond = ("gravity.exact", "the weight acts over the surface of the ribbon")
+        if beyond is not None:
+            raise BadInput(
+                beyond[0],
+                True if beyond[0] == "gravity.exact" else None,
+                f"is not available for the shell: {beyond[1]}, and the shell of this version is held at s = 0 only",
+                "use ribbonbench solve",
+            )
         if self.shell.width_to_thickness:
             return self.shell.width_to_thickness
         if self.strip.thickness is None:
@@ -165,6 +242,8 @@ class Scene:
     def notes(self) -> tuple[str, ...]:
         """One line for every given value that has no effect on the result, so that none is ignored silently."""
         found = []
+        if self.model.held_by != "elimination" and self.clamp_start is None:
+            found.append(f'model.held_by = "{self.model.held_by}" has no effect: there is no [clamp.start]')
         if self.gravity is None and self.strip.gamma:
             found.append(
                 f"strip.gamma = {self.strip.gamma} has no effect: there is no [gravity], the scene is weightless"
@@ -185,80 +264,36 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a nested dictionary of the contract's keys: what the scene says, defaults left out."""
-        return {"title": self.title, **self._document(defaults=False)}
+        return {"title": self.title, **document_of(self, defaults=False)}
 
     def canonical(self) -> dict[str, Any]:
         """All that can influence the result, defaults filled in, ready for JSON and hashing.
 
         Name, title and source are left out.
         """
-        return self._document(defaults=True)
+        return document_of(self, defaults=True)
 
     def to_toml(self) -> str:
         """TOML text with a comment on every key; `loads` gives back the same scene."""
         return toml_text(self.to_dict())
 
     def replace(self, keys: Mapping[str, Any]) -> Scene:
-        """The scene with dotted keys replaced (None removes a key), e.g. `{"strip.gamma": 50.0}`, and checked again.
+        """The scene with dotted keys replaced, e.g. `{"strip.gamma": 50.0}`, and checked again.
 
-        A key that says the same thing in another way (gamma for young and density, elements for element_lengths)
-        replaces it.
+        None removes a key or a section, and so does False a section that can be absent ("clamp.end", "closure", ...).
+        A wall goes by its number or its name: "wall.0.point", "wall.roof.point". A key that says the same thing in
+        another way (gamma for young and density, elements for element_lengths) replaces it.
         """
-        document = copy.deepcopy(self.to_dict())
-        for pair in EXCLUSIVE:
-            for one, other in (pair, pair[::-1]):
-                if any(key in keys for key in one) and not any(key in keys for key in other):
-                    for key in other:
-                        _assign(document, key, None)
-        for key, value in keys.items():
-            _assign(document, key, _plain(value))
-        return _build(document, self.source)
+        return _build(changed(self.to_dict(), keys), self.source)
 
-    def _document(self, defaults: bool) -> dict[str, Any]:
-        strip, model, seed, shell = self.strip, self.model, self.seed, self.shell
-        gravity: dict[str, Any] | None = None
-        if self.gravity is not None:
-            gravity = {
-                "up": list(self.gravity.up),
-                "acceleration": self.gravity.acceleration,
-                "exact": self.gravity.exact,
-            }
-            if not defaults:
-                _drop(gravity, {"acceleration": STANDARD_GRAVITY, "exact": False})
-        clamp = {
-            "position": list(self.clamp_start.position),
-            "tangent": list(self.clamp_start.tangent),
-            "normal": list(self.clamp_start.normal),
-            "ruling": self.clamp_start.ruling,
-        }
-        discretisation: dict[str, Any] = {"elements": model.elements, "grading": model.grading}
-        if model.element_lengths is not None:
-            discretisation = {"element_lengths": list(model.element_lengths)}
-        sections: dict[str, Any] = {
-            "strip": {
-                "length": strip.length,
-                "width": strip.width,
-                "thickness": strip.thickness,
-                "poisson": strip.poisson,
-                "natural_curvature": list(strip.natural_curvature),
-                "gamma": strip.gamma,
-                "young": strip.young,
-                "density": strip.density,
-            },
-            "gravity": gravity,
-            "clamp": {"start": clamp},
-            "model": {"energy": model.energy, **discretisation, "formulation": model.formulation},
-            "seed": {
-                "curvature": "natural" if seed.curvature is None else list(seed.curvature),
-                "ruling": list(seed.ruling),
-            },
-            "shell": {
-                "width_to_thickness": list(shell.width_to_thickness) or None,
-                "clamp": shell.clamp,
-                "elements": None if shell.elements is None else list(shell.elements),
-            },
-        }
-        return sections if defaults else _without_none(sections)
+    def stages(self) -> tuple[Scene, ...]:
+        """The scenes of the path in order, then the scene itself; none of them has a path of its own.
+
+        A stage changes the scene of the stage before it, the first one the scene itself: a key keeps the value of the
+        last stage that names it.
+        """
+        scene = self if not self.path else self.replace({"path": None})
+        return (*_stage_scenes(scene, self.path), scene)
 
 
 def shipped() -> dict[str, Path]:
@@ -344,58 +379,33 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
         strip=sections.strip,
         gravity=sections.gravity,
         clamp_start=sections.clamp_start,
-        clamp_end=None,
+        clamp_end=sections.clamp_end,
+        closure=sections.closure,
+        walls=sections.walls,
         model=sections.model,
         seed=sections.seed,
+        path=sections.path,
         shell=sections.shell,
     )
+    check_geometry(scene)
     if scene.model.energy == "elastica":
         reason = scene.nonplanar_reason()
         if reason is not None:
             raise BadInput(
                 "model.energy", "elastica", f"is planar, but {reason}", 'choose "wunderlich" or turn the clamp'
             )
+    if scene.path:
+        _stage_scenes(scene.replace({"path": None}), scene.path)
     return scene
 
 
-def _normalised(vector: Any) -> NDArray[np.float64]:
-    array = np.array(vector, dtype=float)
-    return array / np.linalg.norm(array)
-
-
-def _assign(document: dict[str, Any], key: str, value: Any) -> None:
-    """Set (or, with None, remove) the dotted `key` of a nested dictionary, making the tables on the way."""
-    *path, last = key.split(".")
-    table = document
-    for name in path:
-        if value is None and name not in table:
-            return
-        table = table.setdefault(name, {})
-        if not isinstance(table, dict):
-            raise BadInput(key, value, f"is not a known key: {name} is a value, not a section", "check the dots")
-    if value is None:
-        table.pop(last, None)
-    else:
-        table[last] = value
-
-
-def _plain(value: Any) -> Any:
-    """A value as TOML would give it: tuples and arrays become lists."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value
-
-
-def _drop(table: dict[str, Any], defaults: Mapping[str, Any]) -> None:
-    """Remove the entries that equal their default."""
-    for name, default in defaults.items():
-        if table[name] == default:
-            del table[name]
-
-
-def _without_none(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        name: _without_none(value) if isinstance(value, Mapping) else value
-        for name, value in table.items()
-        if value is not None
-    }
+def _stage_scenes(scene: Scene, path: Sequence[StageSpec]) -> list[Scene]:
+    """The scene of every stage on the way to `scene`; an error names the stage."""
+    found = []
+    for index, stage in enumerate(path):
+        try:
+            scene = scene.replace(stage)
+        except BadInput as error:
+            raise BadInput(stage_name(index, error.key), error.value, error.problem, error.remedy) from None
+        found.append(scene)
+    return found

@@ -7,6 +7,25 @@ from __future__ import annotations
 
 from compare.scene_table import Key
 
+
+def _clamp_keys(end: str, at: str) -> dict[str, Key]:
+    """The keys of `[clamp.start]` or `[clamp.end]`, which stands at `at`."""
+    return {
+        f"clamp.{end}.position": Key(
+            f'point held at {at}, three numbers in the unit of length, or "free"', "[0.0, 0.0, 0.0]"
+        ),
+        f"clamp.{end}.frame": Key(f'"free": neither tangent nor normal is held at {at}', '"free"'),
+        f"clamp.{end}.tangent": Key(f"unit tangent t_z held at {at}, three numbers without unit", "[0.0, 0.0, 1.0]"),
+        f"clamp.{end}.normal": Key(
+            f"unit surface normal t_y held at {at}, orthogonal to the tangent, without unit", "[0.0, 1.0, 0.0]"
+        ),
+        f"clamp.{end}.across": Key(
+            "optional check: t_x = t_y x t_z, the direction of the width, without unit", "[1.0, 0.0, 0.0]"
+        ),
+        f"clamp.{end}.ruling": Key('"free", or "straight" (eta = 0: the clamp holds the whole edge)', '"straight"'),
+    }
+
+
 KEYS: dict[str, Key] = {
     "title": Key("title of the scene, one line of text", '"Curl, 4.3"'),
     "strip.length": Key("length l, > 0, in m (any unit when gamma is given or there is no gravity)", "1.0"),
@@ -22,15 +41,19 @@ KEYS: dict[str, Key] = {
     "gravity.up": Key("unit vector UP, against the weight, no unit", "[1.0, 0.0, 0.0]"),
     "gravity.acceleration": Key("acceleration of gravity, > 0, in m/s^2 (used with young and density)", "9.81"),
     "gravity.exact": Key("weight over the surface (true) or along the centreline (false)", "false"),
-    "clamp.start.position": Key("point held at s = 0, three numbers in the unit of length", "[0.0, 0.0, 0.0]"),
-    "clamp.start.tangent": Key("unit tangent t_z held at s = 0, three numbers without unit", "[0.0, 0.0, 1.0]"),
-    "clamp.start.normal": Key(
-        "unit surface normal t_y held at s = 0, orthogonal to the tangent, without unit", "[0.0, 1.0, 0.0]"
+    **_clamp_keys("start", "s = 0"),
+    **_clamp_keys("end", "s = length"),
+    "closure.kind": Key('how the band is closed: "circle", or "moebius" (half a turn at the seam)', '"moebius"'),
+    "closure.ruling": Key('"free", or "straight" (eta = 0 at the seam)', '"free"'),
+    "closure.turns": Key("number of turns of a circle, a whole number >= 1", "1"),
+    "wall.point": Key("a point of the wall, three numbers in the unit of length", "[0.0, 0.0, 0.0]"),
+    "wall.normal": Key(
+        "unit normal of the wall towards the ribbon's side, three numbers without unit", "[0.0, 1.0, 0.0]"
     ),
-    "clamp.start.across": Key(
-        "optional check: t_x = t_y x t_z, the direction of the width, without unit", "[1.0, 0.0, 0.0]"
+    "wall.stiffness": Key(
+        "stiffness of the spring that holds the wall as a pressure plate, resting at point, > 0, in D w / l^3", "100.0"
     ),
-    "clamp.start.ruling": Key('"free", or "straight" (eta = 0: the clamp holds the whole edge)', '"straight"'),
+    "wall.name": Key("name of the wall in keys and results: letters, digits and _, not a number", '"roof"'),
     "model.energy": Key('energy of the strip: "auto", "sadowsky", "wunderlich" or "elastica"', '"wunderlich"'),
     "model.elements": Key("number of elements of equal length, a whole number >= 1", "20"),
     "model.grading": Key(
@@ -40,9 +63,24 @@ KEYS: dict[str, Key] = {
     "model.element_lengths": Key(
         "lengths of the elements from the start, > 0, summing to strip.length, in its unit", "[0.1, 0.2, 0.7]"
     ),
-    "model.formulation": Key('"auto" or "chained"', '"auto"'),
-    "seed.curvature": Key('starting curvature: "natural", or in 1/length a number or [at start, at end]', '"natural"'),
-    "seed.ruling": Key("starting ruling eta = tan(angle), no unit: a number or [at start, at end]", "0.0"),
+    "model.tolerance": Key(
+        "error to reach by placing the elements (Hausdorff distance / length), 0 < tolerance < 0.1, no unit", "1e-3"
+    ),
+    "model.formulation": Key(
+        '"auto", "chained" (reduced unknowns), "mixed" (glued elements) or "matrix" (glued, the thesis\'s 16 unknowns)',
+        '"auto"',
+    ),
+    "model.held_by": Key('how glued elements hold the start clamp: "elimination" or "constraints"', '"elimination"'),
+    "seed.curvature": Key(
+        'starting curvature: "natural", or in 1/length a number, [at start, at end] or more at equal distances',
+        '"natural"',
+    ),
+    "seed.ruling": Key(
+        "starting ruling eta = tan(angle), no unit: a number, [at start, at end] or more at equal distances", "0.0"
+    ),
+    "path.steps": Key(
+        "number of equal steps from the stage before to this one, a whole number >= 1 (absent: adaptive)", "4"
+    ),
     "shell.width_to_thickness": Key(
         "w/h of the shell runs, each > 1, no unit: a number or a list; replaces thickness", "[10, 20, 50, 100, 200]"
     ),
@@ -51,22 +89,23 @@ KEYS: dict[str, Key] = {
 }
 """Every key of the contract that this version reads."""
 
-UNAVAILABLE: dict[str, str] = {
-    "clamp.end": "remove [clamp.end]: only the start can be clamped so far",
-    "closure": "remove [closure] and use [clamp.start]: closed bands come later",
-    "wall": "remove [[wall]]: contact comes later",
-    "path": "remove [[path]]: the scene is reached from its natural shape so far",
-    "model.tolerance": "give model.elements = 20 instead (the error is then estimated by refinement)",
-}
-"""Keys and sections of the contract that are not built yet, each with what to do."""
+SECTIONS = ("clamp.start", "clamp.end", "closure", "gravity")
+"""Sections that a stage of a path can leave out: their value is then false."""
+
+FIXED_ON_PATH = ("title", "path", "shell")
+"""What no stage of a path can change."""
+
+FREE = "free"
+"""The value of `position` or `frame` of a clamp that does not hold it."""
 
 ENERGIES = ("auto", "sadowsky", "wunderlich", "elastica")
 LATER_ENERGIES = {
     name: f"choose from {', '.join(repr(energy) for energy in ENERGIES)}"
     for name in ("kirchhoff", "extensible", "sano")
 }
-FORMULATIONS = ("auto", "chained")
-LATER_FORMULATIONS = {"mixed": "choose 'auto' or 'chained'"}
+FORMULATIONS = ("auto", "chained", "mixed", "matrix")
+HELD_BY = ("elimination", "constraints")
+CLOSURES = ("circle", "moebius")
 SHELL_CLAMPS = ("edge",)
 LATER_SHELL_CLAMPS = {"corners": "choose 'edge': the shell then holds the whole end edge"}
 RULINGS = ("free", "straight")

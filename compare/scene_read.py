@@ -9,27 +9,28 @@ import math
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from compare import scene_keys as contract
 from compare.errors import BadInput
+from compare.scene_held import read_clamp, read_closure, read_unit, read_walls
+from compare.scene_path import read_path
 from compare.scene_spec import (
     DEFAULT_ELEMENTS,
     FIRST_OVER_WIDTH,
     STANDARD_GRAVITY,
     ClampSpec,
+    ClosureSpec,
     GravitySpec,
-    Linear,
     ModelSpec,
     SeedSpec,
     ShellSpec,
+    StageSpec,
     StripSpec,
-    Vector,
+    WallSpec,
 )
 from compare.scene_table import Table, missing, reject_unknown
-
-UNIT_TOLERANCE = 1e-9
-"""How far a unit vector's length may be from 1, and a scalar product of two orthogonal ones from 0."""
 
 SUM_TOLERANCE = 1e-9
 """How far, relatively, the sum of the element lengths may be from the strip's length."""
@@ -44,33 +45,38 @@ class Sections:
     title: str
     strip: StripSpec
     gravity: GravitySpec | None
-    clamp_start: ClampSpec
+    clamp_start: ClampSpec | None
+    clamp_end: ClampSpec | None
+    closure: ClosureSpec | None
+    walls: tuple[WallSpec, ...]
     model: ModelSpec
     seed: SeedSpec
+    path: tuple[StageSpec, ...]
     shell: ShellSpec
 
 
 def read_sections(data: Mapping[str, Any]) -> Sections:
     """The checked sections of a parsed scene document."""
-    reject_unknown(data, "", contract.KEYS, contract.UNAVAILABLE)
+    reject_unknown(data, "", contract.KEYS)
     title = Table(data, "", contract.KEYS).text("title") if "title" in data else ""
     if title != one_line(title):
         raise BadInput("title", title, "is not one line of text", "leave out line breaks and control characters")
     strip = _strip(_section(data, "strip"))
     gravity = _gravity(_section(data, "gravity"), strip) if "gravity" in data else None
     clamp = _section(data, "clamp")
-    if "start" not in clamp:
-        raise BadInput(
-            "clamp.start",
-            None,
-            "is missing, and a strip that is free at both ends is not available in this version",
-            "add [clamp.start] with position, tangent and normal",
-        )
-    clamp_start = _clamp(_section(clamp.data, "start", "clamp"))
+    if "clamp" in data and not clamp.data:
+        raise BadInput("clamp", None, "holds no end", "add [clamp.start] or [clamp.end], or remove [clamp]")
+    start, end = (
+        read_clamp(_section(clamp.data, name, "clamp"), name == "start") if name in clamp else None
+        for name in ("start", "end")
+    )
+    closure = read_closure(_section(data, "closure")) if "closure" in data else None
+    walls = read_walls(data.get("wall", []))
     model = _model(_section(data, "model"), strip)
     seed = _seed(_section(data, "seed"), strip)
     shell = _shell(_section(data, "shell"))
-    return Sections(title, strip, gravity, clamp_start, model, seed, shell)
+    path = read_path(data.get("path", []), walls)
+    return Sections(title, strip, gravity, start, end, closure, walls, model, seed, path, shell)
 
 
 def one_line(text: str) -> str:
@@ -85,7 +91,7 @@ def _section(data: Mapping[str, Any], name: str, parent: str = "") -> Table:
     if not isinstance(section, dict):
         shown = None if isinstance(section, list) and any(isinstance(item, dict) for item in section) else section
         raise BadInput(path, shown, "is not a single table", f"write it as a section [{path}]")
-    reject_unknown(section, path, contract.KEYS, contract.UNAVAILABLE)
+    reject_unknown(section, path, contract.KEYS)
     return Table(section, path, contract.KEYS)
 
 
@@ -132,11 +138,9 @@ def _strip(table: Table) -> StripSpec:
 
 
 def _gravity(table: Table, strip: StripSpec) -> GravitySpec:
-    up = _unit(table, "up")
+    up = read_unit(table, "up")
     acceleration = table.positive("acceleration") if "acceleration" in table else STANDARD_GRAVITY
     exact = table.truth("exact") if "exact" in table else False
-    if exact:
-        raise table.bad("exact", "is not available in this version", "remove it: the weight acts along the centreline")
     if strip.gamma is None and strip.young is None:
         raise missing(
             "strip.gamma",
@@ -172,51 +176,25 @@ def gamma_of(strip: StripSpec, acceleration: float) -> float:
         return math.inf
 
 
-def _clamp(table: Table) -> ClampSpec:
-    position = table.vector("position") if "position" in table else (0.0, 0.0, 0.0)
-    tangent = _unit(table, "tangent")
-    normal = _unit(table, "normal")
-    product = _dot(tangent, normal)
-    if abs(product) > UNIT_TOLERANCE:
-        across = tuple(n - product * t for n, t in zip(normal, tangent, strict=True))
-        norm = math.sqrt(_dot(across, across))
-        remedy = (
-            f"the part of it orthogonal to the tangent is {_show(tuple(c / norm for c in across))}"
-            if norm > 1e-6
-            else "give a unit vector orthogonal to the tangent"
-        )
-        raise table.bad(
-            "normal", f"is not orthogonal to {table.dotted('tangent')} (their product is {product:.6g})", remedy
-        )
-    if "across" in table:
-        _check_handedness(table, tangent, normal)
-    ruling = table.choice("ruling", contract.RULINGS) if "ruling" in table else "free"
-    return ClampSpec(position, tangent, normal, ruling)
-
-
-def _check_handedness(table: Table, tangent: Vector, normal: Vector) -> None:
-    """t_x, when given, must be t_y x t_z."""
-    across = _unit(table, "across")
-    expected = cross(normal, tangent)
-    if math.dist(across, expected) <= 4.0 * UNIT_TOLERANCE:
-        return
-    mirrored = math.dist(across, tuple(-c for c in expected)) <= 4.0 * UNIT_TOLERANCE
-    problem = "makes the frame left-handed" if mirrored else "is not t_x = t_y x t_z"
-    raise table.bad("across", problem, f"give {_show(expected)} or leave it out: it follows from normal x tangent")
-
-
 def _model(table: Table, strip: StripSpec) -> ModelSpec:
     energy = table.choice("energy", contract.ENERGIES, contract.LATER_ENERGIES) if "energy" in table else "auto"
-    formulation = (
-        table.choice("formulation", contract.FORMULATIONS, contract.LATER_FORMULATIONS)
-        if "formulation" in table
-        else "auto"
-    )
+    formulation = table.choice("formulation", contract.FORMULATIONS) if "formulation" in table else "auto"
+    held_by = table.choice("held_by", contract.HELD_BY) if "held_by" in table else "elimination"
+    if "tolerance" in table:
+        tolerance = table.number("tolerance")
+        if not 0.0 < tolerance < 0.1:
+            raise table.bad("tolerance", "lies outside 0 < tolerance < 0.1")
+        for other in ("elements", "grading", "element_lengths"):
+            if other in table:
+                raise table.bad(
+                    other, "conflicts with model.tolerance, which places the elements", "remove one of the two"
+                )
+        return ModelSpec(energy, formulation=formulation, tolerance=tolerance, held_by=held_by)
     if "element_lengths" not in table:
         elements = table.count("elements") if "elements" in table else DEFAULT_ELEMENTS
         grading = table.choice("grading", contract.GRADINGS) if "grading" in table else "uniform"
         smallest = FIRST_OVER_WIDTH * strip.width / (strip.length * elements) if grading == "clamp" else None
-        return ModelSpec(energy, elements, None, formulation, grading, smallest)
+        return ModelSpec(energy, elements, None, formulation, grading, smallest, held_by=held_by)
     for other in ("elements", "grading"):
         if other in table:
             raise table.bad(other, "conflicts with model.element_lengths", "remove one of the two")
@@ -232,26 +210,34 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
             f"sums to {total!r}, not to strip.length = {strip.length!r}",
             "change the last entry or use model.elements",
         )
-    return ModelSpec(energy, len(lengths), lengths, formulation)
+    return ModelSpec(energy, len(lengths), lengths, formulation, held_by=held_by)
 
 
 def _seed(table: Table, strip: StripSpec) -> SeedSpec:
-    curvature: Linear | None = None
+    curvature: tuple[float, ...] | None = None
     if "curvature" in table and table.data["curvature"] != "natural":
         if isinstance(table.data["curvature"], str):
             raise table.bad("curvature", 'is not "natural"', 'give "natural", a number or [start, end] in 1/length')
-        curvature = table.linear("curvature")
+        curvature = _piecewise(table, "curvature")
         if not all(math.isfinite(value * strip.length) for value in curvature):
             raise table.bad("curvature", f"times strip.length = {strip.length} is not finite")
-    ruling = table.linear("ruling") if "ruling" in table else (0.0, 0.0)
-    bound = 2.0 * strip.length / strip.width
-    if not abs(ruling[1] - ruling[0]) < bound:
+    ruling = _piecewise(table, "ruling") if "ruling" in table else (0.0, 0.0)
+    bound = 2.0 * strip.length / (strip.width * (len(ruling) - 1))
+    if not all(abs(after - before) < bound for before, after in pairwise(ruling)):
+        pair = "|end - start|" if len(ruling) == 2 else "the difference of neighbouring entries"
+        pieces = "" if len(ruling) == 2 else f" / {len(ruling) - 1}"
         raise table.bad(
             "ruling",
-            "makes the rulings cross inside the strip",
-            f"keep |end - start| below 2 length/width = {bound:.6g}",
+            "makes the rulings cross inside the strip: |eta'| reaches 2/w",
+            f"keep {pair} below 2 length/width{pieces} = {bound:.6g}",
         )
     return SeedSpec(curvature, ruling)
+
+
+def _piecewise(table: Table, name: str) -> tuple[float, ...]:
+    """A law piecewise linear in s by its values at equal distances, two or more: a single number becomes two."""
+    values = table.numbers(name)
+    return values if len(values) > 1 else values * 2
 
 
 def _shell(table: Table) -> ShellSpec:
@@ -274,35 +260,3 @@ def _entry(table: Table, value: Any) -> int:
     if value is None:  # cannot come from TOML, but can from `Scene.replace`
         raise table.bad("elements", "is not a list of two whole numbers")
     return table.count("elements", value)
-
-
-def _unit(table: Table, name: str) -> Vector:
-    """A unit vector, to UNIT_TOLERANCE; otherwise the error says what the normalised vector would be."""
-    vector = table.vector(name)
-    norm = math.hypot(*vector)
-    if norm == 0.0:
-        raise table.bad(name, "has no direction (zero vector)")
-    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
-        largest = max(abs(c) for c in vector)
-        scaled = tuple(c / largest for c in vector)
-        length = math.hypot(*scaled)
-        raise table.bad(
-            name,
-            f"is not a unit vector (its length is {norm:.10g})",
-            f"normalised it is {_show(tuple(c / length for c in scaled))}",
-        )
-    return vector
-
-
-def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    return math.fsum(x * y for x, y in zip(a, b, strict=True))
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    """a x b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _show(vector: tuple[float, ...]) -> str:
-    """A vector as it can be pasted into a scene: all digits."""
-    return "[" + ", ".join(repr(c + 0.0) for c in vector) + "]"

@@ -7,7 +7,9 @@ solvers use (l = 1, D = 1; theory sheet, section 2) are derived by `compare.scen
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 Vector = tuple[float, float, float]
 Linear = tuple[float, float]
@@ -51,12 +53,62 @@ class GravitySpec:
 
 @dataclass(frozen=True)
 class ClampSpec:
-    """A held end: position in the scene's unit, unit tangent t_z, unit normal t_y, ruling "free" or "straight"."""
+    """A held end: position in the scene's unit, unit tangent t_z, unit normal t_y, ruling "free" or "straight".
 
-    position: Vector
-    tangent: Vector
-    normal: Vector
+    None: not held. Tangent and normal are held together or not at all.
+    """
+
+    position: Vector | None
+    tangent: Vector | None
+    normal: Vector | None
     ruling: str = "free"
+
+    @property
+    def holds_all(self) -> bool:
+        """True when position and frame are held."""
+        return self.position is not None and self.tangent is not None
+
+
+@dataclass(frozen=True)
+class ClosureSpec:
+    """A closed band: "circle" (with its number of turns) or "moebius"; ruling at the seam "free" or "straight"."""
+
+    kind: str
+    ruling: str = "free"
+    turns: int = 1
+
+
+@dataclass(frozen=True)
+class WallSpec:
+    """A wall: a point in the scene's unit, the unit normal towards the ribbon.
+
+    `stiffness` in D w / l^3: a pressure plate on a spring that rests at `point`; None: a rigid wall.
+    """
+
+    point: Vector
+    normal: Vector
+    stiffness: float | None = None
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class StageSpec(Mapping[str, Any]):
+    """One stage of a path: a mapping from dotted keys to values (lists as tuples), in the order of the file.
+
+    `steps`: how many equal steps lead from the stage before to this one; None: as the continuation finds right.
+    """
+
+    changes: tuple[tuple[str, Any], ...]
+    steps: int | None = None
+
+    def __getitem__(self, key: str) -> Any:
+        return dict(self.changes)[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return (key for key, _ in self.changes)
+
+    def __len__(self) -> int:
+        return len(self.changes)
 
 
 def graded_lengths(elements: int, smallest: float) -> tuple[float, ...]:
@@ -93,7 +145,8 @@ class ModelSpec:
     """Energy and discretisation of the ribbon.
 
     `element_lengths` in the scene's unit, or None for `elements` of them placed by `grading`; `smallest`: the first
-    one's length over the strip's when they are graded towards the clamp.
+    one's length over the strip's when they are graded towards the clamp. `tolerance` (Hausdorff distance / length): the
+    elements are to be placed for this error, starting from equal ones. `held_by`: see the thesis, 5.3.3.
     """
 
     energy: str = "auto"
@@ -102,6 +155,8 @@ class ModelSpec:
     formulation: str = "auto"
     grading: str = "uniform"
     smallest: float | None = None
+    tolerance: float | None = None
+    held_by: str = "elimination"
 
     @property
     def lengths(self) -> tuple[float, ...]:
@@ -116,10 +171,13 @@ class ModelSpec:
 
 @dataclass(frozen=True)
 class SeedSpec:
-    """Starting shape: curvature in 1/length (None: the natural one) and ruling eta without unit, both linear in s."""
+    """Starting shape: curvature in 1/length (None: the natural one) and ruling eta without unit.
 
-    curvature: Linear | None = None
-    ruling: Linear = (0.0, 0.0)
+    Both piecewise linear in s through two or more values at equal distances from s = 0 to s = length.
+    """
+
+    curvature: tuple[float, ...] | None = None
+    ruling: tuple[float, ...] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)

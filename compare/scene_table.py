@@ -34,22 +34,20 @@ def missing(key: str, keys: Mapping[str, Key], remedy: str = "") -> BadInput:
     )
 
 
-def reject_unknown(data: Mapping[str, Any], path: str, keys: Mapping[str, Key], unavailable: Mapping[str, str]) -> None:
-    """Raise for the first key of `data` that the contract does not know or that this version does not have yet.
+def reject_unknown(data: Mapping[str, Any], path: str, keys: Mapping[str, Key]) -> None:
+    """Raise for the first key of `data` that the contract does not know.
 
     `path` is the dotted name of the table ("" at the top); a key is known when it, or something in it, is in `keys`.
     """
     prefix = f"{path}." if path else ""
-    here = sorted({name[len(prefix) :].partition(".")[0] for name in (*keys, *unavailable) if name.startswith(prefix)})
+    here = sorted({name[len(prefix) :].partition(".")[0] for name in keys if name.startswith(prefix)})
     for name in data:
         dotted = prefix + name
-        if dotted in unavailable:
-            raise BadInput(dotted, _brief(data[name]), "is not available in this version", unavailable[dotted])
         if name not in here:
-            raise BadInput(dotted, _brief(data[name]), "is not a known key", _suggest(name, dotted, here, keys))
+            raise BadInput(dotted, brief(data[name]), "is not a known key", _suggest(name, dotted, here, keys))
 
 
-def _brief(value: Any) -> Any:
+def brief(value: Any) -> Any:
     """A value as an error shows it: tables are shown by their kind only."""
     if isinstance(value, dict):
         return None
@@ -96,7 +94,7 @@ class Table:
         """The error for the value that stands at `name`; the remedy defaults to the key's meaning and an example."""
         about = self.keys[self.dotted(name)]
         remedy = remedy or f"give the {about.meaning}, e.g. {name} = {about.example}"
-        return BadInput(self.dotted(name), _brief(self.data.get(name)), problem, remedy)
+        return BadInput(self.dotted(name), brief(self.data.get(name)), problem, remedy)
 
     def require(self, name: str) -> Any:
         if name not in self.data:

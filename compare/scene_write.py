@@ -5,31 +5,56 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from compare.scene_keys import KEYS
+from compare.scene_keys import KEYS, SECTIONS
 
 _ESCAPES = {'"': '\\"', "\\": "\\\\"}
 
 
 def toml_text(document: Mapping[str, Any]) -> str:
-    """The nested dictionary `document` (tables of numbers, texts, truth values and lists of numbers) as TOML."""
+    """The nested dictionary `document` as TOML.
+
+    Values are numbers, texts, truth values and lists of numbers; a list of tables becomes sections in double brackets.
+    """
     lines: list[str] = []
     _write_table(document, "", lines)
     return "\n".join(lines).strip() + "\n"
 
 
 def _write_table(table: Mapping[str, Any], path: str, lines: list[str]) -> None:
-    plain = {name: value for name, value in table.items() if not isinstance(value, Mapping)}
+    plain = {name: value for name, value in table.items() if not (isinstance(value, Mapping) or _is_array(value))}
     if path and plain:
         lines.extend(["", f"[{path}]"])
     for name, value in plain.items():
-        dotted = f"{path}.{name}" if path else name
-        lines.append(f"{name} = {_literal(value)}  # {KEYS[dotted].meaning}")
+        lines.append(f"{name} = {_literal(value)}  # {_meaning(f'{path}.{name}' if path else name, value)}")
     for name, value in table.items():
+        inner = f"{path}.{name}" if path else name
         if isinstance(value, Mapping):
-            inner = f"{path}.{name}" if path else name
             _write_table(value, inner, lines)
             if not value:
                 lines.extend(["", f"[{inner}]"])
+        elif _is_array(value):
+            for entry in value:
+                lines.extend(["", f"[[{inner}]]"])
+                lines.extend(_entry_line(inner, key, item) for key, item in entry.items())
+
+
+def _is_array(value: Any) -> bool:
+    """An array of tables."""
+    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(item, Mapping) for item in value)
+
+
+def _entry_line(array: str, key: str, value: Any) -> str:
+    """One line of a `[[wall]]` or `[[path]]`; the keys of a path are dotted, so they stand in quotes."""
+    if array == "path" and key != "steps":
+        return f"{_literal(key)} = {_literal(value)}  # {_meaning(key, value)}"
+    return f"{key} = {_literal(value)}  # {_meaning(f'{array}.{key}', value)}"
+
+
+def _meaning(dotted: str, value: Any) -> str:
+    if dotted in SECTIONS and value is False:
+        return "absent in this stage"
+    is_wall = dotted.startswith("wall.")
+    return KEYS[f"wall.{dotted.rpartition('.')[2]}" if is_wall else dotted].meaning
 
 
 def _literal(value: Any) -> str:

@@ -11,16 +11,19 @@ Lengths are given in any unit; results are in units of l (lengths) and D w / l (
 from ribbon import kernel_cache
 
 with kernel_cache.in_use():
-    from ribbon.boundary import Clamp
+    from ribbon.boundary import Clamp, Closure
+    from ribbon.contact import Wall
     from ribbon.errors import RibbonInputError
     from ribbon.loads import Gravity
     from ribbon.result import Energy, Equilibrium, Force, Pose, Status
     from ribbon.solve import refine, solve
     from ribbon.strip import Strip
+    from ribbon.supports import WallForce
     from ribbon.surface import Surface
 
 __all__ = [
     "Clamp",
+    "Closure",
     "Energy",
     "Equilibrium",
     "Force",
@@ -30,6 +33,8 @@ __all__ = [
     "Status",
     "Strip",
     "Surface",
+    "Wall",
+    "WallForce",
     "refine",
     "solve",
 ]

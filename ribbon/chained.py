@@ -45,6 +45,13 @@ class Counters:
     hessian: int = 0
     series: int = 0
 
+    def add(self, other: Counters) -> None:
+        """Adds the counts of another problem's evaluations."""
+        self.value += other.value
+        self.gradient += other.gradient
+        self.hessian += other.hessian
+        self.series += other.series
+
 
 @dataclass(frozen=True)
 class ChainedProblem:
@@ -62,6 +69,8 @@ class ChainedProblem:
     exponent_limit: float = EXPONENT_LIMIT
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, object] = field(default_factory=dict, repr=False, compare=False)
+
+    formulation = "chained"
 
     def __post_init__(self) -> None:
         if self.energy not in CODES:
@@ -106,6 +115,14 @@ class ChainedProblem:
         x[0], x[1] = curvature[0], ruling[0]
         x[2::2] = curvature[1] - curvature[0]
         x[3::2] = ruling[1] - ruling[0]
+        return x
+
+    def shape(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
+        """Unknowns of the shape with omega and eta (p + 1,) at the joints, linear between them."""
+        x = np.empty(self.size)
+        x[0], x[1] = omega[0], eta[0]
+        x[2::2] = np.diff(omega) / self.lengths
+        x[3::2] = np.diff(eta) / self.lengths
         return x
 
     def parameters(self, x: FloatArray) -> FloatArray:

@@ -11,12 +11,15 @@ from ribbon.boundary import unit_vector
 
 @dataclass(frozen=True)
 class Gravity:
-    """Weight along the centreline (thesis, eq. 2.10); `up` is the unit vector against gravity, e_g in the thesis.
+    """Weight; `up` is the unit vector against gravity, e_g in the thesis.
+
+    exact: over the whole surface (thesis, eq. 2.9) instead of along the centreline (eq. 2.10).
 
     Its strength is the strip's `gamma`. Without a `Gravity` the scene is weightless and no series is evaluated.
     """
 
     up: ArrayLike = (0.0, 0.0, 1.0)
+    exact: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "up", tuple(unit_vector("up", self.up).tolist()))

@@ -5,12 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ribbon import supports
 from ribbon import surface as _surface
-from ribbon.chained import ChainedProblem
+from ribbon.loads import Gravity
+from ribbon.mixed import MixedProblem
+from ribbon.strip import Strip
+from ribbon.supports import Force, WallForce
 from ribbon.surface import Surface
 
 FloatArray = NDArray[np.float64]
@@ -21,13 +26,20 @@ class Status(Enum):
 
     CONVERGED = "converged: a stable equilibrium"
     SADDLE = (
-        "saddle: a stationary point with a negative eigenvalue; it is not stable: start from another [seed], e.g. "
-        "ruling = 0.01, or disturb the symmetry of the clamp"
+        "saddle: a stationary point with a negative eigenvalue; it is not stable: use --leave-saddle to follow the "
+        "unstable direction, or start from another [seed], e.g. ruling = 0.01"
     )
     NOT_CONVERGED = (
         "not converged: the residual is above the tolerance; try another [seed], more segments, or a smaller load first"
     )
     FAILED = "failed: the energy could not be evaluated or the minimiser gave up; try another [seed] or a smaller load"
+    INFEASIBLE = (
+        "infeasible: no shape found that satisfies all clamps, seams and walls at once; check that they can be met, use "
+        "more segments, or declare a [[path]] that leads there"
+    )
+    FLIPPED = (
+        "flipped frame: the frames fit up to a reflection or a half turn only; start from a nearer [seed] or a [[path]]"
+    )
     RULINGS_CROSS = "rulings cross inside the strip (|eta'| w / 2 > 1): no such surface exists; use more segments"
 
     @property
@@ -43,6 +55,7 @@ class Energy:
     bending: float
     natural: float
     gravity: float
+    plates: float = 0.0
 
     @property
     def elastic(self) -> float:
@@ -51,8 +64,8 @@ class Energy:
 
     @property
     def total(self) -> float:
-        """Elastic energy and weight."""
-        return self.elastic + self.gravity
+        """Elastic energy, weight and the springs of pressure plates."""
+        return self.elastic + self.gravity + self.plates
 
 
 @dataclass(frozen=True)
@@ -63,12 +76,27 @@ class Pose:
     frame: FloatArray
 
 
-@dataclass(frozen=True)
-class Force:
-    """Force (3,) in D w / l^2 and moment (3,) in D w / l that a support exerts on the ribbon."""
+class RibbonProblem(Protocol):
+    """What a result asks of the problem it solves, whatever the formulation."""
 
-    force: FloatArray
-    moment: FloatArray
+    strip: Strip
+    gravity: Gravity | None
+    energy: str
+    lengths: FloatArray
+    exponent_limit: float
+
+    @property
+    def formulation(self) -> str: ...
+
+    @property
+    def size(self) -> int: ...
+
+    @property
+    def half_width(self) -> float: ...
+
+    def parameters(self, x: FloatArray) -> FloatArray: ...
+
+    def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]: ...
 
 
 @dataclass(frozen=True)
@@ -79,14 +107,17 @@ class Equilibrium:
     ----------
     status, message: how the solve ended; `ok` only for a converged, stable equilibrium.
     stable: True, False, or None when it was not converged; lowest_eigenvalue: of the Hessian in the metric
-    ``int (domega^2 + deta^2) ds``, on the unknowns no bound holds; mode: its eigenvector in the unknowns.
+    ``int (domega^2 + deta^2) ds``, on what no bound or constraint holds; mode: its eigenvector in the unknowns; at: the
+    unknowns where it was found (another choice of rulings that move nothing; the same shape).
     residual: KKT residual, largest component, unscaled; iterations: of the minimiser; evaluations: of value, gradient,
     Hessian and series, by name.
-    energy: by part; x: unknowns; multipliers: of the bounds; active_bounds: how many rulings' slopes are held at 2/w.
-    start: what the clamp exerts; seconds: {"solve", "stability"}.
+    energy: by part; x: unknowns; multipliers: of the bounds; rows: of the constraints; active_bounds: how many rulings'
+    slopes are held at 2/w. start, end_support, walls: what holds the ribbon exerts on it; seconds: {"solve", "stability"};
+    log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of many segments
+    (Hausdorff / l) when a tolerance placed the segments.
     """
 
-    problem: ChainedProblem
+    problem: RibbonProblem
     status: Status
     message: str
     x: FloatArray
@@ -101,6 +132,10 @@ class Equilibrium:
     active_bounds: int
     seconds: dict[str, float]
     options: dict[str, object] = field(default_factory=dict)
+    rows: FloatArray = field(default_factory=lambda: np.empty(0))
+    at: FloatArray | None = None
+    log: tuple[dict[str, Any], ...] = ()
+    tolerance_error: float | None = None
 
     @property
     def ok(self) -> bool:
@@ -167,13 +202,25 @@ class Equilibrium:
         """Largest |eta'| w / 2; 1 means that rulings meet on an edge (a Wunderlich event)."""
         return float(np.abs(self.parameters[:, 2]).max() * self.problem.half_width)
 
-    @property
+    @cached_property
     def start(self) -> Force:
-        """What the clamp exerts: it carries the weight and its moment about the clamp (zero when weightless)."""
-        if self.problem.gravity is None:
+        """What the support at s = 0 exerts on the ribbon (zero where nothing is held)."""
+        if isinstance(self.problem, MixedProblem):
+            return supports.start(self.problem, self.x, self.rows)
+        if self.rows.size or self.problem.gravity is None:
             return Force(np.zeros(3), np.zeros(3))
         weight = self.problem.strip.gamma * np.asarray(self.problem.gravity.up)
         return Force(weight, np.cross(self._first_moment(), weight))
+
+    @cached_property
+    def end_support(self) -> Force | None:
+        """What the clamp at s = l exerts on the ribbon; None for a free or closed end."""
+        return supports.end(self.problem, self.x, self.rows) if isinstance(self.problem, MixedProblem) else None
+
+    @cached_property
+    def walls(self) -> tuple[WallForce, ...]:
+        """What every wall exerts on the ribbon."""
+        return supports.walls(self.problem, self.x, self.rows) if isinstance(self.problem, MixedProblem) else ()
 
     def _first_moment(self) -> FloatArray:
         """int (r - r(0)) ds (3,), by the heights along the three axes."""

@@ -18,6 +18,15 @@ The recurrence is run in the scaled abscissa t = s/L (``a L^2, b L, n L, m``), w
 its own term. Terms obey ``||M_k s^k|| <= exp(C)``, ``C = 2 s sum_k ||lambda_k|| s^k``; a segment is walked in
 sub-segments on which C stays below `EXPONENT_LIMIT`, so that no digits are lost by cancellation (thesis, 3.3).
 
+A row (x, y, z) of Q has ``x' = eta omega y``, ``y' = omega g``, ``z' = -omega y`` with ``g = z - eta x``, thus
+``x' = -eta z'``. Only products with one linear factor are left, and nothing but old terms on the right::
+
+    z_k = -(b y_{k-1} + a y_{k-2}) / k          x_k = -(m z_k + n z_{k-1} (k-1)/k)
+    y_k =  (b g_{k-1} + a g_{k-2}) / k          g_k = z_k - m x_k - n x_{k-1}
+
+Derivatives by (a, b, n, m) follow by the product rule. The three rows, and the rows of other segments, obey the same
+recurrence: four rows fill the lanes of the processor's vector registers.
+
 Jets
 ----
 A *jet* holds a quantity and its derivatives by (a, b, n, m), 15 numbers::
@@ -25,7 +34,7 @@ A *jet* holds a quantity and its derivatives by (a, b, n, m), 15 numbers::
     0 value | 1..4 d/da d/db d/dn d/dm | 5..14 aa ab an am bb bn bm nn nm mm
 
 The jets of one segment are an array (15, 15): axis 0 the quantity (9 entries of Q by rows, 3 of p, 3 of J),
-axis 1 the jet.
+axis 1 the jet. Units: a 1/length^2, b and n 1/length, m 1; Q 1, p length, J length^2.
 """
 
 from __future__ import annotations
@@ -46,7 +55,28 @@ QUANTITIES = 15
 COMPONENTS = 15
 #: Longest series; a sub-segment with C <= 18.02 needs about 60 terms.
 MAX_TERMS = 160
-_TINY = 1e-18
+#: A series of values ends with three terms below this, one of jets with a pair of terms (y, g) below `_TINY_PAIR`: each
+#: term behind is smaller at least by a factor of about 10.
+TINY = 1e-18
+_TINY_PAIR = 1e-15
+#: Multiplication and addition may be fused; no other liberty is taken with the arithmetic.
+FMA = {"contract"}
+#: Rows of the jets of `walk`: 9 entries of Q, 3 of p, 3 of J and, if asked for, 3 of T = int Q e_x ds.
+STATE = 18
+
+# Workspace of a series of jets. A block is a jet of 15 components (and one of padding) in all lanes: x, y, z, g of the
+# even and of the odd term, sums of x, y, z, integrals of z, of that of z, and of x; then the lanes' a, b, n, m.
+_LANES = 4
+_BLOCK = 16 * _LANES
+_Y = _BLOCK
+_Z = 2 * _BLOCK
+_G = 3 * _BLOCK
+_ODD = 4 * _BLOCK
+_SUMS = 8 * _BLOCK
+_INTEGRALS = 11 * _BLOCK
+_PARAMETERS = 14 * _BLOCK
+_FACTORS = _PARAMETERS + 4 * _LANES
+_WORK = _FACTORS + COMPONENTS
 
 # Pairs of the second derivatives, in the order of the jet: (a, b, n, m) = (0, 1, 2, 3).
 PAIR_FIRST = np.array([0, 0, 0, 0, 1, 1, 1, 2, 2, 3])
@@ -84,7 +114,7 @@ def step_length(a: float, b: float, n: float, m: float, left: float, limit: floa
 
 
 @njit(cache=True)
-def _advance(a, b, n, m, done, length, limit):
+def advance(a, b, n, m, done, length, limit):
     """End of the sub-segment that starts at `done`; the ends are rounded first and the lengths are their
     differences, so that the lengths add up to the segment's exactly (a slip of 1e-16 each counts at |K| = 1000)."""
     h = step_length(a, b + a * done, n, m + n * done, length - done, limit)
@@ -94,51 +124,58 @@ def _advance(a, b, n, m, done, length, limit):
     return end
 
 
-@njit(cache=True)
+@njit(forceinline=True, fastmath=FMA)
+def next_term(x, y, z, yy, g, gg, a, b, e, n, m):
+    """Term k of (x, y, z), y of term k-1, g of terms k and k-1, from those of the term before.
+
+    a and b are over k, e is n (k-1)/k, all in the scaled abscissa.
+    """
+    new_z = -b * y - a * yy
+    new_x = -m * new_z - e * z
+    return new_x, b * g + a * gg, new_z, y, new_z - m * new_x - n * x, g
+
+
+@njit(cache=True, fastmath=FMA, error_model="numpy")
 def _values(a, b, n, m, length, q, p, j):
-    """Q (3, 3), p (3,), J (3,) at the end of one sub-segment of `length`, without derivatives."""
+    """Q (3, 3), p (3,), J (3,) at the end of one sub-segment of `length`, without derivatives.
+
+    The recurrence of the module for the rows u, v, w of Q at once.
+    """
     ha = a * length * length
     hb = b * length
     hn = n * length
-    k3_0 = m * hb
-    k3_1 = hn * hb + m * ha
-    k3_2 = hn * ha
-    for row in range(3):
-        x0 = x1 = y0 = y1 = z1 = 0.0
-        x2 = y2 = 0.0
-        x = 1.0 if row == 0 else 0.0
-        y = 1.0 if row == 1 else 0.0
-        z = 1.0 if row == 2 else 0.0
-        sx = x
-        sy = y
-        sz = z
-        sp = z
-        sj = 0.5 * z
-        small = 0
-        for k in range(1, MAX_TERMS):
-            x0, y0, z0 = x, y, z
-            inv = 1.0 / k
-            x = (k3_0 * y0 + k3_1 * y1 + k3_2 * y2) * inv
-            y = (hb * z0 + ha * z1 - k3_0 * x0 - k3_1 * x1 - k3_2 * x2) * inv
-            z = -(hb * y0 + ha * y1) * inv
-            x2, y2 = x1, y1
-            x1, y1, z1 = x0, y0, z0
-            sx += x
-            sy += y
-            sz += z
-            sp += z / (k + 1)
-            sj += z / ((k + 1) * (k + 2))
-            if abs(x) + abs(y) + abs(z) < _TINY:
-                small += 1
-                if small == 3:
-                    break
-            else:
-                small = 0
-        q[row, 0] = sx
-        q[row, 1] = sy
-        q[row, 2] = sz
-        p[row] = sp * length
-        j[row] = sj * length * length
+    ux, uy, uz, uyy, ug, ugg = 1.0, 0.0, 0.0, 0.0, -m, 0.0
+    vx, vy, vz, vyy, vg, vgg = 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
+    wx, wy, wz, wyy, wg, wgg = 0.0, 0.0, 1.0, 0.0, 1.0, 0.0
+    s00, s01, s02, p0, j0 = 1.0, 0.0, 0.0, 0.0, 0.0
+    s10, s11, s12, p1, j1 = 0.0, 1.0, 0.0, 0.0, 0.0
+    s20, s21, s22, p2, j2 = 0.0, 0.0, 1.0, 1.0, 0.5
+    small = 0
+    for k in range(1, MAX_TERMS):
+        inv = 1.0 / k
+        f1 = 1.0 / (k + 1)
+        f2 = f1 / (k + 2)
+        kb = hb * inv
+        ka = ha * inv
+        kn = hn * (k - 1) * inv
+        ux, uy, uz, uyy, ug, ugg = next_term(ux, uy, uz, uyy, ug, ugg, ka, kb, kn, hn, m)
+        vx, vy, vz, vyy, vg, vgg = next_term(vx, vy, vz, vyy, vg, vgg, ka, kb, kn, hn, m)
+        wx, wy, wz, wyy, wg, wgg = next_term(wx, wy, wz, wyy, wg, wgg, ka, kb, kn, hn, m)
+        s00, s01, s02 = s00 + ux, s01 + uy, s02 + uz
+        s10, s11, s12 = s10 + vx, s11 + vy, s12 + vz
+        s20, s21, s22 = s20 + wx, s21 + wy, s22 + wz
+        p0, p1, p2 = p0 + f1 * uz, p1 + f1 * vz, p2 + f1 * wz
+        j0, j1, j2 = j0 + f2 * uz, j1 + f2 * vz, j2 + f2 * wz
+        size = abs(ux) + abs(uy) + abs(uz) + abs(vx) + abs(vy) + abs(vz) + abs(wx) + abs(wy) + abs(wz)
+        small = small + 1 if size < TINY else 0
+        if small == 3:
+            break
+    q[0, 0], q[0, 1], q[0, 2] = s00, s01, s02
+    q[1, 0], q[1, 1], q[1, 2] = s10, s11, s12
+    q[2, 0], q[2, 1], q[2, 2] = s20, s21, s22
+    p[0], p[1], p[2] = p0 * length, p1 * length, p2 * length
+    square = length * length
+    j[0], j[1], j[2] = j0 * square, j1 * square, j2 * square
 
 
 @njit(cache=True)
@@ -147,246 +184,284 @@ def segment_values(a, b, n, m, length, limit, q, p, j):
 
     Parameters are those of the module; `limit` bounds C on every sub-segment. Returns the number of sub-segments.
     """
+    h = step_length(a, b, n, m, length, limit)
+    _values(a, b, n, m, h, q, p, j)
+    if h >= length:
+        return 1
     tq = np.empty((3, 3))
     tp = np.empty(3)
     tj = np.empty(3)
-    h = step_length(a, b, n, m, length, limit)
-    _values(a, b, n, m, h, q, p, j)
     done = h
     count = 1
-    new = np.empty((3, 3))
     while done < length:
-        end = _advance(a, b, n, m, done, length, limit)
+        end = advance(a, b, n, m, done, length, limit)
         h = end - done
         _values(a, b + a * done, n, m + n * done, h, tq, tp, tj)
         for r in range(3):
-            j[r] += p[r] * h + q[r, 0] * tj[0] + q[r, 1] * tj[1] + q[r, 2] * tj[2]
-            p[r] += q[r, 0] * tp[0] + q[r, 1] * tp[1] + q[r, 2] * tp[2]
+            x, y, z = q[r, 0], q[r, 1], q[r, 2]
+            j[r] += p[r] * h + x * tj[0] + y * tj[1] + z * tj[2]
+            p[r] += x * tp[0] + y * tp[1] + z * tp[2]
             for c in range(3):
-                new[r, c] = q[r, 0] * tq[0, c] + q[r, 1] * tq[1, c] + q[r, 2] * tq[2, c]
-        q[:, :] = new
+                q[r, c] = x * tq[0, c] + y * tq[1, c] + z * tq[2, c]
         done = end
         count += 1
     return count
 
 
-@njit(cache=True)
-def _scale(factor, source, out, times):
-    """out += times * d(factor * source): the jet of a product with a number `factor` that has no derivative."""
-    for c in range(COMPONENTS):
-        out[c] += times * factor * source[c]
+@njit(forceinline=True, fastmath=FMA)
+def _component(w, new, old, i, a, b, m, n, e, fz, fx, fy, fg):
+    """One component of term k, at place i: the recurrence, with what the parameters' derivatives add (f...)."""
+    z = -b * w[old + _Y + i] - a * w[new + _Y + i] - fz
+    x = -m * z - e * w[old + _Z + i] - fx
+    y = b * w[old + _G + i] + a * w[new + _G + i] + fy
+    g = z - m * x - n * w[old + i] - fg
+    w[new + i] = x
+    w[new + _Y + i] = y
+    w[new + _Z + i] = z
+    w[new + _G + i] = g
+    return z, x
 
 
-@njit(cache=True)
-def _first(d, i, source, out):
-    """Adds to `out` what the first derivative `d` of the factor by parameter `i` brings (product rule)."""
-    out[1 + i] += d * source[0]
-    # d2/dq_i dq_j gains d * source_j; the pure second derivative gains twice
-    if i == 0:
-        out[5] += 2.0 * d * source[1]
-        out[6] += d * source[2]
-        out[7] += d * source[3]
-        out[8] += d * source[4]
-    elif i == 1:
-        out[6] += d * source[1]
-        out[9] += 2.0 * d * source[2]
-        out[10] += d * source[3]
-        out[11] += d * source[4]
-    elif i == 2:
-        out[7] += d * source[1]
-        out[10] += d * source[2]
-        out[12] += 2.0 * d * source[3]
-        out[13] += d * source[4]
-    else:
-        out[8] += d * source[1]
-        out[11] += d * source[2]
-        out[13] += d * source[3]
-        out[14] += 2.0 * d * source[4]
+@njit(forceinline=True)
+def _head(w, i):
+    """Value and first derivatives at place i."""
+    return w[i], w[i + _LANES], w[i + 2 * _LANES], w[i + 3 * _LANES], w[i + 4 * _LANES]
 
 
-@njit(cache=True)
-def _times_k3_0(s, b, m, jet, out):
-    """out += s * (m b) * jet, with derivatives."""
-    _scale(m * b, jet, out, s)
-    _first(s * m, 1, jet, out)
-    _first(s * b, 3, jet, out)
-    out[11] += s * jet[0]
+@njit(forceinline=True, fastmath=FMA, error_model="numpy")
+def _term(w, new, old, k):
+    """Term k of (x, y, z, g) in all lanes, from term k-1 at `old` and term k-2 at `new`, in the latter's place.
 
-
-@njit(cache=True)
-def _times_k3_1(s, a, b, n, m, jet, out):
-    """out += s * (n b + m a) * jet, with derivatives."""
-    _scale(n * b + m * a, jet, out, s)
-    _first(s * m, 0, jet, out)
-    _first(s * n, 1, jet, out)
-    _first(s * b, 2, jet, out)
-    _first(s * a, 3, jet, out)
-    out[10] += s * jet[0]
-    out[8] += s * jet[0]
-
-
-@njit(cache=True)
-def _times_k3_2(s, a, n, jet, out):
-    """out += s * (n a) * jet, with derivatives."""
-    _scale(n * a, jet, out, s)
-    _first(s * n, 0, jet, out)
-    _first(s * a, 2, jet, out)
-    out[7] += s * jet[0]
-
-
-@njit(cache=True)
-def _times_parameter(s, value, i, jet, out):
-    """out += s * q_i * jet, with derivatives (q_i = `value` is a parameter itself)."""
-    _scale(value, jet, out, s)
-    _first(s, i, jet, out)
-
-
-@njit(cache=True)
-def _jets(a, b, n, m, length, jets, work):
-    """Jets (15, 15) of one sub-segment of `length`; `work` is scratch of shape (4, 3, 15)."""
-    ha = a * length * length
-    hb = b * length
-    hn = n * length
-    jets[:, :] = 0.0
-    for row in range(3):
-        work[:, :, :] = 0.0
-        newest = 0
-        work[0, row, 0] = 1.0
-        for c in range(3):
-            jets[3 * row + c, 0] = work[0, c, 0]
-        jets[9 + row, 0] = work[0, 2, 0]
-        jets[12 + row, 0] = 0.5 * work[0, 2, 0]
-        small = 0
-        for k in range(1, MAX_TERMS):
-            w0 = work[newest]
-            w1 = work[(newest + 3) % 4]
-            w2 = work[(newest + 2) % 4]
-            newest = (newest + 1) % 4
-            out = work[newest]
-            out[:, :] = 0.0
-            # x' = k3 y ;  y' = k1 z - k3 x ;  z' = -k1 y
-            _times_k3_0(1.0, hb, m, w0[1], out[0])
-            _times_parameter(1.0, hb, 1, w0[2], out[1])
-            _times_k3_0(-1.0, hb, m, w0[0], out[1])
-            _times_parameter(-1.0, hb, 1, w0[1], out[2])
-            if k >= 2:
-                _times_k3_1(1.0, ha, hb, hn, m, w1[1], out[0])
-                _times_parameter(1.0, ha, 0, w1[2], out[1])
-                _times_k3_1(-1.0, ha, hb, hn, m, w1[0], out[1])
-                _times_parameter(-1.0, ha, 0, w1[1], out[2])
-            if k >= 3:
-                _times_k3_2(1.0, ha, hn, w2[1], out[0])
-                _times_k3_2(-1.0, ha, hn, w2[0], out[1])
-            inv = 1.0 / k
-            largest = 0.0
-            f1 = 1.0 / (k + 1)
-            f2 = f1 / (k + 2)
-            for q in range(3):
-                for c in range(COMPONENTS):
-                    t = out[q, c] * inv
-                    out[q, c] = t
-                    jets[3 * row + q, c] += t
-                    largest = max(largest, abs(t))
-            for c in range(COMPONENTS):
-                jets[9 + row, c] += f1 * out[2, c]
-                jets[12 + row, c] += f2 * out[2, c]
-            if largest < _TINY:
-                small += 1
-                if small == 3:
-                    break
-            else:
-                small = 0
-    # back from scaled parameters: d/da = L^2 d/d(a L^2), d/db = L d/d(bL), d/dn = L d/d(nL), d/dm unchanged
-    f = (length * length, length, length, 1.0)
-    for q in range(QUANTITIES):
-        unit = 1.0
-        if q >= 12:
-            unit = length * length
-        elif q >= 9:
-            unit = length
-        jets[q, 0] *= unit
-        for i in range(4):
-            jets[q, 1 + i] *= unit * f[i]
-        for k in range(10):
-            jets[q, 5 + k] *= unit * f[PAIR_FIRST[k]] * f[PAIR_SECOND[k]]
-
-
-@njit(cache=True)
-def _shift(jets, done):
-    """Jets of a sub-segment that starts at `done`, by the parameters of its segment, in place.
-
-    The sub-segment's own parameters are (a, b + a done, n, m + n done), so that d/da gains done d/db and
-    d/dn gains done d/dm.
+    The product rule, by parameters: omega's are a, with the terms k-2 (yy, gg), and b, with the terms k-1 (y, g);
+    eta's are n, with the older term (zz, xx), and m, with the newer one (z, x).
     """
-    d = done
-    for q in range(QUANTITIES):
+    f = 1.0 / k
+    d = (k - 1) * f
+    for l in range(_LANES):
+        a = w[_PARAMETERS + l] * f
+        b = w[_PARAMETERS + _LANES + l] * f
+        n = w[_PARAMETERS + 2 * _LANES + l]
+        m = w[_PARAMETERS + 3 * _LANES + l]
+        e = n * d
+        y, ya, yb, yn, ym = _head(w, old + _Y + l)
+        g, ga, gb, gn, gm = _head(w, old + _G + l)
+        yy, yya, yyb, yyn, yym = _head(w, new + _Y + l)
+        gg, gga, ggb, ggn, ggm = _head(w, new + _G + l)
+        zz, zza, zzb, zzn, zzm = _head(w, old + _Z + l)
+        xx, xxa, xxb, xxn, xxm = _head(w, old + l)
+        z, x = _component(w, new, old, l, a, b, m, n, e, 0.0, 0.0, 0.0, 0.0)
+        za, xa = _component(w, new, old, l + _LANES, a, b, m, n, e, f * yy, 0.0, f * gg, 0.0)
+        zb, xb = _component(w, new, old, l + 2 * _LANES, a, b, m, n, e, f * y, 0.0, f * g, 0.0)
+        zn, xn = _component(w, new, old, l + 3 * _LANES, a, b, m, n, e, 0.0, d * zz, 0.0, xx)
+        zm, xm = _component(w, new, old, l + 4 * _LANES, a, b, m, n, e, 0.0, z, 0.0, x)
+        _component(w, new, old, l + 5 * _LANES, a, b, m, n, e, f * yya, 0.0, f * gga, 0.0)
+        _component(w, new, old, l + 6 * _LANES, a, b, m, n, e, f * (yyb + ya), 0.0, f * (ggb + ga), 0.0)
+        _component(w, new, old, l + 7 * _LANES, a, b, m, n, e, f * yyn, d * zza, f * ggn, xxa)
+        _component(w, new, old, l + 8 * _LANES, a, b, m, n, e, f * yym, za, f * ggm, xa)
+        _component(w, new, old, l + 9 * _LANES, a, b, m, n, e, f * yb, 0.0, f * gb, 0.0)
+        _component(w, new, old, l + 10 * _LANES, a, b, m, n, e, f * yn, d * zzb, f * gn, xxb)
+        _component(w, new, old, l + 11 * _LANES, a, b, m, n, e, f * ym, zb, f * gm, xb)
+        _component(w, new, old, l + 12 * _LANES, a, b, m, n, e, 0.0, d * zzn, 0.0, xxn)
+        _component(w, new, old, l + 13 * _LANES, a, b, m, n, e, 0.0, d * zzm + zn, 0.0, xxm + xn)
+        _component(w, new, old, l + 14 * _LANES, a, b, m, n, e, 0.0, zm, 0.0, xm)
+
+
+@njit(forceinline=True, fastmath={"contract", "reassoc"})
+def _square(w):
+    """Sum of squares of the jets of y and g in the even term."""
+    s = 0.0
+    for i in range(_BLOCK):
+        y = w[_Y + i]
+        g = w[_G + i]
+        s += y * y + g * g
+    return s
+
+
+@njit(cache=True, fastmath=FMA, error_model="numpy")
+def _series(w, first, with_t):
+    """Sums of the series of jets in all lanes: lane l is row (first + l) % 3 of Q; the parameters are in w already."""
+    for i in range(_PARAMETERS):
+        w[i] = 0.0
+    for l in range(_LANES):
+        r = (first + l) % 3
+        w[r * _BLOCK + l] = 1.0
+        w[_SUMS + r * _BLOCK + l] = 1.0
+        if r == 2:
+            w[_G + l] = 1.0
+            w[_INTEGRALS + l] = 1.0
+            w[_INTEGRALS + _BLOCK + l] = 0.5
+        elif r == 0:
+            w[_G + l] = -w[_PARAMETERS + 3 * _LANES + l]
+            w[_G + 4 * _LANES + l] = -1.0
+            w[_INTEGRALS + 2 * _BLOCK + l] = 1.0
+    for k in range(1, MAX_TERMS, 2):
+        _term(w, _ODD, 0, k)
+        _term(w, 0, _ODD, k + 1)
+        for i in range(3 * _BLOCK):
+            w[_SUMS + i] += w[_ODD + i] + w[i]
+        f = 1.0 / (k + 1)
+        g = 1.0 / (k + 2)
+        ff = f * g
+        gg = g / (k + 3)
+        for i in range(_BLOCK):
+            w[_INTEGRALS + i] += f * w[_ODD + _Z + i] + g * w[_Z + i]
+            w[_INTEGRALS + _BLOCK + i] += ff * w[_ODD + _Z + i] + gg * w[_Z + i]
+        if with_t:
+            for i in range(_BLOCK):
+                w[_INTEGRALS + 2 * _BLOCK + i] += f * w[_ODD + i] + g * w[i]
+        if k >= 7 and _square(w) < _TINY_PAIR * _TINY_PAIR:
+            break
+
+
+@njit(cache=True)
+def _unload(w, l, h, row, with_t, part):
+    """Copies lane l, row `row` of a sub-segment of length h, to the state `part`, by unscaled parameters."""
+    h2 = h * h
+    h3 = h2 * h
+    # d/da = h^2 d/d(a h^2), d/db = h d/d(bh), d/dn = h d/d(nh), d/dm unchanged; the series' pure seconds are halves
+    w[_FACTORS], w[_FACTORS + 1], w[_FACTORS + 2], w[_FACTORS + 3], w[_FACTORS + 4] = 1.0, h2, h, h, 1.0
+    w[_FACTORS + 5], w[_FACTORS + 6], w[_FACTORS + 7], w[_FACTORS + 8] = 2.0 * h2 * h2, h3, h3, h2
+    w[_FACTORS + 9], w[_FACTORS + 10], w[_FACTORS + 11] = 2.0 * h2, h2, h
+    w[_FACTORS + 12], w[_FACTORS + 13], w[_FACTORS + 14] = 2.0 * h2, h, 2.0
+    for c in range(COMPONENTS):
+        f = w[_FACTORS + c]
+        i = _SUMS + c * _LANES + l
+        part[3 * row, c] = f * w[i]
+        part[3 * row + 1, c] = f * w[i + _BLOCK]
+        part[3 * row + 2, c] = f * w[i + 2 * _BLOCK]
+        part[9 + row, c] = f * h * w[i + 3 * _BLOCK]
+        part[12 + row, c] = f * h2 * w[i + 4 * _BLOCK]
+        if with_t:
+            part[15 + row, c] = f * h * w[i + 5 * _BLOCK]
+
+
+@njit(cache=True)
+def _shift(jets, d):
+    """Jets of a sub-segment that starts at d, by the parameters of its segment, in place.
+
+    The sub-segment's own parameters are (a, b + a d, n, m + n d), so that d/da gains d times d/db, d/dn d times d/dm.
+    """
+    for q in range(jets.shape[0]):
         t = jets[q]
-        aa = t[5] + 2.0 * d * t[6] + d * d * t[9]
-        ab = t[6] + d * t[9]
-        an = t[7] + d * (t[8] + t[10]) + d * d * t[11]
-        am = t[8] + d * t[11]
-        bn = t[10] + d * t[11]
-        nn = t[12] + 2.0 * d * t[13] + d * d * t[14]
-        nm = t[13] + d * t[14]
         t[1] += d * t[2]
         t[3] += d * t[4]
-        t[5] = aa
-        t[6] = ab
-        t[7] = an
-        t[8] = am
-        t[10] = bn
-        t[12] = nn
-        t[13] = nm
+        # an entry is moved before those it takes from
+        t[5] += 2.0 * d * t[6] + d * d * t[9]
+        t[6] += d * t[9]
+        t[7] += d * (t[8] + t[10]) + d * d * t[11]
+        t[8] += d * t[11]
+        t[10] += d * t[11]
+        t[12] += 2.0 * d * t[13] + d * d * t[14]
+        t[13] += d * t[14]
+
+
+@njit(cache=True, fastmath=FMA)
+def product(x, y, out):
+    """out += jet of the product of two jets."""
+    x0, xa, xb, xn, xm = x[0], x[1], x[2], x[3], x[4]
+    y0, ya, yb, yn, ym = y[0], y[1], y[2], y[3], y[4]
+    out[0] += x0 * y0
+    for c in range(1, COMPONENTS):
+        out[c] += x0 * y[c] + y0 * x[c]
+    out[5] += 2.0 * xa * ya
+    out[6] += xa * yb + xb * ya
+    out[7] += xa * yn + xn * ya
+    out[8] += xa * ym + xm * ya
+    out[9] += 2.0 * xb * yb
+    out[10] += xb * yn + xn * yb
+    out[11] += xb * ym + xm * yb
+    out[12] += 2.0 * xn * yn
+    out[13] += xn * ym + xm * yn
+    out[14] += 2.0 * xm * ym
 
 
 @njit(cache=True)
-def _product(x, y, out):
-    """out += jet of the product of two jets."""
-    x0 = x[0]
-    y0 = y[0]
-    for c in range(COMPONENTS):
-        out[c] += x0 * y[c]
-    for c in range(1, COMPONENTS):
-        out[c] += y0 * x[c]
-    k = 5
-    for i in range(1, 5):
-        for j in range(i, 5):
-            out[k] += x[i] * y[j] + x[j] * y[i]
-            k += 1
+def _append(state, part, h, new):
+    """Appends a sub-segment `part` of length h to the walked `state`, both (15 or 18, 15); `new` is scratch."""
+    size = state.shape[0]
+    for r in range(size):
+        for c in range(COMPONENTS):
+            new[r, c] = 0.0
+    # columns 0, 1, 2 of Q, then p, J (and T), with Q from the left (3 = size // 5: unrolled, this compiles for seconds)
+    for r in range(size // 5):
+        for column in range(size // 3):
+            to = 3 * r + column if column < 3 else 3 * column + r
+            for k in range(3):
+                at = 3 * k + column if column < 3 else 3 * column + k
+                product(state[3 * r + k], part[at], new[to])
+    # p = p1 + Q1 p2, J = J1 + h p1 + Q1 J2, T = T1 + Q1 T2
+    for r in range(size - 1, -1, -1):
+        for c in range(COMPONENTS):
+            old = state[r, c] if r >= 9 else 0.0
+            if 12 <= r < 15:
+                old += h * state[r - 3, c]
+            state[r, c] = old + new[r, c]
+
+
+@njit(cache=True)
+def walk(q, lengths, limit, states):
+    """Jets `states` at the ends of segments with parameters q (p, 4) and lengths (p,).
+
+    `states` is (p, 15, 15), rows as in the module, or (p, 18, 15), with ``T = int Q e_x ds`` behind them. Sub-segments
+    of all segments are taken in groups and their rows fill the lanes. Returns the number of sub-segments.
+    """
+    p, size = states.shape[:2]
+    with_t = size == STATE
+    w = np.empty(_WORK)
+    owner = np.empty(_LANES, dtype=np.int64)
+    # a h^2, b h, n h, m at the start, start, length h of the sub-segments of the group
+    group = np.empty((_LANES, 6))
+    parts = np.empty((_LANES + 1, size, COMPONENTS))
+    count = 0
+    i = 0
+    done = 0.0
+    while i < p:
+        jobs = 0
+        while jobs < _LANES and i < p:
+            a, b, n, m = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+            end = advance(a, b, n, m, done, lengths[i], limit)
+            h = end - done
+            job = group[jobs]
+            job[0], job[1], job[2], job[3] = a * h * h, (b + a * done) * h, n * h, m + n * done
+            job[4], job[5] = done, h
+            owner[jobs] = i
+            jobs += 1
+            done = end
+            if not done < lengths[i]:  # also if it is not a number
+                i += 1
+                done = 0.0
+        count += jobs
+        for first in range(0, 3 * jobs, _LANES):
+            for l in range(_LANES):
+                job = group[min((first + l) // 3, jobs - 1)]
+                for k in range(4):
+                    w[_PARAMETERS + k * _LANES + l] = job[k]
+            _series(w, first, with_t)
+            for l in range(min(_LANES, 3 * jobs - first)):
+                j = (first + l) // 3
+                part = states[owner[j]] if group[j, 4] == 0.0 else parts[j]
+                _unload(w, l, group[j, 5], (first + l) % 3, with_t, part)
+        for j in range(jobs):
+            if group[j, 4] > 0.0:
+                _shift(parts[j], group[j, 4])
+                _append(states[owner[j]], parts[j], group[j, 5], parts[_LANES])
+    return count
 
 
 @njit(cache=True)
 def segment_jets(a, b, n, m, length, limit, jets):
-    """Jets (15, 15) of the end frame, chord and chord integral of a segment (layout: see the module).
+    """Jets (15, 15), C-contiguous, of end frame, chord and chord integral of a segment (layout: see the module).
 
     `limit` bounds C on every sub-segment. Returns the number of sub-segments.
     """
-    work = np.empty((4, 3, COMPONENTS))
-    h = step_length(a, b, n, m, length, limit)
-    _jets(a, b, n, m, h, jets, work)
-    if h >= length:
-        return 1
-    done = h
-    count = 1
-    part = np.empty((QUANTITIES, COMPONENTS))
-    new = np.empty((QUANTITIES, COMPONENTS))
-    while done < length:
-        end = _advance(a, b, n, m, done, length, limit)
-        h = end - done
-        _jets(a, b + a * done, n, m + n * done, h, part, work)
-        _shift(part, done)
-        new[:, :] = 0.0
-        for r in range(3):
-            for k in range(3):
-                left = jets[3 * r + k]
-                for c in range(3):
-                    _product(left, part[3 * k + c], new[3 * r + c])
-                _product(left, part[9 + k], new[9 + r])
-                _product(left, part[12 + k], new[12 + r])
-            for c in range(COMPONENTS):
-                new[9 + r, c] += jets[9 + r, c]
-                new[12 + r, c] += jets[12 + r, c] + h * jets[9 + r, c]
-        jets[:, :] = new
-        done = end
-        count += 1
-    return count
+    q = np.empty((1, 4))
+    q[0, 0], q[0, 1], q[0, 2], q[0, 3] = a, b, n, m
+    lengths = np.empty(1)
+    lengths[0] = length
+    return walk(q, lengths, limit, jets.reshape(1, QUANTITIES, COMPONENTS))
+
+
+@njit(cache=True)
+def segment_jets_many(q, lengths, limit, jets):
+    """Jets (p, 15, 15) of segments with parameters q (p, 4) and lengths (p,); returns the number of sub-segments."""
+    return walk(q, lengths, limit, jets)

@@ -8,19 +8,25 @@ is stable only if no ruling of the family gives a negative eigenvalue. `check` l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
 import scipy.optimize
 
+from ribbon import reduction
 from ribbon.chained import ChainedProblem
+from ribbon.mixed import STRIDE, MixedProblem
 from ribbon.solvers.problem import FloatArray
 
 #: A bound counts as active when the point is this close to it, relative to the bound's size.
 ACTIVE_DISTANCE = 1e-7
 #: Eigenvalues within INDIFFERENT * (largest eigenvalue, at least 1) of zero count as zero: rounding, or a null mode.
 INDIFFERENT = 1e-11
+#: The same for a glued problem, whose multipliers carry rounding of their own.
+GLUED_INDIFFERENT = 1e-10
+#: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
+_CHAINED_LIMIT = 400
 #: Change of the energy (relative, at least 1) below which a move along null modes is no change of shape.
 _SAME_ENERGY = 1e-11
 #: Largest component of the gradient there: still a stationary point.
@@ -65,6 +71,42 @@ class _Spectrum:
 def _spectrum(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: FloatArray) -> _Spectrum:
     values, vectors = scipy.linalg.eigh(problem.hessian(x)[np.ix_(free, free)], metric)
     return _Spectrum(values, vectors, INDIFFERENT * max(1.0, float(np.abs(values).max())))
+
+
+def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
+    """Second-order check of a stationary point of the mixed model on the tangent of its active constraints.
+
+    x, multipliers (n,); rows (m,). A ribbon held at s = 0 only is checked in the unknowns of the chained model, null
+    modes of the ruling included.
+    """
+    plain = problem.start is not None and problem.start.is_whole and problem.end is None and problem.closure is None
+    exact = problem.gravity is not None and problem.gravity.exact
+    if plain and not problem.walls and not exact and problem.lengths.size <= _CHAINED_LIMIT:
+        assert problem.start is not None
+        twin = ChainedProblem(
+            problem.strip, problem.start, problem.gravity, problem.energy, problem.lengths, problem.exponent_limit
+        )
+        joints = slice(7, problem.last + 9, STRIDE), slice(8, problem.last + 9, STRIDE)
+        found = check(twin, twin.shape(x[joints[0]], x[joints[1]]))
+        mode = np.zeros(problem.size)
+        mode[joints[0]] = np.concatenate([[0.0], np.cumsum(found.mode[2::2] * problem.lengths)]) + found.mode[0]
+        mode[joints[1]] = np.concatenate([[0.0], np.cumsum(found.mode[3::2] * problem.lengths)]) + found.mode[1]
+        q = twin.parameters(found.at)
+        at = x.copy()
+        at[joints[1]] = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * problem.lengths[-1])
+        return replace(found, mode=mode, at=at)
+    held = reduction.tangent(problem, x, multipliers, rows)
+    if 2 * problem.lengths.size > reduction.DENSE_LIMIT:
+        lowest, mode = reduction.lowest_sparse(problem, x, rows, held)
+        tolerance = 1e-7
+    else:
+        small = reduction.reduce(problem, x, rows, held)
+        if small.basis.shape[1] == 0:
+            return Stability(np.inf, np.zeros(problem.size), x, True, False, held.bounds)
+        values, modes = small.spectrum()
+        lowest, mode = float(values[0]), modes[:, 0]
+        tolerance = GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max()))
+    return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
 
 
 def check(problem: ChainedProblem, x: FloatArray) -> Stability:

@@ -13,7 +13,7 @@ from typing import Any
 import cyipopt
 import numpy as np
 
-from ribbon.solvers.problem import BoundedProblem, FloatArray, Minimum, kkt_residual
+from ribbon.solvers.problem import BoundedProblem, FloatArray, Minimum, is_constrained, kkt_residual
 
 #: The same for every scene; none is tuned. The mu-strategy is Ipopt's monotone default.
 DEFAULT_OPTIONS: dict[str, Any] = {
@@ -32,14 +32,18 @@ _SOLVED = 0
 
 
 class _Callbacks:
-    """Adapter from a `BoundedProblem` to cyipopt's methods, lower triangle of a dense Hessian."""
+    """Adapter from a problem to cyipopt's methods: a dense Hessian without rows, a sparse one with them."""
 
     def __init__(self, problem: BoundedProblem, progress: Callable[[int, float, float], None] | None) -> None:
         self.problem = problem
         self.progress = progress
         self.iterations = 0
         self.error: Exception | None = None
-        self._rows, self._columns = np.tril_indices(problem.size)
+        self.constrained: Any = problem if is_constrained(problem) else None
+        if self.constrained is None:
+            self._structure: tuple[Any, Any] = np.tril_indices(problem.size)
+        else:
+            self._structure = self.constrained.hessian_structure()
 
     def _guard(self, function: Callable[..., Any], *arguments: Any) -> Any:
         if self.error is not None:
@@ -60,20 +64,24 @@ class _Callbacks:
         return self._guard(self.problem.gradient, x)
 
     def constraints(self, x: FloatArray) -> FloatArray:
-        return np.empty(0)
+        return np.empty(0) if self.constrained is None else self._guard(self.constrained.constraints, x)
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        return np.empty(0)
+        return np.empty(0) if self.constrained is None else self._guard(self.constrained.jacobian, x)
 
-    def jacobianstructure(self) -> tuple[FloatArray, FloatArray]:
-        return np.empty(0, dtype=int), np.empty(0, dtype=int)
+    def jacobianstructure(self) -> tuple[Any, Any]:
+        if self.constrained is None:
+            return np.empty(0, dtype=int), np.empty(0, dtype=int)
+        return self.constrained.jacobian_structure()  # type: ignore[no-any-return]
 
     def hessianstructure(self) -> tuple[Any, Any]:
-        return self._rows, self._columns
+        return self._structure
 
-    def hessian(self, x: FloatArray, _multipliers: FloatArray, factor: float) -> FloatArray:
+    def hessian(self, x: FloatArray, multipliers: FloatArray, factor: float) -> FloatArray:
+        if self.constrained is not None:
+            return self._guard(self.constrained.hessian, x, multipliers, factor)  # type: ignore[no-any-return]
         dense = self._guard(self.problem.hessian, x)
-        return factor * dense[self._rows, self._columns]
+        return factor * dense[self._structure]
 
     def intermediate(self, *values: Any) -> bool:
         # alg_mod, iter, objective, inf_pr, inf_du, mu, ...
@@ -83,27 +91,48 @@ class _Callbacks:
         return self.error is None
 
 
+#: Over the defaults when multipliers are given: the point is trusted and the barrier starts small.
+WARM_OPTIONS: dict[str, Any] = {
+    "warm_start_init_point": "yes",
+    "mu_init": 1e-8,
+    "warm_start_bound_push": 1e-10,
+    "warm_start_bound_frac": 1e-10,
+    "warm_start_slack_bound_push": 1e-10,
+    "warm_start_slack_bound_frac": 1e-10,
+    "warm_start_mult_bound_push": 1e-10,
+}
+
+
 def minimise(
     problem: BoundedProblem,
     start: FloatArray,
     options: dict[str, Any] | None = None,
     progress: Callable[[int, float, float], None] | None = None,
+    warm: tuple[FloatArray, FloatArray] | None = None,
 ) -> Minimum:
     """Minimises `problem` from `start` (n,), moved inside its bounds; `options` are Ipopt's, over `DEFAULT_OPTIONS`.
 
-    `progress` is called with (iteration, energy, dual infeasibility). Raises what a callback of the problem raised.
+    `progress` is called with (iteration, energy, dual infeasibility); `warm`: multipliers of the rows (m,) and of the
+    bounds (n,) to start from. Raises what a callback of the problem raised.
     """
     lower, upper = problem.bounds()
+    below, above = np.empty(0), np.empty(0)
+    constrained: Any = problem if is_constrained(problem) else None
+    if constrained is not None:
+        below, above = constrained.constraint_bounds()
     x0 = np.clip(start, lower, upper)
     callbacks = _Callbacks(problem, progress)
     clock = time.perf_counter()
-    nlp = cyipopt.Problem(
-        n=problem.size, m=0, problem_obj=callbacks, lb=lower, ub=upper, cl=np.empty(0), cu=np.empty(0)
-    )
-    for key, value in {**DEFAULT_OPTIONS, **(options or {})}.items():
+    nlp = cyipopt.Problem(n=problem.size, m=below.size, problem_obj=callbacks, lb=lower, ub=upper, cl=below, cu=above)
+    chosen = {**DEFAULT_OPTIONS, **(WARM_OPTIONS if warm is not None else {}), **(options or {})}
+    for key, value in chosen.items():
         nlp.add_option(key, value)
+    guess: dict[str, FloatArray] = {}
+    if warm is not None:
+        rows, bounds = warm
+        guess = {"lagrange": rows, "zl": np.maximum(bounds, 0.0), "zu": np.maximum(-bounds, 0.0)}
     try:
-        x, info = nlp.solve(x0)
+        x, info = nlp.solve(x0, **guess)
     except Exception:
         if callbacks.error is not None:
             raise callbacks.error from None
@@ -114,11 +143,13 @@ def minimise(
         raise callbacks.error
     x = np.clip(np.asarray(x, dtype=float), lower, upper)
     multipliers = np.asarray(info["mult_x_L"]) - np.asarray(info["mult_x_U"])
+    rows = np.asarray(info["mult_g"], dtype=float)
     message = info["status_msg"]
     return Minimum(
         x=x,
         multipliers=multipliers,
-        residual=kkt_residual(problem, x, multipliers),
+        rows=rows,
+        residual=kkt_residual(problem, x, multipliers, rows),
         iterations=callbacks.iterations,
         code=int(info["status"]),
         message=message.decode() if isinstance(message, bytes) else str(message),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +26,42 @@ class BoundedProblem(Protocol):
     def hessian(self, x: FloatArray) -> FloatArray: ...
 
 
+class ConstrainedProblem(BoundedProblem, Protocol):
+    """A bounded problem with rows ``lower <= c(x) <= upper``; Jacobian and Hessian sparse, in a fixed structure."""
+
+    def constraint_bounds(self) -> tuple[FloatArray, FloatArray]: ...
+
+    def constraints(self, x: FloatArray) -> FloatArray: ...
+
+    def jacobian_structure(self) -> tuple[Any, Any]: ...
+
+    def jacobian(self, x: FloatArray) -> FloatArray: ...
+
+    def hessian_structure(self) -> tuple[Any, Any]: ...
+
+    def hessian(self, x: FloatArray, multipliers: FloatArray = ..., factor: float = 1.0) -> FloatArray: ...
+
+    def jacobian_matrix(self, x: FloatArray) -> Any: ...
+
+
+def is_constrained(problem: object) -> bool:
+    """Whether the problem has rows of constraints."""
+    return hasattr(problem, "constraint_bounds")
+
+
 @dataclass(frozen=True)
 class Minimum:
     """Where a minimiser stopped.
 
     x: unknowns (n,); multipliers: of the bounds, (n,), lower minus upper: gradient = multipliers at a KKT point;
-    residual: largest of |gradient - multipliers| and of the complementarity products; iterations; code and message of
-    the minimiser; `finished` when it met its own tolerance; seconds of wall time.
+    rows: multipliers of the constraints (m,): gradient + Jacobian^T rows = multipliers; residual: largest violation of
+    stationarity, of the rows and of complementarity; iterations; code and message of the minimiser; `finished` when it
+    met its own tolerance; seconds of wall time.
     """
 
     x: FloatArray
     multipliers: FloatArray
+    rows: FloatArray
     residual: float
     iterations: int
     code: int
@@ -71,17 +96,29 @@ def polish(problem: BoundedProblem, x: FloatArray, steps: int = 12) -> FloatArra
     return x
 
 
-def kkt_residual(problem: BoundedProblem, x: FloatArray, multipliers: FloatArray) -> float:
+def kkt_residual(
+    problem: BoundedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray | None = None
+) -> float:
     """First-order optimality of x, unscaled, in units of D w / l per unit of an unknown.
 
-    Largest of ``|gradient - z|`` over the unknowns that are not fixed and of ``|z| * distance to the bound`` (the sign
-    of z tells which bound).
+    Largest of ``|gradient + Jacobian^T rows - z|`` over the unknowns that are not fixed, of ``|z| * distance to the
+    bound`` (the sign of z tells which bound), of the rows' violation and of the rows' complementarity.
     """
     lower, upper = problem.bounds()
     free = lower < upper
     gradient = problem.gradient(x)
+    violation = 0.0
+    if rows is not None and rows.size:
+        constrained: Any = problem
+        gradient = gradient + constrained.jacobian_matrix(x).T @ rows
+        below, above = constrained.constraint_bounds()
+        c = constrained.constraints(x)
+        violation = float(np.max(np.maximum(below - c, c - above), initial=0.0))
+        open_rows = (below < above) & (rows != 0)
+        slack = np.where(rows < 0, c - below, above - c)
+        violation = max(violation, float(np.max(np.abs(rows * slack)[open_rows], initial=0.0)))
     stationarity = float(np.max(np.abs(gradient - multipliers)[free], initial=0.0))
     gap = np.where(multipliers > 0, x - lower, upper - x)
     active = free & (multipliers != 0)
     complementarity = float(np.max(np.abs(multipliers[active] * gap[active]), initial=0.0))
-    return max(stationarity, complementarity)
+    return max(stationarity, complementarity, violation)

@@ -177,7 +177,7 @@ def test_replace_is_checked_again_and_leaves_the_original():
         ("strip.width", 2.0),
         ("strip.widht", 0.1),
         ("strip.width.x", 0.1),
-        ("clamp.end.position", [0, 0, 1]),
+        ("clamp.end.position", [0, 0, 1.5]),
     ):
         with pytest.raises(BadInput) as caught:
             scene.replace({key: value})
@@ -226,6 +226,7 @@ def test_parse_assignment_rejects(argument):
 
 numbers = st.floats(-1e3, 1e3, allow_nan=False)
 linear = st.one_of(numbers, st.tuples(numbers, numbers).map(list))
+piecewise = st.one_of(numbers, st.lists(numbers, min_size=1, max_size=5))
 
 
 @st.composite
@@ -262,8 +263,9 @@ def scenes(draw) -> Scene:
         "clamp.start.ruling": draw(st.sampled_from(["free", "straight"])),
         "gravity.up": draw(rotations())[:, 0],
         "model.energy": draw(st.sampled_from(["auto", "sadowsky", "wunderlich"])),
-        "model.formulation": draw(st.sampled_from(["auto", "chained"])),
-        "seed.curvature": draw(st.one_of(st.just("natural"), linear)),
+        "model.formulation": draw(st.sampled_from(["auto", "mixed", "matrix"])),
+        "model.held_by": draw(st.sampled_from(["elimination", "constraints"])),
+        "seed.curvature": draw(st.one_of(st.just("natural"), piecewise)),
         "seed.ruling": draw(st.floats(-2, 2)),
         "shell.width_to_thickness": draw(st.one_of(st.none(), st.lists(st.floats(1.1, 1e4), min_size=1))),
         "shell.elements": draw(st.one_of(st.none(), st.tuples(st.integers(1, 500), st.integers(1, 9)))),
@@ -273,11 +275,29 @@ def scenes(draw) -> Scene:
         keys |= {"strip.thickness": thickness, "gravity.acceleration": draw(st.floats(1e-3, 100))}
     else:
         keys |= {"strip.gamma": draw(st.floats(0, 1e6)), "strip.thickness": draw(st.sampled_from([None, thickness]))}
-    if draw(st.booleans()):
-        parts = np.array(draw(st.lists(st.floats(0.1, 1.0), min_size=1, max_size=6)))
+    placing = draw(st.sampled_from(["element_lengths", "elements", "tolerance"]))
+    if placing == "element_lengths":
+        parts = np.array(draw(st.lists(st.floats(0.1, 1.0), min_size=3, max_size=6)))
         keys["model.element_lengths"] = length * parts / parts.sum()
     else:
-        keys["model.elements"] = draw(st.integers(1, 300))
+        keys[f"model.{placing}"] = draw(st.integers(3, 300) if placing == "elements" else st.floats(1e-6, 0.09))
+    start = np.array(keys["clamp.start.position"])
+    if draw(st.booleans()):
+        normal = draw(rotations())[:, 1]
+        floor = {"point": start - (1e-3 * length + width) * normal, "normal": normal, "name": "floor"}
+        keys["wall"] = [floor, {"point": start, "normal": normal, "stiffness": draw(st.floats(1e-3, 1e6))}]
+    end = draw(st.sampled_from([None, "clamp", "circle", "moebius"]))
+    if end == "clamp":
+        frame = draw(rotations())
+        keys["clamp.end.ruling"] = "straight"
+        keys["clamp.end.tangent"], keys["clamp.end.normal"] = frame[:, 2], frame[:, 1]
+    elif end is not None:
+        keys["closure"] = {"kind": end, "ruling": draw(st.sampled_from(["free", "straight"]))}
+        keys |= {"closure.turns": 2} if end == "circle" else {}
+    if draw(st.booleans()):
+        stage = {"gravity": False, "strip.width": 0.9 * width, "closure": False, "clamp.start.frame": "free"}
+        keys["path"] = [stage, {"steps": 3, "seed": {"ruling": 0.5}, "clamp.start.tangent": [0.0, 0.6, 0.8]}]
+        keys["path"][1]["clamp.start.normal"] = [1.0, 0.0, 0.0]
     return loads(text()).replace(keys)
 
 

@@ -166,3 +166,24 @@ def test_jets_against_multiple_precision(parameters):
                 expected = np.array([float(v) for v in mixed])
                 got = jets[:, series.PAIR_INDEX[i, k]]
                 assert np.abs(got - expected).max() < 1e-10 * max(1, np.abs(expected).max())
+
+
+def test_jets_of_many_segments_are_those_one_by_one():
+    rng = np.random.default_rng(4)
+    q = rng.normal(size=(23, 4)) * [30, 30, 2, 0.5]
+    lengths = rng.uniform(0.02, 0.8, 23)
+    q[5] = 0.0
+    jets, single = np.empty((23, 15, 15)), np.empty((23, 15, 15))
+    count = series.segment_jets_many(q, lengths, series.EXPONENT_LIMIT, jets)
+    parts = [
+        series.segment_jets(*parameters, length, series.EXPONENT_LIMIT, out)
+        for parameters, length, out in zip(q, lengths, single, strict=True)
+    ]
+    assert count == sum(parts) > 23
+    assert np.all(np.abs(jets - single).max(axis=1) <= 1e-14 * np.abs(single).max(axis=1))
+
+
+def test_parameters_that_are_no_numbers_give_no_numbers():
+    jets = np.zeros((15, 15))
+    assert series.segment_jets(np.nan, 1.0, 0.0, 0.0, 0.1, series.EXPONENT_LIMIT, jets) == 1
+    assert np.isnan(jets[:9, 0]).any()

@@ -1,0 +1,56 @@
+"""Which formulation a scene gets, and why (thesis, 5.3: the chained model is faster for few segments)."""
+
+from __future__ import annotations
+
+from ribbon.boundary import Clamp, Closure
+from ribbon.contact import Wall
+from ribbon.errors import RibbonInputError
+from ribbon.loads import Gravity
+
+#: Segments from which the mixed model is faster on a ribbon held at s = 0 only (results/formulations.md).
+CHAINED_BELOW = 200
+#: The formulations a user may ask for; "matrix" is the mixed model in the thesis's own unknowns.
+FORMULATIONS = ("auto", "chained", "mixed", "matrix")
+
+
+def chained_obstacle(
+    start: Clamp | None, end: Clamp | None, closure: Closure | None, walls: tuple[Wall, ...], gravity: Gravity | None
+) -> str | None:
+    """What the chained model cannot do here, or None."""
+    if closure is not None:
+        return "a closed band"
+    if end is not None:
+        return "a clamp at the end"
+    if walls:
+        return "contact"
+    if start is None or not start.is_whole:
+        return "a start that is not clamped"
+    if gravity is not None and gravity.exact:
+        return "the weight of the surface"
+    return None
+
+
+def choose(
+    asked: str,
+    start: Clamp | None,
+    end: Clamp | None,
+    closure: Closure | None,
+    walls: tuple[Wall, ...],
+    gravity: Gravity | None,
+    segments: int,
+) -> tuple[str, str]:
+    """The formulation ("chained", "mixed", "matrix") and why. Raises `RibbonInputError` where it cannot be had."""
+    if asked not in FORMULATIONS:
+        raise RibbonInputError("formulation", asked, f"use one of {', '.join(FORMULATIONS)}")
+    obstacle = chained_obstacle(start, end, closure, walls, gravity)
+    if asked == "chained":
+        if obstacle is not None and obstacle != "a clamp at the end":
+            raise RibbonInputError("formulation", asked, f'{obstacle} needs the mixed model: use "mixed" or "auto"')
+        return "chained", "asked for"
+    if asked != "auto":
+        return asked, "asked for"
+    if obstacle is not None:
+        return "mixed", f"{obstacle} is a constraint, which the mixed model handles robustly"
+    if segments < CHAINED_BELOW:
+        return "chained", f"held at s = 0 only: no constraint needed, faster below {CHAINED_BELOW} segments"
+    return "mixed", f"{segments} segments: sparse, faster from {CHAINED_BELOW} segments on"

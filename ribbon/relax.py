@@ -1,0 +1,145 @@
+"""From a starting shape to a stationary point of a glued problem: coarse to fine, boxed first, several barriers.
+
+A minimiser far from the constraints may turn the rulings along the strip (|eta| in the tens) and stop there, in a local
+minimum that no ribbon of this width is meant to have. So eta and omega are boxed first; a point that touches the box is
+no solution and is followed without it. Many segments from a far start are reached over a few (the shapes nest).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.mixed import STRIDE, MixedProblem
+from ribbon.solvers import ipopt
+from ribbon.solvers.problem import Minimum
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, float, float], None]
+
+#: Residual (unscaled) of an equilibrium, and below which no further attempt is made.
+RESIDUAL_TOLERANCE = 1e-8
+#: Bounds of |eta| and, over the largest of the start, of |omega| l in the first attempt.
+ETA_BOX = 3.0
+OMEGA_BOX = 30.0
+#: Segments above which a far start is first solved on fewer.
+COARSE = 40
+#: Barriers tried in turn, from a far start.
+ATTEMPTS: tuple[dict[str, Any], ...] = (
+    {"mu_init": 1e-3},
+    {"mu_init": 0.1},
+    {"mu_strategy": "adaptive"},
+    {"mu_init": 1e-4},
+)
+_ATTEMPT_ITERATIONS = 300
+
+
+def is_far(problem: MixedProblem) -> bool:
+    """Whether rows beside the glue make a start infeasible: an end held, a seam, walls."""
+    return problem.end is not None or problem.closure is not None or bool(problem.walls)
+
+
+def touches_box(problem: MixedProblem, x: FloatArray) -> bool:
+    """Whether omega or eta lie on the problem's box."""
+    if problem.box is None:
+        return False
+    omega = np.abs(x[7 : problem.last + 9 : STRIDE]).max()
+    eta = np.abs(x[8 : problem.last + 9 : STRIDE]).max()
+    return bool(omega > 0.999 * problem.box[0] or eta > 0.999 * problem.box[1])
+
+
+def merged(lengths: FloatArray) -> FloatArray:
+    """Neighbouring segments joined in pairs."""
+    pairs = lengths[: lengths.size // 2 * 2].reshape(-1, 2).sum(axis=1)
+    if lengths.size % 2:
+        pairs[-1] += lengths[-1]
+    return pairs
+
+
+def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (k + 1,) of the shape x at the joints of other `lengths` (k,)."""
+    old = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    new = np.concatenate([[0.0], np.cumsum(lengths)])
+    omega, eta = x[7 : problem.last + 9 : STRIDE], x[8 : problem.last + 9 : STRIDE]
+    return np.interp(new, old, omega), np.interp(new, old, eta)
+
+
+def placed(problem: MixedProblem, omega: FloatArray, eta: FloatArray, like: FloatArray | None = None) -> FloatArray:
+    """State of the shape; where the start is free it is put where `like` starts, else on the free side of the walls."""
+    x = problem.state(omega, eta)
+    if problem.start_position is None and problem.end_position is None and like is None:
+        for wall in problem.walls:
+            normal = np.asarray(wall.normal)
+            edge = x[: problem.last + 9]
+            table = np.append(edge, 0.0).reshape(-1, STRIDE)[:, :3]
+            depth = float(np.min((table - np.asarray(wall.point) / problem.strip.length) @ normal))
+            shift = max(0.0, problem.half_width - depth)
+            for k in range(3):
+                x[k : problem.last + 9 : STRIDE] += shift * normal[k]
+    return x
+
+
+def minimum(
+    problem: MixedProblem,
+    x: FloatArray,
+    options: dict[str, Any] | None = None,
+    progress: Progress | None = None,
+    warm: tuple[FloatArray, FloatArray] | None = None,
+) -> Minimum:
+    """Stationary point from x; `warm`: multipliers of rows and bounds of a neighbouring problem, same structure."""
+    if warm is not None or not is_far(problem):
+        return ipopt.minimise(problem, x, options, progress, warm)
+    if problem.lengths.size > COARSE:
+        lengths = merged(problem.lengths)
+        coarse = problem.with_changes(lengths=lengths)
+        first = minimum(coarse, placed(coarse, *resample(problem, x, lengths), like=x), options, progress)
+        if first.residual <= RESIDUAL_TOLERANCE:
+            y = placed(problem, *resample(coarse, first.x, problem.lengths), like=x)
+            near = from_near(problem, y, options, progress)
+            if near.residual <= RESIDUAL_TOLERANCE:
+                return replace(
+                    near, iterations=near.iterations + first.iterations, seconds=near.seconds + first.seconds
+                )
+    return from_far(problem, x, options, progress)
+
+
+def from_near(
+    problem: MixedProblem, x: FloatArray, options: dict[str, Any] | None = None, progress: Progress | None = None
+) -> Minimum:
+    """From a shape close to the solution: small barrier, boxed, one attempt."""
+    return _boxed(problem, x, {"mu_init": 1e-5, **(options or {})}, progress)
+
+
+def from_far(
+    problem: MixedProblem, x: FloatArray, options: dict[str, Any] | None = None, progress: Progress | None = None
+) -> Minimum:
+    """Attempts with different barriers until one converges; otherwise the one with the smallest residual."""
+    best: Minimum | None = None
+    iterations, seconds = 0, 0.0
+    for attempt in ATTEMPTS:
+        found = _boxed(problem, x, {**attempt, "max_iter": _ATTEMPT_ITERATIONS, **(options or {})}, progress)
+        iterations += found.iterations
+        seconds += found.seconds
+        if best is None or not best.residual <= found.residual:
+            best = found
+        if found.residual <= RESIDUAL_TOLERANCE:
+            break
+    assert best is not None
+    return replace(best, iterations=iterations, seconds=seconds)
+
+
+def _boxed(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress: Progress | None) -> Minimum:
+    """Boxed minimum; where it touches the box, the minimum without it from there."""
+    omega = max(OMEGA_BOX, 3.0 * float(np.abs(x[7 : problem.last + 9 : STRIDE]).max()))
+    eta = max(ETA_BOX, 2.0 * float(np.abs(x[8 : problem.last + 9 : STRIDE]).max()))
+    boxed = problem.with_changes(box=(omega, eta))
+    found = ipopt.minimise(boxed, x, options, progress)
+    problem.counters.add(boxed.counters)
+    if not touches_box(boxed, found.x):
+        return found
+    free = ipopt.minimise(problem, found.x, {**options, "mu_init": 1e-4}, progress)
+    return replace(free, iterations=free.iterations + found.iterations, seconds=free.seconds + found.seconds)

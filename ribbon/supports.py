@@ -1,0 +1,93 @@
+"""Forces and moments of what holds the ribbon, from the multipliers (thesis, appendix A).
+
+With L = E + multipliers . rows stationary, the force of a support is the derivative of L by the place of the support:
+moving the held end by d changes the energy of the equilibrium by <force on the ribbon, d>.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon import quaternion
+from ribbon.conditions import WallRows
+from ribbon.mixed import STRIDE, MixedProblem
+
+FloatArray = NDArray[np.float64]
+
+#: Multiplier above which a joint counts as in contact, units D w / l^2.
+_TOUCHES = 1e-6
+
+
+@dataclass(frozen=True)
+class Force:
+    """Force (3,) in D w / l^2 and moment (3,) in D w / l that a support exerts on the ribbon."""
+
+    force: FloatArray
+    moment: FloatArray
+
+
+@dataclass(frozen=True)
+class WallForce:
+    """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the joints in contact, height of a
+    pressure plate above its place at rest, in l (None: a rigid wall)."""
+
+    force: FloatArray
+    contacts: FloatArray
+    height: float | None = None
+
+
+def _moment(by_q: FloatArray, q: FloatArray) -> FloatArray:
+    """Moment (3,) about the fixed axes from the derivative (4,) by the quaternion q: dq = e_k o q / 2."""
+    return np.array([0.5 * by_q @ quaternion.compose(np.eye(4)[1 + k], q) for k in range(3)])
+
+
+def start(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force:
+    """What the clamp at s = 0 exerts, about that point."""
+    counted = rows.copy()
+    for name, where in problem.block_slices().items():
+        if name.startswith(("start_", "gauge_")):
+            counted[where] = 0.0
+    slope = problem.gradient(x) + problem.jacobian_matrix(x).T @ counted
+    held = problem.start
+    force = slope[0:3] if held is not None and held.position is not None else np.zeros(3)
+    moment = _moment(slope[3:7], x[3:7]) if held is not None and held.holds_frame else np.zeros(3)
+    return Force(force, moment)
+
+
+def end(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force | None:
+    """What the clamp at s = l exerts, about that point; None where there is none."""
+    if problem.end is None:
+        return None
+    slices, blocks = problem.block_slices(), problem.blocks()
+    force, moment = np.zeros(3), np.zeros(3)
+    if "end_position" in slices:
+        force = -rows[slices["end_position"]]
+    if "end_frame" in slices:
+        turning = np.zeros(4)
+        frame = blocks["end_frame"]
+        r, columns = frame.jacobian_structure()
+        np.add.at(turning, columns - problem.last - 3, frame.jacobian(x) * rows[slices["end_frame"]][r])
+        moment = -_moment(turning, x[problem.last + 3 : problem.last + 7])
+    return Force(force, moment)
+
+
+def walls(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
+    """What every wall exerts, in order."""
+    found = []
+    s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    for k, wall in enumerate(problem.walls):
+        block = problem.blocks()[f"wall_{k}"]
+        assert isinstance(block, WallRows)
+        push = -rows[problem.block_slices()[f"wall_{k}"]]
+        touching = block.joints[np.nonzero((push.reshape(-1, 2) > _TOUCHES).any(axis=1))[0]]
+        height = float(x[block.plate]) if block.plate >= 0 else None
+        found.append(WallForce(push.sum() * np.asarray(wall.normal), s[touching], height))
+    return tuple(found)
+
+
+def plate_columns(problem: MixedProblem) -> slice:
+    """Columns of the heights of pressure plates."""
+    return slice(STRIDE * problem.lengths.size + 9, problem.size)
