@@ -45,8 +45,13 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument("--out", metavar="FOLDER", default=None, help=f"where results go (default {out})")
         return command
 
-    add("solve", "solve the ribbon (or the elastica) of a scene", "out/SCENE")
-    add("compare", "compare the ribbon of a scene with shells of several thicknesses", "out/SCENE")
+    solve = add("solve", "solve the ribbon (or the elastica) of a scene", "out/SCENE")
+    compare = add("compare", "compare the ribbon of a scene with shells of several thicknesses", "out/SCENE")
+    for command in (solve, compare):
+        command.add_argument(
+            "--leave-saddle", action="store_true",
+            help="where the ribbon stands on a saddle, follow the unstable direction to a stable state",
+        )  # fmt: skip
     add("explain", "which effects a scene switches on, why, and what each costs", "")
     add("scenes", "list the shipped scenes", None)
     doctor = add("doctor", "versions, linear algebra, and what is missing with the command that mends it", None)
@@ -80,7 +85,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"ribbonbench: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
-        print("ribbonbench: interrupted; finished cases are kept and will be reused", file=sys.stderr)
+        print(
+            "ribbonbench: interrupted; what is finished (cases, steps of a path) is kept, the same command goes on",
+            file=sys.stderr,
+        )
         return _INTERRUPTED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -117,6 +125,11 @@ def _solve(options: argparse.Namespace, console: Console) -> int:
     out = _out(options, scene)
     try:
         if scene.model.energy == "elastica":
+            if options.leave_saddle:
+                raise BadInput(
+                    "--leave-saddle", None, "is for the ribbon, and this scene asks for the elastica",
+                    'leave it out, or choose model.energy = "wunderlich"',
+                )  # fmt: skip
             return _solve_elastica(options, console, scene, out)
         return _solve_ribbon(options, console, scene, out)
     except _ribbon_errors() as error:
@@ -124,39 +137,28 @@ def _solve(options: argparse.Namespace, console: Console) -> int:
 
 
 def _solve_ribbon(options: argparse.Namespace, console: Console, scene: Any, out: Path) -> int:
-    from compare import export, figures
+    from compare import export, profile, way
     from compare.comparison import Grid, ribbon_discretisation_error
     from compare.results import ribbon_result
     from compare.run import run_ribbon
     from compare.store import atomic_write_json, atomic_write_text
-    from compare.tables import ribbon_advice
+    from compare.tables import ribbon_advice, solve_rows
 
     with Reporter(quiet=options.quiet) as reporter:
-        run = run_ribbon(scene, reporter.step)
+        run = run_ribbon(scene, reporter.step, leave_saddle=options.leave_saddle, folder=out, detail=reporter.detail)
         e = run.equilibrium
         grid = Grid.for_shape(scene, float(abs(e.omega([i / 2000 for i in range(2001)])).max()))
         error = ribbon_discretisation_error(e, grid, reporter)
         reporter.step("writing results")
         export.write_ribbon(out / "ribbon.vtu", e, grid)
         atomic_write_text(out / "centreline.csv", export.centreline_csv(e))
-        figures.ribbon_profile(out / "ribbon.png", e, scene.title)
+        if run.way is not None:
+            atomic_write_text(out / "path.csv", way.log_csv(e.log))
+        profile.ribbon_profile(out / "ribbon.png", e, scene.title)
         atomic_write_json(out / "result.json", ribbon_result(scene, run, error))
     if not options.quiet:
         table = Table(title=scene.title, title_justify="left", show_header=False)
-        for name, text in (
-            ("status", e.message),
-            ("residual", f"{e.residual:.1e} after {e.iterations} iterations"),
-            ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
-            ("energy / (D w / l)", f"elastic {e.energy.elastic:.6f}, gravity {e.energy.gravity:.6f}"),
-            ("free end / l", " ".join(f"{c:.6f}" for c in e.end.position)),
-            ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
-            (
-                "discretisation error",
-                "unknown" if error is None else f"{error:.1e} l (extrapolated from two and four times the segments)",
-            ),
-            ("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve"),
-            ("results", str(out)),
-        ):
+        for name, text in (*solve_rows(scene, run, error), ("results", str(out))):
             table.add_row(name, text)
         console.print(table)
         advice = ribbon_advice(scene, error)
@@ -198,7 +200,7 @@ def _compare(options: argparse.Namespace, console: Console) -> int:
     out = _out(options, scene)
     try:
         with Reporter(quiet=options.quiet) as reporter:
-            comparison = compare(scene, CaseStore(out / "cases"), reporter)
+            comparison = compare(scene, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle)
             reporter.step("writing tables, pictures and surfaces")
             page = report.write(out, comparison)
     except _ribbon_errors() as error:
@@ -226,9 +228,11 @@ def _explain(options: argparse.Namespace, console: Console) -> int:
         cost = "" if effect.seconds is None else f"{max(effect.seconds, 0.0) / found.evaluation:.0%} of an evaluation"
         table.add_row(effect.name, "yes" if effect.on else "no", effect.why, effect.adds, cost)
     console.print(table)
+    rows = f"{found.constraints} constraints" if found.constraints else "no constraints"
+    asked = "energy, gradient, Hessian" + (", constraints and their Jacobian" if found.constraints else "")
     console.print(
         f"Ribbon: {found.formulation} ({found.formulation_why}); {found.unknowns} unknowns, {found.bounds} "
-        f"with bounds, no constraints; one evaluation of energy, gradient and Hessian {found.evaluation * 1e6:.0f} us."
+        f"with bounds, {rows}; one evaluation of {asked} {found.evaluation * 1e6:.0f} us."
     )
     console.print(f"Third opinion: {found.third_opinion}.")
     return DONE

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.align import aligned
 from compare.distance import cells_across, cells_along, centreline_distance, grid_hausdorff
 from compare.progress import Reporter
 from compare.run import ElasticaRun, RibbonRun, run_elastica, run_ribbon
@@ -29,8 +30,10 @@ from ribbon import Equilibrium, refine
 FloatArray = NDArray[np.float64]
 
 
-#: Segments up to which a ribbon is solved again for the error estimate.
+#: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian, with a sparse one. Once
+#: beyond is allowed, for the cruder of the two estimates.
 MOST_SEGMENTS = 320
+MOST_SPARSE_SEGMENTS = 4000
 
 
 @dataclass(frozen=True)
@@ -135,22 +138,28 @@ def ribbon_discretisation_error(equilibrium: Equilibrium, grid: Grid, reporter: 
     """Distance (Hausdorff / l) from a ribbon to its own limit of many segments, on the same branch; None when unknown.
 
     With d_1, d_2 the distances from p to 2 p and from 2 p to 4 p segments and q = d_2 / d_1, the rest is a geometric
-    series: error = d(p, 4 p) + d_2 q / (1 - q), q taken as 1/2 at the most. Where 4 p segments are too many for the
-    dense Hessian, 2 d_1, which bounds the error when halving the segments halves it at least.
+    series: error = d(p, 4 p) + d_2 q / (1 - q), q taken as 1/2 at the most. Where 4 p segments are too many, 2 d_1,
+    which bounds the error when halving the segments halves it at least. Rigid motions that nothing resists are no
+    error (`compare.align`). Segments placed by a tolerance bring their own estimate (`ribbon.adaptive`).
     """
     if not equilibrium.ok:
         return None
+    if equilibrium.tolerance_error is not None:
+        return equilibrium.tolerance_error
+    most = MOST_SEGMENTS if equilibrium.problem.formulation == "chained" else MOST_SPARSE_SEGMENTS
     shapes = [grid.ribbon(equilibrium)]
     current = equilibrium
     for _ in range(2):
         segments = 2 * current.problem.lengths.size
-        if segments > MOST_SEGMENTS and len(shapes) > 1:
+        if segments > (2 * most if len(shapes) == 1 else most):
             break
         reporter.step(f"ribbon: {segments} segments, for the discretisation error")
         current = refine(current)
         if not current.ok:
             return None
-        shapes.append(grid.ribbon(current))
+        shapes.append(aligned(grid.ribbon(current), shapes[-1], current))
+    if len(shapes) == 1:
+        return None
     first = grid_hausdorff(shapes[0], shapes[1])
     if len(shapes) == 2:
         return 2.0 * first
@@ -180,14 +189,17 @@ def fit_slope(rows: tuple[Row, ...]) -> Slope | None:
     return Slope(float(np.polyfit(x, y, 1)[0]), len(pairs), (float(steps.min()), float(steps.max())))
 
 
-def compare(scene: Scene, store: CaseStore, reporter: Reporter) -> Comparison:
+def compare(scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle: bool = False) -> Comparison:
     """Runs the ribbon, the elastica where the scene is planar, and one shell per w/h of the scene.
 
-    Finished shell cases are taken from `store` and new ones are kept there at once.
+    Finished shell cases are taken from `store` and new ones are kept there at once; the state of an interrupted path of
+    the ribbon stands beside them. leave_saddle: the ribbon leaves a saddle for a stable state.
     """
     thicknesses = scene.require_shell()
     elements = shell_elements(scene)
-    ribbon = run_ribbon(scene, reporter.step)
+    ribbon = run_ribbon(
+        scene, reporter.step, leave_saddle=leave_saddle, folder=store.root.parent, detail=reporter.detail
+    )
     sample = np.linspace(0.0, 1.0, 2001)
     grid = Grid.for_shape(scene, float(np.abs(ribbon.equilibrium.omega(sample)).max()))
     ribbon_points = grid.ribbon(ribbon.equilibrium)

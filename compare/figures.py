@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 import os
 from pathlib import Path
 from typing import Any
@@ -16,14 +15,13 @@ from numpy.typing import NDArray
 from compare.comparison import Comparison
 from compare.distance import YARDSTICK
 from compare.store import atomic_write_bytes
-from ribbon import Equilibrium
 
 FloatArray = NDArray[np.float64]
 #: Colours: the ribbon blue as in the thesis, shells from light to dark grey as w/h grows.
 RIBBON_COLOUR = "#1f5fa8"
 
 
-def _save(figure: Figure, path: Path) -> Path:
+def save(figure: Figure, path: Path) -> Path:
     FigureCanvasAgg(figure)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=150, bbox_inches="tight")
@@ -71,10 +69,10 @@ def convergence(path: Path, comparison: Comparison) -> Path:
     axes.set_title(comparison.scene.title)
     axes.grid(True, which="both", lw=0.3, alpha=0.6)
     axes.legend(fontsize=7.5, loc="best")
-    return _save(figure, path)
+    return save(figure, path)
 
 
-def _axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+def screen_axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, FloatArray]:
     """Screen axes (2, 3) of two side views: `up` vertical on the page, across the main direction and its normal."""
     vertical = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=float)
     cloud = np.concatenate([g.reshape(-1, 3) for g in grids])
@@ -99,7 +97,7 @@ def shapes(path: Path, comparison: Comparison) -> Path:
     surfaces = [(_grey(i, len(shown)), f"shell, w/h = {ratio:g}", grid) for i, (ratio, grid) in enumerate(shown)]
     surfaces.append((RIBBON_COLOUR, "ribbon", blue))
     up = comparison.scene.up
-    for place, screen in enumerate(_axes([s[2] for s in surfaces], up), start=1):
+    for place, screen in enumerate(screen_axes([s[2] for s in surfaces], up), start=1):
         axes = figure.add_subplot(1, 3, place)
         for colour, label, grid in surfaces:
             flat = grid @ screen.T
@@ -114,7 +112,7 @@ def shapes(path: Path, comparison: Comparison) -> Path:
     figure.axes[0].legend(fontsize=8, loc="best")
     _perspective(figure, surfaces, up)
     figure.suptitle(comparison.scene.title)
-    return _save(figure, path)
+    return save(figure, path)
 
 
 def _perspective(figure: Figure, surfaces: list[tuple[str, str, FloatArray]], up: FloatArray | None) -> None:
@@ -153,7 +151,7 @@ def _render(surfaces: list[tuple[str, str, FloatArray]], up: FloatArray | None) 
     import pyvista
 
     vertical = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=float)
-    first, _ = _axes([s[2] for s in surfaces], up)
+    first, _ = screen_axes([s[2] for s in surfaces], up)
     depth = np.cross(first[0], vertical)
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=[900, 900])
     try:
@@ -168,36 +166,3 @@ def _render(surfaces: list[tuple[str, str, FloatArray]], up: FloatArray | None) 
         return plotter.screenshot(return_img=True)
     finally:
         plotter.close()
-
-
-def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str) -> Path:
-    """omega(s) and eta(s) of a ribbon with its joints marked, and its outline from two sides."""
-    figure = Figure(figsize=(11.0, 4.2))
-    s = np.linspace(0.0, 1.0, 2001)
-    joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
-    for place, (values, at_joints, name) in enumerate(
-        (
-            (equilibrium.omega(s), equilibrium.omega(joints), "normal curvature omega l"),
-            (equilibrium.eta(s), equilibrium.eta(joints), "ruling eta"),
-        ),
-        start=1,
-    ):
-        axes = figure.add_subplot(1, 3, place)
-        axes.plot(s, values, color=RIBBON_COLOUR)
-        axes.plot(joints, at_joints, ".", color=RIBBON_COLOUR)
-        axes.set_xlabel("s / l")
-        axes.set_title(name, fontsize=9)
-        axes.grid(True, lw=0.3, alpha=0.6)
-    grid = equilibrium.surface(max(400, 100 * math.ceil(joints.size / 10)), 4).grid
-    gravity = equilibrium.problem.gravity
-    screen, _ = _axes([grid], None if gravity is None else np.asarray(gravity.up))
-    flat = grid @ screen.T
-    axes = figure.add_subplot(1, 3, 3)
-    outline = np.concatenate([flat[:, 0], flat[::-1, -1]])
-    axes.fill(outline[:, 0], outline[:, 1], color=RIBBON_COLOUR, alpha=0.3, lw=0)
-    axes.plot(flat[:, 2, 0], flat[:, 2, 1], color=RIBBON_COLOUR)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title("side view / l", fontsize=9)
-    axes.grid(True, lw=0.3, alpha=0.6)
-    figure.suptitle(title)
-    return _save(figure, path)

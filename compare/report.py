@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from compare import export, figures, results, tables
+from compare import export, figures, profile, results, tables
 from compare.comparison import Comparison
 from compare.store import atomic_write_json, atomic_write_text
 
@@ -32,7 +32,7 @@ def write(out: Path, comparison: Comparison) -> Path:
             surfaces.append(name)
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
-    figures.ribbon_profile(out / "ribbon.png", equilibrium, comparison.scene.title)
+    profile.ribbon_profile(out / "ribbon.png", equilibrium, comparison.scene.title)
     return atomic_write_text(out / REPORT, _page(comparison, surfaces))
 
 

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from compare.build import formulation_why
 from compare.comparison import Comparison
 from compare.provenance import versions
 from compare.run import ElasticaRun, RibbonRun
 from compare.scene import Scene
 from compare.store import case_key
+from compare.way import Way
 from ribbon import Equilibrium, Pose
+from ribbon.chained import ChainedProblem
 
 
 def _pose(pose: Pose) -> dict[str, Any]:
@@ -24,10 +27,48 @@ def provenance(scene: Scene, options: dict[str, Any] | None = None) -> dict[str,
     return {**versions(), "scene": canonical, "scene_hash": case_key(canonical), "options": options or {}}
 
 
+def wall_results(scene: Scene, e: Equilibrium) -> list[dict[str, Any]]:
+    """What every wall exerts on the ribbon: force (3,) in D w / l^2, abscissae of joints in contact, a plate's height.
+
+    A wall without a name goes by its number, as in the keys of the scene.
+    """
+    return [
+        {
+            "name": str(number) if wall.name is None else wall.name,
+            "force": found.force,
+            "contacts": found.contacts,
+            "height": found.height,
+        }
+        for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True))
+    ]
+
+
+def path_result(way: Way) -> dict[str, Any]:
+    """The steps of a way; `log` has one entry for each of them, the rejected ones too."""
+    log = way.equilibrium.log
+    accepted = sum(bool(entry["accepted"]) for entry in log)
+    return {
+        "stages": way.stages,
+        "steps": accepted,
+        "rejected": len(log) - accepted,
+        "jumps": sum(bool(entry["accepted"] and entry["jump"]) for entry in log),
+        "resumed": way.resumed,
+        "log": log,
+    }
+
+
+def _rows(problem: Any) -> int:
+    """How many constraints a problem has."""
+    return 0 if isinstance(problem, ChainedProblem) else int(problem.constraint_bounds()[0].size)
+
+
 def ribbon_result(scene: Scene, run: RibbonRun, error: float | None = None) -> dict[str, Any]:
     """The contract's keys of a ribbon solve; `error`: its discretisation error (Hausdorff / l) when measured."""
     e: Equilibrium = run.equilibrium
-    return {
+    parts = ("bending", "natural", "elastic", "gravity", "total") + (("plates",) if _has_plates(scene) else ())
+    problem: Any = e.problem
+    lower, upper = problem.bounds()
+    result = {
         "scene": scene.name,
         "title": scene.title,
         "status": e.status.code,
@@ -37,30 +78,51 @@ def ribbon_result(scene: Scene, run: RibbonRun, error: float | None = None) -> d
         "residual": e.residual,
         "iterations": e.iterations,
         "evaluations": e.evaluations,
-        "energy": {
-            "bending": e.energy.bending,
-            "natural": e.energy.natural,
-            "elastic": e.energy.elastic,
-            "gravity": e.energy.gravity,
-            "total": e.energy.total,
-        },
+        "energy": {name: getattr(e.energy, name) for name in parts},
         "end": _pose(e.end),
         "middle": _pose(e.middle),
         "max_abs_eta": e.max_abs_eta,
         "max_abs_eta_prime_w_half": e.max_abs_eta_prime_w_half,
         "active_bounds": e.active_bounds,
-        "forces": {"start": e.start.force, "end": None, "walls": []},
-        "moments": {"start": e.start.moment, "end": None},
+        **_supports(scene, e),
         "discretisation_error": error,
+        "tolerance_error": e.tolerance_error,
         "seconds": {"first": run.first, "warm": run.warm},
         "model": {
             "energy": e.problem.energy,
-            "formulation": "chained",
+            "formulation": e.problem.formulation,
+            "why": formulation_why(scene, e.problem.formulation),
             "elements": int(e.problem.lengths.size),
             "element_lengths": e.problem.lengths,
-            "unknowns": e.problem.size,
+            "unknowns": int(np.sum(lower < upper)),
+            "constraints": _rows(problem),
         },
         "provenance": {**provenance(scene, e.options), "linear_solver": "MUMPS (sequential, in Ipopt)"},
+    }
+    if run.way is not None:
+        result["path"] = path_result(run.way)
+    return result
+
+
+def _has_plates(scene: Scene) -> bool:
+    return any(wall.stiffness is not None for wall in scene.walls)
+
+
+def _supports(scene: Scene, e: Equilibrium) -> dict[str, Any]:
+    """Forces (D w / l^2) and moments (D w / l) that clamps and walls exert on the ribbon.
+
+    The walls of a way that stopped before its last stage may be others than the scene's: they are then not listed.
+    """
+    end = e.end_support
+    listed = wall_results(scene, e) if len(e.walls) == len(scene.walls) else []
+    return {
+        "forces": {
+            "start": e.start.force,
+            "end": None if end is None else end.force,
+            "walls": [wall["force"] for wall in listed],
+        },
+        "moments": {"start": e.start.moment, "end": None if end is None else end.moment},
+        "walls": listed,
     }
 
 

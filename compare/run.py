@@ -6,98 +6,126 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.build import (
+    AUTO_ENERGY,
+    build_arguments,
+    check_model,
+    ribbon_arguments,
+    ribbon_clamp,
+    ribbon_closure,
+    ribbon_end,
+    ribbon_energy,
+    ribbon_gravity,
+    ribbon_problem,
+    ribbon_strip,
+    ribbon_walls,
+)
 from compare.errors import BadInput
 from compare.scene import Scene
-from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
+from compare.way import Way, run_way
+from ribbon import Equilibrium, solve
+from ribbon.adaptive import solve_to_tolerance
 from shellref.elastica import ElasticaProblem, ElasticaResult, embed, embed_frames, to_plane
 from shellref.elastica import solve as solve_elastica
+
+__all__ = [
+    "AUTO_ENERGY",
+    "ElasticaRun",
+    "RibbonRun",
+    "build_arguments",
+    "ribbon_arguments",
+    "ribbon_clamp",
+    "ribbon_closure",
+    "ribbon_end",
+    "ribbon_energy",
+    "ribbon_gravity",
+    "ribbon_problem",
+    "ribbon_strip",
+    "ribbon_walls",
+    "run_elastica",
+    "run_ribbon",
+]
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 T = TypeVar("T")
 
-#: The energy behind "auto", and beside an elastica: the one that is exact in the width (thesis, eq. 2.11).
-AUTO_ENERGY = "wunderlich"
 #: A repeated solve is timed up to REPEATS times, while that takes less than REPEAT_BUDGET seconds; the median counts.
 REPEATS = 5
 REPEAT_BUDGET = 2.0
 
 
-def ribbon_energy(scene: Scene) -> str:
-    """The energy the ribbon uses: the scene's own, "wunderlich" for "auto" and beside an elastica."""
-    return AUTO_ENERGY if scene.model.energy in ("auto", "elastica") else scene.model.energy
-
-
-def ribbon_strip(scene: Scene) -> Strip:
-    """The scene's strip with l = 1."""
-    return Strip(
-        length=1.0,
-        width=scene.width,
-        poisson=scene.strip.poisson,
-        natural_curvature=scene.curvature,
-        gamma=scene.gamma,
-    )
-
-
-def ribbon_clamp(scene: Scene) -> Clamp:
-    """The scene's clamp at s = 0, position in units of l."""
-    frame = scene.frame
-    return Clamp(scene.position, tangent=frame[:, 2], normal=frame[:, 1], ruling=scene.clamp_start.ruling)
-
-
-def ribbon_gravity(scene: Scene) -> Gravity | None:
-    """The weight's direction, or None for a weightless scene: the term is then absent."""
-    return None if scene.up is None or not scene.gamma else Gravity(up=scene.up)
-
-
 def _timed(once: Callable[[], T]) -> tuple[T, float, float]:
-    """The result, the time of the first call (s) and the median time of repeated calls (s)."""
+    """The result, the time of the first call (s) and the median time of repeated calls (s), at least one of them."""
     clock = time.perf_counter()
     result = once()
     first = time.perf_counter() - clock
+    return result, first, _repeated(once)
+
+
+def _repeated(once: Callable[[], object]) -> float:
+    """Median time (s) of calls, repeated within the budget."""
     times: list[float] = []
     while not times or (len(times) < REPEATS and sum(times) < REPEAT_BUDGET):
         clock = time.perf_counter()
         once()
         times.append(time.perf_counter() - clock)
-    return result, first, statistics.median(times)
+    return statistics.median(times)
 
 
 @dataclass(frozen=True)
 class RibbonRun:
-    """A ribbon solve with its times in s.
+    """A ribbon solve with its times in s, and the way there of a scene with a path.
 
-    first: the first solve in this process, loading (or compiling) the kernels included; warm: median of repeats.
+    first: the first solve in this process, loading (or compiling) the kernels included; warm: median of repeats. For a
+    path both are of the whole way, from the first stage's seed; one that took longer than the budget for repeats is not
+    gone again, `warm` is then `first`. (Solving the last problem again from its own solution would flatter.)
     """
 
     equilibrium: Equilibrium
     first: float
     warm: float
+    way: Way | None = None
 
 
-def run_ribbon(scene: Scene, progress: Progress | None = None) -> RibbonRun:
-    """Solves the scene's ribbon from its seed, and again for the warm time."""
-    energy = ribbon_energy(scene)
-    segments = np.asarray(scene.model.lengths)
+def run_ribbon(
+    scene: Scene,
+    progress: Progress | None = None,
+    *,
+    leave_saddle: bool = False,
+    folder: Path | None = None,
+    detail: Progress | None = None,
+) -> RibbonRun:
+    """Solves the scene's ribbon from its seed, or along its path, and again for the warm time.
+
+    leave_saddle: follow the unstable direction of a saddle to a stable state. folder: where the state of an interrupted
+    path is kept and found again. progress, detail: told what is being done, and where it is.
+    """
+    check_model(scene)
+    energy, tolerance = ribbon_energy(scene), scene.model.tolerance
+    size = f"tolerance {tolerance:g}" if tolerance is not None else f"{len(scene.model.lengths)} segments"
     if progress:
-        progress(f"ribbon: {energy}, {segments.size} segments")
+        progress(f"ribbon: {energy}, {size}" + (f", {len(scene.path) + 1} stages" if scene.path else ""))
+    if scene.path:
+        clock = time.perf_counter()
+        way = run_way(scene, folder, leave_saddle=leave_saddle, progress=detail)
+        first = time.perf_counter() - clock
+        again = first < REPEAT_BUDGET and not way.resumed
+        warm = _repeated(lambda: run_way(scene, leave_saddle=leave_saddle)) if again else first
+        return RibbonRun(way.equilibrium, first, warm, way)
+    arguments = ribbon_arguments(scene)
+    if tolerance is None:
+        return RibbonRun(*_timed(lambda: solve(**arguments, leave_saddle=leave_saddle)))
+    del arguments["segments"]
+    first_three = [arguments.pop(name) for name in ("strip", "clamp", "gravity")]
     return RibbonRun(
-        *_timed(
-            lambda: solve(
-                ribbon_strip(scene),
-                ribbon_clamp(scene),
-                ribbon_gravity(scene),
-                energy=energy,
-                segments=segments,
-                seed_curvature=scene.seed_curvature,
-                seed_ruling=scene.seed.ruling,
-            )
-        )
+        *_timed(lambda: solve_to_tolerance(*first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle))
     )
 
 

@@ -8,11 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table
 
+from compare.build import formulation_why
 from compare.comparison import Comparison, Row
 from compare.distance import YARDSTICK
+from compare.run import RibbonRun
 from compare.scene import Scene
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -184,7 +190,7 @@ def _other_model(comparison: Comparison) -> list[str]:
     """What makes this ribbon another model than the limit of its shells."""
     scene, energy = comparison.scene, comparison.ribbon.equilibrium.problem.energy
     found = []
-    if scene.clamp_start.ruling == "free":
+    if scene.clamp_start is not None and scene.clamp_start.ruling == "free":
         found.append('the shell holds its whole edge: clamp.start.ruling = "straight" does the same')
     if energy == "sadowsky":
         found.append('the shell has a finite width: model.energy = "wunderlich"')
@@ -195,9 +201,63 @@ def ribbon_advice(scene: Scene, error: float | None) -> str | None:
     """What to do about a ribbon whose discretisation error (Hausdorff / l) is visible; None when it is not."""
     if error is None or error <= YARDSTICK:
         return None
-    graded = scene.clamp_start.ruling == "straight" and scene.model.grading == "uniform"
-    remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)' if graded else "raise model.elements"
+    clamp = scene.clamp_start
+    if scene.model.tolerance is not None:
+        remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
+    elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
+        remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)'
+    else:
+        remedy = "raise model.elements, or give model.tolerance in its place"
     return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
+
+
+def _vector(values: FloatArray, form: str = ".6f") -> str:
+    """Components (3,) for a reader, those that are zero to rounding as 0."""
+    rounding = 1e-10 * max(1.0, float(np.abs(values).max()))
+    return " ".join(format(0.0 if abs(c) < rounding else c, form) for c in values)
+
+
+def solve_rows(scene: Scene, run: RibbonRun, error: float | None) -> list[tuple[str, str]]:
+    """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out."""
+    e = run.equilibrium
+    used = e.problem.formulation
+    parts = [f"elastic {e.energy.elastic:.6f}", f"gravity {e.energy.gravity:.6f}"]
+    if any(wall.stiffness is not None for wall in scene.walls):
+        parts.append(f"plates {e.energy.plates:.6f}")
+    rows = [
+        ("status", e.message),
+        ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
+        ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
+        ("energy / (D w / l)", ", ".join(parts)),
+        ("middle / l", _vector(e.middle.position)),
+        ("end / l" if scene.clamp_end or scene.closure else "free end / l", _vector(e.end.position)),
+        ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
+    ]
+    if scene.clamp_start is not None:
+        rows.append(("force at s = 0 / (D w / l^2)", _vector(e.start.force, ".6g")))
+    if e.end_support is not None:
+        rows.append(("force at s = l / (D w / l^2)", _vector(e.end_support.force, ".6g")))
+    if len(e.walls) == len(scene.walls):
+        for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True)):
+            plate = "" if found.height is None else f", plate at {found.height:.4g} l from rest"
+            rows.append(
+                (
+                    f"force of wall {number if wall.name is None else wall.name}",
+                    f"{_vector(found.force, '.6g')}; {found.contacts.size} joints in contact{plate}",
+                )
+            )
+    rows.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
+    rows.append((f"why {used}", formulation_why(scene, used)))
+    if run.way is not None:
+        accepted = sum(bool(entry["accepted"]) for entry in e.log)
+        resumed = ", continued from an interrupted run" if run.way.resumed else ""
+        rows.append(
+            ("path", f"{run.way.stages} stages, {accepted} steps, {len(e.log) - accepted} rejected{resumed}: path.csv")
+        )
+    how = "extrapolated from two and four times the segments" if e.tolerance_error is None else "of the placed segments"
+    rows.append(("discretisation error", "unknown" if error is None else f"{error:.1e} l ({how})"))
+    rows.append(("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve"))
+    return rows
 
 
 def _undecided(comparison: Comparison) -> list[str]:

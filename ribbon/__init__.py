@@ -13,6 +13,7 @@ from ribbon import kernel_cache
 with kernel_cache.in_use():
     from ribbon.boundary import Clamp, Closure
     from ribbon.contact import Wall
+    from ribbon.continuation import follow, switch
     from ribbon.errors import RibbonInputError
     from ribbon.loads import Gravity
     from ribbon.result import Energy, Equilibrium, Force, Pose, Status
@@ -35,6 +36,8 @@ __all__ = [
     "Surface",
     "Wall",
     "WallForce",
+    "follow",
     "refine",
     "solve",
+    "switch",
 ]

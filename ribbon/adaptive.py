@@ -1,9 +1,10 @@
 """Segments placed by an error estimate, so that a user asks for a tolerance instead of a number of segments.
 
-Every round solves on the segments and on their halves. The distance d between the two surfaces estimates the error of the
-halved ones: it is at most d when halving all segments at least halves the error (measured orders are 1 at a Wunderlich
-event that is not resolved and 2 to 4 elsewhere). Where d is too large, the segments that turn the ribbon most by their
-error are cut: ``e_i = int |d omega| + |d (omega eta)| ds`` over segment i, d being the difference of the two solutions.
+Every round solves on the segments and on their halves. The distance d between the two surfaces estimates the error of
+the halved ones: it is at most d when halving all segments at least halves the error (measured orders are 1 at a
+Wunderlich event that is not resolved and 2 to 4 elsewhere). Where d is too large, the segments that turn the ribbon
+most by their error are cut: ``e_i = int |d omega| + |d (omega eta)| ds`` over segment i, d being the difference of the
+two solutions.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ FloatArray = NDArray[np.float64]
 FIRST_SEGMENTS = 24
 MOST_SEGMENTS = 6000
 ROUNDS = 30
-#: Share of the sum of e_i that the cut segments carry; a segment this many times above the cut's threshold is quartered.
+#: Share of the sum of e_i that the cut segments carry; a segment this many times above the threshold is quartered.
 BULK = 0.8
 QUARTERED = 16.0
 #: Points along the ribbon for the distance.
@@ -47,8 +48,9 @@ def solve_to_tolerance(*arguments: Any, tolerance: float, **keywords: Any) -> Eq
     if "segments" in keywords:
         raise RibbonInputError("segments", keywords["segments"], "give a tolerance or segments, not both")
     closure = keywords.get("closure")
-    free_seam = closure is not None and closure.ruling == "free" and closure.sign < 0
-    pinned = {**keywords, "closure": Closure(closure.kind, "straight", closure.turns)} if free_seam else keywords
+    pinned, free_seam = keywords, False
+    if closure is not None and closure.ruling == "free" and closure.sign < 0:
+        pinned, free_seam = {**keywords, "closure": Closure(closure.kind, "straight", closure.turns)}, True
     if pinned.get("formulation", "auto") in ("auto", "chained"):
         pinned = {**pinned, "formulation": "mixed"}
     first = solve(*arguments, segments=FIRST_SEGMENTS, **pinned)
@@ -124,7 +126,7 @@ def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
 
 
 def cut(lengths: FloatArray, error: FloatArray) -> FloatArray:
-    """The lengths (p,) with the segments that carry BULK of the error (p,) halved, or quartered far above the threshold."""
+    """The lengths (p,), the segments that carry BULK of the error (p,) halved or, where it is large, quartered."""
     order = np.argsort(error)[::-1]
     share = np.cumsum(error[order]) / max(float(error.sum()), 1e-300)
     marked = order[: int(np.searchsorted(share, BULK)) + 1]

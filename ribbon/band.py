@@ -1,8 +1,8 @@
 """Starting shapes of closed bands: a circle, and the way from it to a Moebius band (thesis, 6.1.1, algorithm 2).
 
-The circle is clamped at both ends, at the same place, and the frame of its end is turned about the tangent by half a turn
-in a few steps, each started from the last; then the clamps are replaced by the seam. The ruling is held straight at the
-clamps on the way, which pins the Wunderlich event to the seam. A small twist breaks the symmetry of the circle.
+The circle is clamped at both ends, at the same place, and the frame of its end is turned about the tangent by half a
+turn in a few steps, each started from the last; then the clamps are replaced by the seam. The ruling is held straight
+at the clamps on the way, which pins the Wunderlich event to the seam. A small twist breaks the symmetry of the circle.
 """
 
 from __future__ import annotations
@@ -25,13 +25,15 @@ Progress = Callable[[int, float, float], None]
 #: Steps of the half turn; doubled where one fails, up to the second number.
 TURN_STEPS = 6
 MOST_STEPS = 48
+#: Segments on which the way is gone at the most.
+MOST_SEGMENTS = 120
 #: eta of the twist that breaks the circle's symmetry.
 _TWIST = 1e-2
 _ITERATIONS = 300
 
 
 def circle(problem: MixedProblem) -> tuple[FloatArray, FloatArray]:
-    """omega and eta (p + 1,) of a circle of the closure's turns, bent the way of the natural curvature if there is one."""
+    """omega and eta (p + 1,) of a circle of the closure's turns, bent the way of the natural curvature, if any."""
     turns = problem.closure.turns if problem.closure is not None else 1
     natural = sum(problem.strip.curvature)
     omega = math.copysign(2.0 * math.pi * turns, natural) if natural else -2.0 * math.pi * turns
@@ -41,15 +43,20 @@ def circle(problem: MixedProblem) -> tuple[FloatArray, FloatArray]:
 
 def moebius(problem: MixedProblem, progress: Progress | None = None) -> tuple[FloatArray, FloatArray]:
     """omega and eta (p + 1,) of a weightless Moebius band with a straight ruling at the seam, near its equilibrium."""
+    lengths = problem.lengths
+    while lengths.size > MOST_SEGMENTS:
+        lengths = relax.merged(lengths)
+    coarse = problem.with_changes(lengths=lengths)
     steps = TURN_STEPS
     while True:
-        found = _turned(problem, steps, progress)
+        found = _turned(coarse, steps, progress)
         if found is not None or steps >= MOST_STEPS:
             break
         steps *= 2
     if found is None:
-        found = circle(problem)
-    return found
+        return circle(problem)
+    s, there = joints(lengths), joints(problem.lengths)
+    return np.interp(there, s, found[0]), np.interp(there, s, found[1])
 
 
 def _turned(problem: MixedProblem, steps: int, progress: Progress | None) -> tuple[FloatArray, FloatArray] | None:

@@ -36,6 +36,17 @@ def segment_lengths(segments: int | ArrayLike) -> FloatArray:
     return lengths / total
 
 
+#: Turn of a segment (rad) beyond which a trial point has no value: its series would take for ever.
+FURTHEST = 1e4
+
+
+def too_far(q: FloatArray, lengths: FloatArray) -> bool:
+    """Whether a segment with parameters q (p, 4) = (a, b, n, m) turns by more than FURTHEST, or is not finite."""
+    bend = np.abs(q[:, 1]) + np.abs(q[:, 0]) * lengths
+    slant = 1.0 + np.abs(q[:, 3]) + np.abs(q[:, 2]) * lengths
+    return not bool(np.max(bend * slant * lengths) <= FURTHEST)
+
+
 @dataclass
 class Counters:
     """How often the problem was evaluated; an effect that is off has no count."""
@@ -141,10 +152,13 @@ class ChainedProblem:
         gamma, up = self._gravity_arguments()
         parts = np.empty(3)
         self.counters.value += 1
+        q = self.parameters(x)
+        if too_far(q, self.lengths):
+            return np.full(3, np.nan)
         self.counters.series += self.lengths.size * (gamma != 0.0)
         position = np.asarray(self.clamp.position) / self.strip.length
         kernels.energy_parts(
-            self.parameters(x), self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+            q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
             np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, position, self.clamp.frame,
             self.exponent_limit, parts,
         )  # fmt: skip
@@ -161,6 +175,8 @@ class ChainedProblem:
             gamma, up = self._gravity_arguments()
             q = self.parameters(x)
             local = np.empty((p, 15))
+            if too_far(q, self.lengths):
+                return np.full((p, 15), np.nan), np.zeros((p, 4, 3)), np.zeros((p, 4, 3))
             kernels.local_derivatives(
                 q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, local,

@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 
 from ribbon.element import bending_jet, bending_value, natural_jet, natural_value
-from ribbon.series import PAIR_INDEX, segment_jets, segment_values
+from ribbon.series import PAIR_INDEX, segment_jets_many, segment_values
 
 # own and tail parameter of the two types of unknowns: a -> (a, then b), n -> (n, then m)
 _OWN = (0, 2)
@@ -119,8 +119,8 @@ def gravity_derivatives(q, lengths, gamma, up, frame, limit, local, u, v):
     jets = np.empty((p, 15, 15))
     frames = np.empty((p + 1, 3, 3))
     frames[0] = frame
+    segment_jets_many(q, lengths, limit, jets)
     for i in range(p):
-        segment_jets(q[i, 0], q[i, 1], q[i, 2], q[i, 3], lengths[i], limit, jets[i])
         for r in range(3):
             for c in range(3):
                 frames[i + 1, r, c] = (

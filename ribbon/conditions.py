@@ -23,9 +23,14 @@ IntArray = NDArray[np.int64]
 class Rows(Protocol):
     """A block of constraints ``lower <= c(x) <= upper``."""
 
-    count: int
-    lower: float
-    upper: float
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def lower(self) -> float: ...
+
+    @property
+    def upper(self) -> float: ...
 
     def values(self, x: FloatArray) -> FloatArray: ...
 
@@ -118,7 +123,7 @@ def imaginary_part(q: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class SeamRows:
-    """``2 Im(conj(q_0 o delta) o q_p) = 0``: the end's frame is the start's turned by delta (4,) (thesis, eq. 5.6, 6.1).
+    """``2 Im(conj(q_0 o delta) o q_p) = 0``: the end's frame is the start's turned by delta (4,) (thesis, 6.1).
 
     first, last (4,): columns of q_0 and q_p.
     """
@@ -229,8 +234,8 @@ def _curvatures(x, joints, stride, normal, half_width, multipliers, out):
 class WallRows:
     """Both edges of the rulings at `joints` on the wall's side (thesis, eq. 6.2), two rows a joint.
 
-    ``<r +- (w/2) (t_x + eta t_z) - point, normal> - height >= 0``; `plate`: column of the height of a pressure plate, or
-    -1. point in units of l, half_width = w / (2 l), stride: unknowns per joint.
+    ``<r +- (w/2) (t_x + eta t_z) - point, normal> - height >= 0``; `plate`: column of the height of a pressure plate,
+    or -1. point in units of l, half_width = w / (2 l), stride: unknowns per joint.
     """
 
     joints: IntArray

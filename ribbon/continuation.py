@@ -1,8 +1,8 @@
 """Following an equilibrium while a parameter varies (thesis, algorithms 2 and 3): predictor, warm corrector, cut-back.
 
-A way is a function t in [0, 1] -> problem: a clamp that moves, a weight that grows, a wall that sinks. Every step starts
-from the last equilibrium, unknowns and multipliers extrapolated through the last two (secant), and is cut when the
-corrector fails or when the shape jumps; what is left at the smallest step is a real jump (a snap), taken and recorded.
+A way is a function t in [0, 1] -> problem: a clamp that moves, a weight that grows, a wall that sinks. Every step
+starts from the last equilibrium, unknowns and multipliers extrapolated through the last two (secant), and is cut when
+the corrector fails or when the shape jumps; what is left at the smallest step is a real jump (a snap), recorded.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from ribbon import relax
 from ribbon.chained import ChainedProblem
-from ribbon.mixed import MixedProblem
+from ribbon.mixed import STRIDE, MixedProblem
 from ribbon.result import Equilibrium, Status
-from ribbon.solve import Problem, joint_values, solve_from, transferred
+from ribbon.solve import Problem, joint_values, solve_from, starting_shapes, transferred
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
@@ -30,6 +30,8 @@ EASY, HARD, MOST = 8, 25, 120
 #: A step is a jump when the shape moves this many times further than the last steps let expect, and by more than this
 #: share of its size.
 JUMP, LEAST_JUMP = 8.0, 0.05
+#: |omega| l below which a strip counts as straight.
+_STRAIGHT = 1e-9
 #: Segments up to which every step's stability is judged; beyond, only the last one's.
 CHECKED = 160
 
@@ -111,6 +113,16 @@ def switch(
         return solve_from(problem, problem.state(*shape), **keywords)
     problem = anchored(problem, start)
     assert isinstance(problem, MixedProblem)
+    if problem.end is not None and float(np.abs(start.x[7 : old.last + 9 : STRIDE]).max()) < _STRAIGHT:
+        # nothing tells which way a straight strip bends
+        best: Equilibrium | None = None
+        for omega, eta in starting_shapes(problem, "natural", 0.0):
+            found = solve_from(problem, problem.state(omega, eta), **keywords)
+            if found.ok:
+                return found
+            best = best or found
+        assert best is not None
+        return best
     x = transferred(old, start.x, problem)
     minimum = relax.from_near(problem, x, options, progress)
     if minimum.residual > relax.RESIDUAL_TOLERANCE:
@@ -151,7 +163,7 @@ def follow(
 ) -> Equilibrium:
     """The equilibrium at t = 1 on the way ``t -> problem_at(t)`` from `start`, the one at t = `begin`.
 
-    steps: equal ones (cut where one fails); None: adaptive, from the size `first`. A step is never cut below `smallest`.
+    steps: equal ones (cut where one fails); None: adaptive, from the size `first`; never cut below `smallest`.
     leave_saddle: unstable equilibria met on the way are left along their unstable mode. on_step: called after every
     accepted step. The log (dictionaries of `StepRecord`, rejected steps too) is on the result; when the way cannot be
     gone to its end the last good equilibrium is returned with the status of what stopped it.

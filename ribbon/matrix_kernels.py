@@ -45,6 +45,8 @@ ORTHONORMAL = 6
 GLUE = 8
 FRAME = 3
 SHAPE = 12
+#: Trial points whose segments turn further (rad) have no value: unglued, they may be anywhere, and a series takes long.
+FURTHEST = 1e4
 _ORTHONORMAL_ENTRIES = 27
 _GLUE_ENTRIES = 81
 # columns of the products of a frame with itself, beside the three squares
@@ -155,7 +157,7 @@ def ends(x, lengths, limit, points, frames):
 def energy_and_rows(
     x, lengths, code, half_width, natural, curvature, poisson, gamma, up, exact, limit, first, seam, parts, rows, tail,
 ):  # fmt: skip
-    """Fills `parts` (3,) with bending, natural-curvature and gravity energy and the core's `rows`.
+    """Fills `parts` (3,): bending, natural-curvature and gravity energy, and the core's `rows`; nan past `FURTHEST`.
 
     first: number of known frames (0 or 1); seam: 0 or delta; tail (5, 3): Q_x, Q_y, Q_z, p and ``Q_x + eta(L) Q_z`` of
     the last segment, for what holds the end.
@@ -175,6 +177,10 @@ def energy_and_rows(
         k = STRIDE * i
         length = lengths[i]
         a, b, n, m = x[k + 12], x[k + 13], x[k + 14], x[k + 15]
+        if not length * (abs(b) + abs(a) * length) * (1.0 + abs(m) + abs(n) * length) < FURTHEST:
+            parts[:] = np.nan
+            rows[:] = np.nan
+            return
         parts[0] += bending_value(code, a, b, n, m, length, half_width)
         if natural:
             parts[1] += natural_value(a, b, n, m, length, curvature[0] + slope * s, slope, poisson)

@@ -2,8 +2,8 @@
 
 Nine unknowns a joint and one a segment (`ribbon.mixed_kernels`), eight rows of glue a segment, then the rows of what
 holds the ribbon (`ribbon.conditions`). Position, frame and ruling that a clamp holds at s = 0 are eliminated (they are
-fixed unknowns), or held by rows when ``held_by = "constraints"`` (thesis, 5.3.3). Rigid motions that nothing resists are
-removed by rows that fix the start (`gauge`), whose multipliers vanish at equilibrium.
+fixed unknowns), or held by rows when ``held_by = "constraints"`` (thesis, 5.3.3). Rigid motions that nothing resists
+are removed by rows that fix the start (`gauge`), whose multipliers vanish at equilibrium.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ribbon import chained_kernels, quaternion
 from ribbon import mixed_kernels as kernels
 from ribbon.body_series import body_jets_many
 from ribbon.boundary import Clamp, Closure
-from ribbon.chained import Counters
+from ribbon.chained import Counters, too_far
 from ribbon.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
 from ribbon.contact import Wall
 from ribbon.energies import CODES
@@ -35,6 +35,7 @@ STRIDE = kernels.STRIDE
 _POSITION = np.arange(3)
 _FRAME = np.arange(3, 7)
 _OMEGA, _ETA, _SLOPE = 7, 8, 9
+_ENDS = np.array([3, 4, 5, 6, _ETA])
 #: Quaternion of half a turn about the tangent: the seam of a Moebius band.
 HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -44,9 +45,10 @@ class MixedProblem:
     """Energy of the glued ribbon with constraints, sparse Jacobian and Hessian of the Lagrangian.
 
     strip, gravity, energy, lengths: as in `ribbon.chained.ChainedProblem`; start, end: clamps or None (free end);
-    closure: of a band, then `end` is None; walls: planes; held_by: "elimination" or "constraints"; reference: quaternion
-    (4,) to which the gauge of free rotations refers, the start's of the seed, and origin (3,) the same for positions;
-    box: bounds on |omega| and |eta| that keep a far start from running away; a solution must not touch them.
+    closure: of a band, then `end` is None; walls: planes; held_by: "elimination" or "constraints"; reference:
+    quaternion (4,) to which the gauge of free rotations refers, the start's of the seed, and origin (3,) the same for
+    positions; box: bounds on |omega| and |eta| that keep a far start from running away; a solution must not touch them;
+    model: "mixed", or the formulation that finds the point ("matrix", "chained"), for comparison.
     """
 
     strip: Strip
@@ -62,10 +64,14 @@ class MixedProblem:
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)
     exponent_limit: float = EXPONENT_LIMIT
     box: tuple[float, float] | None = None
+    model: str = "mixed"
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
-    formulation = "mixed"
+    @property
+    def formulation(self) -> str:
+        """The model's name."""
+        return self.model
 
     def __post_init__(self) -> None:
         if self.energy not in CODES:
@@ -156,17 +162,35 @@ class MixedProblem:
         return HALF_TURN if self.closure is not None and self.closure.sign < 0 else np.array([1.0, 0.0, 0.0, 0.0])
 
     @property
+    def slides(self) -> bool:
+        """Whether the seam of a Moebius band may slide along it without changing anything (thesis, 6.1.1).
+
+        The ruling is straight somewhere on every such band, as eta(l) = -eta(0); the seam is put there.
+        """
+        return (
+            self.closure is not None
+            and self.closure.sign < 0
+            and not self.walls
+            and not self.has_gravity
+            and not self.has_natural_curvature
+        )
+
+    @property
     def start_straight(self) -> bool:
         """Whether eta = 0 at s = 0."""
-        return (self.start is not None and self.start.ruling == "straight") or (
-            self.closure is not None and self.closure.ruling == "straight"
+        return (
+            self.slides
+            or (self.start is not None and self.start.ruling == "straight")
+            or (self.closure is not None and self.closure.ruling == "straight")
         )
 
     @property
     def end_straight(self) -> bool:
         """Whether eta = 0 at s = l."""
-        return (self.end is not None and self.end.ruling == "straight") or (
-            self.closure is not None and self.closure.ruling == "straight"
+        return (
+            self.slides
+            or (self.end is not None and self.end.ruling == "straight")
+            or (self.closure is not None and self.closure.ruling == "straight")
         )
 
     def free_motions(self) -> tuple[FloatArray, FloatArray]:
@@ -224,7 +248,7 @@ class MixedProblem:
             found["end_frame"] = SeamRows(_FRAME, last + _FRAME, self.seam)
             pair = np.array([[-float(self.closure.sign), 1.0]])
             found["seam_omega"] = LinearRows(pair, np.array([_OMEGA, last + _OMEGA]), np.zeros(1))
-            if self.closure.ruling == "free":
+            if self.closure.ruling == "free" and not self.slides:
                 found["seam_eta"] = LinearRows(pair, np.array([_ETA, last + _ETA]), np.zeros(1))
         found.update(self._wall_blocks())
         return found
@@ -294,7 +318,23 @@ class MixedProblem:
 
     def energy_parts(self, x: FloatArray) -> FloatArray:
         """Bending, natural-curvature and gravity energy and that of the pressure plates (4,), units D w / l."""
-        return np.append(self._parts_and_glue(x, False)[0], self._plate_energy(x))
+        parts = np.append(self._parts_and_glue(x, False)[0], self._plate_energy(x))
+        parts[2] += sum(end[1] for end in self._oblique_ends(x))
+        return parts
+
+    def _oblique_ends(self, x: FloatArray) -> list[tuple[int, float, FloatArray, FloatArray]]:
+        """Of either end with an exact weight: first column, energy, derivatives (5,), second ones (15,) by q, eta."""
+        gamma, up, exact = self._gravity_arguments()
+        found: list[tuple[int, float, FloatArray, FloatArray]] = []
+        if not exact or self.closure is not None:
+            return found
+        factor = gamma * self.half_width**2 / 3.0
+        for column, sign in ((0, 1.0), (self.last, -1.0)):
+            by, second = np.empty(5), np.empty(15)
+            q = np.ascontiguousarray(x[column + 3 : column + 7])
+            energy = kernels.end_weight(q, x[column + _ETA], up, sign * factor, by, second)
+            found.append((column, energy, by, second))
+        return found
 
     def _plate_energy(self, x: FloatArray) -> float:
         heights = x[STRIDE * self.lengths.size + 9 :]
@@ -305,6 +345,8 @@ class MixedProblem:
         parts = np.empty(3)
         glue = np.empty(kernels.ROWS * self.lengths.size)
         self.counters.value += 1
+        if too_far(self.parameters(x), self.lengths):
+            return np.full(3, np.nan), np.full(glue.size, np.nan)
         self.counters.series += self.lengths.size * (want_glue or gamma != 0.0)
         kernels.energy_and_glue(
             np.ascontiguousarray(x, dtype=float), self.lengths, CODES[self.energy], self.half_width,
@@ -323,7 +365,8 @@ class MixedProblem:
 
     def value(self, x: FloatArray) -> float:
         """Total energy, units D w / l."""
-        return float(self._evaluated(x)[0].sum() + self._plate_energy(x))
+        ends = sum(end[1] for end in self._oblique_ends(x))
+        return float(self._evaluated(x)[0].sum() + self._plate_energy(x) + ends)
 
     def constraints(self, x: FloatArray) -> FloatArray:
         """The rows: the glue, then the blocks."""
@@ -346,6 +389,9 @@ class MixedProblem:
                     np.empty((p, 15)), np.empty((p, 13, 15)), np.empty((p if gamma else 1, 3, 15))
                 )  # fmt: skip
             local, jets, weight = self._cache["jets"]
+            if too_far(q, self.lengths):
+                self._cache.pop("key", None)
+                return np.full_like(local, np.nan), np.full_like(jets, np.nan), np.full_like(weight, np.nan)
             chained_kernels.local_derivatives(
                 q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, local,
@@ -367,6 +413,8 @@ class MixedProblem:
         kernels.gradient(x, self.lengths, local, gamma, up, weight, out)
         for k, column in zip(self.plates, range(STRIDE * self.lengths.size + 9, self.size), strict=True):
             out[column] = self.walls[k].stiffness * x[column]  # type: ignore[operator]
+        for column, _, by, _ in self._oblique_ends(x):
+            out[column + _ENDS] += by
         return out
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
@@ -394,6 +442,9 @@ class MixedProblem:
             parts += [rows.hessian_structure() for rows in self.blocks().values()]
             columns = np.arange(STRIDE * self.lengths.size + 9, self.size)
             parts.append((columns, columns))
+            for column, *_ in self._oblique_ends(np.zeros(self.size)):
+                rows, places = np.tril_indices(5)
+                parts.append((column + _ENDS[rows], column + _ENDS[places]))
             self._cache["hessian"] = tuple(np.concatenate(part) for part in zip(*parts, strict=True))
         return self._cache["hessian"]  # type: ignore[no-any-return]
 
@@ -408,6 +459,7 @@ class MixedProblem:
         for name, where in self.block_slices().items():
             parts.append(self.blocks()[name].hessian(x, multipliers[where]))
         parts.append(factor * np.array([self.walls[k].stiffness for k in self.plates], dtype=float))
+        parts.extend(factor * second for *_, second in self._oblique_ends(x))
         return np.concatenate(parts)
 
     # -- as sparse matrices -------------------------------------------------------------------------------------------

@@ -18,7 +18,11 @@ either (a rotation vector has one at a full turn, and coils unwind by many turns
 off-diagonal products of the thesis have).
 
 Weight: ``Gamma (L <r_i, e> + <R(q_(i+1)) V, e>)`` with V = v, and for the exact one (thesis, eq. 2.9) with
-``V = v + n w^2/12 (t + eta_(i+1) u - n v)``, because ``int q ds = R (t + [eta p] - n J)``.
+``V = v + n w^2/12 (t + eta_(i+1) u - n v)``, because ``int q ds = R (t + [eta p] - n J)``. Eq. 2.9 weighs the surface
+between the rulings of both ends, not the strip: where they are oblique a triangle is missing on one side and one too
+many on the other, and a straight strip could lower its energy without bound by turning them. `end_weight` corrects it::
+
+    Gamma w^2/12 ( [eta <t_x, e> + eta^2/2 <t_z, e>]_(s=0) - [the same]_(s=l) )  + O(w^4)
 """  # noqa: E501
 
 from __future__ import annotations
@@ -386,6 +390,38 @@ def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out
             for r in range(4):
                 out[at] = -back[r]
                 at += 1
+
+
+@njit(cache=True)
+def end_weight(q, eta, up, factor, by, second):
+    """``f = factor (eta <R e_x, up> + eta^2/2 <R e_z, up>)`` at one joint; returns f.
+
+    Fills `by` (5,) with the derivatives by q (4) and eta, `second` (15,) with the lower triangle of the second ones in
+    the order (q, eta).
+    """
+    n_x = np.empty((4, 4))
+    n_z = np.empty((4, 4))
+    axis = np.zeros(3)
+    axis[0] = 1.0
+    form(up, axis, n_x)
+    axis[0], axis[2] = 0.0, 1.0
+    form(up, axis, n_z)
+    across = 0.0
+    along = 0.0
+    at = 0
+    for r in range(4):
+        d_x = n_x[r, 0] * q[0] + n_x[r, 1] * q[1] + n_x[r, 2] * q[2] + n_x[r, 3] * q[3]
+        d_z = n_z[r, 0] * q[0] + n_z[r, 1] * q[1] + n_z[r, 2] * q[2] + n_z[r, 3] * q[3]
+        across += q[r] * d_x
+        along += q[r] * d_z
+        by[r] = factor * (2.0 * eta * d_x + eta * eta * d_z)
+        second[10 + r] = factor * 2.0 * (d_x + eta * d_z)
+        for c in range(r + 1):
+            second[at] = factor * (2.0 * eta * n_x[r, c] + eta * eta * n_z[r, c])
+            at += 1
+    by[4] = factor * (across + eta * along)
+    second[14] = factor * along
+    return factor * (eta * across + 0.5 * eta * eta * along)
 
 
 @njit(cache=True)

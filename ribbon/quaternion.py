@@ -7,7 +7,7 @@ With v = (x, y, z)::
 
 so that every derivative of a rotated vector by q is linear or constant. A small rotation by the vector phi changes q by
 ``phi o q / 2`` when phi is given in the fixed frame and by ``q o phi / 2`` when it is given in the moving one.
-Composition: ``R(p o q) = R(p) R(q)`` (Hamilton's product). Source: any text on rotations, e.g. doi:10.1017/9781108887830.
+Composition: ``R(p o q) = R(p) R(q)``, Hamilton's product (K. Shoemake 1985, doi:10.1145/325165.325242).
 """
 
 from __future__ import annotations

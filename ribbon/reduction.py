@@ -1,8 +1,8 @@
 """Second variation of a glued ribbon on the tangent of its active constraints.
 
-The glue determines positions, quaternions and eta of joints 1 ... p from the start and from omega, n of the segments; the
-tangent of the glue is the range of ``Z = [1; -G_d^{-1} G_i]``, G_d and G_i being the glue's columns of dependent and
-independent unknowns. What else is active (held ends, seams, contacts, bounds, gauges) are rows N on the independent ones.
+The glue determines positions, quaternions and eta of joints 1 ... p from the start and from omega, n of the segments;
+the tangent of the glue is the range of ``Z = [1; -G_d^{-1} G_i]``, G_d and G_i being the glue's columns of dependent
+and independent unknowns. What else is active (held ends, seams, contacts, bounds, gauges) are rows N on the latter.
 Second-order condition: the Hessian of the Lagrangian is positive on the null space of N (Nocedal and Wright 2006,
 section 12.5). Eigenvalues are taken in the metric ``int (domega^2 + deta^2) ds + |dr_0|^2 + |dq_0|^2`` (the latter two
 where the start is free).

@@ -35,7 +35,7 @@ ATTEMPTS: tuple[dict[str, Any], ...] = (
     {"mu_strategy": "adaptive"},
     {"mu_init": 1e-4},
 )
-_ATTEMPT_ITERATIONS = 300
+_ATTEMPT_ITERATIONS = 250
 
 
 def is_far(problem: MixedProblem) -> bool:

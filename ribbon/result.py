@@ -34,8 +34,8 @@ class Status(Enum):
     )
     FAILED = "failed: the energy could not be evaluated or the minimiser gave up; try another [seed] or a smaller load"
     INFEASIBLE = (
-        "infeasible: no shape found that satisfies all clamps, seams and walls at once; check that they can be met, use "
-        "more segments, or declare a [[path]] that leads there"
+        "infeasible: no shape found that satisfies all clamps, seams and walls at once; check that they can be met, "
+        "use more segments, or declare a [[path]] that leads there"
     )
     FLIPPED = (
         "flipped frame: the frames fit up to a reflection or a half turn only; start from a nearer [seed] or a [[path]]"
@@ -79,11 +79,20 @@ class Pose:
 class RibbonProblem(Protocol):
     """What a result asks of the problem it solves, whatever the formulation."""
 
-    strip: Strip
-    gravity: Gravity | None
-    energy: str
-    lengths: FloatArray
-    exponent_limit: float
+    @property
+    def strip(self) -> Strip: ...
+
+    @property
+    def gravity(self) -> Gravity | None: ...
+
+    @property
+    def energy(self) -> str: ...
+
+    @property
+    def lengths(self) -> FloatArray: ...
+
+    @property
+    def exponent_limit(self) -> float: ...
 
     @property
     def formulation(self) -> str: ...
@@ -112,9 +121,9 @@ class Equilibrium:
     residual: KKT residual, largest component, unscaled; iterations: of the minimiser; evaluations: of value, gradient,
     Hessian and series, by name.
     energy: by part; x: unknowns; multipliers: of the bounds; rows: of the constraints; active_bounds: how many rulings'
-    slopes are held at 2/w. start, end_support, walls: what holds the ribbon exerts on it; seconds: {"solve", "stability"};
-    log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of many segments
-    (Hausdorff / l) when a tolerance placed the segments.
+    slopes are held at 2/w. start, end_support, walls: what holds the ribbon exerts on it; seconds: {"solve",
+    "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of
+    many segments (Hausdorff / l) when a tolerance placed the segments.
     """
 
     problem: RibbonProblem

@@ -1,7 +1,8 @@
 """Starting shapes: omega and eta at the joints, given, or fitted to what is held at the other end.
 
-A shape far from the held end makes a minimiser satisfy the constraints by any means, rulings turned along the strip among
-them. A few Gauss-Newton steps on a ribbon of a few segments bring the end near its place first; they need no energy.
+A shape far from the held end makes a minimiser satisfy the constraints by any means, rulings turned along the strip
+among them. A few Gauss-Newton steps on a ribbon of a few segments bring the end near its place first; they need no
+energy.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def _rotation_vector(q: FloatArray) -> FloatArray:
 
 
 def fitted(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """omega, eta (p + 1,) near the given ones (at the joints) whose end lies near where it is held, and the mismatch."""
+    """omega, eta (p + 1,) near the given ones whose end lies near where it is held, and the mismatch."""
     s = joints(problem.lengths)
     coarse = np.linspace(0.0, 1.0, _PIECES + 1)
     small = problem.with_changes(lengths=np.full(_PIECES, 1.0 / _PIECES))

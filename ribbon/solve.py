@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ribbon import band, formulation, relax, seeds, stability
+from ribbon import band, formulation, other_models, relax, seeds, stability
 from ribbon.boundary import Clamp, Closure
 from ribbon.chained import ChainedProblem, segment_lengths
 from ribbon.contact import Wall
@@ -27,6 +27,8 @@ Progress = Callable[[int, float, float], None]
 Values = float | tuple[float, ...] | list[float]
 Problem = ChainedProblem | MixedProblem
 
+#: Mismatch of the frames at the ends of a stretched strip that counts as rounding.
+STRETCHED_MISMATCH = 1e-4
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
@@ -63,8 +65,8 @@ def solve(
     seed_curvature, seed_ruling: omega (in 1/length) and eta to start from: a number, or values at equally spaced
         abscissae from s = 0 to s = l, linear between them; "natural" is the stress-free shape, and where that says
         nothing (a flat strip held at both ends, a band) one is chosen.
-    formulation: "auto", "chained", "mixed", or "matrix" (the thesis's own mixed unknowns); held_by: "elimination" of the
-        start clamp's unknowns or "constraints" (thesis, 5.3.3; mixed models).
+    formulation: "auto", "chained", "mixed", or "matrix" (the thesis's own mixed unknowns); held_by: "elimination" of
+        the start clamp's unknowns or "constraints" (thesis, 5.3.3; mixed models).
     leave_saddle: follow the unstable direction of a saddle to a stable state.
     options: Ipopt's options, over `ribbon.solvers.ipopt.DEFAULT_OPTIONS`.
     progress: called with (iteration, energy, dual infeasibility).
@@ -75,6 +77,8 @@ def solve(
         strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
         formulation=formulation, held_by=held_by,
     )  # fmt: skip
+    if isinstance(problem, MixedProblem) and _ends_apart(strip, problem.start, problem.end) >= STRETCHED:
+        return _stretched(problem)
     starts = starting_shapes(problem, seed_curvature, seed_ruling, progress)
     best: Equilibrium | None = None
     for omega, eta in starts:
@@ -85,6 +89,33 @@ def solve(
             break
     assert best is not None
     return best
+
+
+def _stretched(problem: MixedProblem) -> Equilibrium:
+    """The straight strip between ends that are one length apart: the only shape there is, whatever its tension."""
+    none = np.zeros(problem.lengths.size + 1)
+    x = problem.state(none, none)
+    violation = _violation(problem, x)
+    fits = violation <= STRETCHED_MISMATCH
+    status = Status.CONVERGED if fits else Status.INFEASIBLE
+    message = "stretched straight: the only shape there is; its tension is undetermined, no forces are given"
+    return Equilibrium(
+        problem=problem,
+        status=status,
+        message=f"{status.value}; {message}" if fits else status.value,
+        x=x,
+        multipliers=np.zeros(problem.size),
+        rows=np.full(problem.constraint_bounds()[0].size, np.nan),
+        residual=violation,
+        iterations=0,
+        evaluations={k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")},
+        energy=Energy(*(float(v) for v in problem.energy_parts(x))),
+        stable=True if fits else None,
+        lowest_eigenvalue=float("inf") if fits else float("nan"),
+        mode=np.zeros(problem.size),
+        active_bounds=0,
+        seconds={"solve": 0.0, "stability": 0.0},
+    )
 
 
 def _rank(found: Equilibrium) -> tuple[int, float]:
@@ -122,6 +153,9 @@ def build(
         return ChainedProblem(strip, start, gravity, energy, lengths)
     if closure is not None and lengths.size < 3:
         raise RibbonInputError("segments", lengths.size, "a closed band needs at least three segments")
+    _check_distance(strip, start, end)
+    if chosen == "matrix" and gravity is not None and gravity.exact:
+        raise RibbonInputError("formulation", chosen, 'the weight of the surface needs "mixed"')
     frame = None if start is None or not start.holds_frame else start
     reference = (1.0, 0.0, 0.0, 0.0)
     if frame is not None:
@@ -130,18 +164,37 @@ def build(
         reference = tuple(from_matrix(frame.frame).tolist())
     arguments: dict[str, Any] = {
         "strip": strip, "start": start, "end": end, "closure": closure, "walls": walls, "gravity": gravity,
-        "energy": energy, "lengths": lengths, "held_by": held_by, "reference": reference,
+        "energy": energy, "lengths": lengths, "held_by": held_by, "reference": reference, "model": chosen,
     }  # fmt: skip
     return MixedProblem(**arguments)
 
 
 _formulation = formulation.choose
 
+#: Distance of the ends over l, from below 1, at which the strip counts as stretched straight.
+STRETCHED = 1.0 - 1e-9
+
+
+def _ends_apart(strip: Strip, start: Clamp | None, end: Clamp | None) -> float:
+    """Distance of the held ends over l; 0 where one is free."""
+    if start is None or end is None or start.position is None or end.position is None:
+        return 0.0
+    return float(np.linalg.norm(np.asarray(end.position) - np.asarray(start.position))) / strip.length
+
+
+def _check_distance(strip: Strip, start: Clamp | None, end: Clamp | None) -> None:
+    apart = _ends_apart(strip, start, end)
+    if apart > 2.0 - STRETCHED:
+        assert end is not None
+        raise RibbonInputError(
+            "end.position", end.position, f"it is {apart:.9g} lengths from the start; at most 1 can be reached"
+        )
+
 
 def starting_shapes(
     problem: Problem, curvature: Values | str, ruling: Values, progress: Progress | None = None
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """omega and eta (p + 1,) at the joints to start from, the most promising first; more than one only if none was given."""
+    """omega and eta (p + 1,) at the joints to start from, the most promising first; several only if none was given."""
     s = seeds.joints(problem.lengths)
     eta = seeds.sampled(_values("seed_ruling", ruling), s)
     slopes = np.abs(np.diff(eta)) / problem.lengths * problem.half_width
@@ -167,7 +220,7 @@ def starting_shapes(
     shapes = [(natural, eta)] if problem.has_natural_curvature else seeds.guesses(problem)
     fitted = [seeds.fitted(problem, *shape) for shape in shapes]
     fitted.sort(key=lambda f: f[2] > 1e-2)
-    return [(omega, turned) for omega, turned, _ in fitted]
+    return [(omega, turned) for omega, turned, _ in fitted[:3]]
 
 
 def _values(key: str, value: Values) -> tuple[float, ...]:
@@ -194,13 +247,14 @@ def solve_from(
     progress: Progress | None = None,
     leave_saddle: bool = False,
     check: bool = True,
+    near: bool = False,
 ) -> Equilibrium:
     """Equilibrium of `problem` from the unknowns x; residual and stability are not taken from Ipopt.
 
     warm: multipliers of rows and bounds (of a neighbouring problem of the same structure); check: whether stability is
-    judged (otherwise `stable` is None).
+    judged (otherwise `stable` is None); near: x may be the solution already, and is kept if it is.
     """
-    found = _solve_once(problem, x, warm, options, progress, check)
+    found = _solve_once(problem, x, warm, options, progress, check, near)
     if leave_saddle:
         for _ in range(_DEPARTURES):
             if found.status is not Status.SADDLE:
@@ -219,7 +273,7 @@ _KICKS = (0.03, 0.3)
 
 
 def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progress | None) -> Equilibrium | None:
-    """The equilibrium of lower energy reached from a saddle along its unstable mode, either way; None if there is none."""
+    """The equilibrium of lower energy reached from a saddle along its unstable mode, either way, or None."""
     problem: Any = saddle.problem
     omega, eta = joint_values(problem, saddle.at if saddle.at is not None else saddle.x)
     d_omega, d_eta = joint_values(problem, saddle.mode)
@@ -229,10 +283,8 @@ def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progr
         for sign in (1.0, -1.0):
             step = sign * kick / size
             shape = omega + step * d_omega, np.clip(eta + step * d_eta, -5.0, 5.0)
-            if isinstance(problem, ChainedProblem):
-                start = problem.shape(*shape)
-            else:
-                start = problem.state(*shape)
+            chained = isinstance(problem, ChainedProblem)
+            start = problem.shape(*shape) if chained else problem.state(*shape)
             found = _solve_once(problem, start, None, options, progress, True)
             lower = found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
             if found.status in (Status.CONVERGED, Status.SADDLE) and lower:
@@ -260,6 +312,8 @@ def _minimum(
     progress: Progress | None,
 ) -> Minimum:
     if isinstance(problem, MixedProblem):
+        if problem.model != "mixed":
+            return other_models.minimum(problem, x, options, progress)
         return relax.minimum(problem, x, options, progress, warm)
     minimum = ipopt.minimise(problem, x, options, progress)
     if not minimum.finished and minimum.residual > RESIDUAL_TOLERANCE and np.all(np.isfinite(minimum.x)):
@@ -271,6 +325,18 @@ def _minimum(
     return minimum
 
 
+def _kept(problem: Problem, x: FloatArray) -> Minimum | None:
+    """x itself when it is stationary with no bound active (chained model), else None."""
+    if not isinstance(problem, ChainedProblem):
+        return None
+    clock = time.perf_counter()
+    none = np.zeros_like(x)
+    residual = kkt_residual(problem, x, none)
+    if not residual <= RESIDUAL_TOLERANCE:
+        return None
+    return Minimum(x, none, np.empty(0), residual, 0, 0, "stationary from the start", True, time.perf_counter() - clock)
+
+
 def _solve_once(
     problem: Problem,
     x: FloatArray,
@@ -278,8 +344,9 @@ def _solve_once(
     options: dict[str, Any] | None,
     progress: Progress | None,
     want_check: bool,
+    near: bool = False,
 ) -> Equilibrium:
-    minimum = _minimum(problem, x, warm, options, progress)
+    minimum = (_kept(problem, x) if near else None) or _minimum(problem, x, warm, options, progress)
     evaluations = {k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")}
     parts = problem.energy_parts(minimum.x)
     clock = time.perf_counter()
@@ -328,6 +395,8 @@ def _status(
 ) -> Status:
     if not np.all(np.isfinite(minimum.x)) or not np.all(np.isfinite(parts)) or not np.isfinite(minimum.residual):
         return Status.FAILED
+    if minimum.code == other_models.FLIPPED:
+        return Status.FLIPPED
     if steepest > 1.0:
         return Status.RULINGS_CROSS
     if minimum.residual > RESIDUAL_TOLERANCE:
@@ -369,7 +438,8 @@ def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilib
     if isinstance(old, ChainedProblem):
         lengths, x = split_state(old.lengths, equilibrium.x, parts)
         fresh = replace(old, lengths=lengths, counters=type(old.counters)(), _cache={})
-        return solve_from(fresh, x, **keywords)
+        # a few steps of Newton's from so near; a minimiser with a barrier loses the start
+        return solve_from(fresh, polish(fresh, x), near=True, **keywords)
     return on_segments(equilibrium, np.repeat(old.lengths / parts, parts), **keywords)
 
 
@@ -383,7 +453,7 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
 
 
 def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatArray:
-    """The shape x of `old` as unknowns of `fresh`, whatever its segments, walls and clamps; where it was if possible."""
+    """The shape x of `old` as unknowns of `fresh`, whatever its segments, walls and clamps; left where it was."""
     if np.array_equal(old.lengths, fresh.lengths):
         y = np.zeros(fresh.size)
         y[: old.last + 9] = x[: old.last + 9]

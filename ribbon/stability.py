@@ -25,6 +25,10 @@ ACTIVE_DISTANCE = 1e-7
 INDIFFERENT = 1e-11
 #: The same for a glued problem, whose multipliers carry rounding of their own.
 GLUED_INDIFFERENT = 1e-10
+SPARSE_INDIFFERENT = 1e-7
+_MOST_TOLERANCE = 1e-5
+#: |omega| l below which a joint counts as straight.
+_STRAIGHT = 1e-7
 #: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
 _CHAINED_LIMIT = 400
 #: Change of the energy (relative, at least 1) below which a move along null modes is no change of shape.
@@ -96,17 +100,62 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
         at[joints[1]] = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * problem.lengths[-1])
         return replace(found, mode=mode, at=at)
     held = reduction.tangent(problem, x, multipliers, rows)
+    best = _glued_once(problem, x, rows, held)
+    if best.stable:
+        for y in _other_rulings(problem, x):
+            other = _glued_once(problem, y, rows, held)
+            if other.eigenvalue < best.eigenvalue:
+                best = other
+            if not best.stable:
+                break
+    return best
+
+
+def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
     if 2 * problem.lengths.size > reduction.DENSE_LIMIT:
         lowest, mode = reduction.lowest_sparse(problem, x, rows, held)
-        tolerance = 1e-7
+        tolerance = SPARSE_INDIFFERENT
     else:
         small = reduction.reduce(problem, x, rows, held)
         if small.basis.shape[1] == 0:
             return Stability(np.inf, np.zeros(problem.size), x, True, False, held.bounds)
         values, modes = small.spectrum()
         lowest, mode = float(values[0]), modes[:, 0]
-        tolerance = GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max()))
+        tolerance = min(GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max())), _MOST_TOLERANCE)
     return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
+
+
+def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
+    """The same shape with other rulings where the normal curvature vanishes and they move nothing."""
+    joints = STRIDE * np.arange(problem.lengths.size + 1)
+    straight = np.abs(x[joints + 7]) < _STRAIGHT
+    if straight.sum() < 2:
+        return []
+    # a joint's ruling is free when both its neighbours are straight too
+    inner = straight.copy()
+    inner[1:] &= straight[:-1]
+    inner[:-1] &= straight[1:]
+    lower, upper = problem.bounds()
+    inner &= lower[joints + 8] < upper[joints + 8]
+    if not inner.any():
+        return []
+    found = []
+    for ruling in (*_RULINGS, 0.2, -0.2):
+        eta = x[joints + 8].copy()
+        eta[inner] = ruling
+        slope = np.diff(eta) / problem.lengths
+        steep = 0.9 / problem.half_width
+        for i in range(1, eta.size):  # no crossing rulings between the straight part and the rest
+            if abs(slope[i - 1]) > steep and inner[i]:
+                eta[i] = eta[i - 1] + np.clip(eta[i] - eta[i - 1], -steep, steep) * problem.lengths[i - 1]
+        slope = np.diff(eta) / problem.lengths
+        if np.abs(slope).max() * problem.half_width >= 1.0:
+            continue
+        y = x.copy()
+        y[joints + 8] = eta
+        y[joints[:-1] + 9] = slope
+        found.append(y)
+    return found
 
 
 def check(problem: ChainedProblem, x: FloatArray) -> Stability:

@@ -298,29 +298,30 @@ def trust_region(problem: BoundedProblem, start: FloatArray, limits: Limits | No
     return _scipy(problem, start, limits or Limits(), "trust-exact")
 
 
-def _ipopt(problem: BoundedProblem, start: FloatArray, limits: Limits, hessian: str) -> Descent:
+def _ipopt(problem: BoundedProblem, start: FloatArray, limits: Limits, options: dict[str, object]) -> Descent:
     counted = _Counted(problem, limits)
-    options: dict[str, object] = {
-        "tol": float(limits.tolerance), "max_iter": limits.steps, "max_cpu_time": float(limits.seconds),
-        "hessian_approximation": hessian, "limited_memory_max_history": counted.size,
-    }  # fmt: skip
-    found = ipopt.minimise(counted, np.array(start, dtype=float), options)
+    stop = {"tol": float(limits.tolerance), "max_iter": limits.steps, "max_cpu_time": float(limits.seconds)}
+    found = ipopt.minimise(counted, np.array(start, dtype=float), {**stop, **options})
     counted.counts["gradient"] -= 1  # the residual that ipopt.minimise reports
-    return counted.result(found.x, found.iterations, f"not converged (Ipopt: {found.message.rstrip('.')})")
+    reason = found.message.split("(")[0].strip(" .")
+    return counted.result(found.x, found.iterations, f"not converged (Ipopt: {reason})")
 
 
 def ipopt_exact(problem: BoundedProblem, start: FloatArray, limits: Limits | None = None) -> Descent:
     """IPOPT-HESS (thesis, 3.5.2): Ipopt with the exact Hessian and `ribbon.solvers.ipopt.DEFAULT_OPTIONS`."""
-    return _ipopt(problem, start, limits or Limits(), "exact")
+    return _ipopt(problem, start, limits or Limits(), {})
 
 
-def ipopt_lbfgs(problem: BoundedProblem, start: FloatArray, limits: Limits | None = None) -> Descent:
-    """IPOPT-L-BFGS (thesis, 3.5.2): as many vectors as unknowns, which makes it BFGS (its footnote 8)."""
-    return _ipopt(problem, start, limits or Limits(), "limited-memory")
+def ipopt_lbfgs(
+    problem: BoundedProblem, start: FloatArray, limits: Limits | None = None, vectors: int | None = None
+) -> Descent:
+    """IPOPT-L-BFGS (thesis, 3.5.2) with `vectors` of memory; None: as many as unknowns (its footnote 8)."""
+    memory = {"hessian_approximation": "limited-memory", "limited_memory_max_history": vectors or problem.size}
+    return _ipopt(problem, start, limits or Limits(), memory)
 
 
 #: The methods by the thesis's names (table 3.2; last one: ours).
-METHODS: dict[str, Callable[[BoundedProblem, FloatArray, Limits | None], Descent]] = {
+METHODS: dict[str, Callable[..., Descent]] = {
     "GRADDESC": gradient_descent,
     "GRADDESC, unit step": gradient_descent_unit,
     "BFGS": bfgs,

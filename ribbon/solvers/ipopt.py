@@ -13,7 +13,7 @@ from typing import Any
 import cyipopt
 import numpy as np
 
-from ribbon.solvers.problem import BoundedProblem, FloatArray, Minimum, is_constrained, kkt_residual
+from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained, kkt_residual
 
 #: The same for every scene; none is tuned. The mu-strategy is Ipopt's monotone default.
 DEFAULT_OPTIONS: dict[str, Any] = {
@@ -34,7 +34,7 @@ _SOLVED = 0
 class _Callbacks:
     """Adapter from a problem to cyipopt's methods: a dense Hessian without rows, a sparse one with them."""
 
-    def __init__(self, problem: BoundedProblem, progress: Callable[[int, float, float], None] | None) -> None:
+    def __init__(self, problem: Any, progress: Callable[[int, float, float], None] | None) -> None:
         self.problem = problem
         self.progress = progress
         self.iterations = 0
@@ -104,7 +104,7 @@ WARM_OPTIONS: dict[str, Any] = {
 
 
 def minimise(
-    problem: BoundedProblem,
+    problem: BoundedProblem | ConstrainedProblem,
     start: FloatArray,
     options: dict[str, Any] | None = None,
     progress: Callable[[int, float, float], None] | None = None,

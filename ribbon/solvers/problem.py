@@ -26,8 +26,17 @@ class BoundedProblem(Protocol):
     def hessian(self, x: FloatArray) -> FloatArray: ...
 
 
-class ConstrainedProblem(BoundedProblem, Protocol):
+class ConstrainedProblem(Protocol):
     """A bounded problem with rows ``lower <= c(x) <= upper``; Jacobian and Hessian sparse, in a fixed structure."""
+
+    @property
+    def size(self) -> int: ...
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]: ...
+
+    def value(self, x: FloatArray) -> float: ...
+
+    def gradient(self, x: FloatArray) -> FloatArray: ...
 
     def constraint_bounds(self) -> tuple[FloatArray, FloatArray]: ...
 
@@ -39,7 +48,7 @@ class ConstrainedProblem(BoundedProblem, Protocol):
 
     def hessian_structure(self) -> tuple[Any, Any]: ...
 
-    def hessian(self, x: FloatArray, multipliers: FloatArray = ..., factor: float = 1.0) -> FloatArray: ...
+    def hessian(self, x: FloatArray, multipliers: FloatArray, factor: float = 1.0) -> FloatArray: ...
 
     def jacobian_matrix(self, x: FloatArray) -> Any: ...
 
@@ -97,7 +106,7 @@ def polish(problem: BoundedProblem, x: FloatArray, steps: int = 12) -> FloatArra
 
 
 def kkt_residual(
-    problem: BoundedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray | None = None
+    problem: BoundedProblem | ConstrainedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray | None = None
 ) -> float:
     """First-order optimality of x, unscaled, in units of D w / l per unit of an unknown.
 

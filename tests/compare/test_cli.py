@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from scipy.integrate import simpson
 
 from compare.cli import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, main
 from compare.scene import load, shipped
+from tests.compare import held_scenes
 
 GOOD = load("coil_10_100").to_toml()
 
@@ -100,31 +104,150 @@ def test_a_visible_discretisation_error_comes_with_a_remedy(capsys, tmp_path):
     assert "permille" not in run(capsys, "solve", "curl_4_3", "--out", tmp_path)[1]
 
 
-def test_a_saddle_ends_with_exit_code_1(capsys, tmp_path):
-    text = """
-title = "on edge"
-[strip]
-length = 1.0
-width = 0.02
-poisson = 0.3
-gamma = 40.0
-[gravity]
-up = [0.0, 0.0, 1.0]
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [1.0, 0.0, 0.0]
-normal = [0.0, 1.0, 0.0]
-[model]
-energy = "sadowsky"
-"""
-    path = tmp_path / "edge.toml"
-    path.write_text(text)
-    code, out, _ = run(capsys, "solve", path, "--out", tmp_path / "o")
+@pytest.fixture
+def solved(capsys, tmp_path):
+    """Solves the scene of a text with more arguments; exit code, what was printed, result.json and its folder."""
+
+    def solve(text, *arguments):
+        path = tmp_path / "scene.toml"
+        path.write_text(text)
+        code, out, err = run(capsys, "solve", path, "--out", tmp_path / "o", *arguments)
+        assert err.count("\n") <= 1 or "ribbonbench:" not in err
+        return code, out, json.loads((tmp_path / "o" / "result.json").read_text()), tmp_path / "o"
+
+    return solve
+
+
+def test_a_saddle_ends_with_exit_code_1(solved):
+    code, out, result, _ = solved(held_scenes.ON_EDGE)
     assert code == NOT_CONVERGED
     assert "saddle" in out
-    result = json.loads((tmp_path / "o" / "result.json").read_text())
+    assert "--leave-saddle" in out
     assert result["status"] == "saddle"
     assert result["stable"] is False
+    assert result["lowest_eigenvalue"] < 0
+    assert result["discretisation_error"] is None
+
+
+def test_leave_saddle_ends_in_a_stable_state_of_lower_energy(solved):
+    """A strip on edge above its critical weight (Gamma = 30) turns over sideways."""
+    code, _, result, _ = solved(held_scenes.ON_EDGE, "--leave-saddle")
+    assert code == DONE
+    assert result["stable"] is True
+    assert result["energy"]["total"] < -0.1
+    assert result["max_abs_eta"] > 0.1
+    assert abs(result["end"]["position"][2]) > 0.1
+
+
+def test_leave_saddle_is_refused_for_the_elastica(capsys, tmp_path):
+    arguments = ("--set", "model.energy=elastica", "--leave-saddle", "--out", tmp_path / "o")
+    code, _, err = run(capsys, "solve", "cantilever", *arguments)
+    assert code == BAD_INPUT
+    assert "--leave-saddle" in err
+
+
+def test_two_clamps_balance_the_weight(solved):
+    """Forces and moments (about the origin) of both clamps and the weight add up to nothing."""
+    code, out, result, folder = solved(held_scenes.TWO_CLAMPS)
+    assert code == DONE
+    forces, moments = result["forces"], result["moments"]
+    weight = np.array([0.0, 0.0, -20.0])
+    assert np.abs(np.array(forces["start"]) + forces["end"] + weight).max() < 1e-8
+    line = np.loadtxt(folder / "centreline.csv", delimiter=",", skiprows=1)[:, 1:4]
+    centroid = simpson(line, x=np.linspace(0.0, 1.0, len(line)), axis=0)
+    total = np.array(moments["start"]) + moments["end"] + np.cross([0.7, 0.1, 0.0], forces["end"])
+    assert np.abs(total + np.cross(centroid, weight)).max() < 1e-6
+    assert result["end"]["position"] == pytest.approx([0.7, 0.1, 0.0], abs=1e-9)
+    assert result["model"]["formulation"] == "mixed"
+    assert "a clamp at the end" in result["model"]["why"]
+    assert result["model"]["constraints"] == 8 * 16 + 6
+    assert result["model"]["unknowns"] == 10 * 16 + 9 - 7
+    assert "force at s = l" in out
+    assert "path" not in result
+    assert "plates" not in result["energy"]
+
+
+def test_a_closed_circle(solved):
+    code, _, result, _ = solved(held_scenes.CIRCLE)
+    assert code == DONE
+    assert result["energy"]["total"] == pytest.approx(2 * math.pi**2, rel=1e-10)
+    assert result["forces"]["start"] == pytest.approx([0.0, 0.0, 0.0])
+    assert result["forces"]["end"] is None
+    assert result["moments"]["end"] is None
+    assert result["discretisation_error"] < 1e-9
+    gap = np.subtract(result["end"]["position"], 2 * np.array(result["middle"]["position"]))
+    assert np.linalg.norm(gap) == pytest.approx(2 / math.pi, rel=1e-6)
+
+
+def test_a_moebius_band_from_its_kind_alone(solved):
+    """w/l = 1/30; the energy lies a few per cent above the 5.9 pi^2 of long bands on a coarse mesh."""
+    code, _, result, _ = solved(held_scenes.MOEBIUS)
+    assert code == DONE
+    assert result["residual"] < 1e-8
+    assert result["stable"] is True
+    assert result["energy"]["total"] / math.pi**2 == pytest.approx(5.93, abs=0.05)
+    assert result["discretisation_error"] < 0.01
+
+
+def test_a_wall_carries_part_of_the_weight(solved):
+    code, out, result, _ = solved(held_scenes.FLOOR)
+    assert code == DONE
+    (floor,) = result["walls"]
+    assert floor["name"] == "floor"
+    assert floor["height"] is None
+    assert floor["force"][:2] == [0.0, 0.0]
+    assert floor["force"][2] > 1.0
+    assert result["forces"]["walls"] == [floor["force"]]
+    assert result["forces"]["start"][2] + floor["force"][2] == pytest.approx(40.0, abs=1e-8)
+    assert 0.5 < min(floor["contacts"]) <= max(floor["contacts"]) <= 1.0
+    assert "force of wall floor" in out
+
+
+def test_a_pressure_plate_gives_way(solved):
+    text = held_scenes.FLOOR.replace('name = "floor"\n', "stiffness = 100.0\n")
+    code, _, result, _ = solved(text)
+    assert code == DONE
+    (plate,) = result["walls"]
+    assert plate["name"] == "0"
+    assert plate["force"][2] == pytest.approx(-100.0 * plate["height"], rel=1e-6)
+    assert result["energy"]["plates"] == pytest.approx(50.0 * plate["height"] ** 2, rel=1e-9)
+    parts = result["energy"]
+    assert parts["total"] == pytest.approx(parts["elastic"] + parts["gravity"] + parts["plates"], abs=1e-12)
+
+
+def test_a_path_is_logged(solved):
+    code, out, result, folder = solved(held_scenes.PATH)
+    assert code == DONE
+    path = result["path"]
+    assert path["stages"] == 3
+    assert path["steps"] + path["rejected"] == len(path["log"])
+    assert path["steps"] >= 5
+    assert path["resumed"] is False
+    assert "3 stages" in out
+    rows = (folder / "path.csv").read_text().splitlines()
+    assert len(rows) == len(path["log"]) + 1
+    assert not (folder / "path_state.npz").exists()
+
+
+def test_a_tolerance_places_the_segments(solved):
+    code, out, result, _ = solved(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-3"))
+    assert code == DONE
+    assert 0.0 < result["tolerance_error"] <= 1e-3
+    assert result["discretisation_error"] == result["tolerance_error"]
+    assert result["model"]["elements"] > 16
+    lengths = result["model"]["element_lengths"]
+    assert max(lengths) > 1.9 * min(lengths)
+    assert "of the placed segments" in out
+
+
+@pytest.mark.parametrize("name", ["TWO_CLAMPS", "FLOOR", "MOEBIUS"])
+def test_compare_refuses_what_the_shell_cannot_do(capsys, tmp_path, name):
+    path = tmp_path / "scene.toml"
+    path.write_text(getattr(held_scenes, name))
+    code, _, err = run(capsys, "compare", path, "--out", tmp_path / "o")
+    assert code == BAD_INPUT
+    assert "is not available for the shell" in err
+    assert not (tmp_path / "o").exists()
 
 
 def test_explain_names_every_effect(capsys):

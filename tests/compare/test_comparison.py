@@ -9,8 +9,10 @@ import json
 import meshio
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from compare import export, figures, report, tables
+from compare import export, figures, profile, report, tables
+from compare.align import aligned
 from compare.comparison import (
     Comparison,
     Grid,
@@ -25,11 +27,20 @@ from compare.distance import centreline_distance
 from compare.progress import Reporter
 from compare.results import comparison_result
 from compare.run import run_elastica, run_ribbon
-from compare.scene import load
+from compare.scene import load, loads
 from compare.shell_process import ShellCase, shell_problem
 from compare.store import CaseStore, jsonable
 from ribbon.solve import solve
 from shellref.surface import ShellSurface
+from tests.compare import held_scenes
+
+FLOOR_BELOW = """
+[gravity]
+up = [0.0, 0.0, 1.0]
+[[wall]]
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+"""
 
 
 class Shells:
@@ -242,3 +253,56 @@ def test_a_ribbon_on_a_saddle_claims_nothing(made, tmp_path):
     assert any("discretisation error is unknown" in sentence for sentence in tables.verdict(found))
     assert report.write(tmp_path / "out", found).exists()
     assert comparison_result(found)["complete"] is False
+
+
+@pytest.mark.parametrize("name", ["TWO_CLAMPS", "CIRCLE", "MOEBIUS", "FLOOR", "PATH"])
+def test_the_picture_shows_what_holds_the_ribbon(tmp_path, name):
+    """Clamps in their orange, walls in their grey, the ribbon in its blue; a closed band is no filled disc."""
+    from matplotlib.image import imread
+
+    scene = loads(getattr(held_scenes, name))
+    e = run_ribbon(scene).equilibrium
+    pixels = imread(profile.ribbon_profile(tmp_path / "r.png", e, scene.title))[:, :, :3]
+    orange = np.array([0xC2, 0x66, 0x2D]) / 255.0
+    shown = (np.abs(pixels - orange).max(axis=2) < 0.02).sum()
+    assert (shown > 100) == bool(profile.held(e))
+    assert len(profile.held(e)) == {"TWO_CLAMPS": 2, "PATH": 2, "FLOOR": 1}.get(name, 0)
+    grey = np.abs(pixels - 0x8A / 255.0).max(axis=2) < 0.02
+    assert (grey.sum() > 800) == bool(scene.walls)
+    blue = (pixels[:, :, 2] > pixels[:, :, 0] + 0.2).mean()
+    assert 0.005 < blue < 0.15
+
+
+def test_a_clipped_wall_covers_the_box_and_lies_in_its_plane():
+    """Every corner of the box, dropped onto the plane, lies in the rectangle, and some on each of its sides."""
+    normal = np.array([0.6, 0.0, 0.8])
+    point = np.array([0.1, 0.2, -0.3])
+    low, high = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.5, 2.0])
+    corners = profile.clipped(point, normal, low, high)
+    assert np.abs((corners - point) @ normal).max() < 1e-14
+    sides = np.array([corners[1] - corners[0], corners[3] - corners[0]])
+    assert abs(sides[0] @ sides[1]) < 1e-14
+    assert corners[2] == pytest.approx(corners[0] + sides.sum(axis=0))
+    box = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
+    parts = (box - corners[0]) @ (sides / (sides**2).sum(axis=1)[:, None]).T
+    assert parts.min(axis=0) == pytest.approx([0.0, 0.0], abs=1e-13)
+    assert parts.max(axis=0) == pytest.approx([1.0, 1.0])
+
+
+def test_free_motions_are_no_distance():
+    """A ring that nothing holds, turned and moved; a strip on a floor, moved along it; a clamped one, not moved."""
+    turn = Rotation.from_rotvec([0.3, -0.2, 0.5])
+    ring = run_ribbon(loads(held_scenes.CIRCLE)).equilibrium
+    points = ring.surface(100, 4).grid
+    moved = turn.apply(points.reshape(-1, 3)).reshape(points.shape) + np.array([0.1, 0.2, 0.3])
+    assert np.abs(aligned(moved, points, ring) - points).max() < 1e-12
+    lying = loads(held_scenes.CIRCLE.replace("poisson = 0.3", "poisson = 0.3\ngamma = 5.0") + FLOOR_BELOW)
+    e = run_ribbon(lying).equilibrium
+    points = e.surface(100, 4).grid
+    spun = Rotation.from_rotvec([0.0, 0.0, 0.4]).apply(points.reshape(-1, 3)).reshape(points.shape)
+    assert np.abs(aligned(spun + np.array([0.1, -0.2, 0.0]), points, e) - points).max() < 1e-12
+    lifted = aligned(points + np.array([0.0, 0.0, 0.01]), points, e)
+    assert np.abs(lifted - points).max() == pytest.approx(0.01)
+    clamped = run_ribbon(load("curl_4_3")).equilibrium
+    assert aligned(points + 0.1, points, clamped) is not points
+    assert np.array_equal(aligned(points + 0.1, points, clamped), points + 0.1)

@@ -210,7 +210,7 @@ def _measure(name: str, sign: int, segments: int) -> Measured:
         "stable": f"{end.lowest_eigenvalue:.3f}",
         "solves": str(last.solves), "nodes": str(last.nodes),
         "warm": f"{alone * 1e3:.3g} (p = {level})",
-        "settings": f"{out.settings[0]:g} abs(K) nodes, {out.settings[1]:g}, {out.settings[2][0]:g} x {out.settings[2][1]:g}",
+        "settings": "{0:g} abs(K) nodes, {1:g}, {2[0]:g} x {2[1]:g}".format(*out.settings),
         "auto": THESIS_AUTO[name],
     }  # fmt: skip
     return out
@@ -294,9 +294,10 @@ def _picture(measured: list[Measured], path: Path) -> None:
     for axis in axes[1]:
         axis.set_xlabel("CPU time, one core / s")
     axes[0, 3].set_xlabel("CPU time, one core / s")
+    axes[0, 3].tick_params(labelbottom=True)
     handles, labels = axes.flat[0].get_legend_handles_labels()
     axes.flat[-1].axis("off")
-    axes.flat[-1].legend(handles, labels, loc="center", fontsize=10, frameon=False)
+    axes.flat[-1].legend(handles, labels, loc="center", fontsize=9, frameon=False).set_in_layout(False)
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
@@ -336,15 +337,20 @@ def run(out: Path) -> None:
         "a linear predictor, growing steps and a mesh thinned after every step, and, scene by scene, the fastest of "
         f"{len(SEARCH)} settings (nodes, tolerance on the way, first step x growth). Without continuation, "
         f"from the natural shape at the full weight, it converges on {sum(m.at_once for m in measured)} of the "
-        f"{len(measured)} scenes. The coarse ribbon it also starts from is the coarsest (solve, then refine) from which it "
+        f"{len(measured)} scenes. The ribbon it also starts from is the coarsest (solve, then refine) from which it "
         "converges; the time of that ribbon is included.",
+        "The ribbon starts on the thesis's number of segments, at K = 100 on 40 (20 end on another branch: coils.md), "
+        "and cuts them in two; times are of the whole chain. Its last variant uses `ribbon.solvers.descent` with no "
+        "Ipopt: NEWTONR from the natural shape, then NEWTONC (Newton's method with a line search) after every cut; "
+        "NEWTONR's threshold for its shift, 1e-8 on the lowest eigenvalue in the unknowns' own scale, is crossed by "
+        "refinement alone, and it then takes tens of steps instead of two or three.",
         "## Who is faster at equal error\n\nAim: the ribbon ten times faster than the continuation at equal tip error. "
         "Ratio of times (above 1: the ribbon is faster):",
         _headline(measured),
         "Times in ms of the fastest run whose tip error is within the target; -: none up to "
         f"{FINEST} segments or a tolerance of {TOLERANCES[-1]:.0e}.",
         _equal_error(measured),
-        "![error against time](strong_form.png)",
+        "![error against time](strong_form.png)\n\nGrey line: the reference's own error.",
         "## The scenes\n\nOwn error: distance between the reference and solve_bvp at 1e-7. The equations are regular "
         "where omega (1 + eta^2) / K > nu (Sadowsky's density is strictly convex there): the two columns show the "
         "margin. The lowest eigenvalue is the ribbon's (positive: the solution of the strong form is a minimum). The "
