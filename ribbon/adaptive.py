@@ -138,19 +138,32 @@ def cut(lengths: FloatArray, error: FloatArray) -> FloatArray:
 
 def distance(one: Equilibrium, other: Equilibrium) -> float:
     """Hausdorff distance / l between the centrelines and edges of two shapes: points to polylines, both ways."""
-    lines = [_lines(one), _lines(other)]
+    s = np.unique(
+        np.concatenate([np.linspace(0.0, 1.0, _ALONG + 1), *(np.cumsum(e.problem.lengths)[:-1] for e in (one, other))])
+    )
+    lines = [_lines(one, s), _lines(other, s)]
+    problem: Any = one.problem
+    if isinstance(problem, MixedProblem) and sum(len(free) for free in problem.free_motions()) == 6:
+        lines[0] = _moved_onto(lines[0], lines[1])
     return max(
         max(_to_polyline(a, b), _to_polyline(b, a)) for a, b in zip(lines[0], lines[1], strict=True)
     )  # fmt: skip
 
 
-def _lines(found: Equilibrium) -> list[FloatArray]:
-    """Centreline and both edges (k, 3), the edges as the ends of the rulings."""
-    s = np.unique(np.concatenate([np.linspace(0.0, 1.0, _ALONG + 1), np.cumsum(found.problem.lengths)[:-1]]))
+def _lines(found: Equilibrium, s: FloatArray) -> list[FloatArray]:
+    """Centreline and both edges (k, 3) at abscissae s (k,), the edges as the ends of the rulings."""
     r, frame, eta = found.position(s), found.frame(s), found.eta(s)
     ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
     half = found.problem.half_width
     return [r, r + half * ruling, r - half * ruling]
+
+
+def _moved_onto(lines: list[FloatArray], target: list[FloatArray]) -> list[FloatArray]:
+    """The lines moved rigidly so that their first fits the target's, point by point (least squares, W. Kabsch 1976)."""
+    a, b = lines[0], target[0]
+    u, _, v = np.linalg.svd((a - a.mean(axis=0)).T @ (b - b.mean(axis=0)))
+    rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
+    return [(line - a.mean(axis=0)) @ rotation + b.mean(axis=0) for line in lines]
 
 
 def _to_polyline(points: FloatArray, line: FloatArray) -> float:

@@ -11,7 +11,6 @@ where the start is free).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -27,8 +26,6 @@ FloatArray = NDArray[np.float64]
 #: A bound or a one-sided row holds when it is this close, relative to its size, and pushes.
 ACTIVE_DISTANCE = 1e-7
 _PUSHES = 1e-9
-#: Independent unknowns above which the dense reduction gives way to a sparse search.
-DENSE_LIMIT = 1700
 
 
 @dataclass(frozen=True)
@@ -136,33 +133,3 @@ def null_space(rows: FloatArray) -> FloatArray:
     diagonal = np.abs(np.diag(r))
     rank = int((diagonal > 1e-9 * max(1.0, diagonal.max(initial=0.0))).sum())
     return np.asarray(q[:, rank:])
-
-
-def lowest_sparse(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: Tangent) -> tuple[float, FloatArray]:
-    """Lowest eigenvalue and its mode (size,) by shifted inverse iteration on the sparse KKT matrix (many segments).
-
-    Eigenvalues nearest to two negative shifts are searched (Lanczos), so that one far below both may be missed.
-    """
-    free = np.nonzero(held.free)[0]
-    glue = kernels.ROWS * problem.lengths.size
-    jacobian = problem.jacobian_matrix(x)[np.concatenate([np.arange(glue), held.rows])][:, free]
-    hessian = problem.hessian_matrix(x, rows)[free][:, free]
-    weight = metric(problem)[free][:, free]
-    m = jacobian.shape[0]
-    # a tiny compliance makes dependent rows harmless
-    kkt: Any = sp.bmat([[hessian, jacobian.T], [jacobian, -1e-13 * sp.eye(m)]], format="csc")
-    mass: Any = sp.bmat([[weight, None], [None, sp.csc_matrix((m, m))]], format="csc")
-    best = np.inf
-    mode = np.zeros(problem.size)
-    for shift in (-0.05, -20.0):
-        factor = spla.splu(sp.csc_matrix(kkt - shift * mass))
-        inverse = spla.LinearOperator(kkt.shape, matvec=factor.solve)
-        try:
-            values, vectors = spla.eigsh(kkt, k=3, M=mass, sigma=shift, OPinv=inverse, which="LM", tol=1e-6)
-        except spla.ArpackError:
-            continue
-        k = int(np.argmin(values))
-        if values[k] < best:
-            best = float(values[k])
-            mode[free] = vectors[: free.size, k]
-    return best, mode

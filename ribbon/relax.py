@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.chained import ChainedProblem
+from ribbon.loads import Gravity
 from ribbon.mixed import STRIDE, MixedProblem
 from ribbon.solvers import ipopt
 from ribbon.solvers.problem import Minimum
@@ -26,6 +28,8 @@ RESIDUAL_TOLERANCE = 1e-8
 #: Bounds of |eta| and, over the largest of the start, of |omega| l in the first attempt.
 ETA_BOX = 3.0
 OMEGA_BOX = 30.0
+#: Segments on which the chained model starts a ribbon of more segments that is held at s = 0 only.
+CHAINED_START = 100
 #: Segments above which a far start is first solved on fewer.
 COARSE = 40
 #: Barriers tried in turn, from a far start.
@@ -91,8 +95,12 @@ def minimum(
     warm: tuple[FloatArray, FloatArray] | None = None,
 ) -> Minimum:
     """Stationary point from x; `warm`: multipliers of rows and bounds of a neighbouring problem, same structure."""
-    if warm is not None or not is_far(problem):
+    if warm is not None:
         return ipopt.minimise(problem, x, options, progress, warm)
+    if not is_far(problem):
+        if problem.start is not None and problem.start.is_whole and problem.lengths.size > CHAINED_START:
+            return _through_chained(problem, x, options, progress)
+        return ipopt.minimise(problem, x, options, progress)
     if problem.lengths.size > COARSE:
         lengths = merged(problem.lengths)
         coarse = problem.with_changes(lengths=lengths)
@@ -105,6 +113,31 @@ def minimum(
                     near, iterations=near.iterations + first.iterations, seconds=near.seconds + first.seconds
                 )
     return from_far(problem, x, options, progress)
+
+
+def _through_chained(
+    problem: MixedProblem, x: FloatArray, options: dict[str, Any] | None, progress: Progress | None
+) -> Minimum:
+    """Many segments held at s = 0 only: the chained model on few of them first, which has no constraints to violate."""
+    lengths = problem.lengths
+    while lengths.size > CHAINED_START:
+        lengths = merged(lengths)
+    assert problem.start is not None
+    gravity = None if problem.gravity is None else Gravity(problem.gravity.up)
+    few = ChainedProblem(problem.strip, problem.start, gravity, problem.energy, lengths, problem.exponent_limit)
+    first = ipopt.minimise(few, few.shape(*resample(problem, x, lengths)), options, progress)
+    problem.counters.add(few.counters)
+    if first.residual > RESIDUAL_TOLERANCE:
+        return ipopt.minimise(problem, x, options, progress)
+    q = few.parameters(first.x)
+    s = np.concatenate([[0.0], np.cumsum(lengths)])
+    there = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    omega = np.append(q[:, 1], q[-1, 1] + q[-1, 0] * lengths[-1])
+    eta = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * lengths[-1])
+    near = from_near(problem, problem.state(np.interp(there, s, omega), np.interp(there, s, eta)), options, progress)
+    if near.residual > RESIDUAL_TOLERANCE:
+        return ipopt.minimise(problem, x, options, progress)
+    return replace(near, iterations=near.iterations + first.iterations, seconds=near.seconds + first.seconds)
 
 
 def from_near(

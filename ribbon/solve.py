@@ -362,6 +362,8 @@ def _solve_once(
     status = _status(problem, minimum, check, parts, steepest, want_check)
     known = status in (Status.CONVERGED, Status.SADDLE)
     message = status.value if known else f"{status.value} (Ipopt: {minimum.message})"
+    if known and check is not None and check.stable is None:
+        message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
         message += "; indifferent to at least one mode (eigenvalue zero to rounding)"
     return Equilibrium(
@@ -405,7 +407,7 @@ def _status(
         return Status.NOT_CONVERGED
     if check is None and wanted:
         return Status.FAILED
-    return Status.CONVERGED if check is None or check.stable else Status.SADDLE
+    return Status.SADDLE if check is not None and check.stable is False else Status.CONVERGED
 
 
 def _violation(problem: Problem, x: FloatArray) -> float:

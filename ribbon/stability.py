@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 import scipy.optimize
 
-from ribbon import reduction
+from ribbon import reduction, relax
 from ribbon.chained import ChainedProblem
 from ribbon.mixed import STRIDE, MixedProblem
 from ribbon.solvers.problem import FloatArray
@@ -25,12 +25,13 @@ ACTIVE_DISTANCE = 1e-7
 INDIFFERENT = 1e-11
 #: The same for a glued problem, whose multipliers carry rounding of their own.
 GLUED_INDIFFERENT = 1e-10
-SPARSE_INDIFFERENT = 1e-7
 _MOST_TOLERANCE = 1e-5
 #: |omega| l below which a joint counts as straight.
 _STRAIGHT = 1e-7
 #: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
 _CHAINED_LIMIT = 400
+#: Segments up to which the dense check of a glued ribbon is made; more are joined first.
+GLUED_LIMIT = 600
 #: Change of the energy (relative, at least 1) below which a move along null modes is no change of shape.
 _SAME_ENERGY = 1e-11
 #: Largest component of the gradient there: still a stationary point.
@@ -48,14 +49,14 @@ class Stability:
 
     eigenvalue: in the metric ``int (domega^2 + deta^2) ds`` (units D w / l), so that it hardly depends on the segments,
     and for the worst ruling where rulings are free to choose; mode: its eigenvector (n,), zero on held unknowns; at:
-    the unknowns (n,) with that ruling (the same shape); stable: not negative beyond rounding; indifferent: zero to
-    rounding; active: number of held bounds.
+    the unknowns (n,) with that ruling (the same shape); stable: not negative beyond rounding, None: not known;
+    indifferent: zero to rounding; active: number of held bounds.
     """
 
     eigenvalue: float
     mode: FloatArray
     at: FloatArray
-    stable: bool
+    stable: bool | None
     indifferent: bool
     active: int
 
@@ -99,9 +100,11 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
         at = x.copy()
         at[joints[1]] = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * problem.lengths[-1])
         return replace(found, mode=mode, at=at)
+    if problem.lengths.size > GLUED_LIMIT:
+        return _on_fewer(problem, x, reduction.tangent(problem, x, multipliers, rows).bounds)
     held = reduction.tangent(problem, x, multipliers, rows)
     best = _glued_once(problem, x, rows, held)
-    if best.stable:
+    if best.stable is True:
         for y in _other_rulings(problem, x):
             other = _glued_once(problem, y, rows, held)
             if other.eigenvalue < best.eigenvalue:
@@ -111,17 +114,38 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
     return best
 
 
+def _on_fewer(problem: MixedProblem, x: FloatArray, active: int) -> Stability:
+    """The check on neighbouring segments joined until they are few enough for dense matrices, the shape relaxed there.
+
+    Eigenvalues hardly depend on the segments. Where the joined ones do not converge stability stays open (None).
+    """
+    lengths = problem.lengths
+    while lengths.size > GLUED_LIMIT:
+        lengths = relax.merged(lengths)
+    few = problem.with_changes(lengths=lengths, reference=tuple(x[3:7].tolist()), origin=tuple(x[0:3].tolist()))
+    start = few.state(*relax.resample(problem, x, lengths))
+    found = relax.from_near(few, start)
+    if found.residual > relax.RESIDUAL_TOLERANCE:
+        return Stability(np.nan, np.zeros(problem.size), x, None, False, active)
+    check = check_glued(few, found.x, found.multipliers, found.rows)
+    mode = np.zeros(problem.size)
+    s, there = np.concatenate([[0.0], np.cumsum(lengths)]), np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    at = x.copy()
+    for local in (7, 8):
+        fine, coarse = slice(local, problem.last + 9, STRIDE), slice(local, few.last + 9, STRIDE)
+        mode[fine] = np.interp(there, s, check.mode[coarse])
+        if local == 8:
+            at[fine] = np.interp(there, s, check.at[coarse])
+    return replace(check, mode=mode, at=at, active=active)
+
+
 def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
-    if 2 * problem.lengths.size > reduction.DENSE_LIMIT:
-        lowest, mode = reduction.lowest_sparse(problem, x, rows, held)
-        tolerance = SPARSE_INDIFFERENT
-    else:
-        small = reduction.reduce(problem, x, rows, held)
-        if small.basis.shape[1] == 0:
-            return Stability(np.inf, np.zeros(problem.size), x, True, False, held.bounds)
-        values, modes = small.spectrum()
-        lowest, mode = float(values[0]), modes[:, 0]
-        tolerance = min(GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max())), _MOST_TOLERANCE)
+    small = reduction.reduce(problem, x, rows, held)
+    if small.basis.shape[1] == 0:
+        return Stability(np.inf, np.zeros(problem.size), x, True, False, held.bounds)
+    values, modes = small.spectrum()
+    lowest, mode = float(values[0]), modes[:, 0]
+    tolerance = min(GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max())), _MOST_TOLERANCE)
     return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
 
 
