@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ribbon import band, formulation, other_models, relax, seeds, stability
+from ribbon import band, formulation, other_models, relax, seeds, stability, stretched
 from ribbon.boundary import Clamp, Closure
 from ribbon.chained import ChainedProblem, segment_lengths
 from ribbon.contact import Wall
@@ -20,15 +20,13 @@ from ribbon.mixed import STRIDE, MixedProblem
 from ribbon.relax import RESIDUAL_TOLERANCE
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import ipopt
-from ribbon.solvers.problem import FloatArray, Minimum, kkt_residual, polish
+from ribbon.solvers.problem import FloatArray, Minimum, kkt_residual, polish, violation
 from ribbon.strip import Strip, finite
 
 Progress = Callable[[int, float, float], None]
 Values = float | tuple[float, ...] | list[float]
 Problem = ChainedProblem | MixedProblem
 
-#: Mismatch of the frames at the ends of a stretched strip that counts as rounding.
-STRETCHED_MISMATCH = 1e-4
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
@@ -77,8 +75,11 @@ def solve(
         strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
         formulation=formulation, held_by=held_by,
     )  # fmt: skip
-    if isinstance(problem, MixedProblem) and _ends_apart(strip, problem.start, problem.end) >= STRETCHED:
-        return _stretched(problem)
+    if (
+        isinstance(problem, MixedProblem)
+        and stretched.ends_apart(strip, problem.start, problem.end) >= stretched.STRETCHED
+    ):
+        return stretched.straight(problem)
     starts = starting_shapes(problem, seed_curvature, seed_ruling, progress)
     best: Equilibrium | None = None
     for omega, eta in starts:
@@ -89,33 +90,6 @@ def solve(
             break
     assert best is not None
     return best
-
-
-def _stretched(problem: MixedProblem) -> Equilibrium:
-    """The straight strip between ends that are one length apart: the only shape there is, whatever its tension."""
-    none = np.zeros(problem.lengths.size + 1)
-    x = problem.state(none, none)
-    violation = _violation(problem, x)
-    fits = violation <= STRETCHED_MISMATCH
-    status = Status.CONVERGED if fits else Status.INFEASIBLE
-    message = "stretched straight: the only shape there is; its tension is undetermined, no forces are given"
-    return Equilibrium(
-        problem=problem,
-        status=status,
-        message=f"{status.value}; {message}" if fits else status.value,
-        x=x,
-        multipliers=np.zeros(problem.size),
-        rows=np.full(problem.constraint_bounds()[0].size, np.nan),
-        residual=violation,
-        iterations=0,
-        evaluations={k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")},
-        energy=Energy(*(float(v) for v in problem.energy_parts(x))),
-        stable=True if fits else None,
-        lowest_eigenvalue=float("inf") if fits else float("nan"),
-        mode=np.zeros(problem.size),
-        active_bounds=0,
-        seconds={"solve": 0.0, "stability": 0.0},
-    )
 
 
 def _rank(found: Equilibrium) -> tuple[int, float]:
@@ -153,7 +127,7 @@ def build(
         return ChainedProblem(strip, start, gravity, energy, lengths)
     if closure is not None and lengths.size < 3:
         raise RibbonInputError("segments", lengths.size, "a closed band needs at least three segments")
-    _check_distance(strip, start, end)
+    stretched.check_distance(strip, start, end)
     if chosen == "matrix" and gravity is not None and gravity.exact:
         raise RibbonInputError("formulation", chosen, 'the weight of the surface needs "mixed"')
     frame = None if start is None or not start.holds_frame else start
@@ -170,25 +144,6 @@ def build(
 
 
 _formulation = formulation.choose
-
-#: Distance of the ends over l, from below 1, at which the strip counts as stretched straight.
-STRETCHED = 1.0 - 1e-9
-
-
-def _ends_apart(strip: Strip, start: Clamp | None, end: Clamp | None) -> float:
-    """Distance of the held ends over l; 0 where one is free."""
-    if start is None or end is None or start.position is None or end.position is None:
-        return 0.0
-    return float(np.linalg.norm(np.asarray(end.position) - np.asarray(start.position))) / strip.length
-
-
-def _check_distance(strip: Strip, start: Clamp | None, end: Clamp | None) -> None:
-    apart = _ends_apart(strip, start, end)
-    if apart > 2.0 - STRETCHED:
-        assert end is not None
-        raise RibbonInputError(
-            "end.position", end.position, f"it is {apart:.9g} lengths from the start; at most 1 can be reached"
-        )
 
 
 def starting_shapes(
@@ -402,21 +357,12 @@ def _status(
     if steepest > 1.0:
         return Status.RULINGS_CROSS
     if minimum.residual > RESIDUAL_TOLERANCE:
-        if minimum.code in _IPOPT_INFEASIBLE or _violation(problem, minimum.x) > _INFEASIBLE:
+        if minimum.code in _IPOPT_INFEASIBLE or violation(problem, minimum.x) > _INFEASIBLE:
             return Status.INFEASIBLE
         return Status.NOT_CONVERGED
     if check is None and wanted:
         return Status.FAILED
     return Status.SADDLE if check is not None and check.stable is False else Status.CONVERGED
-
-
-def _violation(problem: Problem, x: FloatArray) -> float:
-    """Largest violation of the rows."""
-    if isinstance(problem, ChainedProblem):
-        return 0.0
-    below, above = problem.constraint_bounds()
-    c = problem.constraints(x)
-    return float(np.max(np.maximum(below - c, c - above), initial=0.0))
 
 
 def split_state(lengths: np.ndarray, x: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:

@@ -58,6 +58,16 @@ def is_constrained(problem: object) -> bool:
     return hasattr(problem, "constraint_bounds")
 
 
+def violation(problem: object, x: FloatArray) -> float:
+    """Largest violation of the rows; 0 for a problem without rows."""
+    if not is_constrained(problem):
+        return 0.0
+    constrained: Any = problem
+    below, above = constrained.constraint_bounds()
+    c = constrained.constraints(x)
+    return float(np.max(np.maximum(below - c, c - above), initial=0.0))
+
+
 @dataclass(frozen=True)
 class Minimum:
     """Where a minimiser stopped.

@@ -248,3 +248,35 @@ def test_other_formulations_are_real_and_report_flipped_frames():
     assert [e.problem.formulation for e in (matrix, chained)] == ["matrix", "chained"]
     assert matrix.energy.total == pytest.approx(mixed.energy.total, rel=1e-9)
     assert chained.energy.total == pytest.approx(mixed.energy.total, rel=1e-9)
+
+
+def test_a_ruling_that_moves_nothing_does_not_hide_an_instability_between_walls_and_clamps():
+    """A straight strip on edge above an untouched wall: the glued check looks for rulings too."""
+    clamp, up = Clamp((0, 0, 0), (0, 0, 1), (1, 0, 0)), Gravity((0, 1, 0))
+    wall = Wall((0, -2.0, 0), (0, 1, 0))
+    light, heavy = (solve(Strip(1.0, 0.05, 0.4, gamma=g), clamp, up, walls=(wall,)) for g in (15.0, 30.0))
+    assert light.ok
+    assert heavy.status is Status.SADDLE
+    left = solve(Strip(1.0, 0.05, 0.4, gamma=30.0), clamp, up, walls=(wall,), leave_saddle=True)
+    assert left.ok
+    free = solve(Strip(1.0, 0.05, 0.4, gamma=30.0), clamp, up, leave_saddle=True)
+    assert left.energy.total == pytest.approx(free.energy.total, rel=1e-8)
+    assert left.walls[0].force == pytest.approx(np.zeros(3), abs=1e-6)
+
+
+def test_pinned_ends_and_free_starts():
+    strip, up = Strip(1.0, 0.05, 0.4, gamma=10.0), Gravity((0, 1, 0))
+    pinned = solve(strip, Clamp((0, 0, 0), None, None), up, end=Clamp((0, 0, 0.8), None, None), segments=16)
+    assert pinned.ok
+    assert pinned.start.moment == pytest.approx(np.zeros(3), abs=1e-9)
+    assert pinned.end_support.moment == pytest.approx(np.zeros(3), abs=1e-9)
+    assert pinned.start.force + pinned.end_support.force == pytest.approx([0, 10.0, 0], abs=1e-7)
+    assert pinned.omega([0.0, 1.0]) == pytest.approx([0, 0], abs=0.2)
+    held = solve(strip, Clamp((0, 0, 0)), up, segments=16)
+    turned = solve(strip, Clamp(None, None, None), up, end=Clamp((0, 0, 0), (0, 0, -1), (0, 1, 0)), segments=16)
+    assert turned.ok
+    assert turned.energy.total == pytest.approx(held.energy.total, rel=1e-9)
+    roller = solve(strip, Clamp((0, 0, 0)), up, end=Clamp(None, (0, 0, 1), (0, 1, 0)), segments=16)
+    assert roller.ok
+    assert roller.end.frame == pytest.approx(np.eye(3), abs=1e-9)
+    assert roller.end_support.force == pytest.approx(np.zeros(3), abs=1e-12)
