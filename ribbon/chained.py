@@ -69,7 +69,8 @@ class ChainedProblem:
     """Energy of the chained ribbon with gradient and Hessian, as a bounded minimisation problem.
 
     Unknowns x (2 p + 2,): ``b_1, m_1, a_1, n_1, ... a_p, n_p`` (order and formulas: `ribbon.chained_kernels`), bounds
-    ``|n_i| <= 2 l / w``: rulings do not cross inside the strip (thesis, eq. 2.7, 3.5); a straight clamp fixes m_1 = 0.
+    ``|n_i| <= 2 l / w``: rulings do not cross inside the strip (thesis, eq. 2.7, 3.5); a straight clamp fixes m_1 = 0,
+    `planar` every ruling.
     """
 
     strip: Strip
@@ -78,6 +79,7 @@ class ChainedProblem:
     energy: str
     lengths: FloatArray
     exponent_limit: float = EXPONENT_LIMIT
+    planar: bool = False
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, object] = field(default_factory=dict, repr=False, compare=False)
 
@@ -114,6 +116,8 @@ class ChainedProblem:
         lower = -upper
         if self.clamp.ruling == "straight":
             lower[1] = upper[1] = 0.0
+        if self.planar:
+            lower[1::2] = upper[1::2] = 0.0
         return lower, upper
 
     def natural_state(self) -> FloatArray:

@@ -177,7 +177,13 @@ class ChainedClampedProblem:
         if self.gravity is not None and self.gravity.exact:
             raise RibbonInputError("exact", True, "the chained model weighs the centreline; use the mixed one")
         chain = ChainedProblem(
-            self.strip, self.clamp, self.gravity, self.energy, self.lengths, self.exponent_limit, self.counters
+            self.strip,
+            self.clamp,
+            self.gravity,
+            self.energy,
+            self.lengths,
+            self.exponent_limit,
+            counters=self.counters,
         )
         object.__setattr__(self, "_chain", chain)
 

@@ -30,6 +30,8 @@ EASY, HARD, MOST = 8, 25, 120
 #: A step is a jump when the shape moves this many times further than the last steps let expect, and by more than this
 #: share of its size.
 JUMP, LEAST_JUMP = 8.0, 0.05
+#: Smallest adaptive step.
+SMALLEST = 4e-3
 #: |omega| l below which a strip counts as straight.
 _STRAIGHT = 1e-9
 #: Segments up to which every step's stability is judged; beyond, only the last one's.
@@ -155,7 +157,7 @@ def follow(
     *,
     steps: int | None = None,
     first: float = 0.25,
-    smallest: float = 1e-3,
+    smallest: float | None = None,
     leave_saddle: bool = False,
     on_step: Callable[[StepRecord, Equilibrium], None] | None = None,
     begin: float = 0.0,
@@ -163,12 +165,15 @@ def follow(
 ) -> Equilibrium:
     """The equilibrium at t = 1 on the way ``t -> problem_at(t)`` from `start`, the one at t = `begin`.
 
-    steps: equal ones (cut where one fails); None: adaptive, from the size `first`; never cut below `smallest`.
+    steps: equal ones (cut where one fails); None: adaptive, from the size `first`; never cut below `smallest` (default
+    SMALLEST, or a fifth of an equal step).
     leave_saddle: unstable equilibria met on the way are left along their unstable mode. on_step: called after every
     accepted step. The log (dictionaries of `StepRecord`, rejected steps too) is on the result; when the way cannot be
     gone to its end the last good equilibrium is returned with the status of what stopped it.
     """
     size = 1.0 / steps if steps else min(first, 1.0)
+    if smallest is None:
+        smallest = 0.2 * size if steps else SMALLEST
     t = begin
     found, before, t_before = start, None, 0.0
     speed: float | None = None

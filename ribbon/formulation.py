@@ -8,7 +8,7 @@ from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 
 #: Segments from which the mixed model is faster on a ribbon held at s = 0 only (results/formulations.md).
-CHAINED_BELOW = 200
+CHAINED_BELOW = 110
 #: The formulations a user may ask for; "matrix" is the mixed model in the thesis's own unknowns.
 FORMULATIONS = ("auto", "chained", "mixed", "matrix")
 

@@ -98,9 +98,14 @@ def minimum(
     if warm is not None:
         return ipopt.minimise(problem, x, options, progress, warm)
     if not is_far(problem):
-        if problem.start is not None and problem.start.is_whole and problem.lengths.size > CHAINED_START:
+        plain = problem.start is not None and problem.start.is_whole
+        if plain and problem.lengths.size > CHAINED_START:
             return _through_chained(problem, x, options, progress)
-        return ipopt.minimise(problem, x, options, progress)
+        direct = ipopt.minimise(problem, x, options, progress)
+        if plain and direct.residual > RESIDUAL_TOLERANCE:
+            other = _through_chained(problem, x, options, progress)
+            return other if other.residual < direct.residual else direct
+        return direct
     if problem.lengths.size > COARSE:
         lengths = merged(problem.lengths)
         coarse = problem.with_changes(lengths=lengths)
@@ -125,7 +130,10 @@ def _through_chained(
     assert problem.start is not None
     gravity = None if problem.gravity is None else Gravity(problem.gravity.up)
     few = ChainedProblem(problem.strip, problem.start, gravity, problem.energy, lengths, problem.exponent_limit)
-    first = ipopt.minimise(few, few.shape(*resample(problem, x, lengths)), options, progress)
+    shape = resample(problem, x, lengths)
+    first = ipopt.minimise(few, few.shape(*shape), options, progress)
+    if first.residual > RESIDUAL_TOLERANCE and not np.any(shape[1]):
+        first = ipopt.minimise(replace(few, planar=True, _cache={}), few.shape(*shape), options, progress)
     problem.counters.add(few.counters)
     if first.residual > RESIDUAL_TOLERANCE:
         return ipopt.minimise(problem, x, options, progress)

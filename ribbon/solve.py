@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ribbon import band, formulation, other_models, relax, seeds, stability, stretched
 from ribbon.boundary import Clamp, Closure
-from ribbon.chained import ChainedProblem, segment_lengths
+from ribbon.chained import ChainedProblem, Counters, segment_lengths
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
@@ -277,7 +277,19 @@ def _minimum(
         residual = kkt_residual(problem, polished, none)
         if residual < minimum.residual:
             minimum = replace(minimum, x=polished, multipliers=none, residual=residual)
+    if minimum.residual > RESIDUAL_TOLERANCE and not np.any(x[1::2]):
+        # a start without torsion stays without it to rounding: the planar state is stationary, if hardly a minimum
+        none = np.zeros_like(x)
+        flat = ipopt.minimise(_fresh(problem, planar=True), x, options, progress)
+        residual = kkt_residual(problem, flat.x, none)
+        if residual <= RESIDUAL_TOLERANCE:
+            return replace(flat, multipliers=none, residual=residual, iterations=flat.iterations + minimum.iterations)
     return minimum
+
+
+def _fresh(problem: ChainedProblem, **changes: Any) -> ChainedProblem:
+    """The problem with fields replaced and nothing counted or cached."""
+    return replace(problem, counters=Counters(), _cache={}, **changes)
 
 
 def _kept(problem: Problem, x: FloatArray) -> Minimum | None:
@@ -385,7 +397,7 @@ def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilib
     old: Any = equilibrium.problem
     if isinstance(old, ChainedProblem):
         lengths, x = split_state(old.lengths, equilibrium.x, parts)
-        fresh = replace(old, lengths=lengths, counters=type(old.counters)(), _cache={})
+        fresh = _fresh(old, lengths=lengths)
         # a few steps of Newton's from so near; a minimiser with a barrier loses the start
         return solve_from(fresh, polish(fresh, x), near=True, **keywords)
     return on_segments(equilibrium, np.repeat(old.lengths / parts, parts), **keywords)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,8 +27,23 @@ EXPECTED = {
 }
 
 
+#: Scenes whose numbers are asserted in test_scenes_chapter5, test_scenes_moebius and test_scenes_roman.
+ELSEWHERE = {
+    *("arc_5_1", "hanging_5_3_1", "two_clamps_5_3_2", "two_clamps_5_3_2_level", "two_clamps_5_3_2_twist"),
+    *(f"start_5_3_3_{k}" for k in range(1, 6)),
+    *("moebius_6_1", "moebius_6_1_clamped", "moebius_6_1_straight", "moebius_narrow", "moebius_wide"),
+    *("moebius_table_edge", "moebius_table_fallen", "roman_6_2", "roman_folds", "roman_plate"),
+    *("curl_4_4_short", "curl_4_4_long"),
+}
+
+
 def test_the_list_is_complete():
-    assert set(shipped()) == set(EXPECTED)
+    assert set(shipped()) == set(EXPECTED) | ELSEWHERE
+    tested = "".join(
+        path.read_text() for path in Path(__file__).parent.glob("test_scenes_*.py") if path != Path(__file__)
+    )
+    for name in ELSEWHERE:
+        assert name in tested or name[:-1] in tested, name
 
 
 @pytest.mark.parametrize("name", EXPECTED)

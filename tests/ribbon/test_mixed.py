@@ -282,3 +282,16 @@ def test_pinned_ends_and_free_starts():
     assert roller.ok
     assert roller.end.frame == pytest.approx(np.eye(3), abs=1e-9)
     assert roller.end_support.force == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+@pytest.mark.parametrize(("length", "formulation"), [(0.4, "chained"), (0.5, "chained"), (0.5, "mixed")])
+def test_a_seed_without_torsion_ends_on_the_planar_saddle_and_leaves_it(length, formulation):
+    """The curl of 4.4 far beyond the length at which it leaves its plane, from a straight seed."""
+    strip = Strip.from_material(length, 0.01, 1e-4, 1.8e9, 1000.0, 0.5, 60.0)
+    keywords = {"segments": 20, "seed_curvature": 0.0, "formulation": formulation}
+    planar = solve(strip, Clamp(), Gravity((0, 1, 0)), **keywords)
+    assert planar.status in (Status.SADDLE, Status.CONVERGED)
+    left = solve(strip, Clamp(), Gravity((0, 1, 0)), leave_saddle=True, **keywords)
+    assert left.ok
+    assert left.max_abs_eta > 0.1
+    assert left.energy.total <= planar.energy.total + 1e-9

@@ -7,7 +7,27 @@ import sys
 import time
 from pathlib import Path
 
-NAMES = ("series", "derivatives", "coils", "clamp_layer", "clamp_limit", "shell_mesh", "curl")
+NAMES = (
+    "series",
+    "derivatives",
+    "coils",
+    "minimisers",
+    "strong_form",
+    "formulations",
+    "start_clamp",
+    "forces",
+    "seeds",
+    "exact_gravity",
+    "moebius",
+    "wunderlich_event",
+    "moebius_table",
+    "roman",
+    "curl_length",
+    "clamp_layer",
+    "clamp_limit",
+    "shell_mesh",
+    "curl",
+)
 
 
 def main(arguments: list[str]) -> int:
