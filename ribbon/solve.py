@@ -20,7 +20,7 @@ from ribbon.mixed import STRIDE, MixedProblem
 from ribbon.relax import RESIDUAL_TOLERANCE
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import ipopt
-from ribbon.solvers.problem import FloatArray, Minimum, kkt_residual, polish, violation
+from ribbon.solvers.problem import FloatArray, Minimum, approach, kkt_residual, polish, violation
 from ribbon.strip import Strip, finite
 
 Progress = Callable[[int, float, float], None]
@@ -399,7 +399,12 @@ def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilib
         lengths, x = split_state(old.lengths, equilibrium.x, parts)
         fresh = _fresh(old, lengths=lengths)
         # a few steps of Newton's from so near; a minimiser with a barrier loses the start
-        return solve_from(fresh, polish(fresh, x), near=True, **keywords)
+        clock = time.perf_counter()
+        x, steps = approach(fresh, x, 0.01 * RESIDUAL_TOLERANCE)
+        spent = time.perf_counter() - clock
+        found = solve_from(fresh, x, near=True, **keywords)
+        seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}
+        return replace(found, iterations=found.iterations + steps, seconds=seconds)
     return on_segments(equilibrium, np.repeat(old.lengths / parts, parts), **keywords)
 
 

@@ -91,6 +91,8 @@ class _Callbacks:
         return self.error is None
 
 
+#: Over the defaults with rows: approximate minimum degree. MUMPS's own choice takes up to 3.5 times longer (walls).
+SPARSE_OPTIONS: dict[str, Any] = {"mumps_pivot_order": 0}
 #: Over the defaults when multipliers are given: the point is trusted and the barrier starts small.
 WARM_OPTIONS: dict[str, Any] = {
     "warm_start_init_point": "yes",
@@ -124,7 +126,8 @@ def minimise(
     callbacks = _Callbacks(problem, progress)
     clock = time.perf_counter()
     nlp = cyipopt.Problem(n=problem.size, m=below.size, problem_obj=callbacks, lb=lower, ub=upper, cl=below, cu=above)
-    chosen = {**DEFAULT_OPTIONS, **(WARM_OPTIONS if warm is not None else {}), **(options or {})}
+    sparse = SPARSE_OPTIONS if constrained is not None else {}
+    chosen = {**DEFAULT_OPTIONS, **sparse, **(WARM_OPTIONS if warm is not None else {}), **(options or {})}
     for key, value in chosen.items():
         nlp.add_option(key, value)
     guess: dict[str, FloatArray] = {}

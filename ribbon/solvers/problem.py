@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
@@ -113,6 +114,40 @@ def polish(problem: BoundedProblem, x: FloatArray, steps: int = 12) -> FloatArra
             break
         x, best = y, norm
     return x
+
+
+def approach(problem: BoundedProblem, x: FloatArray, tolerance: float, steps: int = 12) -> tuple[FloatArray, int]:
+    """Newton's iteration with a line search on the value from x (n,), close to a minimum with no bound active.
+
+    Returns the point and the number of steps. Ends when the gradient falls below `tolerance`, and at x as it is where
+    the Hessian is not positive, a bound is in the way or the value cannot be lowered.
+    """
+    lower, upper = problem.bounds()
+    free = lower < upper
+    value = problem.value(x)
+    count = 0
+    for _ in range(steps):
+        gradient = problem.gradient(x)[free]
+        if float(np.max(np.abs(gradient), initial=0.0)) <= tolerance:
+            break
+        try:
+            factor = scipy.linalg.cho_factor(problem.hessian(x)[np.ix_(free, free)])
+        except np.linalg.LinAlgError:
+            break
+        step = scipy.linalg.cho_solve(factor, gradient)
+        length = 1.0
+        while length > 1e-3:
+            y = x.copy()
+            y[free] -= length * step
+            inside = bool(np.all(y[free] > lower[free]) and np.all(y[free] < upper[free]))
+            new = problem.value(y) if inside else np.inf
+            if new <= value + 1e-14 * max(1.0, abs(value)):
+                break
+            length *= 0.5
+        else:
+            break
+        x, value, count = y, new, count + 1
+    return x, count
 
 
 def kkt_residual(
