@@ -19,7 +19,7 @@ from ribbon import relax
 from ribbon.chained import ChainedProblem
 from ribbon.mixed import STRIDE, MixedProblem
 from ribbon.result import Equilibrium, Status
-from ribbon.solve import Problem, joint_values, solve_from, starting_shapes, transferred
+from ribbon.solve import Problem, joint_values, solve_from, starting_shapes
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
@@ -125,7 +125,7 @@ def switch(
             best = best or found
         assert best is not None
         return best
-    x = transferred(old, start.x, problem)
+    x = relax.transferred(old, start.x, problem)
     minimum = relax.from_near(problem, x, options, progress)
     if minimum.residual > relax.RESIDUAL_TOLERANCE:
         return solve_from(problem, x, **keywords)

@@ -197,7 +197,6 @@ class MixedProblem(Held):
 
     def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
         """Unknowns of the shape with omega, eta (p + 1,) at the joints, glued, put where something holds it."""
-        p = self.lengths.size
         x = np.zeros(self.size)
         x[3:7] = self.reference if self.start_quaternion is None else self.start_quaternion
         x[0:3] = self.origin if self.start_position is None else self.start_position
@@ -216,7 +215,6 @@ class MixedProblem(Held):
             shift = self.end_position - x[self.last : self.last + 3]
             for k in range(3):
                 x[k : self.last + 9 : STRIDE] += shift[k]
-        assert x.size >= STRIDE * p + 9
         return x
 
     def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

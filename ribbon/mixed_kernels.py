@@ -32,7 +32,7 @@ from numba import njit
 
 from ribbon.body_series import body_values
 from ribbon.element import bending_value, natural_value
-from ribbon.quaternion import form, product, rotate, unrotate
+from ribbon.quaternion import form, product, rotate, rotate_by_q, unrotate
 from ribbon.series import PAIR_FIRST, PAIR_SECOND
 
 #: Unknowns per segment; rows of the glue per segment.
@@ -259,7 +259,7 @@ def jacobian(x, lengths, jets, out):
         q0 = x[k + 3 : k + 7]
         q1 = x[k + 13 : k + 17]
         jet = jets[i]
-        _by_q(q1, jet[4, 0], jet[5, 0], jet[6, 0], block)
+        rotate_by_q(q1, jet[4:7, 0], block)
         for r in range(3):
             base = at + 10 * r
             out[base] = -1.0
@@ -288,25 +288,6 @@ def jacobian(x, lengths, jets, out):
         out[at + 1] = -1.0
         out[at + 2] = -lengths[i]
         at += 3
-
-
-@njit(cache=True)
-def _by_q(q, u0, u1, u2, out):
-    """out (3, 4) = d (R(q) u) / dq (`ribbon.quaternion.rotate_by_q` with a split u)."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    d = 2.0 * (x * u0 + y * u1 + z * u2)
-    out[0, 0] = 2.0 * (w * u0 + y * u2 - z * u1)
-    out[1, 0] = 2.0 * (w * u1 + z * u0 - x * u2)
-    out[2, 0] = 2.0 * (w * u2 + x * u1 - y * u0)
-    out[0, 1] = d
-    out[1, 1] = 2.0 * (y * u0 - x * u1 - w * u2)
-    out[2, 1] = 2.0 * (z * u0 - x * u2 + w * u1)
-    out[0, 2] = 2.0 * (x * u1 - y * u0 + w * u2)
-    out[1, 2] = d
-    out[2, 2] = 2.0 * (z * u1 - y * u2 - w * u0)
-    out[0, 3] = 2.0 * (x * u2 - z * u0 - w * u1)
-    out[1, 3] = 2.0 * (y * u2 - z * u1 + w * u0)
-    out[2, 3] = d
 
 
 @njit(cache=True)

@@ -30,6 +30,8 @@ ETA_BOX = 3.0
 OMEGA_BOX = 30.0
 #: Segments on which the chained model starts a ribbon of more segments that is held at s = 0 only.
 CHAINED_START = 100
+#: Misfit (l, rad) up to which a start is near: it is relaxed where it stands.
+NEAR = 0.02
 #: Segments above which a far start is first solved on fewer.
 COARSE = 40
 #: Barriers tried in turn, from a far start.
@@ -45,6 +47,16 @@ _ATTEMPT_ITERATIONS = 250
 def is_far(problem: MixedProblem) -> bool:
     """Whether rows beside the glue make a start infeasible: an end held, a seam, walls."""
     return problem.end is not None or problem.closure is not None or bool(problem.walls)
+
+
+def misfit(problem: MixedProblem, x: FloatArray) -> float:
+    """How far the shape is from where it is held: largest violation of end or seam (l, rad) and of the walls (l)."""
+    worst = 0.0
+    for name, rows in problem.blocks().items():
+        if name.startswith(("end_", "wall_")):
+            c = rows.values(x)
+            worst = max(worst, float(np.max(np.maximum(rows.lower - c, c - rows.upper), initial=0.0)))
+    return worst
 
 
 def touches_box(problem: MixedProblem, x: FloatArray) -> bool:
@@ -72,19 +84,37 @@ def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple
     return np.interp(new, old, omega), np.interp(new, old, eta)
 
 
-def placed(problem: MixedProblem, omega: FloatArray, eta: FloatArray, like: FloatArray | None = None) -> FloatArray:
-    """State of the shape; where the start is free it is put where `like` starts, else on the free side of the walls."""
+def placed(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> FloatArray:
+    """State of the shape with omega, eta (p + 1,); one whose ends are free is put on the free side of the walls."""
     x = problem.state(omega, eta)
-    if problem.start_position is None and problem.end_position is None and like is None:
+    if problem.start_position is None and problem.end_position is None:
         for wall in problem.walls:
             normal = np.asarray(wall.normal)
-            edge = x[: problem.last + 9]
-            table = np.append(edge, 0.0).reshape(-1, STRIDE)[:, :3]
-            depth = float(np.min((table - np.asarray(wall.point) / problem.strip.length) @ normal))
+            positions = np.append(x[: problem.last + 9], 0.0).reshape(-1, STRIDE)[:, :3]
+            depth = float(np.min((positions - np.asarray(wall.point) / problem.strip.length) @ normal))
             shift = max(0.0, problem.half_width - depth)
             for k in range(3):
                 x[k : problem.last + 9 : STRIDE] += shift * normal[k]
     return x
+
+
+def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatArray:
+    """The shape x of `old` as unknowns of `fresh`, whatever its segments, walls and clamps; left where it was."""
+    if np.array_equal(old.lengths, fresh.lengths):
+        y = np.zeros(fresh.size)
+        y[: old.last + 9] = x[: old.last + 9]
+        return y
+    omega, eta = resample(old, x, fresh.lengths)
+    anchored = fresh.with_changes(
+        reference=tuple(x[3:7]) if fresh.start_quaternion is None else fresh.reference, origin=tuple(x[0:3])
+    )
+    start = fresh.start_position
+    y = anchored.state(omega, eta)
+    if start is None:
+        shift = x[0:3] - y[0:3]
+        for k in range(3):
+            y[k : fresh.last + 9 : STRIDE] += shift[k]
+    return y
 
 
 def minimum(
@@ -107,11 +137,15 @@ def minimum(
             return other if other.residual < direct.residual else direct
         return direct
     if problem.lengths.size > COARSE:
+        if misfit(problem, x) <= NEAR:  # few segments would lose a delicate state, such as a band on its edge
+            near = from_near(problem, x, options, progress)
+            if near.residual <= RESIDUAL_TOLERANCE:
+                return near
         lengths = merged(problem.lengths)
         coarse = problem.with_changes(lengths=lengths)
-        first = minimum(coarse, placed(coarse, *resample(problem, x, lengths), like=x), options, progress)
+        first = minimum(coarse, transferred(problem, x, coarse), options, progress)
         if first.residual <= RESIDUAL_TOLERANCE:
-            y = placed(problem, *resample(coarse, first.x, problem.lengths), like=x)
+            y = transferred(coarse, first.x, problem)
             near = from_near(problem, y, options, progress)
             if near.residual <= RESIDUAL_TOLERANCE:
                 return replace(

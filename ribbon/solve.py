@@ -412,25 +412,6 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
     """The same scene on segments of other `lengths` (k,), started from `equilibrium`, in the mixed model."""
     old: Any = equilibrium.problem
     fresh = old.with_changes(lengths=lengths)
-    x = transferred(old, equilibrium.x, fresh)
+    x = relax.transferred(old, equilibrium.x, fresh)
     minimum = relax.from_near(fresh, x, keywords.get("options"), keywords.get("progress"))
     return solve_from(fresh, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
-
-
-def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatArray:
-    """The shape x of `old` as unknowns of `fresh`, whatever its segments, walls and clamps; left where it was."""
-    if np.array_equal(old.lengths, fresh.lengths):
-        y = np.zeros(fresh.size)
-        y[: old.last + 9] = x[: old.last + 9]
-        return y
-    omega, eta = relax.resample(old, x, fresh.lengths)
-    anchored = fresh.with_changes(
-        reference=tuple(x[3:7]) if fresh.start_quaternion is None else fresh.reference, origin=tuple(x[0:3])
-    )
-    start = fresh.start_position
-    y = anchored.state(omega, eta)
-    if start is None:
-        shift = x[0:3] - y[0:3]
-        for k in range(3):
-            y[k : fresh.last + 9 : STRIDE] += shift[k]
-    return y

@@ -123,7 +123,7 @@ def _on_fewer(problem: MixedProblem, x: FloatArray, active: int) -> Stability:
     while lengths.size > GLUED_LIMIT:
         lengths = relax.merged(lengths)
     few = problem.with_changes(lengths=lengths, reference=tuple(x[3:7].tolist()), origin=tuple(x[0:3].tolist()))
-    start = few.state(*relax.resample(problem, x, lengths))
+    start = relax.transferred(problem, x, few)
     found = relax.from_near(few, start)
     if found.residual > relax.RESIDUAL_TOLERANCE:
         return Stability(np.nan, np.zeros(problem.size), x, None, False, active)

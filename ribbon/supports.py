@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ribbon import quaternion
 from ribbon.conditions import WallRows
-from ribbon.mixed import STRIDE, MixedProblem
+from ribbon.mixed import MixedProblem
 
 FloatArray = NDArray[np.float64]
 
@@ -86,8 +86,3 @@ def walls(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> tuple[WallF
         height = float(x[block.plate]) if block.plate >= 0 else None
         found.append(WallForce(push.sum() * np.asarray(wall.normal), s[touching], height))
     return tuple(found)
-
-
-def plate_columns(problem: MixedProblem) -> slice:
-    """Columns of the heights of pressure plates."""
-    return slice(STRIDE * problem.lengths.size + 9, problem.size)

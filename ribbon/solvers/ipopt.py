@@ -91,7 +91,7 @@ class _Callbacks:
         return self.error is None
 
 
-#: Over the defaults with rows: approximate minimum degree. MUMPS's own choice takes up to 3.5 times longer (walls).
+#: Over the defaults with rows: approximate minimum degree; MUMPS's own choice was slower wherever tried.
 SPARSE_OPTIONS: dict[str, Any] = {"mumps_pivot_order": 0}
 #: Over the defaults when multipliers are given: the point is trusted and the barrier starts small.
 WARM_OPTIONS: dict[str, Any] = {

@@ -7,6 +7,7 @@ import pytest
 
 from ribbon import Clamp, Closure, Gravity, RibbonInputError, Status, Strip, Wall, refine, solve
 from ribbon.mixed import MixedProblem
+from ribbon.relax import transferred
 from ribbon.solve import build
 
 SLANTED = 2.0**-0.5
@@ -295,3 +296,18 @@ def test_a_seed_without_torsion_ends_on_the_planar_saddle_and_leaves_it(length, 
     assert left.ok
     assert left.max_abs_eta > 0.1
     assert left.energy.total <= planar.energy.total + 1e-9
+
+
+def test_a_free_band_stays_where_it_is_when_its_segments_change():
+    """Joining and cutting segments must not put a ring that nothing clamps back to where its seed stood."""
+    strip = Strip(1.0, 0.05, 0.4, gamma=10.0)
+    table = Wall((0, -0.2, 0), (0, 1, 0))
+    ring = build(strip, None, Gravity((0, 1, 0)), closure=Closure("circle"), walls=(table,), segments=8)
+    x = ring.state(np.full(9, -2 * np.pi), np.zeros(9))
+    moved = ring.with_changes(reference=(0.6, 0.0, 0.8, 0.0), origin=(0.3, 0.2, 0.1)).state(x[7::10], x[8::10])
+    fine = ring.with_changes(lengths=np.full(16, 1 / 16))
+    points, frames = fine.joints(transferred(ring, moved, fine))
+    old_points, old_frames = ring.joints(moved)
+    assert points[::2] == pytest.approx(old_points, abs=1e-13)
+    assert frames[::2] == pytest.approx(old_frames, abs=1e-13)
+    assert np.linalg.norm(points[0] - x[:3]) > 0.3
