@@ -47,6 +47,20 @@ def _parser() -> argparse.ArgumentParser:
 
     solve = add("solve", "solve the ribbon (or the elastica) of a scene", "out/SCENE")
     compare = add("compare", "compare the ribbon of a scene with shells of several thicknesses", "out/SCENE")
+    shell = add("shell", "solve the shell of a scene alone, also under mpirun", "out/SCENE")
+    shell.add_argument(
+        "--width-to-thickness", nargs="+", type=float, metavar="R", default=None,
+        help="w/h of the shells, one run each (default: the scene's)",
+    )  # fmt: skip
+    shell.add_argument(
+        "--elements", nargs=2, type=int, metavar=("ALONG", "ACROSS"), default=None,
+        help="elements of the mesh; with --tolerance of the first one",
+    )  # fmt: skip
+    shell.add_argument(
+        "--tolerance", type=float, metavar="X", default=None,
+        help="refine the mesh until its estimated error (Hausdorff / length) is below X",
+    )  # fmt: skip
+    shell.add_argument("--plain", action="store_true", help="plain Newton's method instead of the mixed iteration")
     for command in (solve, compare):
         command.add_argument(
             "--leave-saddle", action="store_true",
@@ -66,7 +80,26 @@ def _console() -> Console:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command line and returns the exit code; errors of the user's making are one line on stderr."""
+    """Runs the command line and returns the exit code; errors of the user's making are one line on stderr.
+
+    Of several processes (mpirun) only the first speaks, and all end with the same code.
+    """
+    from compare.world import placed, quiet_but_first, world
+
+    if placed()[1] == 1:
+        return _main(arguments)
+    with quiet_but_first():
+        try:
+            code = _main(arguments)
+        except SystemExit as stop:  # argparse: a usage line was printed
+            code = stop.code if isinstance(stop.code, int) else BAD_INPUT
+        sys.stdout.flush()
+        sys.stderr.flush()
+        world().together()
+    return code
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     console = _console()
@@ -78,8 +111,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.command is None:
         parser.print_help()
         return BAD_INPUT
-    run = {"solve": _solve, "compare": _compare, "explain": _explain, "scenes": _scenes, "doctor": _doctor}
+    run = {
+        "solve": _solve,
+        "compare": _compare,
+        "shell": _shell,
+        "explain": _explain,
+        "scenes": _scenes,
+        "doctor": _doctor,
+    }
     try:
+        _check_alone(options.command)
         return run[options.command](options, console)
     except RibbonbenchError as error:
         print(f"ribbonbench: {error}", file=sys.stderr)
@@ -93,6 +134,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
+
+
+def _check_alone(command: str) -> None:
+    """Only the shell is solved by several processes."""
+    from compare.world import placed
+
+    if placed()[1] > 1 and command != "shell":
+        raise BadInput(
+            "mpirun", None, f"cannot run ribbonbench {command}: its work is not shared among processes",
+            "run it without mpirun; ribbonbench shell can be run so",
+        )  # fmt: skip
 
 
 def _scene(options: argparse.Namespace) -> Any:
@@ -213,6 +265,45 @@ def _compare(options: argparse.Namespace, console: Console) -> int:
     return DONE if comparison.ok else NOT_CONVERGED
 
 
+def _shell(options: argparse.Namespace, console: Console) -> int:
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
+    from compare import shell_run
+    from compare.store import CaseStore
+    from compare.world import world
+
+    options.assignments += [
+        f"shell.{name}={value}"
+        for name, value in (
+            ("width_to_thickness", options.width_to_thickness),
+            ("elements", options.elements),
+            ("tolerance", options.tolerance),
+        )
+        if value is not None
+    ]
+    scene = _scene(options)
+    scene.require_shell()
+    processes = world()
+    out = processes.on_first(lambda: _out(options, scene))
+    with Reporter(quiet=options.quiet or not processes.first) as reporter:
+        iteration = "plain" if options.plain else "mixed"
+        runs = shell_run.run(scene, CaseStore(out / "cases"), reporter, processes, iteration)
+        if processes.first:
+            reporter.step("writing results")
+        processes.on_first(lambda: shell_run.write(out, scene, runs))
+    if processes.first and not options.quiet:
+        headings, *lines = shell_run.terminal_rows(scene, runs)
+        table = Table(title=scene.title, title_justify="left")
+        for heading in headings:
+            table.add_column(heading, justify="right", overflow="fold")
+        for line in lines:
+            table.add_row(*line)
+        console.print(table)
+        for found in runs:
+            console.print(f"- w/h = {found.width_to_thickness:g}: {found.case.data['message']}")
+        console.print(f"Results: {out}")
+    return DONE if all(found.ok for found in runs) else NOT_CONVERGED
+
+
 def _explain(options: argparse.Namespace, console: Console) -> int:
     from compare.effects import explain
 
@@ -234,6 +325,7 @@ def _explain(options: argparse.Namespace, console: Console) -> int:
         f"Ribbon: {found.formulation} ({found.formulation_why}); {found.unknowns} unknowns, {found.bounds} "
         f"with bounds, {rows}; one evaluation of {asked} {found.evaluation * 1e6:.0f} us."
     )
+    console.print(f"Shell: {found.shell}")
     console.print(f"Third opinion: {found.third_opinion}.")
     return DONE
 
@@ -256,7 +348,7 @@ def _scenes(options: argparse.Namespace, console: Console) -> int:
             f"{scene.gamma:.4g}",
             scene.model.energy,
             str(len(scene.model.lengths)),
-            ", ".join(f"{r:g}" for r in scene.shell.width_to_thickness) or "-",
+            ", ".join(f"{r:g}" for r in scene.require_shell()) if scene.has_shell() else "-",
         )
     console.print(table)
     return DONE

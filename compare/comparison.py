@@ -4,8 +4,11 @@ Every row carries three lengths (design rule 7): the distance between the two mo
 each. The ribbon's error is extrapolated from its own solutions on segments cut in two and in four
 (`ribbon_discretisation_error`); the shell's is the distance between
 its solution and that on a mesh with half as many elements each way, which bounds the finer mesh's own error from above
-as long as halving the elements more than halves the error. A difference between the models is claimed only when the
-distance exceeds the sum of both errors.
+as long as halving the elements more than halves the error; where `shell.tolerance` refines the mesh, the estimate that
+comes with it. A difference between the models is claimed only when the distance exceeds the sum of both errors.
+
+Where a scene has several equilibria (two clamps, a path, a saddle left), the shell begins at the ribbon's surface and
+settles at the full load: both are then on one branch. The shell's equilibrium satisfies its own equations all the same.
 """
 
 from __future__ import annotations
@@ -20,12 +23,17 @@ from numpy.typing import NDArray
 
 from compare.align import aligned
 from compare.distance import cells_across, cells_along, centreline_distance, grid_hausdorff
+from compare.errors import BadInput
 from compare.progress import Reporter
 from compare.run import ElasticaRun, RibbonRun, run_elastica, run_ribbon
 from compare.scene import Scene
-from compare.shell_process import ShellCase, run_shell, shell_elements, shell_problem
+from compare.shell_build import natural_constant, shell_elements, shell_options, shell_problem, starts_at_ribbon
+from compare.shell_process import ShellCase, run_shell
+from compare.shell_start import ribbon_surface
 from compare.store import CaseStore
 from ribbon import Equilibrium, refine
+from shellref.problem import ShellProblem
+from shellref.surface import ShellSurface
 
 FloatArray = NDArray[np.float64]
 
@@ -67,7 +75,7 @@ class Row:
     hausdorff, centreline: distances between the models; ribbon_error, shell_error: of the discretisations (Hausdorff);
     claimed: the distance exceeds the sum of the errors; energy: shell's parts (`elastic` includes the constant of the
     natural curvature, `elastic_ribbon` leaves it out like the ribbon's); share: of its elastic energy; elastica:
-    distance of the shell's centreline to the elastica's, in planar scenes.
+    distance of the shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began, `START`.
     """
 
     width_to_thickness: float
@@ -88,6 +96,7 @@ class Row:
     newton_iterations: int | None
     reused: bool
     elastica: float | None = None
+    start: str = "path"
 
     @property
     def ratio(self) -> float | None:
@@ -168,12 +177,6 @@ def ribbon_discretisation_error(equilibrium: Equilibrium, grid: Grid, reporter: 
     return grid_hausdorff(shapes[0], shapes[2]) + second * ratio / (1.0 - ratio)
 
 
-def natural_constant(scene: Scene) -> float:
-    """1/2 int K^2 ds in D w / l, which the ribbon's energy leaves out (K l linear between its ends)."""
-    start, end = scene.curvature
-    return (start * start + start * end + end * end) / 6.0
-
-
 def coarser(elements: tuple[int, int]) -> tuple[int, int]:
     """Half as many elements each way, at least one."""
     return max(1, elements[0] // 2), max(1, elements[1] // 2)
@@ -197,6 +200,8 @@ def compare(scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle:
     """
     thicknesses = scene.require_shell()
     elements = shell_elements(scene)
+    for ratio in thicknesses:
+        shell_problem(scene, ratio, elements, way=False)  # what the shell refuses is said before anything is solved
     ribbon = run_ribbon(
         scene, reporter.step, leave_saddle=leave_saddle, folder=store.root.parent, detail=reporter.detail
     )
@@ -209,12 +214,15 @@ def compare(scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle:
     elastica_line = elastica.centreline(grid.s) if elastica is not None else None
     rows: list[Row] = []
     shells: list[ShellCase] = []
+    near = ribbon.equilibrium if ribbon.equilibrium.ok and starts_at_ribbon(scene, leave_saddle) else None
     for ratio in thicknesses:
         reporter.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
-        case = run_shell(shell_problem(scene, ratio, elements), store, progress=reporter.detail)
-        check = coarser(elements)
-        reporter.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
-        coarse = run_shell(shell_problem(scene, ratio, check), store, progress=reporter.detail)
+        case = _shell(scene, ratio, elements, store, reporter, near)
+        coarse: ShellCase | None = None
+        if scene.shell.tolerance is None:
+            check = coarser(elements)
+            reporter.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
+            coarse = _shell(scene, ratio, check, store, reporter, case if near is not None and case.ok else near)
         rows.append(
             _row(scene, ribbon, grid, ribbon_points, ribbon_line, ribbon_error, elastica_line, ratio, case, coarse)
         )
@@ -233,6 +241,40 @@ def compare(scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle:
     )
 
 
+#: How a shell's solve began, from the worker's words (shellref.worker.Settled).
+START = {
+    "path": "path",
+    "given": "ribbon",
+    "given, by way of thicker strips": "ribbon (thicker first)",
+    "path (none near the start)": "path (none near the ribbon)",
+}
+
+
+def _shell(
+    scene: Scene,
+    ratio: float,
+    elements: tuple[int, int],
+    store: CaseStore,
+    reporter: Reporter,
+    near: Equilibrium | ShellCase | None,
+) -> ShellCase:
+    """One shell run, begun at the surface of `near` (a ribbon's equilibrium, or the same shell on another mesh)."""
+    options = shell_options(scene)
+    if near is None:
+        return run_shell(_problem(scene, ratio, elements), store, options, progress=reporter.detail)
+    problem = _problem(scene, ratio, elements)
+    start: ShellSurface = near.surface if isinstance(near, ShellCase) else ribbon_surface(near, problem)
+    return run_shell(problem, store, options, progress=reporter.detail, start=start)
+
+
+def _problem(scene: Scene, ratio: float, elements: tuple[int, int]) -> ShellProblem:
+    """The shell with the scene's path to fall back on; without it where the shell cannot follow that path."""
+    try:
+        return shell_problem(scene, ratio, elements)
+    except BadInput:
+        return shell_problem(scene, ratio, elements, way=False)
+
+
 def _row(
     scene: Scene,
     ribbon: RibbonRun,
@@ -243,7 +285,7 @@ def _row(
     elastica_line: FloatArray | None,
     ratio: float,
     case: ShellCase,
-    coarse: ShellCase,
+    coarse: ShellCase | None,
 ) -> Row:
     """The row of one shell run; without a converged surface it keeps the status and no distances."""
     data = case.data
@@ -258,7 +300,9 @@ def _row(
         centreline = centreline_distance(ribbon_line, line)
         if elastica_line is not None:
             planar = centreline_distance(elastica_line, line)
-        if coarse.ok:
+        if coarse is None:
+            shell_error = (data.get("discretisation") or {}).get("estimate")
+        elif coarse.ok:
             shell_error = grid_hausdorff(points, grid.shell(coarse))
     known = hausdorff is not None and shell_error is not None and ribbon_error is not None
     claimed = known and hausdorff > shell_error + ribbon_error  # type: ignore[operator]
@@ -282,4 +326,5 @@ def _row(
         newton_iterations=data.get("newton_iterations"),
         reused=case.reused,
         elastica=planar,
+        start=START[case.start or "path"],
     )

@@ -206,7 +206,8 @@ def dolfinx() -> Iterator[Row]:
         from mpi4py import MPI
 
         library = MPI.Get_library_version().split(",")[0]
-        yield row("MPI", f"{library} (mpi4py {mpi4py.__version__})")
+        shared = "mpirun there: ribbonbench shell can share its work" if shutil.which("mpirun") else "no mpirun"
+        yield row("MPI", f"{library} (mpi4py {mpi4py.__version__}); {shared}")
     except Exception as error:
         yield broken("MPI", error, f"{APT} python3-mpi4py; {SETUP}")
 

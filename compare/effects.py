@@ -12,6 +12,7 @@ import numpy as np
 from compare.build import build_arguments, check_model, formulation_why, ribbon_problem
 from compare.errors import BadInput
 from compare.scene import Scene
+from compare.shell_build import line_weight, shell_words
 from ribbon import Gravity, Wall
 from ribbon.adaptive import FIRST_SEGMENTS
 from ribbon.chained import ChainedProblem, Counters
@@ -54,6 +55,7 @@ class Explanation:
     formulation_why: str
     evaluation: float
     third_opinion: str
+    shell: str
 
 
 def explained_problem(scene: Scene) -> Problem:
@@ -145,7 +147,18 @@ def explain(scene: Scene) -> Explanation:
         formulation_why=formulation_why(scene, problem.formulation),
         evaluation=scale.whole,
         third_opinion=third,
+        shell=_shell(scene),
     )
+
+
+def _shell(scene: Scene) -> str:
+    """What the shell does in the scene, in one sentence."""
+    try:
+        ratios = ", ".join(f"{r:g}" for r in scene.require_shell())
+        weight = line_weight(scene)
+        return f"w/h = {ratios}; {shell_words(scene)}." + (f" {weight}" if weight else "")
+    except BadInput as refusal:
+        return f"none: {refusal.key} {refusal.problem}."
 
 
 def _loads(scene: Scene, problem: Problem, scale: _Scale) -> list[Effect]:

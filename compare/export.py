@@ -3,34 +3,18 @@
 from __future__ import annotations
 
 import io
-import tempfile
 from pathlib import Path
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.comparison import Grid
 from compare.shell_process import ShellCase
-from compare.store import atomic_write_bytes
+from compare.vtu import write_vtu
 from ribbon import Equilibrium
-from ribbon.surface import grid_triangles, ruling_foot
+from ribbon.surface import ruling_foot
 
 FloatArray = NDArray[np.float64]
-
-
-def write_vtu(path: Path, grid_points: FloatArray, fields: dict[str, FloatArray]) -> Path:
-    """Writes a surface on a grid (k, m, 3) as triangles, `fields` by point (k, m) or (k, m, 3); atomically."""
-    along, across = grid_points.shape[:2]
-    data = {
-        name: np.ascontiguousarray(values.reshape(along * across, *values.shape[2:]), dtype=float)
-        for name, values in fields.items()
-    }
-    mesh = meshio.Mesh(grid_points.reshape(-1, 3), [("triangle", grid_triangles(along, across))], point_data=data)
-    with tempfile.TemporaryDirectory() as folder:
-        scratch = Path(folder) / "surface.vtu"
-        meshio.write(scratch, mesh, file_format="vtu")
-        return atomic_write_bytes(path, scratch.read_bytes())
 
 
 def ribbon_fields(equilibrium: Equilibrium, grid: Grid) -> dict[str, FloatArray]:

@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-import io
 import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from compare.comparison import Comparison
 from compare.distance import YARDSTICK
-from compare.store import atomic_write_bytes
+from compare.drawing import save, screen_axes
 
 FloatArray = NDArray[np.float64]
 #: Colours: the ribbon blue as in the thesis, shells from light to dark grey as w/h grows.
 RIBBON_COLOUR = "#1f5fa8"
-
-
-def save(figure: Figure, path: Path) -> Path:
-    FigureCanvasAgg(figure)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=150, bbox_inches="tight")
-    return atomic_write_bytes(path, buffer.getvalue())
 
 
 def _grey(index: int, count: int) -> str:
@@ -70,19 +61,6 @@ def convergence(path: Path, comparison: Comparison) -> Path:
     axes.grid(True, which="both", lw=0.3, alpha=0.6)
     axes.legend(fontsize=7.5, loc="best")
     return save(figure, path)
-
-
-def screen_axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-    """Screen axes (2, 3) of two side views: `up` vertical on the page, across the main direction and its normal."""
-    vertical = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=float)
-    cloud = np.concatenate([g.reshape(-1, 3) for g in grids])
-    flat = cloud - cloud.mean(axis=0)
-    flat = flat - np.outer(flat @ vertical, vertical)
-    _, _, directions = np.linalg.svd(flat, full_matrices=False)
-    first = directions[0] - (directions[0] @ vertical) * vertical
-    first /= np.linalg.norm(first)
-    second = np.cross(vertical, first)
-    return np.array([first, vertical]), np.array([second, vertical])
 
 
 def shapes(path: Path, comparison: Comparison) -> Path:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from compare.figures import RIBBON_COLOUR, save, screen_axes
+from compare.drawing import quads, save, screen_axes
+from compare.figures import RIBBON_COLOUR
 from ribbon import Clamp, Equilibrium
 
 FloatArray = NDArray[np.float64]
@@ -63,19 +64,13 @@ def clipped(point: FloatArray, normal: FloatArray, low: FloatArray, high: FloatA
     return np.array([point + a * first + b * second for a, b in around])
 
 
-def _quads(points: FloatArray) -> FloatArray:
-    """Corners (cells, 4, d) of the cells of a grid (k, m, d)."""
-    cells = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2)
-    return cells.reshape(-1, 4, points.shape[2])
-
-
 def _rgb(colour: str) -> FloatArray:
     return np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])
 
 
-def _shades(quads: FloatArray) -> FloatArray:
+def _shades(cells: FloatArray) -> FloatArray:
     """Colours (cells, 3) of the ribbon's cells (cells, 4, 3), lit from both sides."""
-    normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+    normal = np.cross(cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     share = np.abs(normal @ (_LIGHT / np.linalg.norm(_LIGHT)))
     return np.clip(_rgb(RIBBON_COLOUR) * (_DARK + (_BRIGHT - _DARK) * share)[:, None] + 0.12, 0.0, 1.0)
@@ -91,7 +86,7 @@ def _box(cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
 def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
     screen = screen_axes([grid], up)[0]
     flat = grid @ screen.T
-    axes.add_collection(PolyCollection(list(_quads(flat)), facecolors=(*_rgb(RIBBON_COLOUR), 0.3), edgecolors="none"))
+    axes.add_collection(PolyCollection(list(quads(flat)), facecolors=(*_rgb(RIBBON_COLOUR), 0.3), edgecolors="none"))
     middle = flat[:, flat.shape[1] // 2]
     axes.plot(middle[:, 0], middle[:, 1], color=RIBBON_COLOUR, lw=1.3)
     low, high, extent = _box(grid.reshape(-1, 3))
@@ -122,14 +117,14 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
     first, second = (pair[0] for pair in screen_axes([grid], vertical))
     turn = np.array([first, second, vertical])  # rows: the axes of the picture
     points = grid @ turn.T
-    quads = _quads(points)
+    cells = quads(points)
     low, high, extent = _box(points.reshape(-1, 3))
     for point, normal in walls(equilibrium):
         plane = clipped(turn @ point, turn @ normal, low, high)
         axes.add_collection3d(Poly3DCollection([plane], facecolors=(*_rgb(WALL_COLOUR), 0.18), edgecolors=WALL_COLOUR))
         low, high = np.minimum(low, plane.min(axis=0)), np.maximum(high, plane.max(axis=0))
-    shades = _shades(quads)
-    axes.add_collection3d(Poly3DCollection(quads, facecolors=shades, edgecolors=shades, linewidths=0.3))
+    shades = _shades(cells)
+    axes.add_collection3d(Poly3DCollection(cells, facecolors=shades, edgecolors=shades, linewidths=0.3))
     half = max(0.5 * float(np.linalg.norm(grid[0, -1] - grid[0, 0])), _SIGN * extent)
     for position, frame, clamp in held(equilibrium):
         place, axis = turn @ position, turn @ frame

@@ -8,10 +8,9 @@ import numpy as np
 
 from compare.build import formulation_why
 from compare.comparison import Comparison
-from compare.provenance import versions
+from compare.made_by import provenance
 from compare.run import ElasticaRun, RibbonRun
 from compare.scene import Scene
-from compare.store import case_key
 from compare.way import Way
 from ribbon import Equilibrium, Pose
 from ribbon.chained import ChainedProblem
@@ -19,12 +18,6 @@ from ribbon.chained import ChainedProblem
 
 def _pose(pose: Pose) -> dict[str, Any]:
     return {"position": pose.position, "frame": pose.frame}
-
-
-def provenance(scene: Scene, options: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Versions, machine, the scene with its hash, the options of the solver."""
-    canonical = scene.canonical()
-    return {**versions(), "scene": canonical, "scene_hash": case_key(canonical), "options": options or {}}
 
 
 def wall_results(scene: Scene, e: Equilibrium) -> list[dict[str, Any]]:

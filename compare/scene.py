@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.scene_document import changed, document_of
-from compare.scene_geometry import beyond_one_clamp, check_geometry, frame_of, unit
+from compare.scene_geometry import beyond_one_clamp, beyond_the_shell, check_geometry, frame_of, unit
 from compare.scene_path import stage_name
 from compare.scene_read import gamma_of, one_line, read_sections
 from compare.scene_spec import (
@@ -184,6 +184,23 @@ class Scene:
             "add [clamp.start] with position, tangent and normal",
         )
 
+    @property
+    def shell_corner(self) -> float | None:
+        """Size of the shell's held corner cells in units of l; None: one cell of its mesh."""
+        return None if self.shell.corner is None else self.shell.corner / self.strip.length
+
+    @property
+    def shell_edge_layer(self) -> float | str | None:
+        """Width in units of l of the layer at the shell's clamps and edges, or "auto"; None: the mesh is graded."""
+        layer = self.shell.edge_layer
+        return layer if layer is None or isinstance(layer, str) else layer / self.strip.length
+
+    @property
+    def shell_start_curvature(self) -> float | None:
+        """Curvature times l of the arc where the shell's path begins; None: not said."""
+        curvature = self.shell.start_curvature
+        return None if curvature is None else curvature * self.strip.length
+
     # -- questions ---------------------------------------------------------------------------------------------------
 
     def nonplanar_reason(self) -> str | None:
@@ -216,18 +233,11 @@ class Scene:
     def require_shell(self) -> tuple[float, ...]:
         """w/h of the shell runs that the scene asks for.
 
-        `BadInput` when it gives no thickness at all, or holds or loads the strip as the shell cannot yet.
+        `BadInput` when it gives no thickness at all, or holds the strip as the shell cannot.
         """
-        beyond = beyond_one_clamp(self)
-        if beyond is None and self.gravity is not None and self.gravity.exact:
-            beyond = ("gravity.exact", "the weight acts over the surface of the ribbon")
+        beyond = beyond_the_shell(self)
         if beyond is not None:
-            raise BadInput(
-                beyond[0],
-                True if beyond[0] == "gravity.exact" else None,
-                f"is not available for the shell: {beyond[1]}, and the shell of this version is held at s = 0 only",
-                "use ribbonbench solve",
-            )
+            raise BadInput(beyond[0], None, beyond[1], "use ribbonbench solve")
         if self.shell.width_to_thickness:
             return self.shell.width_to_thickness
         if self.strip.thickness is None:
@@ -238,6 +248,11 @@ class Scene:
                 "add [shell] with width_to_thickness = [20, 50, 100], or strip.thickness",
             )
         return (self.strip.width / self.strip.thickness,)
+
+    def has_shell(self) -> bool:
+        """True when the scene gives what its shell needs: a thickness, and clamps that the shell can hold."""
+        thick = self.shell.width_to_thickness or self.strip.thickness is not None
+        return bool(thick) and beyond_the_shell(self) is None
 
     def notes(self) -> tuple[str, ...]:
         """One line for every given value that has no effect on the result, so that none is ignored silently."""
@@ -257,6 +272,11 @@ class Scene:
         if self.shell.width_to_thickness and self.strip.thickness is not None:
             found.append(
                 "strip.thickness is replaced by shell.width_to_thickness in the shell runs, with D and Gamma kept"
+            )
+        if self.shell.clamp == "corners" and self.shell.corner is None:
+            found.append(
+                'shell.clamp = "corners" without shell.corner holds one cell of the mesh at each corner: the shell\'s '
+                "results then depend on the mesh"
             )
         return tuple(found)
 

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from compare.errors import BadInput
 from compare.scene_keys import FREE, SECTIONS
-from compare.scene_spec import STANDARD_GRAVITY, ClampSpec, ModelSpec, SeedSpec, StageSpec, StripSpec, WallSpec
+from compare.scene_spec import (
+    STANDARD_GRAVITY,
+    ClampSpec,
+    ModelSpec,
+    SeedSpec,
+    ShellSpec,
+    StageSpec,
+    StripSpec,
+    WallSpec,
+)
 
 if TYPE_CHECKING:
     from compare.scene import Scene
@@ -16,6 +25,7 @@ if TYPE_CHECKING:
 EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
     (("strip.gamma",), ("strip.young", "strip.density")),
     (("model.elements", "model.grading"), ("model.element_lengths",), ("model.tolerance",)),
+    (("shell.grading",), ("shell.edge_layer",)),
     *(
         ((f"clamp.{end}.frame",), (f"clamp.{end}.tangent", f"clamp.{end}.normal", f"clamp.{end}.across"))
         for end in ("start", "end")
@@ -42,18 +52,13 @@ def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
     clamps: dict[str, Any] = {"start": _clamp(scene.clamp_start)}
     if scene.clamp_end is not None:
         clamps["end"] = _clamp(scene.clamp_end)
-    shell = scene.shell
     document: dict[str, Any] = {
         "strip": _strip(scene.strip),
         "gravity": gravity,
         "clamp": clamps if scene.clamp_start is not None or scene.clamp_end is not None else None,
         "model": _model(scene.model),
         "seed": _seed(scene.seed),
-        "shell": {
-            "width_to_thickness": list(shell.width_to_thickness) or None,
-            "clamp": shell.clamp,
-            "elements": None if shell.elements is None else list(shell.elements),
-        },
+        "shell": _shell(scene.shell),
     }
     closure = scene.closure
     if closure is not None:
@@ -65,6 +70,22 @@ def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
     if scene.path:
         document["path"] = [_stage(stage) for stage in scene.path]
     return document if defaults else _without_none(document)
+
+
+def _shell(shell: ShellSpec) -> dict[str, Any]:
+    later = {
+        "corner": shell.corner,
+        "tolerance": shell.tolerance,
+        "grading": None if shell.grading is None else list(shell.grading),
+        "edge_layer": shell.edge_layer,
+        "start_curvature": shell.start_curvature,
+    }
+    return {
+        "width_to_thickness": list(shell.width_to_thickness) or None,
+        "clamp": shell.clamp,
+        "elements": None if shell.elements is None else list(shell.elements),
+        **_without_none(later),
+    }
 
 
 def _strip(strip: StripSpec) -> dict[str, Any]:

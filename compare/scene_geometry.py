@@ -69,6 +69,21 @@ def beyond_one_clamp(scene: Scene) -> tuple[str, str] | None:
     return None
 
 
+def beyond_the_shell(scene: Scene) -> tuple[str, str] | None:
+    """The first section that the shell cannot do, and what it cannot; None: there is none."""
+    if scene.closure is not None:
+        return "closure", f'closes the strip ("{scene.closure.kind}"), and the shell has no seam'
+    if scene.walls:
+        return "wall", "confines the strip, and the shell has no contact"
+    if scene.clamp_start is None:
+        return "clamp.start", "is absent: the start is free, and the shell is held there"
+    for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
+        if clamp is not None and not clamp.holds_all:
+            part = "position" if clamp.position is None else "frame"
+            return name, f"leaves the {part} free, and the shell's clamps hold position and frame"
+    return None
+
+
 def check_geometry(scene: Scene) -> None:
     """Raise for the first combination of sections that cannot be, or that the chosen model cannot do."""
     _check_closure(scene)

@@ -84,8 +84,36 @@ KEYS: dict[str, Key] = {
     "shell.width_to_thickness": Key(
         "w/h of the shell runs, each > 1, no unit: a number or a list; replaces thickness", "[10, 20, 50, 100, 200]"
     ),
-    "shell.clamp": Key('what of the end edge the shell holds: "edge"', '"edge"'),
-    "shell.elements": Key("elements of the shell [along, across], whole numbers >= 1", "[100, 4]"),
+    "shell.clamp": Key(
+        'what the shell\'s clamps hold: "edge" (the whole end edge), or "corners" (a cell at each of its two corners)',
+        '"edge"',
+    ),
+    "shell.corner": Key(
+        "size of the held corner cells along and across, > 0, two of them less than the width, same unit as length",
+        "0.01",
+    ),
+    "shell.elements": Key(
+        "elements of the shell [along, across], whole numbers >= 1; with tolerance those of the first mesh", "[100, 4]"
+    ),
+    "shell.tolerance": Key(
+        "error to reach by refining the shell's mesh (Hausdorff distance / length), 0 < tolerance < 0.1, no unit",
+        "1e-3",
+    ),
+    "shell.grading": Key(
+        "size of the elements at the clamps and at the long edges over the even ones in the middle [along, across], "
+        "0 < each <= 1, no unit",
+        "[0.2, 0.1]",
+    ),
+    "shell.edge_layer": Key(
+        'width of the layer at clamps and edges that gets two elements: "auto" (sqrt(h / curvature)) or, in the unit '
+        "of length, a number > 0; instead of grading",
+        '"auto"',
+    ),
+    "shell.start_curvature": Key(
+        "curvature in 1/length of the unstressed planar arc where the shell's path begins (absent: the natural one, or "
+        "with two clamps that of the arc whose chord is their distance)",
+        "0.0",
+    ),
 }
 """Every key of the contract that this version reads."""
 
@@ -106,7 +134,6 @@ LATER_ENERGIES = {
 FORMULATIONS = ("auto", "chained", "mixed", "matrix")
 HELD_BY = ("elimination", "constraints")
 CLOSURES = ("circle", "moebius")
-SHELL_CLAMPS = ("edge",)
-LATER_SHELL_CLAMPS = {"corners": "choose 'edge': the shell then holds the whole end edge"}
+SHELL_CLAMPS = ("edge", "corners")
 RULINGS = ("free", "straight")
 GRADINGS = ("uniform", "clamp")

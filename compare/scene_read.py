@@ -74,7 +74,7 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     walls = read_walls(data.get("wall", []))
     model = _model(_section(data, "model"), strip)
     seed = _seed(_section(data, "seed"), strip)
-    shell = _shell(_section(data, "shell"))
+    shell = _shell(_section(data, "shell"), strip)
     path = read_path(data.get("path", []), walls)
     return Sections(title, strip, gravity, start, end, closure, walls, model, seed, path, shell)
 
@@ -240,20 +240,73 @@ def _piecewise(table: Table, name: str) -> tuple[float, ...]:
     return values if len(values) > 1 else values * 2
 
 
-def _shell(table: Table) -> ShellSpec:
+def _shell(table: Table, strip: StripSpec) -> ShellSpec:
     ratios: tuple[float, ...] = ()
     if "width_to_thickness" in table:
         ratios = table.numbers("width_to_thickness")
         if not all(ratio > 1.0 for ratio in ratios):
             raise table.bad("width_to_thickness", "has an entry that is not greater than 1")
-    clamp = table.choice("clamp", contract.SHELL_CLAMPS, contract.LATER_SHELL_CLAMPS) if "clamp" in table else "edge"
+    clamp = table.choice("clamp", contract.SHELL_CLAMPS) if "clamp" in table else "edge"
     elements: tuple[int, int] | None = None
     if "elements" in table:
         given = table.require("elements")
         if not isinstance(given, list) or len(given) != 2:
             raise table.bad("elements", "is not a list of two whole numbers")
         elements = (_entry(table, given[0]), _entry(table, given[1]))
-    return ShellSpec(ratios, clamp, elements)
+    tolerance = table.number("tolerance") if "tolerance" in table else None
+    if tolerance is not None and not 0.0 < tolerance < 0.1:
+        raise table.bad("tolerance", "lies outside 0 < tolerance < 0.1")
+    curvature = table.number("start_curvature") if "start_curvature" in table else None
+    if curvature is not None and not math.isfinite(curvature * strip.length):
+        raise table.bad("start_curvature", f"times strip.length = {strip.length} is not finite")
+    return ShellSpec(
+        ratios, clamp, elements, _corner(table, clamp, strip), tolerance, *_layers(table, strip), curvature
+    )
+
+
+def _corner(table: Table, clamp: str, strip: StripSpec) -> float | None:
+    """The size of the held corner cells; two of them leave a part of the edge free."""
+    if "corner" not in table:
+        return None
+    if clamp != "corners":
+        raise table.bad(
+            "corner", f'has no meaning for shell.clamp = "{clamp}"', 'choose shell.clamp = "corners", or remove it'
+        )
+    corner = table.positive("corner")
+    if not 2.0 * corner < strip.width:
+        raise table.bad(
+            "corner",
+            f"is too large: two corner cells fill the width {strip.width}",
+            f"give a size below {0.5 * strip.width:.6g}",
+        )
+    return corner
+
+
+def _layers(table: Table, strip: StripSpec) -> tuple[tuple[float, float] | None, float | str | None]:
+    """How the mesh is graded: `grading` and `edge_layer`, at most one of them."""
+    if "grading" in table:
+        if "edge_layer" in table:
+            raise table.bad("edge_layer", "conflicts with shell.grading", "remove one of the two")
+        if not isinstance(table.require("grading"), list) or len(table.data["grading"]) != 2:
+            raise table.bad("grading", "is not a list of two numbers")
+        along, across = table.numbers("grading")
+        if not (0.0 < along <= 1.0 and 0.0 < across <= 1.0):
+            raise table.bad("grading", "has an entry outside 0 < grading <= 1")
+        return (along, across), None
+    if "edge_layer" not in table:
+        return None, None
+    if isinstance(table.data["edge_layer"], str):
+        if table.data["edge_layer"] != "auto":
+            raise table.bad("edge_layer", 'is not "auto"')
+        return None, "auto"
+    layer = table.positive("edge_layer")
+    if not layer < 0.5 * strip.width:
+        raise table.bad(
+            "edge_layer",
+            f"is too wide: the layers of both edges fill the width {strip.width}",
+            f"give a width below {0.5 * strip.width:.6g}",
+        )
+    return None, layer
 
 
 def _entry(table: Table, value: Any) -> int:

@@ -182,8 +182,17 @@ class SeedSpec:
 
 @dataclass(frozen=True)
 class ShellSpec:
-    """Shell runs: one per w/h (empty: the strip's own thickness), what is clamped, elements (along, across) or None."""
+    """Shell runs: one per w/h (empty: the strip's own thickness), what is clamped, and the mesh. None: as by default.
+
+    corner, edge_layer in the scene's unit of length, start_curvature in 1/length; elements, grading (along, across).
+    tolerance (Hausdorff distance / length): the mesh is refined until its estimated error is below.
+    """
 
     width_to_thickness: tuple[float, ...] = ()
     clamp: str = "edge"
     elements: tuple[int, int] | None = None
+    corner: float | None = None
+    tolerance: float | None = None
+    grading: tuple[float, float] | None = None
+    edge_layer: float | str | None = None
+    start_curvature: float | None = None

@@ -1,8 +1,9 @@
-"""The shell in a process of its own (design rule 2), with finished cases kept and found again."""
+"""The shell in a process of its own (design rule 2); finished cases are found again, unfinished ones go on."""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import shutil
@@ -16,20 +17,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from compare.errors import BadInput, Missing
 from compare.provenance import software, source_digest
-from compare.scene import Scene
-from compare.store import CaseStore, case_key, read_json
-from shellref.problem import ShellInputError, ShellOptions, ShellProblem
+from compare.shell_build import DEFAULT_ELEMENTS, shell_elements, shell_options, shell_problem
+from compare.store import CaseStore, Unfinished, case_key, read_json
+from shellref.options import ShellOptions
+from shellref.problem import ShellProblem
 from shellref.surface import ShellSurface
+
+__all__ = ["DEFAULT_ELEMENTS", "ShellCase", "run_shell", "shell_elements", "shell_options", "shell_problem"]
 
 Progress = Callable[[str], None]
 
-#: Elements along and across when the scene does not say, and how they are graded (first element at the clamp,
-#: elements at the long edges, over even ones). The thesis has an even grid of 100 x 4 (4.3); docs/shell.md shows what
-#: grading buys.
-DEFAULT_ELEMENTS = (100, 8)
-GRADING = (0.2, 0.1)
+#: Digits of a start that count in a case's key: a start only selects a branch.
+START_DIGITS = 6
 _BAD_REQUEST = 2
 _MISSING = 3
 
@@ -47,13 +50,18 @@ class ShellCase:
 
     @property
     def status(self) -> str:
-        """The worker's word: "converged", "not_converged", "unstable", "invalid", or "crashed"."""
+        """The shell's word (shellref.result.ShellStatus), or "crashed"."""
         return str(self.data["status"])
 
     @property
     def ok(self) -> bool:
         """Converged at the full load and not known to be unstable."""
         return self.status == "converged" and self.data.get("stable") is not False
+
+    @property
+    def start(self) -> str | None:
+        """How the solve began: "path", or near a given surface (shellref.worker.Settled)."""
+        return self.data.get("start")
 
     @property
     def seconds(self) -> float:
@@ -70,55 +78,66 @@ class ShellCase:
             raise FileNotFoundError(f"this shell case has no surface: {self.data['message']}")
         return ShellSurface.load(self.folder / "shell.npz")
 
-
-def shell_problem(scene: Scene, width_to_thickness: float, elements: tuple[int, int]) -> ShellProblem:
-    """The scene as a shell of this w/h, D and Gamma kept (lengths in l)."""
-    weight = scene.up is not None and scene.gamma > 0
-    try:
-        return ShellProblem(
-            width=scene.width,
-            thickness=scene.width / width_to_thickness,
-            poisson=scene.strip.poisson,
-            natural_curvature=scene.curvature,
-            gamma=scene.gamma if weight else 0.0,
-            up=tuple(float(c) for c in scene.up) if weight else None,  # type: ignore[arg-type, union-attr]
-            clamp_position=tuple(float(c) for c in scene.position),  # type: ignore[arg-type]
-            clamp_frame=tuple(tuple(float(c) for c in row) for row in scene.frame),  # type: ignore[arg-type]
-            clamp=scene.shell.clamp,
-            elements=elements,
-            grading=GRADING,
-        )
-    except ShellInputError as error:
-        raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
+    def density(self) -> tuple[np.ndarray, np.ndarray]:
+        """Midpoints (cells, 2) in (S, v), and bending, membrane and shear energy per area (cells, 3), D / l^2."""
+        if self.folder is None:
+            raise FileNotFoundError(f"this shell case has no surface: {self.data['message']}")
+        with np.load(self.folder / "shell.npz", allow_pickle=False) as stored:
+            return stored["cell_midpoints"], stored["energy_density"]
 
 
-def shell_elements(scene: Scene) -> tuple[int, int]:
-    """Elements (along, across) of the scene's shell runs."""
-    return scene.shell.elements or DEFAULT_ELEMENTS
-
-
-def run_shell(
-    problem: ShellProblem, store: CaseStore, options: ShellOptions | None = None, progress: Progress | None = None
-) -> ShellCase:
-    """The finished case of this problem, from the store or from a new worker process.
-
-    Raises `BadInput` or `Missing` when the worker refuses; anything else it meets is a status.
-    """
-    options = options or ShellOptions()
+def shell_key(problem: ShellProblem, options: ShellOptions, start: ShellSurface | None = None) -> str:
+    """The key of a case: problem, options, software, the shell's sources, and the start to `START_DIGITS` digits."""
     made_by = {**software(), "source": source_digest("shellref")}
-    key = case_key("shell", problem.to_dict(), options.to_dict(), made_by)
+    parts: list[Any] = ["shell", problem.to_dict(), options.to_dict(), made_by]
+    if start is not None:
+        digest = hashlib.sha256()
+        for field in (start.s_nodes, start.v_nodes, start.points, start.directors):
+            digest.update(np.ascontiguousarray(np.round(field, START_DIGITS) + 0.0).tobytes())
+        parts.append(digest.hexdigest())
+    return case_key(*parts)
+
+
+def stored_case(store: CaseStore, key: str) -> ShellCase | None:
+    """The finished case of this key, or None."""
     found = store.get(key)
     if found is not None:
         with contextlib.suppress(OSError, ValueError):
             return ShellCase(read_json(found / "shell.json"), found, True)
+    return None
 
-    def write(folder: Path) -> None:
-        reason = _work(problem, options, folder, progress)
-        if reason is not None:
-            raise _Crashed(reason)
 
+def run_shell(
+    problem: ShellProblem,
+    store: CaseStore,
+    options: ShellOptions | None = None,
+    progress: Progress | None = None,
+    start: ShellSurface | None = None,
+) -> ShellCase:
+    """The finished case of this problem, from the store or from a new worker process.
+
+    start: a surface near the state at the full load, from which the worker settles. A case that an interrupted run left
+    unfinished goes on from its checkpoint; one that another process works on is waited for. Raises `BadInput` or
+    `Missing` when the worker refuses; anything else it meets is a status.
+    """
+    options = options or ShellOptions()
+    key = shell_key(problem, options, start)
+    found = stored_case(store, key)
+    if found is not None:
+        return found
+    waiting = None if progress is None else (lambda: progress("another run works on this case: waiting for it"))
     try:
-        folder = store.put(key, write)
+        with store.unfinished(key, waiting) as unfinished:
+            found = stored_case(store, key)  # finished by the run that was waited for
+            if found is not None:
+                return found
+
+            def write(folder: Path) -> None:
+                reason = _work(problem, options, start, folder, unfinished, progress)
+                if reason is not None:
+                    raise _Crashed(reason)
+
+            folder = store.put(key, write)
     except _Crashed as crash:
         return ShellCase({"status": "crashed", "stable": None, "message": str(crash), "seconds": {}}, None, False)
     return ShellCase(read_json(folder / "shell.json"), folder, False)
@@ -128,12 +147,27 @@ class _Crashed(Exception):
     """The worker died without a report; nothing is stored."""
 
 
-def _work(problem: ShellProblem, options: ShellOptions, folder: Path, progress: Progress | None) -> str | None:
-    """Runs the worker into `folder`; None when it reported, otherwise why it did not, in one line."""
+def _work(
+    problem: ShellProblem,
+    options: ShellOptions,
+    start: ShellSurface | None,
+    folder: Path,
+    unfinished: Unfinished,
+    progress: Progress | None,
+) -> str | None:
+    """Runs the worker into `folder`; None when it reported, otherwise why it did not, in one line.
+
+    The worker inherits the lock of the unfinished case: should this process be killed, nobody else works on the case
+    until the worker has noticed (at its next word that nobody reads).
+    """
     scratch = Path(tempfile.mkdtemp(prefix="ribbonbench-shell-"))
     try:
+        data = {"problem": problem.to_dict(), "options": options.to_dict(), "folder": str(unfinished.folder.resolve())}
+        if start is not None:
+            start.save(scratch / "start.npz")
+            data["start"] = "start.npz"
         request = scratch / "request.json"
-        request.write_text(json.dumps({"problem": problem.to_dict(), "options": options.to_dict()}))
+        request.write_text(json.dumps(data))
         environment = {**os.environ, "OMP_NUM_THREADS": os.environ.get("OMP_NUM_THREADS", "1")}
         root = str(Path(__file__).resolve().parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(p for p in (root, os.environ.get("PYTHONPATH", "")) if p)
@@ -146,6 +180,7 @@ def _work(problem: ShellProblem, options: ShellOptions, folder: Path, progress: 
                 text=True,
                 env=environment,
                 start_new_session=True,
+                pass_fds=(unfinished.lock,),
             )
             try:
                 assert process.stdout is not None
@@ -171,6 +206,21 @@ def _work(problem: ShellProblem, options: ShellOptions, folder: Path, progress: 
         shutil.rmtree(scratch, ignore_errors=True)
 
 
+def event_text(event: dict[str, Any]) -> str | None:
+    """A progress event of the shell in words; None: nothing to say."""
+    kind = event.get("event")
+    if kind == "step":
+        word = "" if event.get("accepted", True) else ", cut back"
+        how = "" if event.get("method", "load") == "load" else f" ({event['method']})"
+        load = float(event.get("load", 0))
+        return f"{event.get('stage', 'load')}{how} {load:.0%}, {event.get('iterations')} it{word}"
+    if kind in ("thicker", "thinner"):
+        return f"settles at w/h = {event['width_to_thickness']:g}"
+    if kind == "mesh":
+        return f"mesh {' x '.join(map(str, event['elements']))}: error {event['estimate']:.1e}"
+    return str(kind) if kind else None
+
+
 def _tell(line: str, progress: Progress | None) -> None:
     """Passes a progress line of the worker on as text."""
     if progress is None:
@@ -179,8 +229,6 @@ def _tell(line: str, progress: Progress | None) -> None:
         event = json.loads(line)
     except ValueError:
         return
-    if event.get("event") == "step":
-        word = "" if event.get("accepted", True) else ", cut back"
-        progress(f"{event.get('stage', 'load')} {float(event.get('load', 0)):.0%}, {event.get('iterations')} it{word}")
-    elif event.get("event"):
-        progress(str(event["event"]))
+    text = event_text(event)
+    if text is not None:
+        progress(text)

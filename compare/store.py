@@ -16,6 +16,7 @@ import contextlib
 import dataclasses
 import enum
 import errno
+import fcntl
 import hashlib
 import json
 import math
@@ -25,7 +26,8 @@ import shutil
 import socket
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -36,7 +38,10 @@ MANIFEST = "case.json"
 """Name of the file that makes a case folder complete: key, time, and size and SHA-256 of every other file."""
 
 _PARTIAL = ".partial"  # folder under the store's root where cases are written before they are renamed
-_PARTIAL_AGE = 7 * 86400.0  # s; leftovers of another machine are removed after this time
+_PARTIAL_AGE = 7 * 86400.0  # s; leftovers of another machine, and what nobody went on with, are removed after this time
+_UNFINISHED = ".unfinished"  # folder under the store's root where cases keep what they need to go on
+_LOCK = "lock"  # file of an unfinished case, locked by whoever works on it
+_POLL = 0.2  # s between two looks at a lock that another process holds
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -188,6 +193,17 @@ def case_key(*parts: Any) -> str:
     return hashlib.sha256(canonical_json(list(parts)).encode("utf-8")).hexdigest()
 
 
+@dataclass(frozen=True)
+class Unfinished:
+    """What is kept of a case that is being made: a folder for checkpoints, and the descriptor of its lock.
+
+    The lock ends with the last process that has the descriptor open: a child that inherits it holds it too.
+    """
+
+    folder: Path
+    lock: int
+
+
 class CaseStore:
     """Finished cases under `root`, one folder each, named by `case_key`.
 
@@ -235,20 +251,76 @@ class CaseStore:
         finally:
             shutil.rmtree(work, ignore_errors=True)
 
+    @contextlib.contextmanager
+    def unfinished(self, key: str, waiting: Callable[[], object] | None = None) -> Iterator[Unfinished]:
+        """The case's folder for checkpoints, locked: one process at a time works on a case.
+
+        It is removed when the block ends without an exception (the case is finished) or nothing but the lock is in it,
+        and kept otherwise, also when the process is killed: the next one goes on from it. `waiting` is called once if
+        another process works on the case; look at `get` again after that.
+        """
+        folder = self.root / _UNFINISHED / self._folder(key).name
+        handle = _locked(folder, waiting)
+        finished = False
+        try:
+            yield Unfinished(folder, handle)
+            finished = True
+        finally:
+            if finished or {path.name for path in folder.iterdir()} <= {_LOCK}:
+                shutil.rmtree(folder, ignore_errors=True)
+            os.close(handle)
+
     def _folder(self, key: str) -> Path:
         if not re.fullmatch(r"[0-9a-f]{64}", key):
             raise ValueError(f"not a case key: {key!r}")
         return self.root / key
 
     def _sweep(self) -> None:
-        """Remove partial folders whose process has died (on this machine) or that are a week old (on another)."""
+        """Remove partial folders whose process has died (on this machine) or that are a week old (on another), and what
+        nobody has gone on with for a week."""
         host = _host()
+        unfinished = self.root / _UNFINISHED
+        for entry in unfinished.iterdir() if unfinished.is_dir() else ():
+            with contextlib.suppress(OSError):
+                if time.time() - entry.stat().st_mtime > _PARTIAL_AGE:
+                    shutil.rmtree(entry, ignore_errors=True)
         for entry in (self.root / _PARTIAL).iterdir():
             owner, _, pid = entry.name.rpartition(".")[0].rpartition("-")
             with contextlib.suppress(OSError, ValueError):
                 dead = not _alive(int(pid)) if owner == host else time.time() - entry.stat().st_mtime > _PARTIAL_AGE
                 if dead:
                     shutil.rmtree(entry, ignore_errors=True)
+
+
+def _locked(folder: Path, waiting: Callable[[], object] | None) -> int:
+    """The descriptor of the lock file in `folder` (made when absent), locked; waits for whoever holds it.
+
+    Whoever held it may have removed the folder meanwhile: the lock counts only on the file that is there now.
+    """
+    while True:
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except FileNotFoundError:
+            continue
+        try:
+            while True:
+                try:
+                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                except BlockingIOError:
+                    if waiting is not None:
+                        waiting()
+                        waiting = None
+                    time.sleep(_POLL)
+            if os.fstat(handle).st_ino == (folder / _LOCK).stat().st_ino:
+                return handle
+        except FileNotFoundError:
+            pass
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)
 
 
 def _host() -> str:

@@ -17,6 +17,7 @@ from compare.comparison import Comparison, Row
 from compare.distance import YARDSTICK
 from compare.run import RibbonRun
 from compare.scene import Scene
+from compare.shell_build import line_weight
 
 FloatArray = NDArray[np.float64]
 
@@ -50,6 +51,7 @@ def _part(kind: str, name: str) -> Callable[[Row], Any]:
 _COLUMNS = (
     Column("width_to_thickness", "w/h", lambda r: r.width_to_thickness, _number("g")),
     Column("status", "shell", lambda r: r.status, str),
+    Column("start", "start", lambda r: r.start, str),
     Column("hausdorff", "distance", lambda r: r.hausdorff, _number(".2e")),
     Column("centreline", "centreline", lambda r: r.centreline, _number(".2e")),
     Column("ribbon_error", "ribbon error", lambda r: r.ribbon_error, _number(".1e")),
@@ -58,7 +60,7 @@ _COLUMNS = (
     Column("membrane_share", "membrane %", _part("share", "membrane"), _percent),
     Column("shear_share", "shear %", _part("share", "shear"), _percent),
     Column("elastic", "elastic", _part("energy", "elastic_ribbon"), _number(".6g")),
-    Column("gravity", "gravity", _part("energy", "gravity"), _number(".6g")),
+    Column("gravity", "gravity", lambda r: None if r.energy is None else r.energy["gravity"] + 0.0, _number(".6g")),
     Column("total", "total", lambda r: _total(r), _number(".6g")),
     Column("seconds_ribbon", "ribbon s", lambda r: r.seconds["ribbon"], _number(".2g")),
     Column("seconds_shell", "shell s", lambda r: r.seconds["shell"], _number(".3g")),
@@ -70,7 +72,8 @@ LEGEND = (
     "Lengths in l, energies in D w / l without the constant of the natural curvature, times in seconds of one solve "
     "(compilation apart). distance: symmetric Hausdorff distance of the surfaces; centreline: largest distance at "
     "equal s; errors: of the discretisations, by refinement; models differ: the distance exceeds the sum of both "
-    "errors; ratio: shell time over ribbon time."
+    "errors; ratio: shell time over ribbon time; start: where the shell's solve began, its path or the ribbon's "
+    "surface (it then settles at the full load)."
 )
 
 
@@ -170,8 +173,12 @@ def verdict(comparison: Comparison) -> list[str]:
         said.append(
             f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
             f"{last.shell_error:.1e} l), the ribbon {ribbon.warm:.2g} s (error {last.ribbon_error:.1e} l): a factor "
-            f"{last.ratio:.0f}" + ("; the shell's time is from the run that stored it." if last.reused else ".")
+            f"{last.ratio:.0f}"
+            + ("; the shell's time is from the run that stored it" if last.reused else "")
+            + ("." if last.start.startswith("path") else "; the shell began at the ribbon's surface.")
         )
+    weight = line_weight(comparison.scene)
+    said += [weight] if weight else []
     if comparison.elastica is not None and comparison.elastica_distance is not None:
         r = comparison.elastica.result
         said.append(
@@ -190,8 +197,13 @@ def _other_model(comparison: Comparison) -> list[str]:
     """What makes this ribbon another model than the limit of its shells."""
     scene, energy = comparison.scene, comparison.ribbon.equilibrium.problem.energy
     found = []
-    if scene.clamp_start is not None and scene.clamp_start.ruling == "free":
-        found.append('the shell holds its whole edge: clamp.start.ruling = "straight" does the same')
+    for name, clamp in (("start", scene.clamp_start), ("end", scene.clamp_end)):
+        if clamp is None:
+            continue
+        if scene.shell.clamp == "edge" and clamp.ruling == "free":
+            found.append(f'the shell holds its whole edge: clamp.{name}.ruling = "straight" does the same')
+        if scene.shell.clamp == "corners" and clamp.ruling == "straight":
+            found.append(f'the shell is held at its corners only: clamp.{name}.ruling = "free" is nearer to that')
     if energy == "sadowsky":
         found.append('the shell has a finite width: model.energy = "wunderlich"')
     return [f"The ribbon need not be the shell's limit: {'; '.join(found)}."] if found else []

@@ -7,8 +7,19 @@ Everything is dimensionless: length l = 1, bending stiffness D = 1 per unit widt
 forces in D w / l^2, moments in D w / l.
 """
 
-from shellref.problem import ShellInputError, ShellOptions, ShellProblem
+from shellref.inputs import ShellInputError
+from shellref.options import ShellOptions
+from shellref.problem import Pose, ShellProblem, Waypoint
 from shellref.result import ShellResult, ShellStatus
 from shellref.surface import ShellSurface
 
-__all__ = ["ShellInputError", "ShellOptions", "ShellProblem", "ShellResult", "ShellStatus", "ShellSurface"]
+__all__ = [
+    "Pose",
+    "ShellInputError",
+    "ShellOptions",
+    "ShellProblem",
+    "ShellResult",
+    "ShellStatus",
+    "ShellSurface",
+    "Waypoint",
+]

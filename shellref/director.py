@@ -1,16 +1,20 @@
-"""Unit directors at the nodes: tangent bases, the projection P from 5 to 6 components, and the update.
+"""Unit directors at the nodes: tangent bases, the projection P from 6 components to the free increments, the update.
 
 A node carries (phi, d), six components with |d| = 1. Its admissible increments are three translations and two
-components in the plane normal to d. For the energy E(phi, d) the Riemannian Hessian on the sphere is
+components in the plane normal to d; supports take some of the five away. For the energy E(phi, d) the Riemannian
+Hessian on the sphere is
 
     P^T (E'' - (d . dE/dd) I_d) P ,   I_d: identity on the director components only
 
-(Absil, Mahony & Sepulchre 2008, section 5.5, embedded submanifold). There is no singular rotation.
+(Absil, Mahony & Sepulchre 2008, section 5.5, embedded submanifold). There is no singular rotation. A director that
+stays normal to an axis e (a symmetry plane, a hinge) moves on a circle: its one increment is along e x d.
 """
 
 from __future__ import annotations
 
 import numpy as np
+
+FREE, HELD = -1, 3  # values of `Increments.directors`; 0, 1, 2: the director stays normal to that axis
 
 
 def tangent_bases(directors: np.ndarray) -> np.ndarray:
@@ -29,35 +33,79 @@ def tangent_bases(directors: np.ndarray) -> np.ndarray:
     return np.stack([h[rows, :, columns[:, 0]], h[rows, :, columns[:, 1]]], axis=2)
 
 
-def projection_csr(bases: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """P as CSR arrays (indptr, indices, values), shape (6 n, 5 m): n nodes, m of them free (fixed rows are empty).
+class Increments:
+    """The admissible increments of nodes: which of the five are free, and P in compressed rows.
 
-    bases (n, 3, 2); free (m,): node numbers, sorted. Columns of the j-th free node: 5 j + (3 positions, 2 rotations).
+    translations (n, 3): True where a component of the position is held. directors (n,): FREE, HELD, or the axis (0, 1,
+    2) to which the director stays normal. `owned`: number of the first nodes, whose increments are unknowns here.
     """
-    n, m = len(bases), len(free)
-    counts = np.zeros((n, 6), dtype=np.int32)
-    counts[free] = (1, 1, 1, 2, 2, 2)
-    indptr = np.concatenate([[0], np.cumsum(counts.ravel())]).astype(np.int32)
-    first = 5 * np.arange(m)[:, None]
-    indices = np.concatenate([first + np.array([[0, 1, 2]]), np.tile(first + np.array([[3, 4]]), (1, 3))], axis=1)
-    values = np.concatenate([np.ones((m, 3)), bases[free].reshape(m, 6)], axis=1)
-    return indptr, indices.astype(np.int32).ravel(), values.ravel()
 
+    def __init__(self, translations: np.ndarray, directors: np.ndarray, owned: int | None = None):
+        n = len(translations)
+        self.nodes, self.owned = n, n if owned is None else owned
+        self.translations, self.directors = translations, directors
+        self.active = np.concatenate(
+            [~translations, (directors != HELD)[:, None], (directors == FREE)[:, None]], axis=1
+        )
+        self.active[self.owned :] = False
+        self.unknowns = int(self.active.sum())
+        self.held = np.concatenate([translations, np.repeat((directors == HELD)[:, None], 3, axis=1)], axis=1)
+        self._axes = [(axis, np.flatnonzero(directors == axis)) for axis in (0, 1, 2)]
+        self._structure()
 
-def reduce_vector(full: np.ndarray, bases: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """P^T f: nodal 6-vectors (n, 6) -> (5 m,)."""
-    f = full[free]
-    rotations = np.einsum("nik,ni->nk", bases[free], f[:, 3:])
-    return np.concatenate([f[:, :3], rotations], axis=1).ravel()
+    def _structure(self) -> None:
+        """Pattern of P: for each entry its column and where its value comes from (0: one; else 1 + place in bases)."""
+        number = np.cumsum(self.active.ravel()).reshape(self.active.shape) - 1
+        n = self.owned
+        active, number = self.active[:n], number[:n]
+        row, column, source = [], [], []
+        for c in range(3):
+            at = np.flatnonzero(active[:, c])
+            row.append(6 * at + c)
+            column.append(number[at, c])
+            source.append(np.zeros(len(at), dtype=np.int64))
+            for k in (0, 1):
+                at = np.flatnonzero(active[:, 3 + k])
+                row.append(6 * at + 3 + c)
+                column.append(number[at, 3 + k])
+                source.append(1 + (at * 3 + c) * 2 + k)
+        rows, columns, sources = (np.concatenate(x) for x in (row, column, source))
+        order = np.lexsort((columns, rows))
+        self._indptr = np.searchsorted(rows[order], np.arange(6 * n + 1)).astype(np.int32)
+        self._columns, self._source = columns[order].astype(np.int32), sources[order]
 
+    def bases(self, directors: np.ndarray) -> np.ndarray:
+        """(n, 3, 2): the two directions in which each director (n, 3) may move; the second is unused on an axis."""
+        bases = tangent_bases(directors)
+        for axis, at in self._axes:
+            if len(at):
+                bases[at, :, 0] = np.cross(np.eye(3)[axis], directors[at])
+        return bases
 
-def expand_vector(reduced: np.ndarray, bases: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """P q: (5 m,) -> nodal 6-vectors (n, 6), zero at held nodes."""
-    q = reduced.reshape(-1, 5)
-    full = np.zeros((len(bases), 6))
-    full[free, :3] = q[:, :3]
-    full[free, 3:] = np.einsum("nik,nk->ni", bases[free], q[:, 3:])
-    return full
+    def projection(self, bases: np.ndarray, offset: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """P as (indptr, indices, values) of the owned rows, shape (6 owned, unknowns); columns start at `offset`."""
+        values = np.concatenate([[1.0], bases[: self.owned].ravel()])[self._source]
+        return self._indptr, self._columns + np.int32(offset), values
+
+    def reduce(self, full: np.ndarray, bases: np.ndarray) -> np.ndarray:
+        """P^T f: nodal 6-vectors (n, 6) -> (unknowns,)."""
+        rotations = np.einsum("nik,ni->nk", bases, full[:, 3:])
+        return np.concatenate([full[:, :3], rotations], axis=1)[self.active]
+
+    def expand(self, reduced: np.ndarray, bases: np.ndarray) -> np.ndarray:
+        """P q: (unknowns,) -> nodal 6-vectors (n, 6), zero where nothing is free and on ghosts."""
+        five = np.zeros((self.nodes, 5))
+        five[self.active] = reduced
+        return np.concatenate([five[:, :3], np.einsum("nik,nk->ni", bases, five[:, 3:])], axis=1)
+
+    def nodal(self, translation: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+        """One number per node for its positions (n,), one for its rotations (n,): (unknowns,)."""
+        return np.stack([translation] * 3 + [rotation] * 2, axis=1)[self.active]
+
+    def constraint_curvature(self, state: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """-d . dE/dd on the rotations (unknowns,): state and force (= dE/d(phi, d)) are (n, 6)."""
+        curvature = -np.einsum("ni,ni->n", state[:, 3:], force[:, 3:])
+        return self.nodal(np.zeros(self.nodes), curvature)
 
 
 def retract(state: np.ndarray, increment: np.ndarray) -> np.ndarray:
@@ -65,15 +113,3 @@ def retract(state: np.ndarray, increment: np.ndarray) -> np.ndarray:
     new = state + increment
     new[:, 3:] /= np.linalg.norm(new[:, 3:], axis=1)[:, None]
     return new
-
-
-def constraint_curvature(state: np.ndarray, force: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """-d . dE/dd at the free nodes (m,): state and force (= dE/d(phi, d)) are (n, 6)."""
-    return -np.einsum("ni,ni->n", state[free, 3:], force[free, 3:])
-
-
-def as_rotation_diagonal(values: np.ndarray) -> np.ndarray:
-    """One number per free node (m,) spread on the two rotation components: (5 m,)."""
-    diagonal = np.zeros((len(values), 5))
-    diagonal[:, 3:] = values[:, None]
-    return diagonal.ravel()

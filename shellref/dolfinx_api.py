@@ -1,43 +1,124 @@
-"""The only module that knows which dolfinx is installed (written for and tested on 0.5.2, Debian 12).
+"""The only module that knows which dolfinx is installed: 0.5 (Debian 12) or 0.9 (Debian 13).
 
-Everything is serial (MPI.COMM_SELF): one solve, one process. Arrays of cells, points and nodes are NumPy arrays.
+Serial or parallel by the communicator of the mesh. Cells: every process has its own and no copies of others'. Nodes:
+its own first, then ghosts, copies of nodes that other processes own. Arrays of cells, points and nodes are NumPy arrays
+of what this process has; functions that take a mesh, space or form are collective on its communicator.
+
 Importing this module without dolfinx raises `DolfinxMissing` with the remedy.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-REMEDY = "dolfinx is missing: run `apt-get install python3-dolfinx`, then `make setup`"
+REMEDY = "dolfinx is missing: run `apt-get install python3-dolfinx python3-slepc4py`, then `make setup`"
 
 
 class DolfinxMissing(ImportError):
-    """dolfinx (or petsc4py, mpi4py, ufl) cannot be imported, or is a version this module does not know."""
+    """dolfinx (or petsc4py, slepc4py, mpi4py, ufl) cannot be imported, or is a version this module does not know."""
 
 
 try:
     import dolfinx
     import petsc4py
+    import slepc4py
     import ufl
-    from dolfinx import fem
+    from dolfinx import fem, la
     from dolfinx import mesh as dmesh
     from dolfinx.fem import petsc as fpetsc
     from mpi4py import MPI
     from petsc4py import PETSc
+    from slepc4py import SLEPc
 except ImportError as error:
     raise DolfinxMissing(f"{REMEDY} ({error})") from error
 
-if tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) != (0, 5):
-    raise DolfinxMissing(f"dolfinx {dolfinx.__version__} is installed; needed: 0.5 (Debian 12's python3-dolfinx)")
-
+VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 COMPILE_FLAGS = ("-O3", "-ffast-math", "-g0")
 
 
+# --- what differs between versions -----------------------------------------------------------------------------------
+if VERSION == (0, 5):
+    from ffcx.element_interface import create_quadrature
+
+    JIT_KEYWORD, ADD, SPACE = "jit_params", la.ScatterMode.add, fem.FunctionSpace
+    # nodes that processes share are found from copies of the cells around (9 with the cell), which are then dropped
+    DESTINATIONS, NO_COPIES = 9, {"ghost_mode": dmesh.GhostMode.none}
+    # ffcx gives an element without this variant another one when it first compiles a form, which renames (and so
+    # recompiles) every form that follows; with it, names do not depend on what is in the cache
+    COORDINATES = ufl.VectorElement(ufl.FiniteElement("Lagrange", ufl.quadrilateral, 1, variant="equispaced"))
+
+    def _lagrange(degree: int, components: int) -> Any:
+        return ufl.VectorElement("Lagrange", ufl.quadrilateral, degree, dim=components)
+
+    def _quadrature(degree: int, components: int) -> Any:
+        return ufl.VectorElement("Quadrature", ufl.quadrilateral, degree, dim=components, quad_scheme="default")
+
+    _rule = partial(create_quadrature, "quadrilateral", rule="default")
+
+elif VERSION == (0, 9):
+    import basix.ufl
+
+    JIT_KEYWORD, ADD, SPACE = "jit_options", la.InsertMode.add, fem.functionspace  # type: ignore[attr-defined]
+    DESTINATIONS, NO_COPIES = 1, {}
+    COORDINATES = basix.ufl.element("Lagrange", "quadrilateral", 1, shape=(2,))
+
+    def _lagrange(degree: int, components: int) -> Any:
+        return basix.ufl.element("Lagrange", "quadrilateral", degree, shape=(components,))
+
+    def _quadrature(degree: int, components: int) -> Any:
+        return basix.ufl.quadrature_element("quadrilateral", (components,), scheme="default", degree=degree)
+
+    _rule = partial(basix.make_quadrature, basix.CellType.quadrilateral)
+
+else:
+    raise DolfinxMissing(f"dolfinx {dolfinx.__version__} is installed; needed: 0.5 (Debian 12) or 0.9 (Debian 13)")
+
+
+# --- processes -------------------------------------------------------------------------------------------------------
+def communicator(name: str) -> Any:
+    """The communicator "self" (this process alone) or "world" (all processes of this run)."""
+    return {"self": MPI.COMM_SELF, "world": MPI.COMM_WORLD}[name]
+
+
+def sum_over(comm: Any, x: Any) -> Any:
+    """Sum over the processes, of numbers or of arrays of one shape."""
+    return comm.allreduce(x, op=MPI.SUM)
+
+
+def max_over(comm: Any, x: Any) -> Any:
+    """Largest over the processes, of numbers."""
+    return comm.allreduce(x, op=MPI.MAX)
+
+
+def gather_rows(comm: Any, array: np.ndarray) -> np.ndarray:
+    """The rows of all processes, stacked in the order of ranks, on every process."""
+    return np.concatenate(comm.allgather(array))
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that takes part in a solve."""
+    return {
+        "python": sys.version.split()[0],
+        "numpy": np.__version__,
+        "dolfinx": dolfinx.__version__,
+        "ufl": ufl.__version__,
+        "petsc": ".".join(str(part) for part in PETSc.Sys.getVersion()),
+        "petsc4py": petsc4py.__version__,
+        "slepc": ".".join(str(part) for part in SLEPc.Sys.getVersion()),
+        "slepc4py": slepc4py.__version__,
+    }
+
+
+# --- compiled forms --------------------------------------------------------------------------------------------------
 def cache_folder() -> Path:
     """Where compiled forms are kept between runs: $RIBBONBENCH_CACHE, or $XDG_CACHE_HOME, or ~/.cache."""
     own = os.environ.get("RIBBONBENCH_CACHE")
@@ -46,44 +127,65 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ribbonbench" / "forms"
 
 
-def _jit() -> dict[str, Any]:
-    """Options of the form compiler's C stage."""
+@contextmanager
+def _jit(comm: Any) -> Iterator[dict[str, Any]]:
+    """Options of the form compiler's C stage, for one compilation.
+
+    One process at a time compiles into the folder (of a communicator only the first does, dolfinx sees to that), so a
+    source without the mark of a finished compilation is what a killed process left: ffcx would wait for it in vain.
+    """
     folder = cache_folder()
+    options = {"cache_dir": str(folder), "cffi_extra_compile_args": list(COMPILE_FLAGS), "timeout": 120}
+    comm.barrier()  # or the first would hold the lock and wait for one that waits for the lock, compiling by itself
+    if comm.rank > 0:
+        yield {JIT_KEYWORD: options}
+        return
     folder.mkdir(parents=True, exist_ok=True)
-    return {"cache_dir": str(folder), "cffi_extra_compile_args": list(COMPILE_FLAGS), "timeout": 120}
+    with open(folder / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for source in folder.glob("libffcx_*.c"):
+            if not source.with_suffix(".c.cached").exists():
+                source.unlink()
+        yield {JIT_KEYWORD: options}
 
 
-def versions() -> dict[str, str]:
-    """Versions of everything that takes part in a solve."""
-    petsc = ".".join(str(part) for part in PETSc.Sys.getVersion())
-    return {
-        "python": sys.version.split()[0],
-        "numpy": np.__version__,
-        "dolfinx": dolfinx.__version__,
-        "ufl": ufl.__version__,
-        "petsc": petsc,
-        "petsc4py": petsc4py.__version__,
-    }
+def compile_form(form: Any) -> Any:
+    """A form compiled (or found in the cache)."""
+    with _jit(form.ufl_domains()[0].ufl_cargo().comm) as options:
+        return fem.form(form, **options)
 
 
-def rectangle(s_knots: np.ndarray, v_knots: np.ndarray) -> Any:
-    """Quadrilateral mesh of the material coordinates (S, v) with these ends of elements (nx + 1,), (ny + 1,)."""
-    along, across = len(s_knots) - 1, len(v_knots) - 1
-    corners = [np.array([0.0, 0.0]), np.array([1.0, 1.0])]
-    mesh = dmesh.create_rectangle(MPI.COMM_SELF, corners, [along, across], dmesh.CellType.quadrilateral)
-    place = mesh.geometry.x
-    place[:, 0] = s_knots[np.rint(along * place[:, 0]).astype(int)]
-    place[:, 1] = v_knots[np.rint(across * place[:, 1]).astype(int)]
-    # ffcx 0.5 makes this change to the mesh when it first compiles a form, which renames (and so recompiles) every form
-    # that follows; made here, names do not depend on what is in the cache
-    domain = mesh.ufl_domain()
-    element = ufl.FiniteElement("Lagrange", domain.ufl_cell(), 1, variant="equispaced")
-    domain._ufl_coordinate_element = ufl.VectorElement(element)
-    return mesh
+# --- mesh ------------------------------------------------------------------------------------------------------------
+def rectangle(s_knots: np.ndarray, v_knots: np.ndarray, comm: Any) -> Any:
+    """Quadrilateral mesh of the material coordinates (S, v) with these ends of elements (nx + 1,), (ny + 1,).
+
+    Cells, counted across the strip first, are dealt out in equal runs: a process has a piece of the strip's length and
+    shares one row of nodes, about 2 ny, with each neighbour. Fewer cells than processes: ValueError on all of them.
+    """
+    nx, ny = len(s_knots) - 1, len(v_knots) - 1
+    if nx * ny < comm.size:
+        raise ValueError(f"a mesh of {nx} x {ny} elements cannot be shared by {comm.size} processes: use fewer")
+    ends = np.arange(comm.size + 1) * (nx * ny) // comm.size
+    mine = np.arange(ends[comm.rank], ends[comm.rank + 1])
+    first = mine // ny * (ny + 1) + mine % ny
+    cells = np.stack([first, first + ny + 1, first + 1, first + ny + 2], axis=1).astype(np.int64)
+    # any process may bring any nodes: the first brings all
+    nodes = np.stack(np.meshgrid(s_knots, v_knots, indexing="ij"), axis=2).reshape(-1, 2)
+    nodes = np.ascontiguousarray(nodes if comm.rank == 0 else nodes[:0], dtype=float)
+    # of every cell: its own rank, then those of the cells around it
+    owners = np.pad(np.searchsorted(ends, np.arange(nx * ny), side="right").reshape(nx, ny) - 1, 1, mode="edge")
+    near = [owners[1 + i : nx + 1 + i, 1 + j : ny + 1 + j].ravel()[mine] for i in (0, -1, 1) for j in (0, -1, 1)]
+
+    def destinations(*_: Any) -> Any:
+        links = [[row[0], *sorted(set(row) - {row[0]})] for row in np.stack(near[:DESTINATIONS], axis=1).tolist()]
+        starts = np.cumsum([0] + [len(link) for link in links]).astype(np.int32)
+        return dolfinx.cpp.graph.AdjacencyList_int32(np.concatenate(links).astype(np.int32), starts)
+
+    return dmesh.create_mesh(comm, cells, nodes, ufl.Mesh(COORDINATES), partitioner=destinations, **NO_COPIES)
 
 
 def cell_count(mesh: Any) -> int:
-    """Number of cells."""
+    """Number of cells of this process."""
     return mesh.topology.index_map(mesh.topology.dim).size_local
 
 
@@ -93,21 +195,30 @@ def cell_midpoints(mesh: Any) -> np.ndarray:
     return dmesh.compute_midpoints(mesh, mesh.topology.dim, cells)[:, :2]
 
 
+# --- spaces and functions --------------------------------------------------------------------------------------------
 def lagrange_space(mesh: Any, degree: int, components: int) -> Any:
     """Continuous Lagrange space with `components` per node."""
-    element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=components)
-    return fem.FunctionSpace(mesh, element, jit_params=_jit())
+    with _jit(mesh.comm) as options:
+        return SPACE(mesh, _lagrange(degree, components), **options)
 
 
 def quadrature_space(mesh: Any, degree: int, components: int) -> Any:
     """Values at the points of the Gauss rule of this degree."""
-    element = ufl.VectorElement("Quadrature", mesh.ufl_cell(), degree, dim=components, quad_scheme="default")
-    return fem.FunctionSpace(mesh, element, jit_params=_jit())
+    with _jit(mesh.comm) as options:
+        return SPACE(mesh, _quadrature(degree, components), **options)
 
 
 def node_coordinates(space: Any) -> np.ndarray:
-    """(nodes, 2) material coordinates of the nodes, in the order of the unknowns."""
-    return space.tabulate_dof_coordinates()[:, :2]
+    """(nodes, 2) material coordinates of the nodes, in the order of the unknowns, ghosts last."""
+    nodes = space.tabulate_dof_coordinates()[:, :2].copy()
+    update_ghosts(space, nodes)  # computed from other cells than the owner's, they differ in the last digit
+    return nodes
+
+
+def node_ranges(space: Any) -> tuple[int, int, int]:
+    """Numbers of this process's own nodes and of its ghosts, and the global number of its first own node."""
+    index = space.dofmap.index_map
+    return index.size_local, index.num_ghosts, index.local_range[0]
 
 
 def function(space: Any) -> Any:
@@ -116,7 +227,7 @@ def function(space: Any) -> Any:
 
 
 def values(item: Any, components: int) -> np.ndarray:
-    """The unknowns of a function as a writable view (nodes, components)."""
+    """The unknowns of a function as a writable view (nodes, components), ghosts last."""
     return item.x.array.reshape(-1, components)
 
 
@@ -125,45 +236,65 @@ def constant(mesh: Any, value: Any) -> Any:
     return fem.Constant(mesh, PETSc.ScalarType(value) if np.ndim(value) == 0 else np.asarray(value, dtype=float))
 
 
+def _scratch(space: Any, components: int) -> Any:
+    """A distributed vector over a space's nodes, made once: each holds communicators of its own."""
+    store = space.__dict__.setdefault("_ribbonbench_vectors", {})
+    if components not in store:
+        store[components] = la.vector(space.dofmap.index_map, components)
+    return store[components]
+
+
+def update_ghosts(space: Any, array: np.ndarray) -> None:
+    """Ghosts take their owners' values, in place: array (nodes, components) of floats."""
+    if space.mesh.comm.size > 1:
+        vector = _scratch(space, array.shape[1])
+        vector.array[:] = array.ravel()
+        vector.scatter_forward()
+        array[:] = vector.array.reshape(array.shape)
+
+
 def gauss_rule(degree: int) -> tuple[np.ndarray, np.ndarray]:
     """Points (q, 2) and weights (q,) on the unit square of the rule that forms use for this degree."""
-    from ffcx.element_interface import create_quadrature
-
-    points, weights = create_quadrature("quadrilateral", degree, "default")
+    points, weights = _rule(degree)
     return np.asarray(points), np.asarray(weights)
 
 
-def compile_form(form: Any) -> Any:
-    """A form compiled (or found in the cache)."""
-    return fem.form(form, jit_params=_jit())
-
-
 class PointValues:
-    """A UFL vector evaluated at the points of a Gauss rule in every cell."""
+    """A UFL vector evaluated at the points of a Gauss rule in every cell of this process."""
 
     def __init__(self, mesh: Any, expression: Any, degree: int, components: int):
         points, _ = gauss_rule(degree)
-        self._expression = fem.Expression(expression, points, jit_params=_jit())
-        self._cells = np.arange(cell_count(mesh), dtype=np.int32)
-        self._shape = (len(self._cells), len(points), components)
+        with _jit(mesh.comm) as options:
+            self._expression = fem.Expression(expression, points, **options)
+        cells = np.arange(cell_count(mesh), dtype=np.int32)
+        self._where = (cells,) if VERSION == (0, 5) else (mesh, cells)
+        self._shape = (len(cells), len(points), components)
 
     def __call__(self) -> np.ndarray:
         """(cells, points, components)."""
-        return self._expression.eval(self._cells).reshape(self._shape)
+        return self._expression.eval(*self._where).reshape(self._shape)
 
 
 def quadrature_order(space: Any, points: int) -> np.ndarray:
     """(cells, points) number of each point's block of unknowns in a quadrature space."""
-    return np.asarray(space.dofmap.list.array).reshape(-1, points)
+    blocks = space.dofmap.list.array if VERSION == (0, 5) else space.dofmap.list
+    return np.asarray(blocks).reshape(-1, points)[: cell_count(space.mesh)]
 
 
-def assemble_vector(forms: list[Any], components: int) -> np.ndarray:
-    """Sum of assembled linear forms, (nodes, components)."""
-    return sum(fem.assemble_vector(form).array for form in forms).reshape(-1, components)
+def assemble_vector(forms: list[Any], space: Any, components: int) -> np.ndarray:
+    """Sum of assembled linear forms on a space, (nodes, components), complete at ghosts too."""
+    vector = _scratch(space, components)
+    vector.array[:] = 0.0
+    for form in forms:
+        fem.assemble_vector(vector.array, form)
+    if space.mesh.comm.size > 1:
+        vector.scatter_reverse(ADD)
+        vector.scatter_forward()
+    return vector.array.reshape(-1, components).copy()
 
 
 def create_matrix(form: Any) -> Any:
-    """An empty PETSc matrix with the pattern of a bilinear form."""
+    """An empty PETSc matrix with the pattern of a bilinear form; row components * node + component, nodes global."""
     return fpetsc.create_matrix(form)
 
 
@@ -173,57 +304,3 @@ def assemble_matrix(matrix: Any, forms: list[Any]) -> None:
     for form in forms:
         fpetsc.assemble_matrix(matrix, form)
     matrix.assemble()
-
-
-def sparse_matrix(shape: tuple[int, int], csr: tuple[np.ndarray, np.ndarray, np.ndarray]) -> Any:
-    """A PETSc AIJ matrix from (indptr, indices, values)."""
-    matrix = PETSc.Mat().createAIJ(size=shape, csr=csr, comm=PETSc.COMM_SELF)
-    matrix.assemble()
-    return matrix
-
-
-def refill(matrix: Any, csr: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
-    """New values in a matrix made by `sparse_matrix` with the same pattern."""
-    matrix.setValuesCSR(*csr)
-    matrix.assemble()
-
-
-def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:
-    """matrix += diag(diagonal)."""
-    vector = PETSc.Vec().createWithArray(np.ascontiguousarray(diagonal), comm=PETSc.COMM_SELF)
-    matrix.setDiagonal(vector, addv=PETSc.InsertMode.ADD_VALUES)
-
-
-class SymmetricFactor:
-    """L D L^T of a symmetric PETSc matrix by MUMPS: solves, and the inertia that says how stable a state is."""
-
-    def __init__(self, matrix: Any):
-        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        self._matrix = matrix
-        self._ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-        self._ksp.setType(PETSc.KSP.Type.PREONLY)
-        pc = self._ksp.getPC()
-        pc.setType(PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType("mumps")
-        self._ksp.setOperators(matrix)
-        pc.setFactorSetUpSolverType()
-        factor = pc.getFactorMatrix()
-        factor.setMumpsIcntl(24, 1)  # null pivots are detected: the inertia is then trustworthy
-        factor.setMumpsIcntl(13, 1)  # the root is factored with pivot signs known
-        self._pc = pc
-
-    def factor(self) -> None:
-        """Factorise the matrix's present values."""
-        self._ksp.setOperators(self._matrix)
-        self._ksp.setUp()
-
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        """matrix^-1 right, (n,)."""
-        b = PETSc.Vec().createWithArray(np.ascontiguousarray(right), comm=PETSc.COMM_SELF)
-        x = np.zeros_like(right)
-        self._ksp.solve(b, PETSc.Vec().createWithArray(x, comm=PETSc.COMM_SELF))
-        return x
-
-    def inertia(self) -> tuple[int, int, int]:
-        """Numbers of (negative, zero, positive) eigenvalues of the matrix last factored."""
-        return self._pc.getFactorMatrix().getInertia()

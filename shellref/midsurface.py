@@ -1,11 +1,15 @@
-"""The strip's mid-surface: material coordinates, flat reference placement, natural (weightless) shape. NumPy only.
+"""Mid-surfaces: material coordinates, reference placement, natural (weightless) shape of a strip. NumPy only.
 
-Material coordinates X = (S, v): S in [0, 1] along, v in [-w/2, w/2] across. Clamp frame columns (t_x, t_y, t_z).
+Material coordinates X = (S, v) are orthogonal on the reference surface, with Lame factors |phi_0,S| and |phi_0,v|.
+Strip: S in [0, 1] along, v in [-w/2, w/2] across. Clamp frame columns (t_x, t_y, t_z).
 Flat reference:  phi_0 = r_0 + v t_x + S t_z ,  d_0 = t_y = t_z x t_x.
 Sign (theory sheet, section 1): t_z' = -omega t_y , t_y' = omega t_z.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -55,74 +59,64 @@ def natural_strip(
     return points, directors
 
 
-CLAMP_LAYER = 0.1  # share of the elements along, over which a graded mesh comes back to even sizes
+class MidSurface(Protocol):
+    """A reference surface in orthogonal coordinates (S, v)."""
+
+    def place(self, s: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and unit normals (n, 3) at s, v (n,)."""
+        ...
+
+    def lame(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(n, 2) lengths of phi_0,S and phi_0,v."""
+        ...
 
 
-def knots_along(count: int, finest: float) -> np.ndarray:
-    """(count + 1,) ends of the elements in S, refined towards the clamp: `finest` = first element over the even ones.
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder, or a plane: straight along one coordinate, of curvature 1/R along the other; both are arc lengths.
 
-    Sizes follow 1 - (1 - finest) exp(-t / CLAMP_LAYER), t in [0, 1] the element's place in the count.
-    """
-    t = np.linspace(0.0, 1.0, count + 1)
-    x = t + (1.0 - finest) * CLAMP_LAYER * np.expm1(-t / CLAMP_LAYER)
-    return x / x[-1]
-
-
-def knots_across(count: int, finest: float, width: float) -> np.ndarray:
-    """(count + 1,) ends of the elements in v, symmetric about v = 0.
-
-    Sizes are in geometric progression from `finest` at the edges to 1 in the middle.
-    """
-    t = np.linspace(0.0, 1.0, count + 1)
-    tau = 2.0 * np.minimum(t, 1.0 - t)
-    rate = -np.log(finest)
-    x = tau if rate < 1e-9 else np.expm1(rate * tau) / np.expm1(rate)
-    return 0.5 * width * np.where(t <= 0.5, x - 1.0, 1.0 - x)
-
-
-def _places(x: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Number of the place nearest each x; places ascending."""
-    right = np.clip(np.searchsorted(places, x), 1, len(places) - 1)
-    return np.where(x - places[right - 1] < places[right] - x, right - 1, right)
-
-
-class Grid:
-    """The structured biquadratic grid of the strip: from unordered nodes and cells to rows and columns.
-
-    s_knots (nx + 1,), v_knots (ny + 1,): ends of the elements; s_nodes (2 nx + 1,), v_nodes (2 ny + 1,): and middles.
+    Local axes (e_1, e_2, e_3): at (0, 0) the surface runs along e_1 = d/dv, its normal is e_2, and e_3 = d/dS.
+    curvature_along: t_z' = -k t_y as for a strip (normal curvature of S-lines). curvature_across: the same law for the
+    v-lines, d(phi,v)/dv = -k normal: a tape spring with k > 0 is convex towards its normal. At most one is not zero.
     """
 
-    def __init__(self, elements: tuple[int, int], width: float, grading: tuple[float, float] = (1.0, 1.0)):
-        self.s_knots = knots_along(elements[0], grading[0])
-        self.v_knots = knots_across(elements[1], grading[1], width)
-        self.s_nodes, self.v_nodes = (self._with_middles(knots) for knots in (self.s_knots, self.v_knots))
+    curvature_along: float = 0.0
+    curvature_across: float = 0.0
 
-    @staticmethod
-    def _with_middles(knots: np.ndarray) -> np.ndarray:
-        nodes = np.empty(2 * len(knots) - 1)
-        nodes[::2], nodes[1::2] = knots, 0.5 * (knots[1:] + knots[:-1])
-        return nodes
+    def __post_init__(self) -> None:
+        if self.curvature_along and self.curvature_across:
+            raise ValueError("a cylinder is curved along S or along v, not both")
 
-    def order(self, nodes: np.ndarray) -> np.ndarray:
-        """(2 nx + 1, 2 ny + 1) numbers of the nodes (n, 2) on the grid."""
-        order = np.full((len(self.s_nodes), len(self.v_nodes)), -1)
-        order[_places(nodes[:, 0], self.s_nodes), _places(nodes[:, 1], self.v_nodes)] = np.arange(len(nodes))
-        if np.any(order < 0):
-            raise ValueError("the nodes do not form the strip's grid")
-        return order
+    def place(self, s: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and unit normals (n, 3) in the axes (e_1, e_2, e_3)."""
+        zero, one = np.zeros(len(s)), np.ones(len(s))
+        if self.curvature_along:
+            k, x = self.curvature_along, s
+            points = np.stack([v, (np.cos(k * x) - 1.0) / k, np.sin(k * x) / k], axis=1)
+            return points, np.stack([zero, np.cos(k * x), np.sin(k * x)], axis=1)
+        if self.curvature_across:
+            k, x = self.curvature_across, v
+            points = np.stack([np.sin(k * x) / k, (np.cos(k * x) - 1.0) / k, s], axis=1)
+            return points, np.stack([np.sin(k * x), np.cos(k * x), zero], axis=1)
+        return np.stack([v, zero, s], axis=1), np.stack([zero, one, zero], axis=1)
 
-    def areas(self, midpoints: np.ndarray) -> np.ndarray:
-        """(cells,) areas of the elements with these midpoints (cells, 2)."""
-        i = np.searchsorted(self.s_knots, midpoints[:, 0]) - 1
-        j = np.searchsorted(self.v_knots, midpoints[:, 1]) - 1
-        return np.diff(self.s_knots)[i] * np.diff(self.v_knots)[j]
+    def lame(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Ones: both coordinates are arc lengths."""
+        return np.ones((len(s), 2))
 
-    def nodal_areas(self, nodes: np.ndarray) -> np.ndarray:
-        """(n,) area lumped on each node (n, 2) by Simpson's rule in every element."""
-        shares = []
-        for knots, places, x in ((self.s_knots, self.s_nodes, nodes[:, 0]), (self.v_knots, self.v_nodes, nodes[:, 1])):
-            share = np.zeros(len(places))
-            for offset, weight in ((0, 1.0), (1, 4.0), (2, 1.0)):
-                share[offset : offset + 2 * len(knots) - 2 : 2] += weight / 6.0 * np.diff(knots)
-            shares.append(share[_places(x, places)])
-        return shares[0] * shares[1]
+
+@dataclass(frozen=True)
+class Annulus:
+    """A flat ring in the plane of e_1 and e_3: S the polar angle (radians), v the radius; normal e_2.
+
+    phi_0 = v (cos S e_1 + sin S e_3).
+    """
+
+    def place(self, s: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and unit normals (n, 3)."""
+        points = np.stack([v * np.cos(s), np.zeros(len(s)), v * np.sin(s)], axis=1)
+        return points, np.tile([0.0, 1.0, 0.0], (len(s), 1))
+
+    def lame(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(radius, 1)."""
+        return np.stack([np.abs(v), np.ones(len(v))], axis=1)

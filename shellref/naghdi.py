@@ -1,38 +1,44 @@
-"""Geometrically exact Naghdi shell on a flat strip: strains, forces, tangent and energies.
+"""Geometrically exact Naghdi shell: strains, forces, tangent and energies of nodal states.
 
-Unknowns u = (phi, d): mid-surface position and unit director, six components at the nodes of biquadratic
-quadrilaterals. With X = (S, v), a_i = phi_,i and d_i = d_,i (theory sheet, section 5; the sign of the bending strain is
-that of d = +t_y, so a cylinder of normal curvature omega has kappa_11 = omega):
+Unknowns u = (phi, d): mid-surface position and unit director, six components at the nodes of quadrilaterals of degree k
+in the orthogonal material coordinates X = (S, v). With a_i = phi_,i and d_i = d_,i, derivatives along unit vectors of
+the reference surface (coordinate derivatives over the Lame factors), and u0 the reference surface (theory sheet,
+section 5; the sign of the bending strain is that of d = +t_y, so a flat strip bent to a cylinder of normal curvature
+omega has kap_11 = omega):
 
-    eps_ij = 1/2 (a_i . a_j - delta_ij)      kap_ij = 1/2 (a_i . d_j + a_j . d_i) - k_nat      gam_i = a_i . d
+    eps_ij = 1/2 (a_i . a_j) - at u0 ,  kap_ij = 1/2 (a_i . d_j + a_j . d_i) - at u0 - k_nat ,  gam_i = a_i . d - at u0
 
-All three are quadratic: E(u) = 1/2 T(u, u) - E_0, so that E'(u)[v] = T(u, v) and E''[v, w] = T(v, w) for one
-symmetric bilinear map T, which is all this module writes down. Strains are vectors (11, 22, 2*12).
+All three are quadratic: E(u) = 1/2 T(u, u) - 1/2 T(u0, u0) - k_nat, so that E'(u)[v] = T(u, v), E''[v, w] = T(v, w) for
+one symmetric bilinear map T, which is all that forms contain. Strains are vectors (11, 22, 2*12). The reference part is
+taken from the interpolated u0, so the reference and its rigid motions are exactly free of strain.
 
-Energy per area, D = 1:  1/2 kap:C:kap + (12 / h^2) 1/2 eps:C:eps + (5 (1 - nu) / h^2) 1/2 |gam|^2, C plane stress; the
-weight adds Gamma <phi, up>. All integrals are divided by w: energies in D w / l, forces in D w / l^2.
+Energy per area, D = 1:  1/2 kap:C:kap + (12 / h^2) 1/2 eps:C:eps + (5 (1 - nu) / h^2) 1/2 |gam|^2, C plane stress. All
+integrals are divided by the body's normaliser (a strip's w: energies in D w / l, forces in D w / l^2).
 
-Locking: bending on 3x3 Gauss points; membrane and shear (1 - alpha) on 2x2 and alpha on 3x3, alpha = c (h / h_e)^2 with
-h_e the mean length of an element. alpha only removes the zero-energy modes of the reduced rule.
+Locking: bending on (k + 1)^2 Gauss points; membrane and shear (1 - alpha) on k^2 and alpha on (k + 1)^2, with
+alpha = c (h / h_e)^2, h_e the element's length (Body.bends_along). alpha only removes the zero-energy modes of the
+reduced rule. A strip bent to the curvature kappa has the membrane stress -kappa^2, which cancels against its bending
+moment in smooth modes; hourglass modes stay stable where c > (kappa h_v)^2 / 12, h_v the element's size across.
 
 The tangent's geometric stiffness takes its stress from a field at the Gauss points: the stress of the state (Newton),
 or the stress linearised at the previous iterate, "mixed integration point" Newton (Magisano, Leonetti & Garcea 2017,
 Int. J. Numer. Meth. Engng 109, 1237, doi:10.1002/nme.5322).
+
+On several processes every nodal array holds the owned nodes, then the ghosts; sums are over owned nodes and cells.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import ufl
 
 from shellref import dolfinx_api as api
+from shellref.body import Body, Control
 from shellref.material import plane_stress, plane_stress_rows, stiffness_factors
-from shellref.midsurface import Grid
-from shellref.problem import ShellOptions, ShellProblem
 
-FULL, REDUCED = 4, 3  # degrees whose Gauss rules on quadrilaterals are 3x3 and 2x2
 BENDING, MEMBRANE, SHEAR = slice(0, 3), slice(3, 6), slice(6, 8)
 
 
@@ -41,10 +47,13 @@ def _dot(a, b):
     return sum(x * y for x, y in zip(a, b, strict=True))
 
 
-def bilinear_strains(u, v) -> list:
-    """T(u, v): eight UFL scalars, bending (11, 22, 2*12), membrane (11, 22, 2*12), shear (1, 2); u, v 6-vectors."""
-    a, b = ([[w[i].dx(k) for i in range(3)] for k in (0, 1)] for w in (u, v))  # phi_,k of u and of v
-    p, q = ([[w[i].dx(k) for i in (3, 4, 5)] for k in (0, 1)] for w in (u, v))  # d_,k
+def bilinear_strains(u, v, scale) -> list:
+    """T(u, v): eight UFL scalars, bending (11, 22, 2*12), membrane (11, 22, 2*12), shear (1, 2).
+
+    u, v: 6-vectors; scale: (1 / |phi_0,S|, 1 / |phi_0,v|).
+    """
+    a, b = ([[scale[k] * w[i].dx(k) for i in range(3)] for k in (0, 1)] for w in (u, v))  # a_k of u and of v
+    p, q = ([[scale[k] * w[i].dx(k) for i in (3, 4, 5)] for k in (0, 1)] for w in (u, v))  # d_k
     d, e = ([w[i] for i in (3, 4, 5)] for w in (u, v))
 
     def bend(i, j):
@@ -58,7 +67,7 @@ def bilinear_strains(u, v) -> list:
 
 @dataclass(frozen=True)
 class Stress:
-    """Stress at the Gauss points, stabilisation factors included: full (cells, 9, 8), reduced (cells, 4, 5)."""
+    """Stress at the Gauss points with stabilisation factors: full (cells, (k + 1)^2, 8), reduced (cells, k^2, 5)."""
 
     full: np.ndarray
     reduced: np.ndarray
@@ -71,13 +80,17 @@ class Stress:
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies in D w / l; `density` (cells, 3): bending, membrane, shear energy per area (D / l^2), by cell."""
+    """Energies over the normaliser.
+
+    density (cells, 3): bending, membrane, shear energy per area, this process's cells. stabilisation: part of membrane
+    and shear that comes from alpha times (full - reduced).
+    """
 
     bending: float
     membrane: float
     shear: float
     gravity: float
-    stabilisation: float  # part of membrane + shear that comes from alpha times (full - reduced)
+    stabilisation: float
     density: np.ndarray
 
     @property
@@ -92,111 +105,205 @@ class Energies:
 
 
 class NaghdiModel:
-    """The discrete shell of one problem: residual, tangent, stresses and energies of nodal states (nodes, 6)."""
+    """The discrete shell of one body: residual, tangent, stresses and energies of nodal states (nodes, 6)."""
 
-    def __init__(self, problem: ShellProblem, options: ShellOptions):
-        self.problem = problem
-        self.width = problem.width
-        self.grid = Grid(problem.elements, problem.width, problem.grading)
-        self.mesh = api.rectangle(self.grid.s_knots, self.grid.v_knots)
-        self.space = api.lagrange_space(self.mesh, 2, 6)
+    def __init__(self, body: Body, stabilisation: float = 0.01, comm: Any = None):
+        self.body = body
+        self.comm = api.communicator("self") if comm is None else comm
+        grid = self.grid = body.grid
+        self.mesh = api.rectangle(grid.s_knots, grid.v_knots, self.comm)
+        k = grid.degree
+        self.degrees = (2 * k, 2 * k - 1)  # whose Gauss rules have (k + 1)^2 and k^2 points: full and reduced
+        self.space = api.lagrange_space(self.mesh, k, 6)
         self.nodes = api.node_coordinates(self.space)
-        spaces = [api.quadrature_space(self.mesh, FULL, 8), api.quadrature_space(self.mesh, REDUCED, 5)]
-        self._order = [api.quadrature_order(spaces[0], 9), api.quadrature_order(spaces[1], 4)]
+        self.owned, self.ghosts, self.offset = api.node_ranges(self.space)
+        spaces = [
+            api.quadrature_space(self.mesh, degree, size)
+            for degree, size in zip(self.degrees * 2, (8, 5, 3, 3), strict=True)
+        ]
+        points = ((k + 1) ** 2, k**2)
+        self._order = [api.quadrature_order(space, points[i % 2]) for i, space in enumerate(spaces)]
+        self._stress = [api.function(space) for space in spaces[:2]]
+        self._scale = [api.function(space) for space in spaces[2:]]
         self.midpoints = api.cell_midpoints(self.mesh)
-        self._areas = self.grid.areas(self.midpoints)
-        self._weights = [np.outer(self._areas, api.gauss_rule(degree)[1]) for degree in (FULL, REDUCED)]
-        self.alpha = min(1.0, options.stabilisation * (problem.thickness * problem.elements[0]) ** 2)
-        self._factors = stiffness_factors(problem.thickness)
+        self._factors = stiffness_factors(body.thickness)
         self._u, self._step = api.function(self.space), api.function(self.space)
-        self._stress = [api.function(space) for space in spaces]
         # one constant for all parameters: several are ordered by the text of their running number, not always alike
-        numbers = [problem.poisson, 1.0 / problem.width]
-        numbers += [share * factor for factor in self._factors for share in (self.alpha, 1.0 - self.alpha)]
-        self._numbers = api.constant(self.mesh, [*numbers, 0.0, 0.0, 0.0, 0.0, 0.0])
-        self.set_load(1.0, 1.0)
+        numbers = [body.poisson, 1.0 / body.normaliser]
+        numbers += list(self._factors)
+        self._numbers = api.constant(self.mesh, numbers)
+        self._geometry(stabilisation)
         self._build()
+        self.reference = np.hstack(body.surface.place(*self.nodes.T))
+        self._loads()
+        self.control = Control()
+        self.set_control(Control(load=1.0))
 
-    def set_load(self, natural: float, gravity: float) -> None:
-        """Fractions of the natural curvature and of the weight that act."""
-        p = self.problem
-        self._numbers.value[6:8] = natural * np.array(p.natural_curvature)
-        self._numbers.value[8:] = (gravity * p.gamma / p.width) * np.array(p.up) if p.loaded and p.up else 0.0
+    def _geometry(self, stabilisation: float) -> None:
+        """Gauss points in material coordinates, Lame factors there, areas and stabilisation of cells."""
+        cells = len(self.midpoints)
+        grid = self.grid
+        i = np.searchsorted(grid.s_knots, self.midpoints[:, 0]) - 1
+        j = np.searchsorted(grid.v_knots, self.midpoints[:, 1]) - 1
+        size = np.stack([np.diff(grid.s_knots)[i], np.diff(grid.v_knots)[j]], axis=1)
+        corner = np.stack([grid.s_knots[i], grid.v_knots[j]], axis=1)
+        self.gauss_points, self._weights = [], []
+        middle = self.body.surface.lame(*self.midpoints.T) * size
+        length = middle[:, 0] if self.body.bends_along else np.sqrt(middle[:, 0] * middle[:, 1])
+        self.alpha = np.minimum(1.0, stabilisation * (self.body.thickness / length) ** 2)  # (cells,)
+        self.largest_alpha = float(api.max_over(self.comm, float(np.max(self.alpha))))
+        for k, degree in enumerate(self.degrees):
+            points, weights = api.gauss_rule(degree)
+            place = corner[:, None] + size[:, None] * points  # (cells, points, 2)
+            lame = self.body.surface.lame(*place.reshape(-1, 2).T).reshape(cells, len(points), 2)
+            scale = api.values(self._scale[k], 3)
+            scale[:] = 1.0  # ghost cells are not integrated over
+            share = np.broadcast_to((1.0 - self.alpha if k else self.alpha)[:, None, None], (*lame.shape[:2], 1))
+            scale[self._order[2 + k]] = np.concatenate([1.0 / lame, share], axis=2)
+            self.gauss_points.append(place)
+            self._weights.append(np.prod(size, axis=1)[:, None] * weights * np.prod(lame, axis=2))
+        self.areas = self._weights[0].sum(axis=1)
 
     def _build(self) -> None:
-        """Compile the two forms and the two point evaluations."""
+        """Compile the forms and the point evaluations."""
         mesh, u, step = self.mesh, self._u, self._step
-        nu, over, *rest = (self._numbers[i] for i in range(11))
-        membrane_factors, shear_factors, ends, up = rest[:2], rest[2:4], rest[4:6], rest[6:]
+        nu, over, membrane_factor, shear_factor = (self._numbers[i] for i in range(4))
         test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        full = ufl.dx(domain=mesh, metadata={"quadrature_degree": FULL})
-        reduced = ufl.dx(domain=mesh, metadata={"quadrature_degree": REDUCED})
-        natural = ends[0] + (ends[1] - ends[0]) * ufl.SpatialCoordinate(mesh)[0]
         law = plane_stress_rows(nu)
 
         def plane(strains):
             return [_dot(row, strains) for row in law]
 
-        def stretch(strains, rule):
-            n = [membrane_factors[rule] * x for x in plane(strains[MEMBRANE])]
-            return n + [(1.0 - nu) * shear_factors[rule] * x for x in strains[SHEAR]]
+        def stretch(strains, share):
+            n = [share * membrane_factor * x for x in plane(strains[MEMBRANE])]
+            return n + [share * (1.0 - nu) * shear_factor * x for x in strains[SHEAR]]
 
-        now, virtual, change = bilinear_strains(u, test), bilinear_strains(trial, test), bilinear_strains(u, trial)
-        sf, sr = ([item[i] for i in range(count)] for item, count in zip(self._stress, (8, 5), strict=True))
-        weight = _dot(up, [test[i] for i in range(3)])
-        force = [(over * _dot(sf, now) + weight) * full, over * _dot(sr, now[3:]) * reduced]
-        stiff = plane(change[BENDING]) + stretch(change, 0)
-        tangent = [
-            over * (_dot(stiff, now) + _dot(sf, virtual)) * full,
-            over * (_dot(stretch(change, 1), now[3:]) + _dot(sr, virtual[3:])) * reduced,
-        ]
-        # one form per rule: ffcx 0.5 cannot compare two quadrature elements of different size inside one form
-        self._force = [api.compile_form(form) for form in force]
-        self._tangent = [api.compile_form(form) for form in tangent]
+        self._force, self._tangent, self._strain, self._area = [], [], [], []
+        for rule, (degree, first) in enumerate(zip(self.degrees, (0, 3), strict=True)):
+            # one form per rule: ffcx 0.5 cannot compare two quadrature elements of different size inside one form
+            dx = ufl.dx(domain=mesh, metadata={"quadrature_degree": degree})
+            scale, s = self._scale[rule], [self._stress[rule][i] for i in range(8 - first)]
+            area = over / (scale[0] * scale[1])
+            now, virtual, change = (bilinear_strains(a, b, scale) for a, b in ((u, test), (trial, test), (u, trial)))
+            self._force.append(api.compile_form(area * _dot(s, now[first:]) * dx))
+            stiff = stretch(change, scale[2]) if rule else plane(change[BENDING]) + stretch(change, scale[2])
+            whole = _dot(stiff, now[first:]) + _dot(s, virtual[first:])
+            self._tangent.append(api.compile_form(area * whole * dx))
+            if not rule:
+                self._area.append(api.compile_form(area * test[0] * dx))
+            # 1/2 T(u, u) + T(u, step) = T(u, u / 2 + step)
+            half = [0.5 * u[i] + step[i] for i in range(6)]
+            strain = bilinear_strains(u, half, scale)[first:]
+            self._strain.append(api.PointValues(mesh, ufl.as_vector(strain), degree, 8 - first))
 
-        half, along = bilinear_strains(u, u), bilinear_strains(u, step)
-        reference = [natural, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 0.0]
-        strain = [0.5 * a - r + b for a, r, b in zip(half, reference, along, strict=True)]
-        self._strain = [
-            api.PointValues(mesh, ufl.as_vector(strain), FULL, 8),
-            api.PointValues(mesh, ufl.as_vector(strain[3:]), REDUCED, 5),
-        ]
+    def _loads(self) -> None:
+        """Reference strains, natural curvatures, nodal weights and forces."""
+        body, n = self.body, len(self.nodes)
+        self._base = self._raw_strains(self.reference, None)
+        shape = (*self.gauss_points[0].shape[:2], 3)
+        self._natural = []
+        for law in (body.natural_start, body.natural):
+            field = np.zeros(shape)
+            if law is not None:
+                field[:] = law(*self.gauss_points[0].reshape(-1, 2).T).reshape(shape)
+            self._natural.append(field)
+        self.nodal_areas = api.assemble_vector(self._area, self.space, 6)[:, 0]  # over the normaliser
+        self.dead_forces = np.zeros((n, 3)) if body.forces is None else body.forces(self.grid, self.nodes)
+        self.dead_forces = self.dead_forces / body.normaliser
+        self.couples = None if body.couples is None else body.couples(self.grid, self.nodes) / body.normaliser
+        self.weight = np.zeros(3) if body.weight is None else np.asarray(body.weight, dtype=float)
 
-    def strains(self, state: np.ndarray, step: np.ndarray | None = None) -> list[np.ndarray]:
-        """E(u) + E'(u)[step] at the Gauss points: (cells, 9, 8), without bending (cells, 4, 5); both are (nodes, 6)."""
+    def set_control(self, control: Control) -> None:
+        """How much of the natural curvature, of the weight and of the loads acts."""
+        self.control = control
+        start, end = self._natural
+        full = self._base[0].copy()
+        full[..., BENDING] += start + control.natural * (end - start)
+        self._reference = [full, self._base[1]]
+
+    def _raw_strains(self, state: np.ndarray, step: np.ndarray | None) -> list[np.ndarray]:
+        """1/2 T(u, u) + T(u, step) at the Gauss points."""
         api.values(self._u, 6)[:] = state
         api.values(self._step, 6)[:] = 0.0 if step is None else step
         return [evaluate() for evaluate in self._strain]
 
-    def _law(self) -> np.ndarray:
+    def strains(self, state: np.ndarray, step: np.ndarray | None = None) -> list[np.ndarray]:
+        """E(u) + E'(u)[step] at the Gauss points: (cells, (k + 1)^2, 8), without bending (cells, k^2, 5); both are
+        (nodes, 6).
+        """
+        return [raw - base for raw, base in zip(self._raw_strains(state, step), self._reference, strict=True)]
+
+    def curvatures(self, state: np.ndarray) -> np.ndarray:
+        """Normal curvature along S, (cells, (k + 1)^2), natural curvature included."""
+        return (self._raw_strains(state, None)[0] - self._base[0])[..., 0]
+
+    def law(self) -> np.ndarray:
         """(8, 8) stress from strain, without stabilisation factors."""
-        c = plane_stress(self.problem.poisson)
+        c = plane_stress(self.body.poisson)
         law = np.zeros((8, 8))
         law[BENDING, BENDING] = c
         law[MEMBRANE, MEMBRANE] = self._factors[0] * c
-        law[SHEAR, SHEAR] = self._factors[1] * (1.0 - self.problem.poisson) * np.eye(2)
+        law[SHEAR, SHEAR] = self._factors[1] * (1.0 - self.body.poisson) * np.eye(2)
         return law
+
+    def _stress_of(self, full: np.ndarray, reduced: np.ndarray) -> Stress:
+        law = self.law()
+        alpha = self.alpha[:, None, None]
+        full, reduced = full @ law, (1.0 - alpha) * (reduced @ law[3:, 3:])
+        full[..., 3:] *= alpha
+        return Stress(full, reduced)
 
     def stress(self, state: np.ndarray, step: np.ndarray | None = None) -> Stress:
         """Stress of a state, or linearised along a step from it."""
-        full, reduced = self.strains(state, step)
-        law = self._law()
-        share = np.array([1.0] * 3 + [self.alpha] * 5)
-        return Stress(full @ (law * share), reduced @ (law[3:, 3:] * (1.0 - self.alpha)))
+        return self._stress_of(*self.strains(state, step))
+
+    def no_stress(self) -> Stress:
+        """Zeros."""
+        return self._stress_of(np.zeros_like(self._base[0]), np.zeros_like(self._base[1]))
 
     def _load_stress(self, state: np.ndarray, stress: Stress) -> None:
         api.values(self._u, 6)[:] = state
-        for item, order, field in zip(self._stress, self._order, (stress.full, stress.reduced), strict=True):
+        for item, order, field in zip(self._stress, self._order, (stress.full, stress.reduced), strict=False):
             api.values(item, field.shape[-1])[order] = field
 
-    def force(self, state: np.ndarray, stress: Stress) -> np.ndarray:
-        """int sigma . T(u, .) + weight, (nodes, 6): the residual dE/du when `stress` is the state's own."""
+    def internal(self, state: np.ndarray, stress: Stress) -> np.ndarray:
+        """int sigma . T(u, .), (nodes, 6)."""
         self._load_stress(state, stress)
-        return api.assemble_vector(self._force, 6)
+        return api.assemble_vector(self._force, self.space, 6)
+
+    def external(self, state: np.ndarray, control: Control) -> np.ndarray:
+        """Forces that act on the nodes, (nodes, 6): weight, dead forces, couples; linear in the control."""
+        f = np.zeros((len(self.nodes), 6))
+        f[:, :3] = control.weight * np.outer(self.nodal_areas, self.weight) + control.load * self.dead_forces
+        if self.couples is not None:
+            f[:, 3:] = control.load * np.cross(self.couples, state[:, 3:])
+        return f
+
+    def force(self, state: np.ndarray, stress: Stress) -> np.ndarray:
+        """int sigma . T(u, .) minus the loads, (nodes, 6): the residual dE/du when `stress` is the state's own."""
+        return self.internal(state, stress) - self.external(state, self.control)
 
     def residual(self, state: np.ndarray) -> np.ndarray:
-        """dE/du (nodes, 6), units D w / l^2 (positions) and D w / l (directors)."""
+        """dE/du (nodes, 6)."""
         return self.force(state, self.stress(state))
+
+    def residual_rate(self, state: np.ndarray, rate: Control) -> np.ndarray:
+        """d(residual)/d(load) (nodes, 6) at a fixed state, when the controls change at `rate`."""
+        out = -self.external(state, rate)
+        if rate.natural:
+            full = np.zeros_like(self._base[0])
+            full[..., BENDING] = -rate.natural * (self._natural[1] - self._natural[0])
+            out += self.internal(state, self._stress_of(full, np.zeros_like(self._base[1])))
+        return out
+
+    def on_grid(self, state: np.ndarray) -> np.ndarray:
+        """Nodal values (nodes, k) of all processes on the grid, (k nx + 1, k ny + 1, components), on every process."""
+        nodes = api.gather_rows(self.comm, self.nodes[: self.owned])
+        return api.gather_rows(self.comm, np.ascontiguousarray(state[: self.owned]))[self.grid.order(nodes)]
+
+    def from_grid(self, field: np.ndarray) -> np.ndarray:
+        """This process's nodal values (nodes, k) of a field on the grid."""
+        return np.ascontiguousarray(field[self.grid.positions(self.nodes)])
 
     def create_tangent(self):
         """An empty PETSc matrix for `tangent`, (6 nodes, 6 nodes)."""
@@ -210,7 +317,7 @@ class NaghdiModel:
     def energies(self, state: np.ndarray) -> Energies:
         """Energies of a state, from the strains, rules and weights of the forms."""
         full, reduced = self.strains(state)
-        law = self._law()
+        law = self.law()
         wf, wr = self._weights
 
         def integrate(strain, part, weights):
@@ -221,15 +328,13 @@ class NaghdiModel:
         stabilisation = 0.0
         for name, (part, short) in five.items():
             complete, short_cut = integrate(full[..., part], part, wf), integrate(reduced[..., short], part, wr)
-            extra = self.alpha * (complete - short_cut)
-            cells[name] = short_cut + extra
-            stabilisation += float(extra.sum())
-        density = np.stack([cells["bending"], cells["membrane"], cells["shear"]], axis=1) / self._areas[:, None]
-        sums = {name: float(part.sum()) / self.width for name, part in cells.items()}
-        gravity = float(np.sum(self.weight_forces() * state))  # Gamma <phi, up> is linear in the positions
-        return Energies(**sums, gravity=gravity, stabilisation=stabilisation / self.width, density=density)
-
-    def weight_forces(self) -> np.ndarray:
-        """dG/du of the weight that acts, (nodes, 6), units D w / l^2; it does not depend on the state."""
-        nothing = Stress(np.zeros((len(self._order[0]), 9, 8)), np.zeros((len(self._order[1]), 4, 5)))
-        return self.force(np.zeros((len(self.nodes), 6)), nothing)
+            more = self.alpha * (complete - short_cut)
+            cells[name] = short_cut + more
+            stabilisation += float(more.sum())
+        density = np.stack([cells["bending"], cells["membrane"], cells["shear"]], axis=1) / self.areas[:, None]
+        sums = [float(cells[name].sum()) for name in ("bending", "membrane", "shear")]
+        total = api.sum_over(self.comm, np.array([*sums, stabilisation])) / self.body.normaliser
+        weight = self.control.weight * np.outer(self.nodal_areas, self.weight)[: self.owned]
+        gravity = -float(api.sum_over(self.comm, np.sum(weight * state[: self.owned, :3])))
+        bending, membrane, shear, extra = (float(x) for x in total)
+        return Energies(bending, membrane, shear, gravity, extra, density)

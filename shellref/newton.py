@@ -1,13 +1,19 @@
-"""One equilibrium of the discrete shell at fixed load: Newton on the 5-component unknowns, inertia, relaxation.
+"""One equilibrium of the discrete shell: Newton on the free increments, at fixed load or on a plane of the path.
 
-The reduced tangent is P^T K P + constraint curvature (see director.py), over the free nodes only: held unknowns are not
-in it, so its inertia counts the unstable directions of the clamped shell. It is factored as L D L^T (MUMPS).
+The reduced tangent is P^T K P + constraint curvature (see director.py), over the free increments only: what is held is
+not in it, so its inertia counts the unstable directions of the supported shell. It is factored as L D L^T (MUMPS).
 
 Mixed integration point Newton: at state u_j with stress sigma_j (an unknown of its own) solve
 
     [ int T(u_j, .) C T(u_j, .) + sigma_j . T(., .) ] du = -dE/du(u_j) ,    sigma_{j+1} = C (E(u_j) + T(u_j, du))
 
-so the right-hand side, and the solution, are Newton's; only the geometric stiffness differs on the way.
+so the right-hand side, and the solution, are Newton's; only the geometric stiffness differs on the way. Where supports
+move, du at the held components is the way to their new place and enters the right-hand side as -K du_held: the strip
+follows its clamps within the first linear solve.
+
+Arc length (Riks 1979, doi:10.1016/0020-7683(79)90081-7): the load t is one more unknown and the state stays on the
+plane through the predictor (u*, t*) normal to the tangent (v, r):  <v, u - u*> + r (t - t*) = 0, where <a, b> is the
+mean over the surface of the product of positions. Two solves with the same factors.
 """
 
 from __future__ import annotations
@@ -18,13 +24,25 @@ from typing import Any
 
 import numpy as np
 
-from shellref import director
 from shellref import dolfinx_api as api
-from shellref.clamps import held_nodes
+from shellref import petsc_api as petsc
+from shellref.body import Stage, Supports
+from shellref.director import Increments, retract
 from shellref.naghdi import NaghdiModel, Stress
-from shellref.problem import ShellOptions
+from shellref.options import ShellOptions
 
-LARGEST_CORRECTION = 3.0  # a larger component (in l, or radians) is a failed solve
+THINNEST = 5e-6  # thickness over length at which rounding of the membrane stiffness hides the bending stiffness
+LARGEST_CORRECTION = 3.0  # a larger component (in the length of the surface, or radians) is a failed solve
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane of an arc-length step: predictor (nodes, 6) and its load, tangent (nodes, 3) and its load rate."""
+
+    state: np.ndarray
+    load: float
+    tangent: np.ndarray
+    rate: float
 
 
 @dataclass
@@ -37,163 +55,225 @@ class Attempt:
     iterations: int
     correction: float
     negative: int | None
+    load: float = 0.0
+    reason: str = ""  # why it failed, when more is known than that it did not converge
 
 
 class Equilibrium:
-    """Newton, inertia and relaxation for one model; counts factorisations and seconds by part."""
+    """Newton for one model; counts iterations, factorisations and seconds by part."""
 
     def __init__(self, model: NaghdiModel, options: ShellOptions):
         self.model, self.options = model, options
-        self.held = held_nodes(model.nodes, model.problem.clamp)
-        self.free = np.flatnonzero(~self.held).astype(np.int32)
-        self.unknowns = 5 * len(self.free)
+        self.supports: Supports = model.body.supports(model.grid, model.nodes)
+        self.increments = Increments(self.supports.translations, self.supports.directors, model.owned)
+        everywhere = api.gather_rows(model.comm, np.array([[float(self.increments.unknowns)]]))[:, 0]
+        self.unknowns = int(everywhere.sum())
+        self._offset = int(everywhere[: model.comm.rank].sum())
+        self.held = self.increments.held
+        self.length = self._size()
         self.iterations = self.factorisations = 0
         self.seconds: dict[str, float] = {}
+        self.last_bases = self.last_sway = np.zeros(0)
         self._full = model.create_tangent()
         self._projection: Any = None
         self._reduced: Any = None
         self._factor: Any = None
-        self.mass = self._lumped_mass()
+        weights = model.nodal_areas[:, None] * np.ones(3)
+        weights[model.owned :] = 0.0
+        self._weights = weights / float(api.sum_over(model.comm, weights[:, 0].sum()))
+        nodal, h = model.nodal_areas, model.body.thickness
+        self.mass = self.increments.nodal(nodal, h**2 / 12.0 * nodal)  # areal mass 1, rotary inertia h^2 / 12
 
-    def _lumped_mass(self) -> np.ndarray:
-        """Diagonal (unknowns,) of the mass matrix for areal mass 1, divided by w, with rotary inertia h^2 / 12."""
-        nodal = self.model.grid.nodal_areas(self.model.nodes)[self.free] / self.model.width
-        rotary = self.model.problem.thickness**2 / 12.0
-        return np.stack([nodal, nodal, nodal, rotary * nodal, rotary * nodal], axis=1).ravel()
+    def _size(self) -> float:
+        """Largest extent of the reference along an axis, to which corrections are compared."""
+        reference = self.model.reference[:, :3]
+        ends = [
+            api.max_over(self.model.comm, float(np.max(sign * reference[:, k]))) for k in range(3) for sign in (1, -1)
+        ]
+        return float(max(ends[0] + ends[1], ends[2] + ends[3], ends[4] + ends[5]))
 
-    def _spend(self, part: str, seconds: float) -> None:
-        self.seconds[part] = self.seconds.get(part, 0.0) + seconds
+    def mean(self, a: np.ndarray, b: np.ndarray) -> float:
+        """Mean over the surface of a . b, fields (nodes, 3 or more) of positions first."""
+        return float(api.sum_over(self.model.comm, float(np.sum(self._weights * a[:, :3] * b[:, :3]))))
+
+    def total(self, field: np.ndarray) -> float:
+        """Sum of a nodal field (nodes, k) over all nodes."""
+        return float(api.sum_over(self.model.comm, float(np.sum(field[: self.model.owned]))))
+
+    def total_of(self, reduced: np.ndarray) -> float:
+        """Sum of reduced vectors (unknowns of this process,) over all processes."""
+        return float(api.sum_over(self.model.comm, float(np.sum(reduced))))
+
+    def largest(self, field: np.ndarray) -> float:
+        """Largest component of a field (nodes, 6) over all processes, lengths over the surface's size; infinite when
+        not finite.
+        """
+        size = np.abs(field / np.array([self.length] * 3 + [1.0] * 3))
+        value = float(np.max(size)) if np.all(np.isfinite(size)) else np.inf
+        return float(api.max_over(self.model.comm, value))
+
+    def target(self, move: float, state: np.ndarray) -> np.ndarray:
+        """The state with everything held put in its place (nodes, 6)."""
+        placement = self.supports.placement
+        place = self.model.reference if placement is None else placement(move)
+        return np.where(self.held, place, state)
 
     def reduced_residual(self, state: np.ndarray) -> np.ndarray:
-        """P^T dE/du on the free unknowns (unknowns,)."""
-        return director.reduce_vector(self.model.residual(state), director.tangent_bases(state[:, 3:]), self.free)
+        """P^T dE/du on the free increments (unknowns of this process,)."""
+        return self.increments.reduce(self.model.residual(state), self.increments.bases(state[:, 3:]))
 
     def factor(self, state: np.ndarray, stress: Stress, force: np.ndarray, shift: float = 0.0) -> np.ndarray:
-        """Factorise the reduced tangent + shift * mass; force (nodes, 6) = int stress . T(u, .) + weight.
+        """Factorise the reduced tangent + shift * mass; force (nodes, 6): the residual that belongs to `stress`.
 
-        Returns the tangent bases (nodes, 3, 2) of its unknowns.
+        Returns the bases (nodes, 3, 2) of its unknowns. Raises petsc_api.FactorisationFailed.
         """
+        bases = self.assemble(state, stress, force, shift)
+        start = time.perf_counter()
+        self._factor.factor()
+        self.factorisations += 1
+        self.spend("factor", time.perf_counter() - start)
+        return bases
+
+    def assemble(
+        self,
+        state: np.ndarray,
+        stress: Stress,
+        force: np.ndarray,
+        shift: float = 0.0,
+        bases: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """The reduced tangent, not factored; as `factor`. bases (nodes, 3, 2): other tangent vectors than usual."""
         start = time.perf_counter()
         self.model.tangent(self._full, state, stress)
         tangent = time.perf_counter()
-        bases = director.tangent_bases(state[:, 3:])
-        csr = director.projection_csr(bases, self.free)
+        bases = self.increments.bases(state[:, 3:]) if bases is None else bases
+        csr = self.increments.projection(bases, self._offset)
         if self._projection is None:
-            self._projection = api.sparse_matrix((6 * len(state), self.unknowns), csr)
-            self._reduced = self._full.ptap(self._projection)
-            self._factor = api.SymmetricFactor(self._reduced)
+            shape = (6 * self.model.owned, self.increments.unknowns)
+            self._projection = petsc.sparse_matrix(self.model.comm, shape, csr)
+            self._reduced = petsc.ptap(self._full, self._projection)
+            self._factor = petsc.SymmetricFactor(self._reduced)
         else:
-            api.refill(self._projection, csr)
-            self._full.ptap(self._projection, result=self._reduced)
-        diagonal = director.as_rotation_diagonal(director.constraint_curvature(state, force, self.free))
-        api.add_diagonal(self._reduced, diagonal + shift * self.mass)
-        reduced = time.perf_counter()
-        self._factor.factor()
-        self.factorisations += 1
-        for part, spent in (("tangent", tangent - start), ("reduce", reduced - tangent)):
-            self._spend(part, spent)
-        self._spend("factor", time.perf_counter() - reduced)
+            petsc.refill(self._projection, csr)
+            petsc.ptap(self._full, self._projection, self._reduced)
+        diagonal = self.increments.constraint_curvature(state, force)
+        petsc.add_diagonal(self._reduced, diagonal + shift * self.mass)
+        self.spend("tangent", tangent - start)
+        self.spend("reduce", time.perf_counter() - tangent)
         return bases
 
-    def solve(self, state: np.ndarray, stress: Stress | None = None) -> Attempt:
-        """Newton from `state` (with a stress of its own, when mixed) to equilibrium at the model's load."""
+    def spend(self, part: str, seconds: float) -> None:
+        """Count seconds under a name."""
+        self.seconds[part] = self.seconds.get(part, 0.0) + seconds
+
+    @property
+    def matrix(self) -> Any:
+        """The reduced tangent last assembled (PETSc)."""
+        return self._reduced
+
+    @property
+    def factors(self) -> Any:
+        """Its factors (petsc_api.SymmetricFactor)."""
+        return self._factor
+
+    def back(self, full: np.ndarray, bases: np.ndarray) -> np.ndarray:
+        """Nodal increments (nodes, 6) = P K^-1 P^T full."""
+        return self.expand(self._factor.solve(self.increments.reduce(full, bases)), bases)
+
+    def expand(self, reduced: np.ndarray, bases: np.ndarray) -> np.ndarray:
+        """P q on all local nodes, ghosts included (nodes, 6)."""
+        step = self.increments.expand(reduced, bases)
+        api.update_ghosts(self.model.space, step)
+        return step
+
+    def _stiff(self, step: np.ndarray) -> np.ndarray:
+        """K step, (nodes, 6), with the full tangent last assembled."""
+        out = np.zeros_like(step)
+        owned = self.model.owned
+        out[:owned] = petsc.multiply(self._full, step[:owned].ravel()).reshape(-1, 6)
+        return out
+
+    def solve(
+        self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None = None
+    ) -> Attempt:
+        """Newton from `state` (with a stress of its own, when mixed) to equilibrium at `load`, or on a plane."""
+        try:
+            return self._solve(state, stress, stage, load, plane)
+        except petsc.FactorisationFailed as error:
+            reason = str(error)
+            if self.model.body.thickness < THINNEST * self.length:
+                reason += f"; thinner than about {THINNEST:g} of its length a shell is beyond double precision"
+            return Attempt(False, state, stress or self.model.stress(state), 1, np.inf, None, load, reason)
+
+    def _solve(
+        self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None
+    ) -> Attempt:
+        model = self.model
         mixed = self.options.iteration == "mixed"
-        stress = stress or self.model.stress(state)
-        correction, negative = np.inf, None
+        model.set_control(stage.at(load))
+        stress = stress or model.stress(state)
+        negative, correction = None, np.inf
         for iteration in range(1, self.options.max_newton + 1):
             start = time.perf_counter()
-            actual = self.model.stress(state)
-            residual = self.model.force(state, actual)
-            used, force = (stress, self.model.force(state, stress)) if mixed else (actual, residual)
-            self._spend("forces", time.perf_counter() - start)
+            control = stage.at(load)
+            model.set_control(control)
+            gap = self.target(control.move, state) - state
+            actual = model.stress(state)
+            residual = model.force(state, actual)
+            used, force = (stress, model.force(state, stress)) if mixed else (actual, residual)
+            self.spend("forces", time.perf_counter() - start)
             bases = self.factor(state, used, force)
             negative = self._factor.inertia()[0]
             self.iterations += 1
-            reduced = self._factor.solve(-director.reduce_vector(residual, bases, self.free))
-            correction = float(np.max(np.abs(reduced))) if np.all(np.isfinite(reduced)) else np.inf
-            if correction > LARGEST_CORRECTION:
-                return Attempt(False, state, stress, iteration, correction, negative)
-            step = director.expand_vector(reduced, bases, self.free)
-            stress = self.model.stress(state, step)
-            state = director.retract(state, step)
+            moving = self.largest(gap) > 0.0
+            right = residual + (self._stiff(gap) if moving else 0.0)
+            step = gap - self.back(right, bases)
+            change = 0.0
+            if plane is not None:
+                sway = self.last_sway = self._sway(state, stage, load, bases)
+                miss = self.mean(plane.tangent, state + step - plane.state) + plane.rate * (load - plane.load)
+                change = -miss / (self.mean(plane.tangent, sway) + plane.rate)
+                step = step + change * sway
+            correction = max(self.largest(step), abs(change))
+            if not correction <= LARGEST_CORRECTION:
+                return Attempt(False, state, stress, iteration, correction, negative, load)
+            if change:
+                model.set_control(stage.at(load + change))
+            stress = model.stress(state, step)
+            state = retract(state, step)
+            load += change
             if correction <= self.options.tolerance:
-                return Attempt(True, state, stress, iteration, correction, negative)
-        return Attempt(False, state, stress, self.options.max_newton, correction, negative)
+                state = self._settled(state, stage, load)
+                return Attempt(True, state, stress, iteration, correction, negative, load)
+        return Attempt(False, state, stress, self.options.max_newton, correction, negative, load)
 
-    def negative_eigenvalues(self, state: np.ndarray) -> int:
-        """Negative eigenvalues of the tangent at a state, by its own factorisation."""
+    def _settled(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
+        """The state with held values exact (an arc step's last change of load moved them to first order)."""
+        control = stage.at(load)
+        self.model.set_control(control)
+        return self.target(control.move, state)
+
+    def _sway(self, state: np.ndarray, stage: Stage, load: float, bases: np.ndarray) -> np.ndarray:
+        """du/dload (nodes, 6) of the tangent last factored: dead loads, natural curvature and moving supports."""
+        rate = stage.rate()
+        force = self.model.residual_rate(state, rate)
+        step = np.zeros_like(state)
+        if rate.move:
+            d, move = 1e-5, stage.at(load).move
+            step = (self.target(move + d * rate.move, state) - self.target(move - d * rate.move, state)) / (2 * d)
+            force = force + self._stiff(step)
+        return step - self.back(force, bases)
+
+    def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, int]:
+        """(du/dload (nodes, 6), number of negative eigenvalues) at an equilibrium."""
+        negative = self.negative_eigenvalues(state, stage, load)
+        self.last_sway = self._sway(state, stage, load, self.last_bases)
+        return self.last_sway, negative
+
+    def negative_eigenvalues(self, state: np.ndarray, stage: Stage, load: float) -> int:
+        """Negative (and zero) eigenvalues of the tangent at a state, by its own factorisation."""
+        self.model.set_control(stage.at(load))
         stress = self.model.stress(state)
-        self._bases = self.factor(state, stress, self.model.force(state, stress))
+        self.last_bases = self.factor(state, stress, self.model.force(state, stress))
         negative, zero, _ = self._factor.inertia()
         return negative + zero
-
-    def lowest_mode(self, state: np.ndarray, negative: int) -> tuple[float | None, np.ndarray]:
-        """Lowest eigenvalue and its vector (nodes, 6) of tangent x = lambda mass x: Lanczos on the inverse.
-
-        lambda: squared angular frequency of the slowest small vibration, in D / (areal mass l^4); negative = unstable.
-        None and zeros when Lanczos does not converge. `negative`: how many negative eigenvalues there are.
-        """
-        from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
-
-        self.negative_eigenvalues(state)
-        root = np.sqrt(self.mass)
-        shape = (self.unknowns, self.unknowns)
-        operator = LinearOperator(shape, matvec=lambda x: root * self._factor.solve(root * x.ravel()), dtype=float)
-        start = np.random.default_rng(1).standard_normal(self.unknowns)
-        # of the inverse, the negative end holds the unstable modes, the positive end the slowest stable ones
-        count = max(negative, 1)
-        end = "SA" if negative else "LA"
-        try:
-            inverse, vectors = eigsh(operator, k=count, which=end, v0=start, tol=1e-10, maxiter=100)
-        except ArpackNoConvergence:
-            return None, np.zeros_like(state)
-        values = 1.0 / inverse
-        lowest = int(np.argmin(values))
-        mode = vectors[:, lowest] / root
-        mode = mode / mode[np.argmax(np.abs(mode))]
-        return float(values[lowest]), director.expand_vector(mode, self._bases, self.free)
-
-    def leave_saddle(self, state: np.ndarray, negative: int, max_iterations: int = 60) -> Attempt:
-        """From an unstable equilibrium down its most unstable mode to a stable one, at the same load.
-
-        Kicks along the mode, growing until one succeeds: the mode's strain is followed to first order only (the mixed
-        iteration's stress), so a large kick does not stretch a thin strip. Then mixed Newton with the tangent shifted
-        by mu * mass so that it is positive definite: every step goes down, and mu falls to zero as the state settles.
-        The attempt is converged only when it ends at a lower energy with a positive definite tangent.
-        """
-        eigenvalue, mode = self.lowest_mode(state, negative)
-        if eigenvalue is None:
-            return Attempt(False, state, self.model.stress(state), 0, np.inf, negative)
-        energy, spent, correction = self.model.energies(state).total, 0, np.inf
-        for size in (0.02, 0.05, 0.1, 0.2, 0.4):
-            attempt = self._descend(state, size * mode, abs(eigenvalue), max_iterations)
-            spent, correction = spent + attempt.iterations, attempt.correction
-            lower = attempt.converged and self.model.energies(attempt.state).total < energy
-            if lower and self.negative_eigenvalues(attempt.state) == 0:
-                attempt.iterations, attempt.negative = spent, 0
-                return attempt
-        return Attempt(False, state, self.model.stress(state), spent, correction, negative)
-
-    def _descend(self, state: np.ndarray, kick: np.ndarray, scale: float, max_iterations: int) -> Attempt:
-        """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton."""
-        stress, state = self.model.stress(state, kick), director.retract(state, kick)
-        shift, correction = 2.0 * scale, np.inf
-        for iteration in range(1, max_iterations + 1):
-            residual, force = self.model.residual(state), self.model.force(state, stress)
-            bases = self.factor(state, stress, force, shift)
-            self.iterations += 1
-            if self._factor.inertia()[0] > 0:
-                shift = max(4.0 * shift, scale)
-                continue
-            reduced = self._factor.solve(-director.reduce_vector(residual, bases, self.free))
-            correction = float(np.max(np.abs(reduced)))
-            if not correction < LARGEST_CORRECTION:
-                return Attempt(False, state, stress, iteration, correction, None)
-            step = director.expand_vector(reduced, bases, self.free)
-            stress, state = self.model.stress(state, step), director.retract(state, step)
-            if shift == 0.0 and correction < 1e-3:
-                attempt = self.solve(state, stress)
-                attempt.iterations += iteration
-                return attempt
-            shift = 0.4 * shift if shift > 0.05 * scale else 0.0
-        return Attempt(False, state, stress, max_iterations, correction, None)

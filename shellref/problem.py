@@ -1,116 +1,110 @@
-"""What is asked of the shell: the problem and the options of the solver, validated before dolfinx is touched."""
+"""What is asked of the shell: a strip with its clamps, loads and path, validated before dolfinx is touched."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any
 
-FRAME_TOLERANCE = 1e-9
-CLAMPS = ("edge",)
-NATURAL_PATHS = ("exact", "stepped")
-ITERATIONS = ("mixed", "plain")
+from shellref.inputs import (
+    FRAME_TOLERANCE,
+    Matrix,
+    ShellInputError,
+    Vector,
+    build,
+    choice,
+    frame,
+    integer,
+    number,
+    numbers,
+    plain,
+    positive,
+)
 
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
+CLAMPS = ("edge", "corners", "free")
+MOST_DEGREE = 5
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class ShellInputError(ValueError):
-    """A request that cannot be solved as stated.
+@dataclass(frozen=True)
+class Pose:
+    """Where a clamp is: position (3,) of the centreline (units l), frame (3, 3) with columns t_x t_y t_z."""
 
-    Attributes: `key` (the field at fault), `value` (what was given), `remedy` (what would be right).
+    position: Vector
+    frame: Matrix
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", numbers("position", self.position, 3))
+        object.__setattr__(self, "frame", frame("frame", self.frame))
+
+    @classmethod
+    def read(cls, key: str, value: Any) -> Pose | None:
+        """A pose from itself, from a mapping of its fields, or None."""
+        if value is None or isinstance(value, Pose):
+            return value
+        if not isinstance(value, Mapping) or set(value) != {"position", "frame"}:
+            raise ShellInputError(key, value, "must be a table with the keys position and frame")
+        try:
+            return cls(value["position"], value["frame"])
+        except ShellInputError as error:
+            raise ShellInputError(f"{key}.{error.key}", error.value, error.remedy) from None
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """A place on the way to the problem's own state; what is None stays as it is.
+
+    natural, gravity: fractions of the natural curvature (0: that of the start) and of the weight. start, end: poses of
+    the clamps, reached on straight lines with frames turning about a fixed axis. Where waypoints move the clamp at S =
+    0, the path begins at the first pose that they give it.
     """
 
-    def __init__(self, key: str, value: object, remedy: str):
-        self.key, self.value, self.remedy = key, value, remedy
-        super().__init__(f"{key} = {value!r}: {remedy}")
+    natural: float | None = None
+    gravity: float | None = None
+    start: Pose | None = None
+    end: Pose | None = None
+    name: str = "path"
 
+    def __post_init__(self) -> None:
+        for key in ("natural", "gravity"):
+            value = getattr(self, key)
+            if value is not None:
+                object.__setattr__(self, key, number(f"path.{key}", value))
+        for key in ("start", "end"):
+            object.__setattr__(self, key, Pose.read(f"path.{key}", getattr(self, key)))
+        if not isinstance(self.name, str):
+            raise ShellInputError("path.name", self.name, "must be a text")
 
-def _number(key: str, value: Any, remedy: str = "must be a finite number") -> float:
-    """`value` as a finite float."""
-    if isinstance(value, (bool, str)):
-        raise ShellInputError(key, value, remedy)
-    try:
-        number = float(value)
-    except (TypeError, ValueError) as error:
-        raise ShellInputError(key, value, remedy) from error
-    if not math.isfinite(number):
-        raise ShellInputError(key, value, remedy)
-    return number
-
-
-def _positive(key: str, value: Any) -> float:
-    """`value` as a finite float > 0."""
-    number = _number(key, value, "must be a finite number above 0")
-    if number <= 0:
-        raise ShellInputError(key, value, "must be above 0")
-    return number
-
-
-def _integer(key: str, value: Any, least: int) -> int:
-    """`value` as an int >= least; floats, booleans and strings are refused."""
-    whole = hasattr(value, "__index__") and not isinstance(value, bool)
-    if not whole or int(value) < least:
-        raise ShellInputError(key, value, f"must be a whole number, {least} or more")
-    return int(value)
-
-
-def _numbers(key: str, value: Any, count: int) -> tuple[float, ...]:
-    """`value` as a tuple of `count` finite floats."""
-    remedy = f"must be {count} finite numbers"
-    if isinstance(value, (str, bytes, Mapping)):
-        raise ShellInputError(key, value, remedy)
-    try:
-        items = list(value)
-    except TypeError as error:
-        raise ShellInputError(key, value, remedy) from error
-    if len(items) != count:
-        raise ShellInputError(key, value, remedy)
-    return tuple(_number(key, item, remedy) for item in items)
-
-
-def _choice(key: str, value: Any, known: tuple[str, ...]) -> str:
-    if value not in known:
-        raise ShellInputError(key, value, f"must be one of {', '.join(known)}")
-    return str(value)
-
-
-def _frame(key: str, value: Any) -> Matrix:
-    """`value` as a right-handed orthonormal 3x3 matrix (rows of tuples; columns t_x, t_y, t_z)."""
-    try:
-        items = list(value)
-    except TypeError as error:
-        raise ShellInputError(key, value, "must be a 3x3 matrix with columns t_x, t_y, t_z") from error
-    if len(items) != 3:
-        raise ShellInputError(key, value, "must be a 3x3 matrix with columns t_x, t_y, t_z")
-    m = [_numbers(key, row, 3) for row in items]
-    for i in range(3):
-        for j in range(3):
-            product = sum(m[k][i] * m[k][j] for k in range(3))
-            if abs(product - (i == j)) > FRAME_TOLERANCE:
-                raise ShellInputError(key, value, "its columns t_x, t_y, t_z must be orthonormal to 1e-9")
-    determinant = (
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
-        - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-        + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
-    )
-    if determinant < 0:
-        raise ShellInputError(key, value, "is left-handed: t_x must be t_y x t_z")
-    return (m[0], m[1], m[2])  # type: ignore[return-value]
+    @classmethod
+    def read(cls, value: Any) -> Waypoint:
+        """A waypoint from itself or from a mapping of its fields."""
+        if isinstance(value, Waypoint):
+            return value
+        waypoint: Waypoint = build(cls, "path", value)
+        return waypoint
 
 
 @dataclass(frozen=True)
 class ShellProblem:
-    """A strip of length 1 held at its edge S = 0, with natural curvature and weight.
+    """A strip of length 1 with its clamps, natural curvature and weight, and the path to that state.
 
     width, thickness: over the length, > 0. poisson: in (-1, 0.5].
     natural_curvature (2,): K l at S = 0 and S = 1, linear between; k_nat = K e_S (x) e_S. Positive curvature turns the
-    tangent towards -t_y (t_z' = -K t_y).
+    tangent towards -t_y (t_z' = -K t_y). transverse_curvature: that of the unstressed strip's section (a tape spring),
+    convex towards t_y when positive; clamps hold the curved section.
     gamma: rho h g l^3 / D, weight against bending stiffness; `up` (3,): unit vector against gravity, None = weightless.
-    clamp_position (3,), clamp_frame (3, 3) with columns t_x (across), t_y (normal), t_z (tangent).
-    elements: (along, across), biquadratic. grading: size of the first element at the clamp, and of the elements at the
-    two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
+    clamp: "edge" holds the whole edge S = 0, "corners" its two corner cells, "free" nothing (weightless only).
+    clamp_position (3,), clamp_frame (3, 3) with columns t_x (across), t_y (normal), t_z (tangent). end: the pose of the
+    clamp at S = 1, of the same kind; None = free. corner: size (over l) of the corner cells; None: one cell of the
+    mesh.
+    start_curvature: the path starts from the planar arc of this curvature, unstressed there, with the end clamp where
+    the arc ends; None: the natural curvature (the flat strip where that is no equilibrium).
+    path: waypoints before the problem's own state.
+    elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
+    the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
+    edge_layer: width of the layer (over l) that gets two elements at clamps and edges instead of `grading`; "auto":
+    sqrt(h / curvature).
     """
 
     width: float
@@ -120,137 +114,105 @@ class ShellProblem:
     gamma: float = 0.0
     up: Vector | None = None
     clamp_position: Vector = (0.0, 0.0, 0.0)
-    clamp_frame: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    clamp_frame: Matrix = IDENTITY
     clamp: str = "edge"
     elements: tuple[int, int] = (100, 4)
     grading: tuple[float, float] = (0.2, 1.0)
+    end: Pose | None = None
+    corner: float | None = None
+    transverse_curvature: float = 0.0
+    start_curvature: float | None = None
+    path: tuple[Waypoint, ...] = ()
+    edge_layer: float | str | None = None
+    degree: int = 2
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        put("width", _positive("width", self.width))
-        put("thickness", _positive("thickness", self.thickness))
-        put("poisson", _number("poisson", self.poisson))
+        put("width", positive("width", self.width))
+        put("thickness", positive("thickness", self.thickness))
+        put("poisson", number("poisson", self.poisson))
         if not -1.0 < self.poisson <= 0.5:
             raise ShellInputError("poisson", self.poisson, "must lie above -1 and not above 0.5")
-        put("natural_curvature", _numbers("natural_curvature", self.natural_curvature, 2))
-        put("gamma", _number("gamma", self.gamma))
+        put("natural_curvature", numbers("natural_curvature", self.natural_curvature, 2))
+        put("transverse_curvature", number("transverse_curvature", self.transverse_curvature))
+        if abs(self.transverse_curvature) * self.width >= math.pi:
+            raise ShellInputError(
+                "transverse_curvature", self.transverse_curvature, "the section must turn by less than half a turn"
+            )
+        put("gamma", number("gamma", self.gamma))
         if self.gamma < 0:
             raise ShellInputError("gamma", self.gamma, "must not be negative: turn `up` round instead")
         if self.up is not None:
-            put("up", _numbers("up", self.up, 3))
+            put("up", numbers("up", self.up, 3))
             if abs(math.hypot(*self.up) - 1.0) > FRAME_TOLERANCE:
                 raise ShellInputError("up", self.up, "must be a unit vector (to 1e-9)")
         elif self.gamma > 0:
             raise ShellInputError("up", None, "a unit vector is needed when gamma is above 0")
-        put("clamp_position", _numbers("clamp_position", self.clamp_position, 3))
-        put("clamp_frame", _frame("clamp_frame", self.clamp_frame))
-        put("clamp", _choice("clamp", self.clamp, CLAMPS))
+        put("clamp_position", numbers("clamp_position", self.clamp_position, 3))
+        put("clamp_frame", frame("clamp_frame", self.clamp_frame))
+        put("clamp", choice("clamp", self.clamp, CLAMPS))
+        put("end", Pose.read("end", self.end))
+        self._check_path(put)
+        self._check_mesh(put)
+
+    def _check_path(self, put: Any) -> None:
+        if self.start_curvature is not None:
+            put("start_curvature", number("start_curvature", self.start_curvature))
+            if self.transverse_curvature and self.start_curvature:
+                raise ShellInputError(
+                    "start_curvature", self.start_curvature, "a strip with a curved section starts flat: 0"
+                )
+        if isinstance(self.path, (str, bytes, Mapping)) or not hasattr(self.path, "__iter__"):
+            raise ShellInputError("path", self.path, "must be a list of waypoints")
+        put("path", tuple(Waypoint.read(item) for item in self.path))
+        if self.clamp == "free":
+            if self.loaded:
+                raise ShellInputError("clamp", "free", "a strip with weight falls: clamp it, or leave the weight out")
+            if self.end is not None or self.path or self.clamp_position != (0.0,) * 3 or self.clamp_frame != IDENTITY:
+                raise ShellInputError("clamp", "free", "a strip held nowhere has no clamps, poses or path")
+        if self.end is None:
+            for waypoint in self.path:
+                if waypoint.end is not None:
+                    raise ShellInputError("path.end", waypoint.end, "the problem has no clamp at its end: add `end`")
+
+    def _check_mesh(self, put: Any) -> None:
         if isinstance(self.elements, (str, bytes)) or not hasattr(self.elements, "__len__") or len(self.elements) != 2:
             raise ShellInputError("elements", self.elements, "must be two whole numbers (along, across)")
-        put("elements", tuple(_integer("elements", n, 1) for n in self.elements))
-        put("grading", _numbers("grading", self.grading, 2))
+        put("elements", tuple(integer("elements", n, 1) for n in self.elements))
+        put("degree", integer("degree", self.degree, 2))
+        if self.degree > MOST_DEGREE:
+            raise ShellInputError("degree", self.degree, f"must be at most {MOST_DEGREE}")
+        put("grading", numbers("grading", self.grading, 2))
         if not all(0 < g <= 1 for g in self.grading):
             raise ShellInputError("grading", self.grading, "must be two numbers above 0 and at most 1")
+        if self.corner is not None:
+            put("corner", positive("corner", self.corner))
+            if self.clamp != "corners":
+                raise ShellInputError("corner", self.corner, 'is the size of held corner cells: set clamp = "corners"')
+            if not 2 * self.corner < self.width or not 2 * self.corner < 1:
+                raise ShellInputError("corner", self.corner, f"two must fit across the width {self.width:g}")
+        if self.edge_layer is not None and self.edge_layer != "auto":
+            put("edge_layer", positive("edge_layer", self.edge_layer))
 
     @property
     def loaded(self) -> bool:
         """True when the strip weighs something."""
         return self.up is not None and self.gamma > 0
 
+    @property
+    def start(self) -> Pose:
+        """The pose of the clamp at S = 0."""
+        return Pose(self.clamp_position, self.clamp_frame)
+
     def to_dict(self) -> dict[str, Any]:
         """The fields as plain numbers, strings and lists (for JSON)."""
-        return _plain(asdict(self))
+        data: dict[str, Any] = plain(asdict(self))
+        return data
 
     @classmethod
     def from_dict(cls, data: Any) -> ShellProblem:
         """A problem from a mapping of its fields; an unknown or a missing key is an error."""
-        return _build(cls, "problem", data, required=("width", "thickness", "poisson"))
-
-
-@dataclass(frozen=True)
-class ShellOptions:
-    """How the shell is solved; every default is justified by a measurement in docs/shell.md.
-
-    tolerance: largest component of the last Newton correction (positions in l, director in radians).
-    max_newton: iterations allowed in one load step. first_step, min_step, max_step: fractions of the full load.
-    growth: factor on the step after an easy solve; cut: factor after a failed one.
-    stabilisation: c in alpha = c (h / h_e)^2, the fraction of membrane and shear energy taken on the full 3x3 rule.
-    natural_path: "exact" starts from the natural planar curve, "stepped" rolls the flat strip up.
-    iteration: "mixed" (geometric stiffness from the stress linearised at the previous iterate) or "plain" Newton.
-    predict: extrapolate the last two states to start the next step.
-    stability: check the inertia of the tangent at every converged load step. kick: leave unstable states (else the
-    status is `unstable`).
-    """
-
-    tolerance: float = 1e-8
-    max_newton: int = 15
-    first_step: float = 0.1
-    min_step: float = 1e-4
-    max_step: float = 0.25
-    growth: float = 1.5
-    cut: float = 0.4
-    stabilisation: float = 0.01
-    natural_path: str = "exact"
-    iteration: str = "mixed"
-    predict: bool = True
-    stability: bool = True
-    kick: bool = True
-
-    def __post_init__(self) -> None:
-        def put(name: str, value: object) -> None:
-            object.__setattr__(self, name, value)
-
-        for name in ("tolerance", "first_step", "min_step", "max_step"):
-            put(name, _positive(name, getattr(self, name)))
-        put("max_newton", _integer("max_newton", self.max_newton, 1))
-        for name in ("first_step", "min_step", "max_step"):
-            if getattr(self, name) > 1:
-                raise ShellInputError(name, getattr(self, name), "is a fraction of the full load: at most 1")
-        put("growth", _number("growth", self.growth))
-        if self.growth < 1:
-            raise ShellInputError("growth", self.growth, "must be 1 or more")
-        put("cut", _number("cut", self.cut))
-        if not 0 < self.cut < 1:
-            raise ShellInputError("cut", self.cut, "must lie between 0 and 1")
-        put("stabilisation", _number("stabilisation", self.stabilisation))
-        if self.stabilisation < 0:
-            raise ShellInputError("stabilisation", self.stabilisation, "must not be negative")
-        put("natural_path", _choice("natural_path", self.natural_path, NATURAL_PATHS))
-        put("iteration", _choice("iteration", self.iteration, ITERATIONS))
-        for name in ("predict", "stability", "kick"):
-            if not isinstance(getattr(self, name), bool):
-                raise ShellInputError(name, getattr(self, name), "must be true or false")
-
-    def to_dict(self) -> dict[str, Any]:
-        """The options as plain numbers and strings (for JSON)."""
-        return _plain({f.name: getattr(self, f.name) for f in fields(self)})
-
-    @classmethod
-    def from_dict(cls, data: Any) -> ShellOptions:
-        """Options from a mapping; an unknown key is an error."""
-        return _build(cls, "options", data)
-
-
-def _build(cls: Any, section: str, data: Any, required: tuple[str, ...] = ()) -> Any:
-    """The dataclass `cls` from the mapping `data`, strictly."""
-    if not isinstance(data, Mapping):
-        raise ShellInputError(section, data, "must be a table of keys and values")
-    known = [f.name for f in fields(cls)]
-    for key in data:
-        if key not in known:
-            raise ShellInputError(f"{section}.{key}", data[key], f"unknown key; known: {', '.join(known)}")
-    for key in required:
-        if key not in data:
-            raise ShellInputError(f"{section}.{key}", None, "is needed")
-    return cls(**data)
-
-
-def _plain(value: Any) -> Any:
-    """Tuples to lists, recursively."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (tuple, list)):
-        return [_plain(item) for item in value]
-    return value
+        problem: ShellProblem = build(cls, "problem", data, required=("width", "thickness", "poisson"))
+        return problem

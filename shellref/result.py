@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 from dataclasses import dataclass, field
@@ -11,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from shellref.problem import ShellOptions, ShellProblem
+from shellref.options import ShellOptions
+from shellref.problem import ShellProblem
 from shellref.surface import ShellSurface
 
 
@@ -19,7 +21,9 @@ class ShellStatus(StrEnum):
     """How a solve ended; the message of the result names what to try."""
 
     CONVERGED = "converged"  # equilibrium at the full load; stable, when stability was checked
-    NOT_CONVERGED = "not_converged"  # a load step fell under the minimum: the last good state and its load factor
+    NOT_CONVERGED = "not_converged"  # steps fell under the minimum: the last good state and its load factor
+    LIMIT_POINT = "limit_point"  # the load cannot be carried: the path turned back, and was followed as far as allowed
+    STRETCHED = "stretched"  # membrane strain over `max_strain`: the clamps pull the strip beyond its length
     UNSTABLE = "unstable"  # equilibrium at the full load whose tangent has negative eigenvalues
     INVALID = "invalid"  # numerically converged but not a shell: folded over, or the director far from the normal
 
@@ -28,8 +32,11 @@ class ShellStatus(StrEnum):
 class LoadStep:
     """One attempted load step.
 
-    stage: "natural" (curvature), "gravity", or "relax" (leaving an unstable state); load: the fraction aimed at;
-    correction: largest component of the last Newton correction; negative: negative eigenvalues (None: not checked).
+    stage: its name ("natural", "gravity", "clamps", a waypoint's); load: the fraction of the stage aimed at; method:
+    "start", "load", "arc", "locate" (bisection on a bifurcation), "switch" (first point of a branch) or "relax"
+    (leaving an unstable state). correction: largest component of the last Newton correction; negative: negative
+    eigenvalues (None: not checked). factorisations, seconds: spent since the step before. values: what was observed of
+    an accepted state (for a strip: `middle` and `end` of its centreline, units l).
     """
 
     stage: str
@@ -39,6 +46,10 @@ class LoadStep:
     correction: float
     negative: int | None = None
     note: str = ""
+    method: str = "load"
+    factorisations: int = 0
+    seconds: float = 0.0
+    values: dict[str, Any] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values (a non-finite correction becomes null)."""
@@ -52,6 +63,9 @@ class ShellResult:
     """A shell state with everything known about it.
 
     Energies in D w / l, forces in D w / l^2, moments in D w / l (about the clamp's position), lengths in l.
+    elements: of the mesh that was used (refined when `accuracy` asked for it); discretisation: the estimated error.
+    load_factor, natural_factor: fractions of weight and natural curvature at this state; path_factor: of the stages.
+    clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
     residual: `absolute` 2-norm of dE/du on the free unknowns (5 per node), `relative` the same over the 2-norm of the
     nodal weight and clamp reactions (at least 1).
     cell_midpoints (cells, 2), energy_density (cells, 3): bending, membrane, shear energy per area (D / l^2).
@@ -62,8 +76,10 @@ class ShellResult:
     status: ShellStatus
     message: str
     surface: ShellSurface
+    elements: tuple[int, int]
     load_factor: float
     natural_factor: float
+    path_factor: float
     stable: bool | None
     negative_eigenvalues: int | None
     lowest_eigenvalue: float | None
@@ -74,14 +90,28 @@ class ShellResult:
     energy: dict[str, float]
     share: dict[str, float]
     stabilisation: dict[str, float]
-    clamp_force: np.ndarray
-    clamp_moment: np.ndarray
+    clamps: dict[str, dict[str, np.ndarray]]
     cell_midpoints: np.ndarray
     energy_density: np.ndarray
     unknowns: int
     seconds: dict[str, float] = field(default_factory=dict)
     memory_mb: float = 0.0
     provenance: dict[str, Any] = field(default_factory=dict)
+    discretisation: dict[str, Any] | None = None
+
+    @property
+    def clamp_force(self) -> np.ndarray:
+        """Force (3,) of the clamp at S = 0 on the strip, D w / l^2."""
+        return self.clamps["start"]["force"]
+
+    @property
+    def clamp_moment(self) -> np.ndarray:
+        """Its moment (3,) about the clamp's position, D w / l."""
+        return self.clamps["start"]["moment"]
+
+    def with_seconds(self, seconds: dict[str, float]) -> ShellResult:
+        """The same result with other times."""
+        return dataclasses.replace(self, seconds=seconds)
 
     def section(self, s: float) -> dict[str, Any]:
         """{position (3,), frame 3x3 with columns t_x t_y t_z} of the centreline at S = s, as lists."""
@@ -106,8 +136,12 @@ class ShellResult:
             "stabilisation": self.stabilisation,
             "end": self.section(1.0),
             "middle": self.section(0.5),
-            "clamp": {"force": self.clamp_force.tolist(), "moment": self.clamp_moment.tolist()},
-            "elements": list(self.problem.elements),
+            "clamps": {
+                where: {name: vector.tolist() for name, vector in clamp.items()} for where, clamp in self.clamps.items()
+            },
+            "path_factor": self.path_factor,
+            "discretisation": self.discretisation,
+            "elements": list(self.elements),
             "dofs": self.unknowns,
             "seconds": self.seconds,
             "memory_mb": self.memory_mb,

@@ -1,4 +1,4 @@
-"""From a problem to a result: natural shape, gravity in adaptive steps with cut-back, stability, report."""
+"""From a problem to a result: the path to the full load in adaptive steps, stability, report; refined when asked."""
 
 from __future__ import annotations
 
@@ -6,290 +6,238 @@ import os
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from shellref.clamps import reactions
-from shellref.midsurface import flat_strip, natural_strip
-from shellref.problem import ShellOptions, ShellProblem
-from shellref.result import LoadStep, ShellResult, ShellStatus
+from shellref.options import ShellOptions
+from shellref.problem import ShellProblem
+from shellref.result import ShellResult, ShellStatus
+from shellref.strip import Strip, build_strip
 from shellref.surface import ShellSurface
 
 Progress = Callable[[dict[str, Any]], None]
-EASY_ITERATIONS = 7
-MOST_KICKS = 20
+HOURGLASS = 0.02  # share of the elastic energy in the stabilisation, above which a state is no shell's
 
 
-@dataclass
-class _Point:
-    """A state on the load path: fraction of the stage's load, nodal values (nodes, 6), stress."""
+def solve(
+    problem: ShellProblem,
+    options: ShellOptions | None = None,
+    progress: Progress | None = None,
+    start: ShellSurface | None = None,
+    processes: str = "self",
+    folder: str | os.PathLike[str] | None = None,
+) -> ShellResult:
+    """Equilibrium of a strip under its clamps, natural curvature and weight (units: see ShellProblem, ShellResult).
 
-    load: float
-    state: np.ndarray
-    stress: Any
-
-
-@dataclass
-class _Path:
-    """The walk so far: the last good point, the fractions reached and every attempt."""
-
-    point: _Point
-    natural: float = 0.0
-    gravity: float = 0.0
-    steps: list[LoadStep] = field(default_factory=list)
-    negative: int | None = None
-    eigenvalue: float | None = None
-    failure: str = ""
-    kicks: int = 0
-    left: bool = True
-
-
-def solve(problem: ShellProblem, options: ShellOptions | None = None, progress: Progress | None = None) -> ShellResult:
-    """Equilibrium of a clamped strip under natural curvature and weight (units: see ShellProblem, ShellResult).
-
-    `progress` is called with a plain dict at every event ("built", "step", "kick", "done"). A load step that cannot be
-    made is a status of the result, not an exception. Raises `dolfinx_api.DolfinxMissing` when dolfinx is not there.
+    `progress` is called with a plain dict at every event ("built", "step", "kick", "mesh", "done"). start: begin at
+    this surface, at the full load, instead of walking the path. processes: "self", or "world" for all of an mpirun.
+    folder: keep the log and checkpoints there and resume what an interrupted run of the same problem left. A load step
+    that cannot be made is a status of the result, not an exception. Raises `ShellInputError` when the mesh cannot carry
+    the clamps, `dolfinx_api.DolfinxMissing` when dolfinx is not there.
     """
     options = options or ShellOptions()
-    report = progress or (lambda event: None)
+    strip = build_strip(problem, options)
     begin = time.perf_counter()
     from shellref import dolfinx_api as api
-    from shellref.naghdi import NaghdiModel
-    from shellref.newton import Equilibrium
 
     imported = time.perf_counter()
-    model = NaghdiModel(problem, options)
-    equilibrium = Equilibrium(model, options)
+    comm = api.communicator(processes)
+    report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
+    solver = Solver(strip, options, comm, report)
     built = time.perf_counter()
-    report({"event": "built", "unknowns": equilibrium.unknowns, "seconds": built - begin})
+    result = solver.run(start, folder)
+    if options.accuracy is not None and result.status is ShellStatus.CONVERGED:
+        from shellref.adaptive import refine
 
-    frame, position = np.array(problem.clamp_frame), np.array(problem.clamp_position)
-    s, v = model.nodes.T
-    if options.natural_path == "exact":
-        start = natural_strip(s, v, position, frame, problem.natural_curvature)
-    else:
-        start = flat_strip(s, v, position, frame)
-    state = np.hstack(start)
-    walker = _Walker(model, equilibrium, options, report)
-    exact = options.natural_path == "exact" or problem.natural_curvature == (0.0, 0.0)
-    path = _Path(_Point(0.0, state, None), natural=1.0 if exact else 0.0)
-    walker.start(path)
-    first = time.perf_counter()
-    if not path.failure and path.natural < 1.0:
-        walker.stage(path, "natural")
-    if not path.failure and problem.loaded:
-        walker.stage(path, "gravity")
-    elif not path.failure:
-        path.gravity = 1.0
-    status, message = walker.verdict(path)
-    seconds = {
-        "import": imported - begin,
-        "compile": built - imported,
-        "first": first - built,
-        **{name: round(value, 6) for name, value in equilibrium.seconds.items()},
-        "total": time.perf_counter() - begin,
-    }
-    result = _result(problem, options, model, equilibrium, path, status, message, seconds, api.versions())
-    report({"event": "done", "status": result.status.value, "message": result.message, "seconds": seconds["total"]})
+        result = refine(result, solver)
+    if solver.unfinished is not None:
+        solver.unfinished.finish()
+    seconds = {"import": imported - begin, "compile": built - imported, **result.seconds}
+    result = result.with_seconds({**seconds, "total": time.perf_counter() - begin})
+    report(
+        {"event": "done", "status": result.status.value, "message": result.message, "seconds": result.seconds["total"]}
+    )
     return result
 
 
-class _Walker:
-    """Moves a path along its load stages."""
+@dataclass
+class Solver:
+    """One strip on one mesh: model, Newton and walker, and the result of a walk."""
 
-    def __init__(self, model: Any, equilibrium: Any, options: ShellOptions, report: Progress):
-        self.model, self.equilibrium, self.options, self.report = model, equilibrium, options, report
+    strip: Strip
+    options: ShellOptions
+    comm: Any
+    report: Progress
+    unfinished: Any = None  # the journal of a walk that has reached its end
 
-    def _log(self, path: _Path, step: LoadStep) -> None:
-        path.steps.append(step)
-        self.report({"event": "step", **step.to_dict()})
+    def __post_init__(self) -> None:
+        from shellref.naghdi import NaghdiModel
+        from shellref.newton import Equilibrium
 
-    def start(self, path: _Path) -> None:
-        """Newton on the starting shape, without weight."""
-        self.model.set_load(path.natural, 0.0)
-        attempt = self.equilibrium.solve(path.point.state)
-        self._log(
-            path,
-            LoadStep(
-                "natural",
-                path.natural,
-                attempt.converged,
-                attempt.iterations,
-                attempt.correction,
-                attempt.negative,
-                "start",
-            ),
-        )
-        if not attempt.converged:
-            path.failure = f"the starting shape did not converge in {attempt.iterations} iterations: raise max_newton"
-            path.point.stress = self.model.stress(path.point.state)
-            return
-        path.point = _Point(0.0, attempt.state, attempt.stress)
-        self._settle(path, "natural", attempt.negative)
+        begin = time.perf_counter()
+        self.model = NaghdiModel(self.strip.body, self.options.stabilisation, self.comm)
+        self.equilibrium = Equilibrium(self.model, self.options)
+        seconds = time.perf_counter() - begin
+        self.report({"event": "built", "unknowns": self.equilibrium.unknowns, "seconds": seconds})
 
-    def stage(self, path: _Path, name: str) -> None:
-        """Bring one load ("natural" or "gravity") from 0 to 1."""
-        o = self.options
-        path.point.load = 0.0
-        older: _Point | None = None
-        step = o.first_step
-        while path.point.load < 1.0:
-            load = min(1.0, path.point.load + step)
-            if 1.0 - load < 0.2 * step:
-                load = 1.0
-            self.model.set_load(*((load, 0.0) if name == "natural" else (1.0, load)))
-            state, stress = self._predict(path.point, older, load)
-            attempt = self.equilibrium.solve(state, stress)
-            self._log(
-                path, LoadStep(name, load, attempt.converged, attempt.iterations, attempt.correction, attempt.negative)
-            )
-            if not attempt.converged:
-                older = None
-                step = o.cut * (load - path.point.load)
-                if step < o.min_step:
-                    path.failure = (
-                        f"{name} stopped at {path.point.load:.6g} of its full value: the next step fell under min_step"
-                        f" = {o.min_step:g}; a smaller min_step, a larger max_newton or a finer mesh may pass, a limit"
-                        " point will not"
-                    )
-                    return
-                continue
-            older, path.point = path.point, _Point(load, attempt.state, attempt.stress)
-            if name == "natural":
-                path.natural = load
+    def observe(self, state: np.ndarray) -> dict[str, Any]:
+        """Middle and end of the centreline (units l)."""
+        surface = self.surface(state)
+        return {name: surface.centreline(np.array(s)).tolist() for name, s in (("middle", 0.5), ("end", 1.0))}
+
+    def surface(self, state: np.ndarray) -> ShellSurface:
+        """The surface of a state, whole on every process."""
+        grid, field = self.model.grid, self.model.on_grid(state)
+        return ShellSurface(grid.s_nodes, grid.v_nodes, field[..., :3], field[..., 3:], grid.degree)
+
+    def state_of(self, surface: ShellSurface) -> np.ndarray:
+        """Nodal values (nodes, 6) of a surface on another mesh of the same strip."""
+        s, v = self.model.nodes.T
+        return np.hstack([surface.evaluate(s, v), surface.director(s, v)])
+
+    def run(self, start: ShellSurface | None = None, folder: str | os.PathLike[str] | None = None) -> ShellResult:
+        """Walk the path, or settle from a surface at the full load."""
+        from shellref.arc import Point
+        from shellref.walk import Walk, Walker
+
+        begin = time.perf_counter()
+        stages = self.strip.stages
+        journal = None
+        if folder is not None:
+            from shellref.journal import FolderJournal, digest
+
+            key = digest(self.strip.problem.to_dict(), self.options.to_dict())
+            journal = FolderJournal(folder, key, self.model, stages)
+        walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
+        walk = journal.resume() if journal is not None and start is None else None
+        first = 0.0
+        if walk is None:
+            state = self.strip.initial_state(self.model.nodes) if start is None else self.state_of(start)
+            walk = Walk(Point(0.0, state, None))  # type: ignore[arg-type]
+            if start is None:
+                walker.start(walk)
             else:
-                path.gravity = load
-            if self._settle(path, name, attempt.negative):
-                older = None
-            if attempt.iterations <= EASY_ITERATIONS:
-                step = min(o.max_step, o.growth * step)
+                walker.settle_at_end(walk)
+            first = time.perf_counter() - begin
+        else:
+            self.equilibrium.iterations = sum(step.iterations for step in walk.steps)
+            self.equilibrium.factorisations = sum(step.factorisations for step in walk.steps)
+        walker.run(walk)
+        status, message, negative, eigenvalue = walker.verdict(walk)
+        if journal is not None and walk.status is None:
+            self.unfinished = journal  # refinement may follow; until then the end of the walk is what is resumed
+            journal.point(walk, now=True)
+        seconds = {"first": first, **{name: round(value, 6) for name, value in self.equilibrium.seconds.items()}}
+        return self._result(walk, status, message, negative, eigenvalue, seconds)
 
-    def _predict(self, point: _Point, older: _Point | None, load: float) -> tuple[np.ndarray, Any]:
-        """Linear extrapolation of the last two points to `load`."""
-        if older is None or not self.options.predict:
-            return point.state, point.stress
-        from shellref.director import retract
+    def _result(
+        self,
+        walk: Any,
+        status: ShellStatus,
+        message: str,
+        negative: int | None,
+        eigenvalue: float | None,
+        seconds: dict[str, float],
+    ) -> ShellResult:
+        """Collect everything known about the last good state of a walk."""
+        from shellref import dolfinx_api as api
 
-        ratio = (load - point.load) / (point.load - older.load)
-        return retract(point.state, ratio * (point.state - older.state)), point.stress.extrapolate(older.stress, ratio)
-
-    def _settle(self, path: _Path, name: str, negative: int | None) -> bool:
-        """Check stability at a converged point; leave an unstable one when asked. True when the state jumped."""
-        if not self.options.stability:
-            return False
-        path.negative = negative
-        if not negative or not self.options.kick or path.kicks >= MOST_KICKS:
-            return False
-        path.kicks += 1
-        attempt = self.equilibrium.leave_saddle(path.point.state, negative)
-        moved = float(np.max(np.abs(attempt.state - path.point.state)))
-        self.report({"event": "kick", "load": path.point.load, "converged": attempt.converged, "moved": moved})
-        self._log(
-            path,
-            LoadStep(
-                "relax",
-                path.point.load,
-                attempt.converged,
-                attempt.iterations,
-                attempt.correction,
-                attempt.negative,
-                f"left an unstable {name} state with {negative} negative eigenvalue(s); moved by {moved:.3g}",
-            ),
+        problem, model, equilibrium, stages = self.strip.problem, self.model, self.equilibrium, self.strip.stages
+        state = walk.point.state
+        if stages:
+            at = min(walk.stage, len(stages) - 1)
+            model.set_control(stages[at].at(walk.point.load if walk.stage == at else 1.0))
+        control = model.control
+        residual = model.residual(state)
+        absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
+        held = np.where(equilibrium.held, residual, 0.0)
+        weight = model.external(state, control)
+        scale = sum(float(np.sqrt(equilibrium.total(field**2))) for field in (weight, held))
+        energies = model.energies(state)
+        surface = self.surface(state)
+        bad = (ShellStatus.NOT_CONVERGED, ShellStatus.LIMIT_POINT, ShellStatus.STRETCHED)
+        if status not in bad and upright(surface) < 0.5:
+            status = ShellStatus.INVALID
+            message = "the director is over 60 degrees from the normal somewhere: refine the mesh"
+        elif status not in bad and energies.stabilisation > HOURGLASS * max(energies.elastic, flattening(problem)) > 0:
+            status = ShellStatus.INVALID
+            message = (
+                f"the stabilisation carries {energies.stabilisation / energies.elastic:.1%} of the elastic energy"
+                " (hourglass modes): use more elements, two or more across"
+            )
+        parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
+        elastic = energies.elastic
+        fields = [model.on_grid(field) for field in (state, residual, equilibrium.held.astype(float))]
+        clamps = self._clamps(control.move, *(field.reshape(-1, 6) for field in fields))
+        return ShellResult(
+            problem=problem,
+            options=self.options,
+            status=status,
+            message=message,
+            surface=surface,
+            elements=model.grid.elements,
+            load_factor=control.weight if problem.loaded else (1.0 if walk.status is None else 0.0),
+            natural_factor=control.natural,
+            path_factor=(walk.stage + (walk.point.load if walk.stage < len(stages) else 0.0)) / max(len(stages), 1),
+            stable=None if negative is None else negative == 0,
+            negative_eigenvalues=negative,
+            lowest_eigenvalue=eigenvalue,
+            residual={"absolute": absolute, "relative": absolute / max(1.0, scale)},
+            newton_iterations=equilibrium.iterations,
+            factorisations=equilibrium.factorisations,
+            steps=tuple(walk.steps),
+            energy={**parts, "elastic": elastic, "gravity": energies.gravity, "total": energies.total},
+            share={name: part / elastic if elastic > 0 else 0.0 for name, part in parts.items()},
+            stabilisation={
+                "c": self.options.stabilisation,
+                "alpha": model.largest_alpha,
+                "energy": energies.stabilisation,
+                "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
+            },
+            clamps=clamps,
+            cell_midpoints=api.gather_rows(model.comm, model.midpoints),
+            energy_density=api.gather_rows(model.comm, energies.density),
+            unknowns=equilibrium.unknowns,
+            seconds=seconds,
+            memory_mb=api.sum_over(model.comm, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0),
+            provenance={
+                "versions": api.versions(),
+                "linear_solver": "MUMPS L D L^T",
+                "processes": model.comm.size,
+                "threads": os.environ.get("OMP_NUM_THREADS", "default"),
+            },
         )
-        if not attempt.converged:
-            path.kicks = MOST_KICKS  # the path goes on along the unstable branch, and its end says so
-            path.left = False
-            return False
-        path.negative = attempt.negative
-        path.point = _Point(path.point.load, attempt.state, attempt.stress)
-        return True
 
-    def verdict(self, path: _Path) -> tuple[ShellStatus, str]:
-        """Status and message of the end of a path; the inertia is checked afresh at the final state."""
-        if path.failure:
-            path.negative = None
-            return ShellStatus.NOT_CONVERGED, path.failure
-        if self.options.stability:
-            path.negative = self.equilibrium.negative_eigenvalues(path.point.state)
-            path.eigenvalue, _ = self.equilibrium.lowest_mode(path.point.state, path.negative)
-        if path.negative:
-            remedy = "set kick = true to leave it" if not self.options.kick else "try smaller steps (max_step)"
-            return ShellStatus.UNSTABLE, f"unstable equilibrium, {path.negative} negative eigenvalue(s): {remedy}"
-        note = f"; left {path.kicks} unstable state(s) on the way" if path.kicks and path.left else ""
-        return ShellStatus.CONVERGED, f"equilibrium at the full load{note}"
+    def _clamps(
+        self, move: float, state: np.ndarray, residual: np.ndarray, held: np.ndarray
+    ) -> dict[str, dict[str, np.ndarray]]:
+        """Force and moment of each clamp, about its own position; fields (all nodes, 6) in the order of the grid."""
+        grid = self.model.grid
+        s = np.repeat(grid.s_nodes, len(grid.v_nodes))
+        out = {}
+        for name, path, side in (("start", self.strip.start, s < 0.5), ("end", self.strip.end, s >= 0.5)):
+            if path is not None:
+                where = side & (held.max(axis=1) > 0.5)
+                force, moment = reactions(state, residual, where, path.at(move)[0])
+                out[name] = {"force": force, "moment": moment}
+        return out
 
 
-def _upright(surface: ShellSurface) -> float:
+def flattening(problem: ShellProblem) -> float:
+    """Energy (D w / l) that makes the natural shape flat: a scale for a strip that is in that shape."""
+    a, b = problem.natural_curvature
+    return (a * a + a * b + b * b) / 6.0 + 0.5 * problem.transverse_curvature**2
+
+
+def upright(surface: ShellSurface) -> float:
     """Smallest cosine between director and normal over the elements: normal from the diagonals of each element."""
-    p, d = surface.points, surface.directors[1::2, 1::2]
-    normal = np.cross(p[2::2, 2::2] - p[:-2:2, :-2:2], p[:-2:2, 2::2] - p[2::2, :-2:2])
+    k = surface.degree
+    p, ends = surface.points[::k, ::k], (surface.s_nodes[::k], surface.v_nodes[::k])
+    s, v = (0.5 * (x[1:] + x[:-1]) for x in ends)
+    d = surface.director(s[:, None], v[None, :])
+    normal = np.cross(p[1:, 1:] - p[:-1, :-1], p[:-1, 1:] - p[1:, :-1])
     length = np.linalg.norm(normal, axis=-1)
     return float(np.min(np.sum(normal * d, axis=-1) / np.where(length > 0, length, np.inf)))
-
-
-def _result(
-    problem: ShellProblem,
-    options: ShellOptions,
-    model: Any,
-    equilibrium: Any,
-    path: _Path,
-    status: ShellStatus,
-    message: str,
-    seconds: dict[str, float],
-    versions: dict[str, str],
-) -> ShellResult:
-    """Collect everything known about the last good state of a path."""
-    state = path.point.state
-    model.set_load(path.natural, path.gravity)
-    residual = model.residual(state)
-    reduced = equilibrium.reduced_residual(state)
-    absolute = float(np.linalg.norm(reduced))
-    scale = float(np.linalg.norm(model.weight_forces())) + float(np.linalg.norm(residual[equilibrium.held]))
-    energies = model.energies(state)
-    order = model.grid.order(model.nodes)
-    surface = ShellSurface(model.grid.s_nodes, model.grid.v_nodes, state[order, :3], state[order, 3:])
-    if status is not ShellStatus.NOT_CONVERGED and _upright(surface) < 0.5:
-        status = ShellStatus.INVALID
-        message = "the director is over 60 degrees from the normal somewhere: refine the mesh"
-    parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
-    elastic = energies.elastic
-    force, moment = reactions(state, residual, equilibrium.held, np.array(problem.clamp_position))
-    return ShellResult(
-        problem=problem,
-        options=options,
-        status=status,
-        message=message,
-        surface=surface,
-        load_factor=path.gravity,
-        natural_factor=path.natural,
-        stable=None if path.negative is None else path.negative == 0,
-        negative_eigenvalues=path.negative,
-        lowest_eigenvalue=path.eigenvalue,
-        residual={"absolute": absolute, "relative": absolute / max(1.0, scale)},
-        newton_iterations=equilibrium.iterations,
-        factorisations=equilibrium.factorisations,
-        steps=tuple(path.steps),
-        energy={**parts, "elastic": elastic, "gravity": energies.gravity, "total": energies.total},
-        share={name: part / elastic if elastic > 0 else 0.0 for name, part in parts.items()},
-        stabilisation={
-            "c": options.stabilisation,
-            "alpha": model.alpha,
-            "energy": energies.stabilisation,
-            "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
-        },
-        clamp_force=force,
-        clamp_moment=moment,
-        cell_midpoints=model.midpoints,
-        energy_density=energies.density,
-        unknowns=equilibrium.unknowns,
-        seconds=seconds,
-        memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-        provenance={
-            "versions": versions,
-            "linear_solver": "MUMPS L D L^T",
-            "processes": 1,
-            "threads": os.environ.get("OMP_NUM_THREADS", "default"),
-        },
-    )

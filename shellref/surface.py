@@ -11,20 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-
-def _lagrange(t: np.ndarray) -> np.ndarray:
-    """Quadratic Lagrange functions of the nodes 0, 1/2, 1 at t: (..., 3)."""
-    return np.stack([(2 * t - 1) * (t - 1), 4 * t * (1 - t), t * (2 * t - 1)], axis=-1)
+from shellref import lagrange
 
 
-def _lagrange_slope(t: np.ndarray) -> np.ndarray:
-    """Their derivatives: (..., 3)."""
-    return np.stack([4 * t - 3, 4 - 8 * t, 4 * t - 1], axis=-1)
-
-
-def _locate(nodes: np.ndarray, x: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Element number, local coordinate in [0, 1] and element size of each x; nodes (2 n + 1,) ascending."""
-    ends = nodes[::2]
+def _locate(nodes: np.ndarray, degree: int, x: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Element number, local coordinate in [0, 1] and element size of each x; nodes (k n + 1,) ascending."""
+    ends = nodes[::degree]
     slack = 1e-9 * (ends[-1] - ends[0])
     if np.any(x < ends[0] - slack) or np.any(x > ends[-1] + slack) or not np.all(np.isfinite(x)):
         raise ValueError(f"{name} must lie in [{ends[0]:g}, {ends[-1]:g}]")
@@ -35,33 +27,37 @@ def _locate(nodes: np.ndarray, x: np.ndarray, name: str) -> tuple[np.ndarray, np
 
 @dataclass(frozen=True)
 class ShellSurface:
-    """Biquadratic surface through the nodes of a shell solve.
+    """Piecewise polynomial surface through the nodes of a shell solve.
 
-    s_nodes (2 nx + 1,), v_nodes (2 ny + 1,): material coordinates of the nodes, ascending (units l).
-    points, directors (2 nx + 1, 2 ny + 1, 3): position (units l) and unit director (= +t_y) at the nodes.
+    s_nodes (k nx + 1,), v_nodes (k ny + 1,): material coordinates of the nodes, ascending (units l), Gauss-Lobatto in
+    every element of degree k. points, directors (k nx + 1, k ny + 1, 3): position (units l) and unit director (= +t_y)
+    at the nodes.
     """
 
     s_nodes: np.ndarray
     v_nodes: np.ndarray
     points: np.ndarray
     directors: np.ndarray
+    degree: int = 2
 
     def __post_init__(self) -> None:
         shape = (len(self.s_nodes), len(self.v_nodes), 3)
         if self.points.shape != shape or self.directors.shape != shape:
             raise ValueError(f"points and directors must have shape {shape}, not {self.points.shape}")
-        if any(len(nodes) < 3 or len(nodes) % 2 == 0 for nodes in (self.s_nodes, self.v_nodes)):
-            raise ValueError("biquadratic elements have an odd number of nodes, 3 or more, in each direction")
+        k = self.degree
+        if any(len(nodes) <= k or (len(nodes) - 1) % k for nodes in (self.s_nodes, self.v_nodes)):
+            raise ValueError(f"elements of degree {k} have a multiple of {k} and one more nodes in each direction")
 
     def _interpolate(self, field: np.ndarray, s: np.ndarray, v: np.ndarray, slope: bool = False) -> np.ndarray:
         """field (ns, nv, 3) or its S-derivative at s, v (broadcast together): broadcast shape + (3,)."""
         s, v = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(v, dtype=float))
-        i, a, size = _locate(self.s_nodes, s, "s")
-        j, b, _ = _locate(self.v_nodes, v, "v")
-        along = _lagrange_slope(a) / size[..., None] if slope else _lagrange(a)
-        rows = (2 * i)[..., None, None] + np.arange(3)[:, None]
-        columns = (2 * j)[..., None, None] + np.arange(3)
-        return np.einsum("...a,...b,...abk->...k", along, _lagrange(b), field[rows, columns])
+        k = self.degree
+        i, a, size = _locate(self.s_nodes, k, s, "s")
+        j, b, _ = _locate(self.v_nodes, k, v, "v")
+        along = lagrange.slopes(k, a) / size[..., None] if slope else lagrange.values(k, a)
+        rows = (k * i)[..., None, None] + np.arange(k + 1)[:, None]
+        columns = (k * j)[..., None, None] + np.arange(k + 1)
+        return np.einsum("...a,...b,...abk->...k", along, lagrange.values(k, b), field[rows, columns])
 
     def evaluate(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Positions at material points; s, v broadcast against each other, result has their shape + (3,), units l."""
@@ -101,7 +97,7 @@ class ShellSurface:
         return np.asarray(0.5 * (self.v_nodes[0] + self.v_nodes[-1]))
 
     def save(self, path: str | os.PathLike[str], **extra: np.ndarray) -> None:
-        """Write an .npz (s_nodes, v_nodes, points, directors and `extra` arrays), atomically."""
+        """Write an .npz (s_nodes, v_nodes, points, directors, degree and `extra` arrays), atomically."""
         path = Path(path)
         temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
         with open(temporary, "wb") as stream:
@@ -111,6 +107,7 @@ class ShellSurface:
                 v_nodes=self.v_nodes,
                 points=self.points,
                 directors=self.directors,
+                degree=np.array(self.degree),
                 **extra,
             )  # type: ignore[arg-type]
         os.replace(temporary, path)
@@ -119,4 +116,5 @@ class ShellSurface:
     def load(cls, path: str | os.PathLike[str]) -> ShellSurface:
         """Read what `save` (or the worker) wrote."""
         with np.load(path, allow_pickle=False) as data:
-            return cls(data["s_nodes"], data["v_nodes"], data["points"], data["directors"])
+            degree = int(data["degree"]) if "degree" in data else 2
+            return cls(data["s_nodes"], data["v_nodes"], data["points"], data["directors"], degree)

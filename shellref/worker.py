@@ -5,11 +5,18 @@ REQUEST.json
     options           fields of ShellOptions (may be absent)
     states_for_error  [[along, across], ...]: more meshes for the same problem, from which the discretisation error of
                       the first can be judged (may be absent)
+    start             .npz of a ShellSurface of the same strip, on any mesh, near the state at the full load: the solve
+                      settles there, if need be by way of thicker strips, and walks the path only when it cannot (may be
+                      absent). Its path is relative to the request
+    folder            where checkpoints of the path are kept; the same request with the same folder goes on where a
+    killed
+                      worker stopped (may be absent). Relative to the request
 
 OUT_DIR (made when absent; files appear whole, by rename)
-    shell.json        ShellResult.to_dict(), and `error_states` when asked for: for each extra mesh its elements,
-                      status, file, energy, and the distances |x - x'| to the first state at equal material points:
-                      `largest` on a 201 x 9 grid, `centreline`, `end` (units l)
+    shell.json        ShellResult.to_dict(), `start` (see `Settled.how`), and `error_states` when asked for: for each
+    extra
+                      mesh its elements, status, file, energy, and the distances |x - x'| to the first state at equal
+                      material points: `largest` on a 201 x 9 grid, `centreline`, `end` (units l)
     shell.npz         s_nodes, v_nodes, points, directors (ShellSurface), cell_midpoints, energy_density
     shell_AxB.json, shell_AxB.npz   the extra states
 
@@ -21,23 +28,47 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 import sys
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from shellref.problem import ShellInputError, ShellOptions, ShellProblem
+from shellref.inputs import ShellInputError
+from shellref.options import ShellOptions
+from shellref.problem import ShellProblem
 from shellref.result import ShellResult, ShellStatus
 from shellref.surface import ShellSurface
 
 DONE, BAD_REQUEST, MISSING = 0, 2, 3
-KEYS = ("problem", "options", "states_for_error")
+KEYS = ("problem", "options", "states_for_error", "start", "folder")
+
+#: Factor on the thickness when a start is too far for the strip's own (membrane and shear strains of a start that is no
+#: equilibrium cost h^-2 of the bending energy), and the most solves on the way down.
+THICKER = 2.0
+MOST_SOLVES = 24
+
+Say = Callable[[dict[str, Any]], None]
 
 
-def read_request(path: Path) -> tuple[ShellProblem, ShellOptions, list[ShellProblem]]:
-    """The problem, the options and the problem on the meshes of `states_for_error`; raises ShellInputError."""
+@dataclass(frozen=True)
+class Request:
+    """What is asked of the worker; start: near the state at the full load; folder: for checkpoints."""
+
+    problem: ShellProblem
+    options: ShellOptions
+    extra: tuple[ShellProblem, ...] = ()
+    start: ShellSurface | None = None
+    folder: Path | None = None
+
+
+def read_request(path: Path) -> Request:
+    """The request of a file; raises ShellInputError."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -53,8 +84,36 @@ def read_request(path: Path) -> tuple[ShellProblem, ShellOptions, list[ShellProb
     meshes = data.get("states_for_error") or []
     if not isinstance(meshes, list):
         raise ShellInputError("states_for_error", meshes, "must be a list of [along, across]")
-    extra = [dataclasses.replace(problem, elements=mesh) for mesh in meshes]
-    return problem, ShellOptions.from_dict(data.get("options") or {}), extra
+    for key in ("start", "folder"):
+        if data.get(key) is not None and not isinstance(data[key], str):
+            raise ShellInputError(key, data[key], "must be a path")
+    start, folder = data.get("start"), data.get("folder")
+    return Request(
+        problem=problem,
+        options=ShellOptions.from_dict(data.get("options") or {}),
+        extra=tuple(dataclasses.replace(problem, elements=mesh) for mesh in meshes),
+        start=None if start is None else read_start(path.parent / start, problem),
+        folder=None if folder is None else path.parent / folder,
+    )
+
+
+def read_start(path: Path, problem: ShellProblem) -> ShellSurface:
+    """The surface to start from; raises ShellInputError when it is none, or one of another strip."""
+    try:
+        surface = ShellSurface.load(path)
+    except OSError as error:
+        raise ShellInputError("start", path.name, f"cannot be read: {error.strerror or error}") from error
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise ShellInputError("start", path.name, "is no .npz of s_nodes, v_nodes, points and directors") from error
+    half = 0.5 * problem.width
+    ends = (surface.s_nodes[0], surface.s_nodes[-1], surface.v_nodes[0], surface.v_nodes[-1])
+    if not np.allclose(ends, (0.0, 1.0, -half, half), rtol=0.0, atol=1e-9):
+        raise ShellInputError(
+            "start", path.name, f"is not the surface of a strip of length 1 and width {problem.width:g}"
+        )
+    if not (np.all(np.isfinite(surface.points)) and np.all(np.isfinite(surface.directors))):
+        raise ShellInputError("start", path.name, "has values that are not finite")
+    return surface
 
 
 def distances(first: ShellSurface, other: ShellSurface) -> dict[str, float]:
@@ -64,19 +123,83 @@ def distances(first: ShellSurface, other: ShellSurface) -> dict[str, float]:
     return {"largest": float(gap.max()), "centreline": float(gap[:, 4].max()), "end": float(gap[-1, 4])}
 
 
+@dataclass(frozen=True)
+class Settled:
+    """A solve and how it began: "path", "given", "given, by way of thicker strips", or "path (none near the start)"."""
+
+    result: ShellResult
+    how: str
+
+
+def solved(
+    problem: ShellProblem,
+    options: ShellOptions,
+    say: Say,
+    start: ShellSurface | None = None,
+    folder: Path | None = None,
+    processes: str = "self",
+) -> Settled:
+    """Settle near `start`, by way of thicker strips where it is too far for this one; walk the path otherwise.
+
+    The seconds of the result are those of all attempts.
+    """
+    from shellref.solve import solve
+
+    if start is None:
+        return Settled(solve(problem, options, say, processes=processes, folder=folder), "path")
+    spent = {"import": 0.0, "compile": 0.0, "total": 0.0}
+
+    def counted(result: ShellResult) -> ShellResult:
+        for name in spent:
+            spent[name] += result.seconds[name]
+        return result.with_seconds({**result.seconds, **spent})
+
+    def settled(thickness: float, near: ShellSurface) -> ShellResult:
+        own = thickness == problem.thickness
+        chosen = options if own else dataclasses.replace(options, accuracy=None)
+        thicker = problem if own else dataclasses.replace(problem, thickness=thickness)
+        return counted(solve(thicker, chosen, say, start=near, processes=processes))
+
+    result = settled(problem.thickness, start)
+    count, thickness, how = 1, problem.thickness, "given"
+    while result.status is ShellStatus.NOT_CONVERGED and count < MOST_SOLVES:
+        how = "given, by way of thicker strips"
+        thickness *= THICKER
+        if thickness >= 0.5 * problem.width:
+            break
+        say({"event": "thicker", "width_to_thickness": problem.width / thickness})
+        result = settled(thickness, start)
+        count += 1
+    factor = THICKER
+    while result.status is not ShellStatus.NOT_CONVERGED and thickness > problem.thickness and count < MOST_SOLVES:
+        near, thinner = result.surface, max(problem.thickness, thickness / factor)
+        say({"event": "thinner", "width_to_thickness": problem.width / thinner})
+        attempt = settled(thinner, near)
+        count += 1
+        if attempt.status is ShellStatus.NOT_CONVERGED:
+            factor = math.sqrt(factor)
+        else:
+            result, thickness = attempt, thinner
+    if thickness == problem.thickness and result.status is not ShellStatus.NOT_CONVERGED:
+        return Settled(result, how)
+    say({"event": "path"})
+    result = counted(solve(problem, options, say, processes=processes, folder=folder))
+    return Settled(result, "path (none near the start)")
+
+
 def _say(event: dict[str, Any]) -> None:
     print(json.dumps(event), flush=True)
 
 
-def run(problem: ShellProblem, options: ShellOptions, extra: list[ShellProblem], folder: Path) -> ShellResult:
+def run(request: Request, folder: Path) -> ShellResult:
     """Solve, write the files, print progress."""
-    from shellref.solve import solve
-
-    first = solve(problem, options, _say)
+    problem, options, keep = request.problem, request.options, request.folder
+    settled = solved(problem, options, _say, request.start, None if keep is None else keep / "path")
+    first = settled.result
     rows = []
-    for other in extra:
-        result = solve(other, options, _say)
+    for other in request.extra:
         name = "shell_{}x{}".format(*other.elements)
+        result = solved(other, options, _say, request.start, None if keep is None else keep / name).result
         result.save(folder, name)
         rows.append(
             {
@@ -89,7 +212,7 @@ def run(problem: ShellProblem, options: ShellOptions, extra: list[ShellProblem],
                 "distance": distances(first.surface, result.surface),
             }
         )
-    first.save(folder, "shell", {"error_states": rows} if extra else None)
+    first.save(folder, "shell", {"start": settled.how, **({"error_states": rows} if rows else {})})
     return first
 
 
@@ -100,7 +223,7 @@ def main(arguments: list[str]) -> int:
         return BAD_REQUEST
     folder = Path(arguments[1])
     try:
-        problem, options, extra = read_request(Path(arguments[0]))
+        request = read_request(Path(arguments[0]))
         folder.mkdir(parents=True, exist_ok=True)
     except ShellInputError as error:
         print(f"bad request: {error}", file=sys.stderr)
@@ -113,8 +236,12 @@ def main(arguments: list[str]) -> int:
     except ImportError as error:
         print(error, file=sys.stderr)
         return MISSING
-    _say({"event": "start", "dolfinx": dolfinx_api.versions()["dolfinx"], "elements": list(problem.elements)})
-    result = run(problem, options, extra, folder)
+    _say({"event": "start", "dolfinx": dolfinx_api.versions()["dolfinx"], "elements": list(request.problem.elements)})
+    try:
+        result = run(request, folder)
+    except ShellInputError as error:
+        print(f"bad request: {error}", file=sys.stderr)
+        return BAD_REQUEST
     _say({"event": "written", "status": result.status.value, "ok": result.status is ShellStatus.CONVERGED})
     return DONE
 

@@ -49,7 +49,7 @@ class Shells:
     def __init__(self, tmp_path, failing=()):
         self.folder, self.failing, self.calls = tmp_path, failing, 0
 
-    def __call__(self, problem, store, options=None, progress=None):
+    def __call__(self, problem, store, options=None, progress=None, start=None):
         self.calls += 1
         ratio = round(problem.width / problem.thickness)
         if ratio in self.failing:

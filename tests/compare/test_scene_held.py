@@ -399,18 +399,30 @@ BEYOND = [
 ]
 
 
-@pytest.mark.parametrize(("change", "extra", "key"), BEYOND)
-def test_the_shell_is_held_at_the_start_only(change, extra, key):
+BEYOND_THE_SHELL = [
+    ({"closure.kind": '"circle"'}, "", "closure", "has no seam"),
+    ({}, FLOOR, "wall", "no contact"),
+    ({"clamp.start.tangent": None, "clamp.start.normal": None}, "", "clamp.start", "leaves the frame free"),
+    (NO_START | WEIGHTLESS, "", "clamp.start", "the start is free"),
+    (END | {"clamp.end.position": '"free"'}, "", "clamp.end", "leaves the position free"),
+    (END | {"clamp.end.tangent": None, "clamp.end.normal": None}, "", "clamp.end", "leaves the frame free"),
+]
+
+
+@pytest.mark.parametrize(("change", "extra", "key", "words"), BEYOND_THE_SHELL)
+def test_what_the_shell_cannot_hold_is_refused(change, extra, key, words):
     scene = loads(text(PLANAR, {"strip.thickness": "3e-4"}, change, extra=extra))
-    with pytest.raises(BadInput, match="the shell of this version is held at s = 0 only") as caught:
+    assert not scene.has_shell()
+    with pytest.raises(BadInput, match=words) as caught:
         scene.require_shell()
     assert caught.value.key == key
     assert "ribbonbench solve" in caught.value.remedy
 
 
-def test_the_shell_has_no_exact_gravity():
-    with pytest.raises(BadInput, match=r"gravity\.exact = True: is not available for the shell"):
-        loads(text({"strip.thickness": "3e-4", "gravity.exact": "true"})).require_shell()
+def test_the_shell_takes_two_clamps_and_weighs_its_surface():
+    scene = loads(text(PLANAR, {"strip.thickness": "3e-4", "gravity.exact": "true"}, END))
+    assert scene.has_shell()
+    assert scene.require_shell() == (pytest.approx(100.0),)
 
 
 @pytest.mark.parametrize(("change", "extra", "key"), BEYOND)

@@ -34,6 +34,7 @@ ELSEWHERE = {
     *("moebius_6_1", "moebius_6_1_clamped", "moebius_6_1_straight", "moebius_narrow", "moebius_wide"),
     *("moebius_table_edge", "moebius_table_fallen", "roman_6_2", "roman_folds", "roman_plate"),
     *("curl_4_4_short", "curl_4_4_long"),
+    *("lateral_7_1", "shift_7_2", "limits_7_3"),
 }
 
 

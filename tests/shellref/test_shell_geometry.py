@@ -6,8 +6,9 @@ from scipy.integrate import solve_ivp
 
 from shellref import ShellSurface, director
 from shellref.clamps import reactions
+from shellref.grid import Grid, knots_across, knots_along, snapped
 from shellref.material import plane_stress, stiffness_factors, young
-from shellref.midsurface import Grid, natural_curve, natural_strip
+from shellref.midsurface import natural_curve, natural_strip
 
 RNG = np.random.default_rng(3)
 
@@ -42,7 +43,8 @@ def test_material_constants():
 
 @pytest.mark.parametrize("grading", [(1.0, 1.0), (0.2, 0.1)])
 def test_grid_orders_nodes_and_lumps_the_area(grading):
-    grid = Grid((6, 5), 0.1, grading)
+    grid = Grid(knots_along(6, grading[0]), knots_across(5, grading[1], 0.1))
+    assert (grid.elements, grid.cells) == ((6, 5), 30)
     mesh = np.stack(np.meshgrid(grid.s_nodes, grid.v_nodes, indexing="ij"), axis=-1).reshape(-1, 2)
     shuffle = RNG.permutation(len(mesh))
     order = grid.order(mesh[shuffle])
@@ -65,17 +67,79 @@ def test_tangent_bases_are_orthonormal_everywhere():
     np.testing.assert_allclose(products, np.tile(np.eye(3), (len(d), 1, 1)), atol=1e-14)
 
 
-def test_projection_agrees_with_reduce_and_expand():
+def test_knots_are_graded_at_one_end_or_both_and_snap_to_places():
+    one, two = knots_along(20, 0.1), knots_along(20, 0.1, both=True)
+    for knots in (one, two):
+        assert (knots[0], knots[-1]) == (0.0, 1.0)
+        assert np.all(np.diff(knots) > 0)
+    np.testing.assert_allclose(two, 1.0 - two[::-1], atol=1e-15)
+    sizes = np.diff(one)
+    assert sizes[0] < 0.4 * sizes[-1]
+    assert sizes[-1] == pytest.approx(sizes[-2], rel=1e-3)
+    moved = snapped(one, [0.037, 0.5])
+    assert {0.037, 0.5} <= set(moved)
+    assert np.sum(moved != one) == 2
+    for places in ([0.001, 0.002], [1.5]):
+        with pytest.raises(ValueError, match="more elements"):
+            snapped(one, places)
+    with pytest.raises(ValueError, match="more elements"):
+        snapped(np.array([0.0, 1.0]), [0.3])
+
+
+def test_refined_grids_are_nested():
+    grid = Grid(knots_along(4, 0.3), knots_across(3, 0.5, 0.2))
+    fine = grid.refined(3, 2)
+    assert fine.elements == (12, 6)
+    np.testing.assert_allclose(fine.s_knots[::3], grid.s_knots, atol=1e-15)
+    np.testing.assert_allclose(fine.v_knots[::2], grid.v_knots, atol=1e-15)
+    np.testing.assert_allclose(fine.s_knots[1], grid.s_knots[1] / 3, rtol=1e-12)
+
+
+def _mixed_supports() -> tuple[np.ndarray, np.ndarray]:
+    """Every combination of held translations with a director that is free, held or normal to an axis."""
+    masks = np.array([[bool(k & 1), bool(k & 2), bool(k & 4)] for k in range(8)])
+    kinds = [director.FREE, director.HELD, 0, 1, 2]
+    return np.repeat(masks, len(kinds), axis=0), np.tile(kinds, len(masks))
+
+
+@pytest.mark.parametrize("owned", [None, 23])
+def test_projection_agrees_with_reduce_and_expand(owned):
+    """Mixed supports; `owned`: the other nodes are ghosts, which have no unknowns here."""
     import scipy.sparse as sparse
 
-    d = RNG.standard_normal((7, 3))
+    translations, kinds = _mixed_supports()
+    n = len(kinds)
+    d = RNG.standard_normal((n, 3))
+    for axis in (0, 1, 2):
+        d[kinds == axis, axis] = 0.0
     d /= np.linalg.norm(d, axis=1)[:, None]
-    bases, free = director.tangent_bases(d), np.array([1, 2, 5], dtype=np.int32)
-    indptr, indices, values = director.projection_csr(bases, free)
-    p = sparse.csr_matrix((values, indices, indptr), shape=(42, 15)).toarray()
-    f, q = RNG.standard_normal((7, 6)), RNG.standard_normal(15)
-    np.testing.assert_allclose(p.T @ f.ravel(), director.reduce_vector(f, bases, free), atol=1e-14)
-    np.testing.assert_allclose(p @ q, director.expand_vector(q, bases, free).ravel(), atol=1e-14)
+    increments = director.Increments(translations, kinds, owned)
+    bases = increments.bases(d)
+    indptr, indices, values = increments.projection(bases)
+    m = n if owned is None else owned
+    p = sparse.csr_matrix((values, indices, indptr), shape=(6 * m, increments.unknowns)).toarray()
+    columns = []  # P by hand: a column per free translation, one or two directions of each director
+    for i in range(m):
+        turns = {director.FREE: 2, director.HELD: 0}.get(int(kinds[i]), 1)
+        for column in [
+            *np.eye(6)[:3][~translations[i]],
+            *(np.append(np.zeros(3), bases[i, :, k]) for k in range(turns)),
+        ]:
+            columns.append(np.zeros((m, 6)))
+            columns[-1][i] = column
+    dense = np.array(columns).reshape(len(columns), -1).T
+    np.testing.assert_array_equal(p, dense)
+    np.testing.assert_allclose(p.T @ p, np.eye(increments.unknowns), atol=1e-14)
+    f, q = RNG.standard_normal((n, 6)), RNG.standard_normal(increments.unknowns)
+    np.testing.assert_allclose(p.T @ f[:m].ravel(), increments.reduce(f, bases), atol=1e-14)
+    expanded = increments.expand(q, bases)
+    np.testing.assert_allclose(p @ q, expanded[:m].ravel(), atol=1e-14)
+    assert not expanded[m:].any()
+    # increments are tangent to the sphere, and keep a director normal to its axis
+    assert np.max(np.abs(np.einsum("ni,ni->n", expanded[:, 3:], d))) < 1e-14
+    for axis in (0, 1, 2):
+        assert np.max(np.abs(expanded[kinds == axis, 3 + axis])) < 1e-14
+    np.testing.assert_array_equal(increments.projection(bases, 5)[1], indices + 5)
 
 
 def test_reactions_take_the_couple_of_a_director():

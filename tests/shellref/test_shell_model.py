@@ -10,8 +10,10 @@ from shellref.midsurface import natural_strip
 pytest.importorskip("dolfinx")
 pytestmark = pytest.mark.shell
 
+from shellref.body import Control  # noqa: E402
 from shellref.naghdi import NaghdiModel  # noqa: E402
 from shellref.newton import Equilibrium  # noqa: E402
+from shellref.strip import build_strip  # noqa: E402
 
 RNG = np.random.default_rng(11)
 FRAME = np.linalg.qr(RNG.standard_normal((3, 3)))[0]
@@ -33,6 +35,10 @@ def _problem(**change):
     return ShellProblem(**{**base, **change})
 
 
+def _model(stabilisation=0.01, **change):
+    return NaghdiModel(build_strip(_problem(**change), ShellOptions()).body, stabilisation)
+
+
 def _state(model, size=0.05):
     """A curled and randomly shaken state with unit directors (nodes, 6)."""
     state = np.hstack(natural_strip(*model.nodes.T, np.zeros(3), FRAME, (1.0, 2.0)))
@@ -41,7 +47,9 @@ def _state(model, size=0.05):
 
 @pytest.fixture(scope="module")
 def model():
-    return NaghdiModel(_problem(), ShellOptions(stabilisation=0.3))
+    model = _model(0.3)
+    model.set_control(Control())
+    return model
 
 
 def _slope(function, t):
@@ -80,20 +88,19 @@ def test_reduced_hessian_is_the_second_derivative_on_the_sphere(model):
     stress = model.stress(state)
     force = model.force(state, stress)
     bases = equilibrium.factor(state, stress, force)
-    indptr, indices, values = equilibrium._reduced.getValuesCSR()
+    indptr, indices, values = equilibrium.matrix.getValuesCSR()
     h = sparse.csr_matrix((values, indices, indptr))
-    turn = np.zeros((len(equilibrium.free), 5))
-    turn[:, 3:] = RNG.standard_normal((len(equilibrium.free), 2))  # rotations, where the constraint's curvature acts
-    exact = turn.ravel() @ h @ turn.ravel()
-    curvature = director.as_rotation_diagonal(director.constraint_curvature(state, force, equilibrium.free))
-    assert abs(curvature @ turn.ravel() ** 2) > 0.01 * abs(exact)
+    increments = equilibrium.increments
+    n = len(model.nodes)
+    rotations = increments.nodal(np.zeros(n), np.ones(n))  # where the constraint's curvature acts
+    turn = rotations * RNG.standard_normal(increments.unknowns)
+    exact = turn @ h @ turn
+    curvature = increments.constraint_curvature(state, force)
+    assert abs(curvature @ turn**2) > 0.01 * abs(exact)
     errors = []
     for t in (4e-3, 2e-3, 1e-3):
         levels = [
-            model.energies(
-                director.retract(state, director.expand_vector(x * turn.ravel(), bases, equilibrium.free))
-            ).total
-            for x in (-t, 0.0, t)
+            model.energies(director.retract(state, increments.expand(x * turn, bases))).total for x in (-t, 0.0, t)
         ]
         errors.append(abs((levels[0] - 2 * levels[1] + levels[2]) / t**2 - exact))
     assert errors[-1] < 1e-4 * abs(exact)
@@ -116,7 +123,7 @@ def test_rigid_motions_cost_nothing_and_change_nothing(model):
     flat = np.hstack(natural_strip(*model.nodes.T, np.zeros(3), np.eye(3), (0.0, 0.0)))
     turn = np.linalg.qr(RNG.standard_normal((3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
-    plain = NaghdiModel(_problem(natural_curvature=(0, 0), gamma=0.0, up=None), ShellOptions())
+    plain = _model(natural_curvature=(0, 0), gamma=0.0, up=None)
     moved = np.hstack([flat[:, :3] @ turn.T + [3.0, -1.0, 2.0], flat[:, 3:] @ turn.T])
     assert plain.energies(moved).elastic < 1e-22 * 12 / 0.02**2
     state = _state(model)
@@ -127,7 +134,7 @@ def test_rigid_motions_cost_nothing_and_change_nothing(model):
 def test_strains_and_energies_of_a_homogeneous_deformation():
     """phi = affine with stretches and shear, d tilted: membrane and shear energies in closed form, whatever c."""
     problem = _problem(natural_curvature=(3.0, 3.0), gamma=0.0, up=None)
-    model = NaghdiModel(problem, ShellOptions(stabilisation=0.5))
+    model = NaghdiModel(build_strip(problem, ShellOptions()).body, 0.5)
     a, b, d = np.array([0.0, 0.1, 1.2]), np.array([0.9, 0.0, 0.2]), np.array([0.0, 0.8, 0.6])
     points = np.outer(model.nodes[:, 0], a) + np.outer(model.nodes[:, 1], b)
     state = np.hstack([points, np.tile(d, (len(points), 1))])
@@ -142,18 +149,18 @@ def test_strains_and_energies_of_a_homogeneous_deformation():
 
 
 def test_weight_is_the_area_times_gamma(model):
-    model.set_load(1.0, 1.0)
-    total = model.weight_forces()[:, :3].sum(axis=0)
-    np.testing.assert_allclose(total, 7.0 * np.array([0.6, 0.8, 0.0]), rtol=1e-12)
+    state = _state(model)
+    total = model.external(state, Control(weight=1.0))[:, :3].sum(axis=0)
+    np.testing.assert_allclose(total, -7.0 * np.array([0.6, 0.8, 0.0]), rtol=1e-12)
+    np.testing.assert_allclose(model.external(state, Control(weight=0.3)), 0.3 * model.external(state, Control()))
 
 
 def test_forms_are_compiled_once():
     """Another mesh, thickness, material or load reuses the cached forms."""
     from shellref.dolfinx_api import cache_folder
 
-    NaghdiModel(_problem(), ShellOptions())
+    _model()
     before = {p.name for p in cache_folder().glob("*.c")}
     for k in range(12):
-        problem = _problem(elements=(3 + k, 1), thickness=0.01 / (k + 1), poisson=0.1)
-        NaghdiModel(problem, ShellOptions(stabilisation=0.1))
+        _model(0.1, elements=(3 + k, 1), thickness=0.01 / (k + 1), poisson=0.1)
     assert {p.name for p in cache_folder().glob("*.c")} == before

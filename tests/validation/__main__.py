@@ -26,6 +26,8 @@ NAMES = (
     "clamp_layer",
     "clamp_limit",
     "shell_mesh",
+    "sze",
+    "shell_formulation",
     "curl",
 )
 
