@@ -259,17 +259,20 @@ def switch(walker: Walker, walk: Walk, before: Point) -> bool:
     stays where it is) when no branch was found.
     """
     e, stage = walker.equilibrium, walker.stages[walk.stage]
-    low, high = locate(walker, walk, before, walk.point)
+    after = walk.point
+    low, high = locate(walker, walk, before, after)
     mode, _ = lowest_mode(e, high.state, stage, high.load)
     if mode.value is None:
         return False
     shape, _ = Direction.of(e, mode.vector, 0.0)
+    # the plane goes along with the old path, whose moving clamps may have a part along the mode
+    drift = -e.mean(shape.state, after.state - before.state) / (after.load - before.load)
     for amplitude in BRANCH_STEPS:
         field = amplitude * shape.state
         state = retract(low.state, field)
         walker.model.set_control(stage.at(low.load))
         stress = walker.model.stress(low.state, field)
-        attempt = e.solve(state, stress, stage, low.load, Plane(state, low.load, shape.state, 0.0))
+        attempt = e.solve(state, stress, stage, low.load, Plane(state, low.load, shape.state, drift))
         good = attempt.converged and attempt.load < 1.0 and abs(attempt.load - low.load) < 0.5
         if good:
             attempt.negative = e.negative_eigenvalues(attempt.state, stage, attempt.load)

@@ -112,11 +112,29 @@ class Equilibrium:
         value = float(np.max(size)) if np.all(np.isfinite(size)) else np.inf
         return float(api.max_over(self.model.comm, value))
 
-    def target(self, move: float, state: np.ndarray) -> np.ndarray:
-        """The state with everything held put in its place (nodes, 6)."""
+    def target(self, stage: Stage, load: float, state: np.ndarray) -> np.ndarray:
+        """The state with everything held put in its place at this load of the stage (nodes, 6).
+
+        Outside [0, 1] (an arc-length step may go there) supports move on straight: at the ends of a stage the clamps'
+        path may have a corner, and what comes beyond belongs to another stage.
+        """
+        inside = min(max(load, 0.0), 1.0)
+        placed = self._placed(stage.at(inside).move, state)
+        if load == inside or not stage.rate().move:
+            return placed
+        ahead = retract(placed, (load - inside) * self._held_rate(state, stage, inside))
+        return np.where(self.held, ahead, state)
+
+    def _placed(self, move: float, state: np.ndarray) -> np.ndarray:
         placement = self.supports.placement
         place = self.model.reference if placement is None else placement(move)
         return np.where(self.held, place, state)
+
+    def _held_rate(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
+        """d(target)/dload (nodes, 6): a difference within the stage."""
+        below, above = max(min(load, 1.0) - 1e-5, 0.0), min(max(load, 0.0) + 1e-5, 1.0)
+        ahead, back = (self._placed(stage.at(x).move, state) for x in (above, below))
+        return (ahead - back) / (above - below)
 
     def reduced_residual(self, state: np.ndarray) -> np.ndarray:
         """P^T dE/du on the free increments (unknowns of this process,)."""
@@ -217,7 +235,7 @@ class Equilibrium:
             start = time.perf_counter()
             control = stage.at(load)
             model.set_control(control)
-            gap = self.target(control.move, state) - state
+            gap = self.target(stage, load, state) - state
             actual = model.stress(state)
             residual = model.force(state, actual)
             used, force = (stress, model.force(state, stress)) if mixed else (actual, residual)
@@ -249,9 +267,8 @@ class Equilibrium:
 
     def _settled(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
         """The state with held values exact (an arc step's last change of load moved them to first order)."""
-        control = stage.at(load)
-        self.model.set_control(control)
-        return self.target(control.move, state)
+        self.model.set_control(stage.at(load))
+        return self.target(stage, load, state)
 
     def _sway(self, state: np.ndarray, stage: Stage, load: float, bases: np.ndarray) -> np.ndarray:
         """du/dload (nodes, 6) of the tangent last factored: dead loads, natural curvature and moving supports."""
@@ -259,8 +276,7 @@ class Equilibrium:
         force = self.model.residual_rate(state, rate)
         step = np.zeros_like(state)
         if rate.move:
-            d, move = 1e-5, stage.at(load).move
-            step = (self.target(move + d * rate.move, state) - self.target(move - d * rate.move, state)) / (2 * d)
+            step = self._held_rate(state, stage, load)
             force = force + self._stiff(step)
         return step - self.back(force, bases)
 

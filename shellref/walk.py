@@ -25,6 +25,7 @@ from shellref.stability import hourglass_hint, leave_saddle, lowest_mode
 
 EASY_ITERATIONS = 7
 MOST_KICKS = 20
+STILL = 1e-3  # mean displacement of a stage, over the size of the surface, below which it is walked in load steps
 ARC_BELOW = 0.01  # load steps smaller than this (of a stage) are left to arc length, when that is allowed
 START_FAILED = "the starting shape did not converge in {} iterations: use more elements, or raise max_newton"
 Progress = Callable[[dict[str, Any]], None]
@@ -153,7 +154,7 @@ class Walker:
         """All stages from where the walk is."""
         while walk.status is None and walk.stage < len(self.stages):
             if walk.point.load < 1.0:
-                if walk.arc or self.options.arc_length == "always":
+                if walk.arc or (self.options.arc_length == "always" and self._moves(walk)):
                     follow(self, walk)
                 else:
                     self.load_steps(walk)
@@ -163,6 +164,11 @@ class Walker:
             if walk.stage < len(self.stages):
                 walk.point.load = 0.0
                 self.journal.point(walk)
+
+    def _moves(self, walk: Walk) -> bool:
+        """True when the stage's load moves the surface: where it does not, there is no arc to go along."""
+        sway, _ = self.equilibrium.tangent_of(walk.point.state, self._stage(walk), walk.point.load)
+        return float(np.sqrt(self.equilibrium.mean(sway, sway))) > STILL * self.equilibrium.length
 
     def load_steps(self, walk: Walk) -> None:
         """Bring the stage's load from where it is to 1."""

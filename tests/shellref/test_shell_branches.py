@@ -167,3 +167,34 @@ def test_arc_length_kicks_at_the_bifurcation_but_not_beyond_limit_points():
     (kick,) = steps(result, "relax")
     assert kick.load < 0.3
     assert result.section(0.5)["position"][2] > 0.07
+
+
+def test_switching_while_the_clamps_move():
+    """Thesis 7.2: the arch between shifted clamps tilts. The moving clamp has a part along the mode, which the branch's
+    first point must not be mistaken for: its middle leaves the point half way between the clamps."""
+    frame = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    shear = ShellProblem(
+        width=0.05,
+        thickness=1e-3,
+        poisson=0.3,
+        clamp_frame=frame,
+        end=Pose((0.5, 0.37, 0.0), frame),
+        start_curvature=-2.5,
+        elements=(24, 2),
+        grading=(0.4, 1.0),
+        path=(Waypoint(natural=1.0, name="release"), Waypoint(end=Pose((0.5, 0.3, 0.0), frame), name="close")),
+    )
+    result = solve(shear, ShellOptions(switch=True, kick=False, max_step=0.2))
+    assert result.status is ShellStatus.CONVERGED
+    branch = [step for step in steps(result, "switch") if step.accepted]
+    assert len(branch) == 1
+    x, y, _ = branch[0].values["middle"]
+    shift = 0.3 + 0.07 * branch[0].load
+    assert abs(x - 0.25) > 0.004
+    assert abs(y - 0.5 * shift) > 0.004
+    x, y, z = result.section(0.5)["position"]
+    assert abs(x - 0.25) > 0.03
+    arch = solve(shear, ShellOptions(kick=False, max_step=0.2))
+    assert arch.status is ShellStatus.UNSTABLE
+    assert arch.section(0.5)["position"][0] == pytest.approx(0.25, abs=1e-6)
+    assert result.energy["total"] < arch.energy["total"]

@@ -193,3 +193,23 @@ def test_a_start_near_the_solution_is_settled_at_once(bridge):
     assert lost.status in (ShellStatus.NOT_CONVERGED, ShellStatus.STRETCHED)
     assert lost.stable is None
     lost.to_dict()
+
+
+def test_arc_length_passes_the_corners_of_a_clamps_path():
+    """At the end of a leg the clamp turns elsewhere: arc length must end one leg and begin the next on its own line."""
+    corner = replace(
+        BRIDGE,
+        end=Pose((0.5, 0.12, 0.0), FLAT),
+        path=(
+            Waypoint(natural=1.0, name="release"),
+            Waypoint(end=Pose((0.6, 0.01, 0.0), FLAT), name="close"),
+            Waypoint(end=Pose((0.5, 0.01, 0.05), FLAT), name="aside"),
+        ),
+    )
+    by_load = solve(corner, ShellOptions(arc_length="never"))
+    by_arc = solve(corner, ShellOptions(arc_length="always", max_arc=0.1))
+    assert by_load.status is by_arc.status is ShellStatus.CONVERGED
+    np.testing.assert_allclose(by_arc.surface.points, by_load.surface.points, atol=1e-7)
+    failed = [step for step in by_arc.steps if not step.accepted]
+    assert len(failed) <= 3
+    assert len(by_arc.steps) < 4 * len(by_load.steps)
