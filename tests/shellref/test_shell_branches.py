@@ -192,7 +192,7 @@ def test_switching_while_the_clamps_move():
     shift = 0.3 + 0.07 * branch[0].load
     assert abs(x - 0.25) > 0.004
     assert abs(y - 0.5 * shift) > 0.004
-    x, y, z = result.section(0.5)["position"]
+    x, y, _ = result.section(0.5)["position"]
     assert abs(x - 0.25) > 0.03
     arch = solve(shear, ShellOptions(kick=False, max_step=0.2))
     assert arch.status is ShellStatus.UNSTABLE
