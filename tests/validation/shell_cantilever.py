@@ -75,6 +75,7 @@ def run(out: Path) -> None:
         + ", ".join(f"{g:g} for Gamma = {k:g}" for k, g in GRADING.items())
         + f". On the same Q2 mesh the error differs between two w/h by a factor of {spread:.2f} at most: "
         "nothing locks. Stability is not looked at here. "
+        "The order 2 of Q2 is that of the stabilisation (c = 0.01; about 4 with c = 0, docs/shell.md). "
         f"Left out: h sqrt(2 Gamma) > {THIN:g}, where the bent strip is no thin shell any more (at w/h = 10 and "
         "Gamma = 10,000 its bending strain reaches 0.35; the discrete strip is then unstable).",
         page.table(
