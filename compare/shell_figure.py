@@ -38,7 +38,8 @@ def density_on_grid(case: ShellCase) -> FloatArray:
     """Bending, membrane and shear energy per area (nx, ny, 3), D / l^2, in the order of the mesh."""
     midpoints, density = case.density()
     surface = case.surface
-    s, v = surface.s_nodes[1::2], surface.v_nodes[1::2]
+    ends = surface.s_nodes[:: surface.degree], surface.v_nodes[:: surface.degree]
+    s, v = (0.5 * (x[1:] + x[:-1]) for x in ends)
     rows = np.argmin(np.abs(midpoints[:, :1] - s), axis=1)
     columns = np.argmin(np.abs(midpoints[:, 1:] - v), axis=1)
     found = np.full((s.size, v.size, density.shape[1]), np.nan)
@@ -69,7 +70,8 @@ def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) 
     up = np.asarray(scene.frame[:, 1] if scene.up is None or not scene.gamma else scene.up, dtype=float)
     panels = []
     for row, ((ratio, case), share) in enumerate(zip(cases, found, strict=True)):
-        fine = np.repeat(np.repeat(share, 2, axis=0), 2, axis=1).ravel()  # the quarters of every element
+        degree = case.surface.degree
+        fine = np.repeat(np.repeat(share, degree, axis=0), degree, axis=1).ravel()  # the parts of every element
         space = figure.add_subplot(places[row, 0], projection="3d")
         _space(space, case, fine, up, colours)
         whole = case.data["share"]
@@ -82,7 +84,7 @@ def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) 
         _side(side, case, fine, up, colours)
         flat = figure.add_subplot(places[row, 2])
         image = flat.pcolormesh(
-            case.surface.s_nodes[::2], case.surface.v_nodes[::2] / scene.width, share.T, cmap=_COLOURS,
+            case.surface.s_nodes[::degree], case.surface.v_nodes[::degree] / scene.width, share.T, cmap=_COLOURS,
             vmin=0.0, vmax=largest,
         )  # fmt: skip
         image.set_rasterized(True)

@@ -229,7 +229,8 @@ def write_surface(path: Path, case: ShellCase) -> Path:
     surface = case.surface
     s, v = np.meshgrid(surface.s_nodes, surface.v_nodes, indexing="ij")
     fields = {"S": s, "v": v, "director": surface.directors}
-    density = np.repeat(np.repeat(shell_figure.density_on_grid(case), 2, axis=0), 2, axis=1)  # four cells an element
+    k = surface.degree  # k squared cells an element
+    density = np.repeat(np.repeat(shell_figure.density_on_grid(case), k, axis=0), k, axis=1)
     shares = shell_figure.shares(density)
     names = ("bending", "membrane", "shear")
     cells = {f"{name}_energy": density[..., k] for k, name in enumerate(names)}

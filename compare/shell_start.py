@@ -28,6 +28,5 @@ def ribbon_surface(equilibrium: Equilibrium, problem: ShellProblem) -> ShellSurf
     )
     ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
     shape = (*s.shape, 3)
-    return ShellSurface(
-        grid.s_nodes, grid.v_nodes, (place + material[:, 1:] * ruling).reshape(shape), frame[:, :, 1].reshape(shape)
-    )
+    position = (place + material[:, 1:] * ruling).reshape(shape)
+    return ShellSurface(grid.s_nodes, grid.v_nodes, position, frame[:, :, 1].reshape(shape), grid.degree)
