@@ -13,7 +13,6 @@ PACKAGES=(
     python3 python3-venv                          # the interpreter that dolfinx belongs to
     python3-dolfinx python3-slepc4py              # the shell: FEniCSx, PETSc, SLEPc, MPI
     coinor-libipopt-dev pkg-config                # the ribbon: Ipopt, found by cyipopt's build
-    libopenblas0-serial                           # BLAS of Ipopt's and PETSc's MUMPS: factors 2.6 times faster than libblas3
     gcc libc6-dev python3-dev                     # compile cyipopt, and dolfinx's forms at run time
     libegl1 libgl1-mesa-dri                       # pictures: VTK off screen (EGL, software rendering)
 )

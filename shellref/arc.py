@@ -28,6 +28,7 @@ SMALLEST = 1e-4  # smallest arc-length step, over the first one
 TANGENT_AFTER = 2  # failed steps along a secant, after which the tangent shows the way
 SHARPEST = 0.5  # least cosine between successive directions
 FARTHEST = 2.0  # loads outside [-FARTHEST, 1 + FARTHEST] end a path
+BISECTIONS = (0.5, 0.35, 0.65, 0.2, 0.8)  # shares of a bracket tried in turn
 MOST_LOCATES = 6  # solves to locate a limit point
 BRANCH_STEPS = (0.01, 0.02, 0.05, 0.005)  # first amplitudes on a bifurcated branch, over the surface's size
 
@@ -238,13 +239,16 @@ def locate(walker: Walker, walk: Walk, stable: Point, unstable: Point) -> tuple[
     stage = walker.stages[walk.stage]
     low, high = stable, unstable
     while abs(high.load - low.load) > walker.options.event_tolerance:
-        load = 0.5 * (low.load + high.load)
-        state = retract(low.state, 0.5 * (high.state - low.state))
-        attempt = walker.equilibrium.solve(state, low.stress.extrapolate(high.stress, -0.5), stage, load)
-        if attempt.converged:
-            attempt.negative = walker.equilibrium.negative_eigenvalues(attempt.state, stage, load)
-        walker.log(walk, "locate", attempt.load, attempt, attempt.converged, "bifurcation")
-        if not attempt.converged:
+        for share in BISECTIONS:  # where the tangent is nearly singular Newton may fail: another place between the two
+            load = low.load + share * (high.load - low.load)
+            state = retract(low.state, share * (high.state - low.state))
+            attempt = walker.equilibrium.solve(state, low.stress.extrapolate(high.stress, -share), stage, load)
+            if attempt.converged:
+                attempt.negative = walker.equilibrium.negative_eigenvalues(attempt.state, stage, load)
+            walker.log(walk, "locate", attempt.load, attempt, attempt.converged, "bifurcation")
+            if attempt.converged:
+                break
+        else:
             break
         point = Point(load, attempt.state, attempt.stress, attempt.negative)
         low, high = (low, point) if attempt.negative else (point, high)

@@ -42,7 +42,8 @@ class Buckling:
     """The first singular tangent on a stage of the path; loads are fractions of the stage.
 
     status: CONVERGED when both methods found it; message: what went wrong otherwise. inertia: middle of `bracket` (last
-    stable, first unstable load). estimates: linearised critical loads, the last from closest by; linearised: that one.
+    stable, first unstable load). estimates: linearised critical loads, the last from closest by; linearised: the one
+    that settled.
     mode (2 nx + 1, 2 ny + 1, 6): critical mode on the grid, largest component 1. factor: what a load of 1 stands for
     (Gamma, for a strip under its weight); critical = factor * inertia.
     """
@@ -112,6 +113,17 @@ def linearised(walker: Walker, walk: Walk) -> tuple[Estimate | None, np.ndarray 
     return Estimate(point.load, point.load + float(distances[0])), mode / e.largest(mode)
 
 
+def settled(estimates: list[Estimate]) -> float | None:
+    """The critical load of the estimate that changed least from the one before.
+
+    The error falls with the square of the distance until, very near to a thin strip's singular tangent, rounding grows.
+    """
+    if len(estimates) < 2:
+        return estimates[-1].critical if estimates else None
+    critical = np.array([e.critical for e in estimates])
+    return float(critical[1 + int(np.argmin(np.abs(np.diff(critical))))])
+
+
 def find(walker: Walker, walk: Walk, factor: float = 1.0, closeness: float = 1e-4) -> Buckling:
     """The first singular tangent on the walk's stage, from its point on.
 
@@ -165,7 +177,7 @@ def find(walker: Walker, walk: Walk, factor: float = 1.0, closeness: float = 1e-
         if estimate is not None:
             estimates.append(estimate)
             mode = mode_here
-    last = estimates[-1].critical if estimates else None
+    last = settled(estimates)
     return Buckling(
         ShellStatus.CONVERGED if last is not None else ShellStatus.NOT_CONVERGED,
         "critical load by inertia and by linearisation" if last is not None else "no linearised estimate converged",

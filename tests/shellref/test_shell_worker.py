@@ -259,5 +259,5 @@ def test_a_killed_worker_goes_on_from_its_checkpoint(tmp_path):
     result = json.loads((tmp_path / "out" / "shell.json").read_text())
     assert result["status"] == "converged"
     assert result["steps"][0] == first
-    assert sum(step["iterations"] for step in result["steps"]) > result["newton_iterations"]
+    assert sum(step["iterations"] for step in result["steps"]) == result["newton_iterations"]
     assert not checkpoint.exists()

@@ -23,11 +23,11 @@ from shellref.solve import solve
 from tests.validation import page
 
 RATIO = 100.0
-REFERENCE = ((200, 16), 3)
+REFERENCE = ((150, 12), 3)
 MESHES = {
-    2: ((25, 2), (50, 4), (100, 4), (100, 8), (150, 12), (200, 16)),
-    3: ((25, 2), (50, 4), (70, 6), (100, 8)),
-    4: ((15, 2), (30, 4), (50, 6), (70, 8)),
+    2: ((25, 2), (50, 4), (100, 4), (100, 8), (150, 12)),
+    3: ((25, 2), (50, 4), (70, 6)),
+    4: ((15, 2), (30, 4), (45, 6)),
 }
 CELLS = ((100, 4), (250, 8), (500, 20), (1000, 40), (2500, 40))
 #: The 100 x 4 run of 4.3 must stay under this, in seconds without compilation; it takes about a tenth of it.
@@ -53,7 +53,7 @@ def step(elements: tuple[int, int]) -> dict[str, float]:
         0.16, 0.0016, 0.3, (3.0, 3.0), 5.0, (1.0, 0.0, 0.0), elements=elements, grading=(1.0, 1.0),
         clamp_frame=((0.6, -0.8, 0.0), (0.8, 0.6, 0.0), (0.0, 0.0, 1.0)),
     )  # fmt: skip
-    options = ShellOptions(first_step=1.0, max_step=1.0, stability=False, tolerance=1e-6)
+    options = ShellOptions(first_step=1.0, max_step=1.0, stability=False, tolerance=1e-4)
     result = solve(problem, options)
     last = [s for s in result.steps if s.accepted][-1]
     return {
@@ -69,7 +69,7 @@ def run(out: Path) -> None:
     base = replace(shell_problem(scene, RATIO, (100, 4)), grading=(0.2, 0.1))
     (elements, degree) = REFERENCE
     reference = solve(replace(base, elements=elements, degree=degree))
-    finer_check = solve(replace(base, elements=(150, 12), degree=3))
+    finer_check = solve(replace(base, elements=(100, 8), degree=3))
     own = gap(reference.surface, finer_check.surface)
     rows, curves, steps = [], {}, []
     for k, meshes in MESHES.items():
@@ -108,14 +108,14 @@ def run(out: Path) -> None:
         f"Scene curl_4_3 at w/h = {RATIO:g}, meshes graded (0.2, 0.1), one core, compilation apart. error: largest "
         f"distance over l at equal material points to Q{degree} {elements[0]} x {elements[1]}, which is itself "
         f"{own:.1e} "
-        "from Q3 150 x 12. membrane: difference of the membrane share of the elastic energy.",
+        "from Q3 100 x 8. membrane: difference of the membrane share of the elastic energy.",
         page.table(
             ["mesh", "unknowns", "status", "error / l", "membrane", "Newton", "factorisations", "s", "MB"], rows
         ),
         "![time against error, time against cells](shell_cost.png)",
         f"Load steps of the thesis's even 100 x 4 mesh ({spent(even):.1f} s in all):",
         page.table(["stage", "method", "load", "accepted", "iterations", "factorisations", "s"], steps),
-        "One load step of a wide strip (w/l = 0.16, w/h = 100, K = 3, Gamma = 5 at once, correction 1e-6), each in a "
+        "One load step of a wide strip (w/l = 0.16, w/h = 100, K = 3, Gamma = 5 at once, correction 1e-4), each in a "
         "process of its own. Times per iteration: assembly of the tangent, its reduction to five unknowns a node, "
         f"factorisation. The time per iteration grows as cells^{exponent:.2f} between the last two meshes.",
         page.table(

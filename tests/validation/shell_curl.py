@@ -12,7 +12,7 @@ from shellref.solve import solve
 from tests.validation import page
 
 RATIOS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
-ACCURACY = 1e-3
+ACCURACY = 5e-4
 
 
 def run(out: Path) -> None:

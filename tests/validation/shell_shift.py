@@ -93,7 +93,7 @@ def follow(ratio: float, mesh: tuple[int, int]) -> Branches:
     def shift(load: float) -> float:
         return FIRST + load * (LAST - FIRST)
 
-    options = ShellOptions(switch=True, kick=False, arc_length="always", max_arc=0.01, max_step=0.02)
+    options = ShellOptions(switch=True, kick=False, arc_length="always", max_arc=0.01, max_step=0.02, max_steps=160)
     with contextlib.suppress(Reached):
         solve(problem(ratio, mesh), options, watch)
     found.seconds = time.perf_counter() - began
