@@ -21,6 +21,7 @@ from tests.validation import page
 WIDTH, NU = 1 / 20, 0.3
 RATIOS = (50.0, 67.0, 83.0, 100.0, 200.0)
 MESHES = ((40, 4), (60, 6))
+TWICE = 100.0  # above this w/h the finer mesh takes an hour: creases travel along the tilted branch element by element
 FRAME = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # t_x = e_y, t_y = e_z, t_z = e_x
 FIRST, LAST = 0.01, 0.6
 #: Largest change of a kink's place, over l, from the coarser to the finer mesh up to w/h = 100.
@@ -104,7 +105,7 @@ def run(out: Path) -> None:
     rows, kept = [], {}
     worst = 0.0
     for ratio in RATIOS:
-        for mesh in MESHES:
+        for mesh in MESHES if ratio <= TWICE else MESHES[:1]:
             b = kept[ratio, mesh] = follow(ratio, mesh)
             print(f"  w/h = {ratio:g}, {mesh}: {b.seconds:.0f} s", flush=True)
             change = ""
@@ -112,8 +113,7 @@ def run(out: Path) -> None:
                 a = kept[ratio, MESHES[0]]
                 gaps = [abs(a.pitchfork - b.pitchfork), abs(a.lowest - b.lowest), abs(a.flat - b.flat)]
                 change = " ".join(f"{g:.0e}" for g in gaps)
-                if ratio <= 100:
-                    worst = max(worst, *gaps)
+                worst = max(worst, *gaps)
             rows.append([
                 f"{ratio:g}", f"{mesh[0]} x {mesh[1]}", f"{b.pitchfork:.4f}", f"{b.lowest:.4f}",
                 f"{b.pitchfork - b.lowest:.4f}", f"{b.flat:.4f}", f"{b.highest:.4f}", str(len(b.folds)), change,
@@ -154,10 +154,10 @@ def run(out: Path) -> None:
 
 
 def figure(path: Path, kept: dict[tuple[float, tuple[int, int]], Branches]) -> None:
-    """H(Delta W) of both branches for every thickness, on the finer mesh."""
+    """H(Delta W) of both branches for every thickness, on the finest mesh there is."""
     fig, axis = plt.subplots(figsize=(8, 5), layout="constrained")
     for k, ratio in enumerate(RATIOS):
-        b = kept[ratio, MESHES[-1]]
+        b = kept.get((ratio, MESHES[-1])) or kept[ratio, MESHES[0]]
         colour = f"C{k}"
         x, y = np.array(b.arch).T
         axis.plot(x, np.abs(y), "-", color=colour, lw=1)
