@@ -32,6 +32,7 @@ NAMES = (
     "shell_curl",
     "shell_corners",
     "shell_cost",
+    "shell_size",
     "sze",
     "shell_formulation",
     "curl",
