@@ -39,30 +39,26 @@ def problem(width: float, thickness: float, mesh: tuple[int, int], degree: int, 
 
 def run(out: Path) -> None:
     rows, worst = [], 0.0
-    for thickness in (H, H / 10):
-        for width in WIDTHS:
-            last: Buckling | None = None
-            for mesh, degree in MESHES:
-                if thickness != H and (mesh, degree) != MESHES[-2]:
-                    continue
-                began = time.perf_counter()
-                found = buckling(problem(width, thickness, mesh, degree, max(0.5 * thickness, 1e-4)))
-                seconds = time.perf_counter() - began
-                if found.critical is None or found.linearised is None:
-                    raise AssertionError(f"w = {width:g}: {found.message}")
-                change = abs(found.critical / last.critical - 1) if last and last.critical else np.nan
-                last = found
-                low, high = (found.factor * x for x in found.bracket or (0.0, 0.0))
-                kirchhoff = 18.17 * (1 - NU) * np.sqrt(1 + NU) * np.sqrt(torsion(width / thickness))
-                rows.append([
-                    f"{width:g}", f"{thickness:g}", f"Q{degree} {mesh[0]} x {mesh[1]}", f"{found.critical:.4f}",
-                    f"{high - low:.0e}", f"{found.factor * found.linearised:.4f}", f"{found.difference:.0e}",
-                    f"{change:.1e}" if np.isfinite(change) else "", f"{published(width):.3f}",
-                    f"{100 * (found.critical / published(width) - 1):+.1f}", f"{kirchhoff:.3f}",
-                    f"{(found.critical - kirchhoff) / width:.1f}", f"{seconds:.0f}",
-                ])  # fmt: skip
-            if thickness == H:
-                worst = max(worst, change)
+    for width in WIDTHS:
+        last: Buckling | None = None
+        for mesh, degree in MESHES:
+            began = time.perf_counter()
+            found = buckling(problem(width, H, mesh, degree, 0.5 * H))
+            seconds = time.perf_counter() - began
+            if found.critical is None or found.linearised is None:
+                raise AssertionError(f"w = {width:g}: {found.message}")
+            change = abs(found.critical / last.critical - 1) if last and last.critical else np.nan
+            last = found
+            low, high = (found.factor * x for x in found.bracket or (0.0, 0.0))
+            kirchhoff = 18.17 * (1 - NU) * np.sqrt(1 + NU) * np.sqrt(torsion(width / H))
+            rows.append([
+                f"{width:g}", f"{H:g}", f"Q{degree} {mesh[0]} x {mesh[1]}", f"{found.critical:.4f}",
+                f"{high - low:.0e}", f"{found.factor * found.linearised:.4f}", f"{found.difference:.0e}",
+                f"{change:.1e}" if np.isfinite(change) else "", f"{published(width):.3f}",
+                f"{100 * (found.critical / published(width) - 1):+.1f}", f"{kirchhoff:.3f}",
+                f"{(found.critical - kirchhoff) / width:.1f}", f"{seconds:.0f}",
+            ])  # fmt: skip
+        worst = max(worst, change)
     page.write(
         out / "shell_lateral.md", "A strip on edge under its weight (thesis 7.1)",
         "python -m tests.validation shell_lateral",
