@@ -65,7 +65,8 @@ def run(out: Path) -> None:
         f"Scene curl_4_3 at w/h = {RATIO:g}, meshes graded (0.2, 0.1), one core, compilation apart. error: largest "
         f"distance over l at equal material points to Q{degree} {elements[0]} x {elements[1]}, which is itself "
         f"{own:.1e} "
-        "from Q3 100 x 8. membrane: difference of the membrane share of the elastic energy.",
+        "from Q3 100 x 8. membrane: difference of the membrane share of the elastic energy. "
+        "MB: most so far in this process.",
         page.table(
             ["mesh", "unknowns", "status", "error / l", "membrane", "Newton", "factorisations", "s", "MB"], rows
         ),
