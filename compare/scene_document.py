@@ -156,6 +156,8 @@ def changed(document: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, A
                 if not any(key in given for key in way):
                     for key in way:
                         _assign(result, key, None)
+    if keys.get("shell.clamp") == "edge" and "shell.corner" not in given:
+        _assign(result, "shell.corner", None)  # the whole edge has no corners of a size
     for key, value in keys.items():
         _assign(result, key, None if value is False and key in SECTIONS else plain(value))
     if result.get("clamp") == {}:

@@ -40,6 +40,7 @@ MANIFEST = "case.json"
 _PARTIAL = ".partial"  # folder under the store's root where cases are written before they are renamed
 _PARTIAL_AGE = 7 * 86400.0  # s; leftovers of another machine, and what nobody went on with, are removed after this time
 _UNFINISHED = ".unfinished"  # folder under the store's root where cases keep what they need to go on
+_BUSY = ".busy"  # folder with the lock of a folder of results, held by the run that writes there
 _LOCK = "lock"  # file of an unfinished case, locked by whoever works on it
 _POLL = 0.2  # s between two looks at a lock that another process holds
 
@@ -290,6 +291,21 @@ class CaseStore:
                 dead = not _alive(int(pid)) if owner == host else time.time() - entry.stat().st_mtime > _PARTIAL_AGE
                 if dead:
                     shutil.rmtree(entry, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def occupied(folder: str | os.PathLike[str], waiting: Callable[[], object] | None = None) -> Iterator[None]:
+    """One run at a time writes into `folder`: whoever comes later waits, and `waiting` is called once.
+
+    The lock ends with the process, however it ends.
+    """
+    busy = Path(folder) / _BUSY
+    handle = _locked(busy, waiting)
+    try:
+        yield
+    finally:
+        shutil.rmtree(busy, ignore_errors=True)
+        os.close(handle)
 
 
 def _locked(folder: Path, waiting: Callable[[], object] | None) -> int:

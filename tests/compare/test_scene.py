@@ -316,3 +316,12 @@ def test_to_toml_comments_every_key():
     for name in shipped():
         for line in load(name).to_toml().splitlines():
             assert not line or line.startswith("[") or "  # " in line, line
+
+
+def test_the_whole_edge_instead_of_corners_drops_their_size():
+    scene = load("limits_7_3")
+    assert scene.shell.corner == 0.01
+    edge = scene.replace({"shell.clamp": "edge"})
+    assert (edge.shell.clamp, edge.shell.corner) == ("edge", None)
+    with pytest.raises(BadInput, match=r"shell\.corner"):
+        scene.replace({"shell.clamp": "edge", "shell.corner": 0.02})

@@ -1,0 +1,38 @@
+"""The commands of `ribbonbench`, one module each, in the order in which the help lists them.
+
+A module has HELP (one line), `register(parser)` (its arguments) and `run(options, console)` (its exit code). It imports
+solvers and libraries inside `run`, so that `ribbonbench --help` is quick. PARALLEL = True: it may run under mpirun.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from typing import Protocol
+
+from rich.console import Console
+
+
+class Command(Protocol):
+    """What a module of this package offers."""
+
+    HELP: str
+
+    def register(self, parser: argparse.ArgumentParser) -> None:
+        """Adds the command's arguments."""
+
+    def run(self, options: argparse.Namespace, console: Console) -> int:
+        """Does it; returns the exit code."""
+
+
+NAMES = ("solve", "compare", "shell", "explain", "scenes", "doctor")
+
+
+def module(name: str) -> Command:
+    """The command of this name."""
+    return importlib.import_module(f"compare.commands.{name}")  # type: ignore[return-value]
+
+
+def parallel(name: str) -> bool:
+    """Whether the command may run under mpirun."""
+    return bool(getattr(module(name), "PARALLEL", False))

@@ -1,0 +1,85 @@
+"""What commands share: exit codes, the scene with its assignments, the folder for results held by one run at a time."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from compare.errors import BadInput
+
+if TYPE_CHECKING:
+    from compare.scene import Scene
+
+DONE, NOT_CONVERGED, BAD_INPUT, MISSING = 0, 1, 2, 3
+
+
+def scene_arguments(parser: argparse.ArgumentParser) -> None:
+    """SCENE, --set, --quiet."""
+    parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or path of a TOML file")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
+        help="replace a key of the scene, e.g. --set strip.gamma=50 (repeatable)",
+    )  # fmt: skip
+    quiet_argument(parser)
+
+
+def quiet_argument(parser: argparse.ArgumentParser) -> None:
+    """--quiet."""
+    parser.add_argument("--quiet", action="store_true", help="files and exit code only")
+
+
+def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE") -> None:
+    """--out."""
+    parser.add_argument("--out", metavar="FOLDER", default=None, help=f"where results go (default {default})")
+
+
+def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
+    """--leave-saddle."""
+    parser.add_argument(
+        "--leave-saddle", action="store_true",
+        help="where the ribbon stands on a saddle, follow the unstable direction to a stable state",
+    )  # fmt: skip
+
+
+def scene_of(options: argparse.Namespace) -> Scene:
+    """The scene with the assignments of --set, and its notes on stderr."""
+    from compare.scene import load, parse_assignment
+
+    scene = load(options.scene)
+    keys = dict(parse_assignment(text) for text in options.assignments)
+    if keys:
+        scene = scene.replace(keys)
+    for note in scene.notes():
+        print(f"ribbonbench: note: {note}", file=sys.stderr)
+    return scene
+
+
+def out_folder(options: argparse.Namespace, name: str) -> Path:
+    """The folder of --out, or out/`name`, made and proved writable."""
+    from compare.store import check_writable
+
+    return check_writable(options.out if options.out is not None else Path("out") / name)
+
+
+@contextlib.contextmanager
+def held(folder: Path, say: Callable[[str], object] | None = None) -> Iterator[Path]:
+    """The folder, held by this run alone; another run into it is waited for, and `say` is told so once."""
+    from compare.store import occupied
+
+    with occupied(folder, None if say is None else lambda: say(f"another run writes into {folder.name}: waiting")):
+        yield folder
+
+
+@contextlib.contextmanager
+def ribbon_input(name: str) -> Iterator[None]:
+    """What the ribbon refuses becomes `BadInput` of the scene `name`."""
+    from ribbon import RibbonInputError
+
+    try:
+        yield
+    except RibbonInputError as error:
+        raise BadInput("scene", name, str(error)) from None

@@ -1,0 +1,40 @@
+"""`ribbonbench compare`: the ribbon against shells of several thicknesses."""
+
+from __future__ import annotations
+
+import argparse
+
+from rich.console import Console
+
+from compare.commands import common
+from compare.progress import Reporter
+
+HELP = "compare the ribbon of a scene with shells of several thicknesses"
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    common.scene_arguments(parser)
+    common.out_argument(parser)
+    common.leave_saddle_argument(parser)
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Compares."""
+    from compare import report, tables
+    from compare.comparison import compare
+    from compare.store import CaseStore
+
+    scene = common.scene_of(options)
+    scene.require_shell()
+    out = common.out_folder(options, scene.name)
+    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        comparison = compare(scene, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle)
+        reporter.step("writing tables, pictures and surfaces")
+        page = report.write(out, comparison)
+    if not options.quiet:
+        console.print(tables.as_terminal(comparison))
+        for sentence in tables.verdict(comparison):
+            console.print(f"- {sentence}")
+        console.print(f"Report: {page}")
+    return common.DONE if comparison.ok else common.NOT_CONVERGED

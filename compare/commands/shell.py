@@ -1,0 +1,80 @@
+"""`ribbonbench shell`: the shell alone, also under mpirun."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from rich.console import Console
+from rich.table import Table
+
+from compare.commands import common
+from compare.progress import Reporter
+
+HELP = "solve the shell of a scene alone, also under mpirun"
+PARALLEL = True
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    common.scene_arguments(parser)
+    common.out_argument(parser)
+    parser.add_argument(
+        "--width-to-thickness", nargs="+", type=float, metavar="R", default=None,
+        help="w/h of the shells, one run each (default: the scene's)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--elements", nargs=2, type=int, metavar=("ALONG", "ACROSS"), default=None,
+        help="elements of the mesh; with --tolerance of the first one",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance", type=float, metavar="X", default=None,
+        help="refine the mesh until its estimated error (Hausdorff / length) is below X",
+    )  # fmt: skip
+    parser.add_argument("--plain", action="store_true", help="plain Newton's method instead of the mixed iteration")
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Solves the shells."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
+    from compare import shell_run
+    from compare.store import CaseStore
+    from compare.world import world
+
+    options.assignments += [
+        f"shell.{name}={value}"
+        for name, value in (
+            ("width_to_thickness", options.width_to_thickness),
+            ("elements", options.elements),
+            ("tolerance", options.tolerance),
+        )
+        if value is not None
+    ]
+    scene = common.scene_of(options)
+    scene.require_shell()
+    processes = world()
+    out = processes.on_first(lambda: common.out_folder(options, scene.name))
+    with Reporter(quiet=options.quiet or not processes.first) as reporter:
+        holder = common.held(out, reporter.step)
+        processes.on_first(holder.__enter__)
+        try:
+            iteration = "plain" if options.plain else "mixed"
+            runs = shell_run.run(scene, CaseStore(out / "cases"), reporter, processes, iteration)
+            if processes.first:
+                reporter.step("writing results")
+            processes.on_first(lambda: shell_run.write(out, scene, runs))
+        finally:
+            if processes.first:
+                holder.__exit__(None, None, None)
+    if processes.first and not options.quiet:
+        headings, *lines = shell_run.terminal_rows(scene, runs)
+        table = Table(title=scene.title, title_justify="left")
+        for heading in headings:
+            table.add_column(heading, justify="right", overflow="fold")
+        for line in lines:
+            table.add_row(*line)
+        console.print(table)
+        for found in runs:
+            console.print(f"- w/h = {found.width_to_thickness:g}: {found.case.data['message']}")
+        console.print(f"Results: {out}")
+    return common.DONE if all(found.ok for found in runs) else common.NOT_CONVERGED
