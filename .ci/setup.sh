@@ -15,6 +15,7 @@ PACKAGES=(
     coinor-libipopt-dev pkg-config                # the ribbon: Ipopt, found by cyipopt's build
     gcc libc6-dev python3-dev                     # compile cyipopt, and dolfinx's forms at run time
     libegl1 libgl1-mesa-dri                       # pictures: VTK off screen (EGL, software rendering)
+    chromium                                      # tests: HTML reports and their 3-D views, headless
 )
 PYTHON=/usr/bin/python3 # never the python3 on the PATH: only Debian's sees dolfinx
 VENV=.venv

@@ -89,6 +89,22 @@ def _main(arguments: Sequence[str] | None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
+    except Exception as error:
+        from compare.store import disk_full
+
+        full = disk_full(error)
+        if full is None:
+            raise
+        print(f"ribbonbench: {_full_words(full)}", file=sys.stderr)
+        return MISSING
+
+
+def _full_words(error: OSError) -> str:
+    """What is said when the disk takes nothing more."""
+    return (
+        f"disk full ({(error.strerror or 'no space').lower()}): what is finished is kept; free space and run the same "
+        "command again"
+    )
 
 
 def _check_alone(command: str) -> None:

@@ -1,4 +1,8 @@
-"""Which effects a scene switches on, why, and what each costs (design rule 4: only those that the scene calls for)."""
+"""Which effects a scene switches on, why, and what each costs (design rule 4: only those that the scene calls for).
+
+What each adds is measured by switching it off alone (`compare.effects_off`): unknowns, constraints and one evaluation
+here, whole solves in `compare.effects_measured`.
+"""
 
 from __future__ import annotations
 
@@ -10,16 +14,17 @@ from typing import Any
 import numpy as np
 
 from compare.build import build_arguments, check_model, formulation_why, ribbon_problem
+from compare.effects_off import PROCEDURES, refused, without
 from compare.errors import BadInput
 from compare.scene import Scene
 from compare.shell_build import line_weight, shell_words
-from ribbon import Gravity, Wall
+from ribbon import RibbonInputError
 from ribbon.adaptive import FIRST_SEGMENTS
-from ribbon.chained import ChainedProblem, Counters
+from ribbon.chained import ChainedProblem
 from ribbon.seeds import joints, sampled
 from ribbon.solve import Problem, build
 
-#: One evaluation of all that a minimiser asks for is timed this often, in bursts of both problems; the median counts.
+#: An evaluation with and one without an effect are timed this often in turns; the median of the differences counts.
 _SAMPLES = 40
 #: Spread of the states at which it is timed.
 _SPREAD = 1e-3
@@ -27,16 +32,21 @@ _SPREAD = 1e-3
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect of a scene: name, on or off, why, what it adds, and what an evaluation spares (s) when it alone is off.
+    """An effect of a scene: name, on or off, why, what it adds, and what goes when it alone is switched off.
 
-    seconds: None for an effect that is off, costs nothing in an evaluation, or cannot be switched off alone.
+    unknowns: how many fewer there would be (fewer fixed ones make it negative); constraints: rows; seconds: of one
+    evaluation. None for an effect that is off, or that cannot be off alone: `fixed` then says why. A procedure around
+    the solves (path, placed segments) costs nothing in an evaluation: seconds is None, `fixed` empty.
     """
 
     name: str
     on: bool
     why: str
     adds: str
+    unknowns: int | None = None
+    constraints: int | None = None
     seconds: float | None = None
+    fixed: str = ""
 
 
 @dataclass(frozen=True)
@@ -87,47 +97,37 @@ def _rows(problem: Any) -> int:
     return 0 if isinstance(problem, ChainedProblem) else int(problem.constraint_bounds()[0].size)
 
 
-def evaluation_time(problem: Problem, shape: np.ndarray) -> float:
-    """Median time (s) of one evaluation near the unknowns `shape`, kernels warm; see `Explanation.evaluation`."""
+def _free(problem: Any) -> int:
+    """Unknowns that nothing fixes."""
+    lower, upper = problem.bounds()
+    return int(np.sum(lower < upper))
+
+
+def evaluation_times(problems: tuple[Problem, ...], shape: np.ndarray) -> np.ndarray:
+    """Times (samples, problems) in s of one evaluation of each, in turns, near the unknowns `shape`, kernels warm."""
     rng = np.random.default_rng(0)
-    states = [shape[: problem.size] + _SPREAD * rng.standard_normal(problem.size) for _ in range(_SAMPLES + 1)]
-    rows = rng.standard_normal(_rows(problem))
-    times = []
-    for x in states:
-        clock = time.perf_counter()
-        _evaluate(problem, x, rows)
-        times.append(time.perf_counter() - clock)
-    return statistics.median(times[1:])
-
-
-def _without(problem: Problem, **changes: Any) -> Problem:
-    if isinstance(problem, ChainedProblem):
-        return replace(problem, counters=Counters(), _cache={}, **changes)
-    return problem.with_changes(**changes)
-
-
-class _Scale:
-    """Measures what an evaluation of a problem spares when something is changed."""
-
-    def __init__(self, problem: Problem, shape: np.ndarray) -> None:
-        self.problem, self.shape = problem, shape
-        self.whole = evaluation_time(problem, shape)
-
-    def spared(self, **changes: Any) -> float:
-        """Time (s) of an evaluation less that of one with `changes` to the problem."""
-        return self.whole - evaluation_time(_without(self.problem, **changes), self.shape)
+    rows = [rng.standard_normal(_rows(problem)) for problem in problems]
+    times = np.empty((_SAMPLES + 1, len(problems)))
+    for sample in times:
+        x = shape + _SPREAD * rng.standard_normal(shape.size)
+        for k, problem in enumerate(problems):
+            own = np.ascontiguousarray(x[: problem.size])
+            clock = time.perf_counter()
+            _evaluate(problem, own, rows[k])
+            sample[k] = time.perf_counter() - clock
+    return times[1:]
 
 
 def explain(scene: Scene) -> Explanation:
-    """Effects of the scene with measured cost: each that can be is switched off alone and an evaluation timed again."""
+    """Effects of the scene, each switched off alone where it can be: unknowns, constraints, one evaluation."""
     check_model(scene)
     problem = explained_problem(scene)
-    scale = _Scale(problem, starting_state(scene, problem))
+    shape = starting_state(scene, problem)
     effects = (
-        *_loads(scene, problem, scale),
-        *_shape(scene, problem, scale),
-        *_ends(scene, problem, scale),
-        *_walls(scene, problem, scale),
+        *_loads(scene, problem),
+        *_shape(scene, problem),
+        *_ends(scene, problem),
+        *_walls(scene, problem),
         *_procedure(scene),
     )
     reason = scene.nonplanar_reason()
@@ -137,17 +137,36 @@ def explain(scene: Scene) -> Explanation:
         else f"no elastica: {reason}"
     )
     lower, upper = problem.bounds()
-    free = lower < upper
     return Explanation(
-        effects=effects,
-        unknowns=int(np.sum(free)),
-        bounds=int(np.sum(np.isfinite(upper) & free)),
+        effects=tuple(_measured(scene, problem, shape, effect) if effect.on else effect for effect in effects),
+        unknowns=_free(problem),
+        bounds=int(np.sum(np.isfinite(upper) & (lower < upper))),
         constraints=_rows(problem),
         formulation=problem.formulation,
         formulation_why=formulation_why(scene, problem.formulation),
-        evaluation=scale.whole,
+        evaluation=statistics.median(evaluation_times((problem,), shape)[:, 0].tolist()),
         third_opinion=third,
         shell=_shell(scene),
+    )
+
+
+def _measured(scene: Scene, problem: Problem, shape: np.ndarray, effect: Effect) -> Effect:
+    """The effect with what its problem has more than that without it."""
+    if effect.name in PROCEDURES:
+        return replace(effect, unknowns=0, constraints=0)
+    try:
+        off = without(scene, effect.name, problem.formulation)
+        other = None if off.scene is None else explained_problem(off.scene)
+    except (BadInput, RibbonInputError) as refusal:
+        return replace(effect, fixed=refused(refusal))
+    if other is None:
+        return replace(effect, fixed=off.reason)
+    times = evaluation_times((problem, other), shape)
+    return replace(
+        effect,
+        unknowns=_free(problem) - _free(other),
+        constraints=_rows(problem) - _rows(other),
+        seconds=float(np.median(times[:, 0] - times[:, 1])),
     )
 
 
@@ -161,7 +180,7 @@ def _shell(scene: Scene) -> str:
         return f"none: {refusal.key} {refusal.problem}."
 
 
-def _loads(scene: Scene, problem: Problem, scale: _Scale) -> list[Effect]:
+def _loads(scene: Scene, problem: Problem) -> list[Effect]:
     """Gravity along the centreline or over the surface."""
     p = problem.lengths.size
     gravity = problem.gravity
@@ -173,37 +192,29 @@ def _loads(scene: Scene, problem: Problem, scale: _Scale) -> list[Effect]:
             Effect("gravity over the surface", False, surface, "no third moment of the series"),
         ]
     full = "; a full Hessian" if problem.formulation == "chained" else ""
-    found = [
-        Effect(
-            "gravity", True, f"[gravity], Gamma = {scene.gamma:g}",
-            f"integrals of the position on {p} segments in every evaluation{full}", scale.spared(gravity=None),
-        ),
-    ]  # fmt: skip
+    adds = f"integrals of the position on {p} segments in every evaluation{full}"
+    found = [Effect("gravity", True, f"[gravity], Gamma = {scene.gamma:g}", adds)]
     if gravity.exact:
-        line = Gravity(gravity.up)
         adds = "the rulings' share of the weight, one more term a segment"
-        spared = scale.spared(gravity=line)
-        return [*found, Effect("gravity over the surface", True, "gravity.exact = true (eq. 2.9)", adds, spared)]
+        return [*found, Effect("gravity over the surface", True, "gravity.exact = true (eq. 2.9)", adds)]
     why = "gravity.exact is not set: along the centreline (eq. 2.10)"
     return [*found, Effect("gravity over the surface", False, why, "no term")]
 
 
-def _shape(scene: Scene, problem: Problem, scale: _Scale) -> list[Effect]:
+def _shape(scene: Scene, problem: Problem) -> list[Effect]:
     """Natural curvature, finite width, the bounds of the rulings."""
     found = []
     start, end = scene.curvature
     if problem.has_natural_curvature:
         law = f"K l = {start:g}" if start == end else f"K l from {start:g} to {end:g}"
-        spared = scale.spared(strip=replace(problem.strip, natural_curvature=(0.0, 0.0)))
-        found.append(Effect("natural curvature", True, law, "one term, 4 Gauss points a segment", spared))
+        found.append(Effect("natural curvature", True, law, "one term, 4 Gauss points a segment"))
     else:
         found.append(Effect("natural curvature", False, "the strip is naturally flat", "no term"))
     energy = problem.energy
     if energy == "wunderlich":
         chosen = "chosen by the scene" if scene.model.energy == energy else f'energy = "{scene.model.energy}"'
         why = f"{chosen}, w/l = {scene.width:g}"
-        spared = scale.spared(energy="sadowsky")
-        found.append(Effect("finite width (Wunderlich)", True, why, "the factor H(w eta'/2)", spared))
+        found.append(Effect("finite width (Wunderlich)", True, why, "the factor H(w eta'/2)"))
     else:
         found.append(Effect("finite width (Wunderlich)", False, f'energy = "{energy}"', "H = 1, not evaluated"))
     bounds = f"{problem.lengths.size} pairs of bounds, no constraint"
@@ -219,7 +230,7 @@ def _blocks(problem: Any, *names: str) -> int:
     return sum(where.stop - where.start for name, where in slices if name.startswith(names))
 
 
-def _ends(scene: Scene, problem: Any, scale: _Scale) -> list[Effect]:
+def _ends(scene: Scene, problem: Any) -> list[Effect]:
     """Clamps at both ends, straight rulings, closure, rigid motions that nothing resists."""
     found = []
     chained = isinstance(problem, ChainedProblem)
@@ -235,8 +246,7 @@ def _ends(scene: Scene, problem: Any, scale: _Scale) -> list[Effect]:
         found.append(Effect("clamp at the end", False, "no [clamp.end]", "no constraint"))
     else:
         rows = _blocks(problem, "end_")
-        spared = scale.spared(end=None)
-        found.append(Effect("clamp at the end", True, _held(scene.clamp_end), f"{rows} constraints", spared))
+        found.append(Effect("clamp at the end", True, _held(scene.clamp_end), f"{rows} constraints"))
     straight = [
         name
         for name, held in (
@@ -256,7 +266,7 @@ def _ends(scene: Scene, problem: Any, scale: _Scale) -> list[Effect]:
         found.append(Effect("closure", False, "no [closure]", "no constraint"))
     else:
         rows = _blocks(problem, "end_", "seam_")
-        why = f'closure.kind = "{scene.closure.kind}"; it cannot be off alone'
+        why = f'closure.kind = "{scene.closure.kind}"'
         found.append(Effect("closure", True, why, f"{rows} constraints that glue the end to the start"))
     found.append(_rigid(scene, problem))
     return found
@@ -290,7 +300,7 @@ def _rigid(scene: Scene, problem: Any) -> Effect:
     return Effect("rigid motions removed", True, why, f"{adds}; their multipliers are zero")
 
 
-def _walls(scene: Scene, problem: Any, scale: _Scale) -> list[Effect]:
+def _walls(scene: Scene, problem: Any) -> list[Effect]:
     """Contact with planes and pressure plates."""
     count = len(scene.walls)
     plates = sum(wall.stiffness is not None for wall in scene.walls)
@@ -302,12 +312,11 @@ def _walls(scene: Scene, problem: Any, scale: _Scale) -> list[Effect]:
     rows = _blocks(problem, "wall_")
     why = "one [[wall]]" if count == 1 else f"{count} [[wall]]s"
     adds = f"{rows} inequalities: both edges of the rulings at the joints"
-    found = [Effect("contact", True, why, adds, scale.spared(walls=()))]
+    found = [Effect("contact", True, why, adds)]
     if not plates:
         return [*found, Effect("pressure plates", False, "no wall has a stiffness", "no unknown")]
-    rigid = tuple(Wall(wall.point, wall.normal) for wall in problem.walls)
     adds = f"{plates} unknown{'s' if plates > 1 else ''} (heights) and their springs' energy"
-    return [*found, Effect("pressure plates", True, "wall.stiffness", adds, scale.spared(walls=rigid))]
+    return [*found, Effect("pressure plates", True, "wall.stiffness", adds)]
 
 
 def _procedure(scene: Scene) -> list[Effect]:

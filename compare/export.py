@@ -8,44 +8,47 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from compare import export_ribbon, shell_figure
 from compare.comparison import Grid
 from compare.shell_process import ShellCase
 from compare.vtu import write_vtu
 from ribbon import Equilibrium
-from ribbon.surface import ruling_foot
 
 FloatArray = NDArray[np.float64]
 
 
-def ribbon_fields(equilibrium: Equilibrium, grid: Grid) -> dict[str, FloatArray]:
-    """Fields on the grid (k, m): S, v (material), foot of the ruling, omega, eta; ruling and normal (k, m, 3)."""
-    s, v = np.meshgrid(grid.s, grid.v, indexing="ij")
-    material = np.column_stack([s.ravel(), v.ravel()])
-    foot = ruling_foot(equilibrium.parameters, equilibrium.problem.lengths, material)
-    eta = equilibrium.eta(foot)
-    frame = equilibrium.frame(foot)
-    ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
-    shape = s.shape
-    return {
-        "S": s,
-        "v": v,
-        "ruling_foot": foot.reshape(shape),
-        "omega": equilibrium.omega(foot).reshape(shape),
-        "eta": eta.reshape(shape),
-        "ruling": ruling.reshape(*shape, 3),
-        "normal": frame[:, :, 1].reshape(*shape, 3),
-    }
-
-
 def write_ribbon(path: Path, equilibrium: Equilibrium, grid: Grid) -> Path:
     """The ribbon's surface with its fields."""
-    return write_vtu(path, grid.ribbon(equilibrium), ribbon_fields(equilibrium, grid))
+    return write_vtu(path, grid.ribbon(equilibrium), export_ribbon.fields(equilibrium, grid.s, grid.v))
+
+
+def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:
+    """The ribbon's own segments and its centreline (`compare.export_ribbon.arrays`)."""
+    return export_ribbon.write_arrays(path, equilibrium)
 
 
 def write_shell(path: Path, case: ShellCase, grid: Grid) -> Path:
-    """A shell's surface with material coordinates and director."""
+    """A shell's surface with material coordinates and director, and by cell the energies of the element it lies in."""
     s, v = np.meshgrid(grid.s, grid.v, indexing="ij")
-    return write_vtu(path, grid.shell(case), {"S": s, "v": v, "director": case.surface.director(s, v)})
+    fields = {"S": s, "v": v, "director": case.surface.director(s, v)}
+    return write_vtu(path, grid.shell(case), fields, _energies(case, grid))
+
+
+def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
+    """Bending, membrane and shear energy per area (D / l^2) and their shares on the cells of the grid; none where the
+    case has not kept them."""
+    try:
+        density = shell_figure.density_on_grid(case)
+    except KeyError:
+        return {}
+    surface = case.surface
+    ends = surface.s_nodes[:: surface.degree], surface.v_nodes[:: surface.degree]
+    rows, columns = (
+        np.clip(np.searchsorted(nodes, 0.5 * (x[1:] + x[:-1]), side="right") - 1, 0, len(nodes) - 2)
+        for nodes, x in zip(ends, (grid.s, grid.v), strict=True)
+    )
+    density = density[np.ix_(rows, columns)]
+    return shell_figure.by_name(density)
 
 
 def centreline_csv(equilibrium: Equilibrium, points: int = 401) -> str:

@@ -62,9 +62,14 @@ def parse_axis(text: str, option: str = "--vary") -> Axis:
         return Axis.of(key, _spaced_values(option, text, *spacing.groups()))
     if not right.startswith("["):
         right = f"[{right}]"
-    _, values = parse_assignment(f"{key}={right}")
-    if not isinstance(values, list):  # text that is no TOML comes back as text
-        raise BadInput(option, text, "has values that are not TOML", f"e.g. {option} 'model.energy=[\"sadowsky\"]'")
+    try:
+        _, values = parse_assignment(f"{key}={right}")
+    except BadInput:
+        values = None
+    if not isinstance(values, list):
+        raise BadInput(
+            option, text, "has values that are not TOML", 'give numbers, or texts in quotes: 1.0,2.0 or "a","b"'
+        )
     return checked(Axis.of(key, values), option)
 
 
@@ -114,4 +119,10 @@ def _points(scene: Scene, axes: Sequence[Axis]) -> Iterator[Point]:
             for axis, group in zip(axes, chosen, strict=True)
             for key, value in zip(axis.keys, group, strict=True)
         }
-        yield Point(number, values, scene.replace(values) if values else scene)
+        try:
+            there = scene.replace(values) if values else scene
+        except BadInput as error:
+            where = ", ".join(f"{key} = {value}" for key, value in values.items())
+            problem = f"{error.problem} (point {number}: {where})"
+            raise BadInput(error.key, error.value, problem, error.remedy) from None
+        yield Point(number, values, there)

@@ -5,6 +5,7 @@ Neither a solver nor a library for pictures is imported. Files are named relativ
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -55,12 +56,14 @@ class Picture:
 
 @dataclass(frozen=True)
 class Surface:
-    """A VTU file of a surface for the 3-D view; kind: "ribbon" or "shell"; colour: field of the file to begin with."""
+    """A VTU file of a surface for the 3-D view; kind: "ribbon" or "shell"; colour: field of the file to begin with;
+    width_to_thickness: of a shell, when known."""
 
     file: str
     label: str
     kind: str
     colour: str = ""
+    width_to_thickness: float | None = None
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,14 @@ class Page:
     up: tuple[float, float, float] | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
     again: str = ""
+
+
+def again(command: str, scene: str, assignments: Sequence[str] = (), *more: str) -> str:
+    """The command line that remakes a result: `scene` is a shipped name, or a file, of which the name alone is kept."""
+    words = ["ribbonbench", command, Path(scene).name]
+    for assignment in assignments:
+        words += ["--set", assignment]
+    return shlex.join([*words, *more])
 
 
 def write_page(folder: Path, page: Page) -> Path:
@@ -164,10 +175,26 @@ def as_markdown(table: Table) -> str:
 
 
 def right_aligned(table: Table) -> list[bool]:
-    """Whether each column holds numbers (or nothing)."""
+    """Whether each column holds numbers (or nothing); text that reads as a number is one."""
     columns: Sequence[Sequence[Cell]] = list(zip(*table.rows, strict=True)) or [()] * len(table.headings)
-    return [all(not isinstance(cell, str) for cell in column) for column in columns]
+    return [all(_is_number(cell) for cell in column) for column in columns]
+
+
+def _is_number(cell: Cell) -> bool:
+    if not isinstance(cell, str) or cell in ("", "-"):
+        return True
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def markdown_text(text: str) -> str:
+    """Text from data as Markdown shows it literally: on one line, no tag, no link, no picture."""
+    plain = " ".join(text.split()).replace("\\", "\\\\").replace("&", "&amp;").replace("<", "&lt;")
+    return plain.replace("[", "\\[").replace("`", "\\`").replace("*", "\\*")
 
 
 def _escaped(cells: Sequence[str]) -> list[str]:
-    return [cell.replace("|", "\\|") for cell in cells]
+    return [markdown_text(cell).replace("|", "\\|") for cell in cells]

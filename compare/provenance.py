@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import datetime
 import functools
@@ -49,31 +50,46 @@ def versions() -> dict[str, Any]:
     return {**_fixed_versions(), "cores": len(os.sched_getaffinity(0)), "threads": _threads(), "time": now()}
 
 
-def software() -> dict[str, Any]:
-    """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, source digest."""
+def software(*sources: str) -> dict[str, Any]:
+    """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, and the digest of our
+    own packages `sources` (all three when none is named)."""
     fixed = _fixed_versions()
     return {
         "packages": fixed["packages"],
         "debian": fixed["debian"],
         "python": fixed["python"],
-        "source": source_digest("ribbon", "shellref", "compare"),
+        "source": source_digest(*(sources or ("ribbon", "shellref", "compare"))),
     }
 
 
 @functools.cache
 def source_digest(*packages: str) -> str:
-    """SHA-256 over the names and texts of all modules of our own `packages` ("ribbon", "shellref", "compare").
+    """SHA-256 over the names and the code of all modules of our own `packages` ("ribbon", "shellref", "compare").
 
-    A version number does not change while one works on the code; this does. A package that is not there counts as
-    empty. Digest once per process (cached).
+    A version number does not change while one works on the code; this does, but not with comments, docstrings and line
+    breaks. A package that is not there counts as empty. Digest once per process (cached).
     """
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for package in packages:
         for path in sorted((root / package).rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode() + b"\0")
-            digest.update(hashlib.sha256(path.read_bytes()).digest())
+            digest.update(hashlib.sha256(_code(path.read_bytes())).digest())
     return digest.hexdigest()
+
+
+def _code(text: bytes) -> bytes:
+    """The syntax tree of a module without its docstrings, as text; the module's own text where it cannot be parsed."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return text
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and node.body:
+            first = node.body[0]
+            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+                first.value.value = ""
+    return ast.dump(tree).encode()
 
 
 @functools.cache

@@ -39,6 +39,7 @@ __all__ = [
     "ElasticaRun",
     "RibbonRun",
     "build_arguments",
+    "elastica_problem",
     "ribbon_arguments",
     "ribbon_clamp",
     "ribbon_closure",
@@ -61,12 +62,13 @@ REPEATS = 5
 REPEAT_BUDGET = 2.0
 
 
-def _timed(once: Callable[[], T]) -> tuple[T, float, float]:
-    """The result, the time of the first call (s) and the median time of repeated calls (s), at least one of them."""
+def _timed(once: Callable[[], T], repeat: bool = True) -> tuple[T, float, float]:
+    """The result, the time of the first call (s) and the median time of repeated calls (s), at least one of them;
+    without `repeat` the first time again."""
     clock = time.perf_counter()
     result = once()
     first = time.perf_counter() - clock
-    return result, first, _repeated(once)
+    return result, first, _repeated(once) if repeat else first
 
 
 def _repeated(once: Callable[[], object]) -> float:
@@ -101,11 +103,13 @@ def run_ribbon(
     leave_saddle: bool = False,
     folder: Path | None = None,
     detail: Progress | None = None,
+    repeat: bool = True,
 ) -> RibbonRun:
     """Solves the scene's ribbon from its seed, or along its path, and again for the warm time.
 
     leave_saddle: follow the unstable direction of a saddle to a stable state. folder: where the state of an interrupted
-    path is kept and found again. progress, detail: told what is being done, and where it is.
+    path is kept and found again. progress, detail: told what is being done, and where it is. repeat: False leaves the
+    repeated solves out, `warm` is then `first`.
     """
     check_model(scene)
     energy, tolerance = ribbon_energy(scene), scene.model.tolerance
@@ -116,16 +120,19 @@ def run_ribbon(
         clock = time.perf_counter()
         way = run_way(scene, folder, leave_saddle=leave_saddle, progress=detail)
         first = time.perf_counter() - clock
-        again = first < REPEAT_BUDGET and not way.resumed
+        again = repeat and first < REPEAT_BUDGET and not way.resumed
         warm = _repeated(lambda: run_way(scene, leave_saddle=leave_saddle)) if again else first
         return RibbonRun(way.equilibrium, first, warm, way)
     arguments = ribbon_arguments(scene)
     if tolerance is None:
-        return RibbonRun(*_timed(lambda: solve(**arguments, leave_saddle=leave_saddle)))
+        return RibbonRun(*_timed(lambda: solve(**arguments, leave_saddle=leave_saddle), repeat))
     del arguments["segments"]
     first_three = [arguments.pop(name) for name in ("strip", "clamp", "gravity")]
     return RibbonRun(
-        *_timed(lambda: solve_to_tolerance(*first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle))
+        *_timed(
+            lambda: solve_to_tolerance(*first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle),
+            repeat,
+        )
     )
 
 
@@ -148,18 +155,23 @@ class ElasticaRun:
         return embed_frames(self.result, self.frame, s)
 
 
-def run_elastica(scene: Scene, progress: Progress | None = None) -> ElasticaRun:
-    """Solves a planar scene as an elastica in theta(s); `BadInput` names what breaks planarity otherwise."""
+def elastica_problem(scene: Scene) -> ElasticaProblem:
+    """The elastica's problem of a planar scene; `BadInput` names what breaks planarity otherwise."""
     reason = scene.nonplanar_reason()
     if reason:
         raise BadInput("model.energy", "elastica", f"is planar, but {reason}", 'choose "wunderlich" or turn the clamp')
-    if progress:
-        progress("elastica: the scene is planar")
     up, gamma = (0.0, 1.0), 0.0
     if scene.up is not None and scene.gamma:
         plane, _ = to_plane(scene.frame, scene.up)
         norm = float(np.hypot(*plane))
         up, gamma = (plane[0] / norm, plane[1] / norm), scene.gamma
-    problem = ElasticaProblem(gamma=gamma, up=up, curvature=scene.curvature)
+    return ElasticaProblem(gamma=gamma, up=up, curvature=scene.curvature)
+
+
+def run_elastica(scene: Scene, progress: Progress | None = None) -> ElasticaRun:
+    """Solves a planar scene as an elastica in theta(s); `BadInput` names what breaks planarity otherwise."""
+    problem = elastica_problem(scene)
+    if progress:
+        progress("elastica: the scene is planar")
     _, first, warm = _timed(lambda: solve_elastica(problem, estimate_error=False))
     return ElasticaRun(solve_elastica(problem), np.asarray(scene.position), scene.frame, first, warm)

@@ -54,6 +54,13 @@ def shares(density: FloatArray) -> FloatArray:
     return np.asarray(density / (whole + floor))
 
 
+def by_name(density: FloatArray) -> dict[str, FloatArray]:
+    """An energy density (..., 3) and its shares under the names of the fields of a surface file."""
+    names, part = ("bending", "membrane", "shear"), shares(density)
+    energies = {f"{name}_energy": density[..., k] for k, name in enumerate(names)}
+    return energies | {f"{name}_share": part[..., k] for k, name in enumerate(names)}
+
+
 def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) -> Path:
     """One row per w/h: the shape in space, its side view, and the flat strip, coloured by the membrane's local share.
 

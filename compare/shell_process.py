@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from compare.errors import BadInput, Missing
-from compare.provenance import software, source_digest
+from compare.provenance import software
 from compare.shell_build import DEFAULT_ELEMENTS, shell_elements, shell_options, shell_problem
 from compare.store import CaseStore, Unfinished, case_key, read_json
 from shellref.options import ShellOptions
@@ -88,7 +88,7 @@ class ShellCase:
 
 def shell_key(problem: ShellProblem, options: ShellOptions, start: ShellSurface | None = None) -> str:
     """The key of a case: problem, options, software, the shell's sources, and the start to `START_DIGITS` digits."""
-    made_by = {**software(), "source": source_digest("shellref")}
+    made_by = software("shellref")
     parts: list[Any] = ["shell", problem.to_dict(), options.to_dict(), made_by]
     if start is not None:
         digest = hashlib.sha256()

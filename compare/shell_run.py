@@ -17,7 +17,10 @@ import numpy as np
 from compare import shell_figure
 from compare.errors import BadInput, Missing
 from compare.made_by import provenance
+from compare.page import Surface, write_page
+from compare.page import again as command_line
 from compare.progress import Reporter
+from compare.report_shell import shell_page
 from compare.scene import Scene
 from compare.shell_build import natural_constant, shell_elements, shell_options, shell_problem
 from compare.shell_process import ShellCase, event_text, shell_key, stored_case
@@ -231,23 +234,26 @@ def write_surface(path: Path, case: ShellCase) -> Path:
     fields = {"S": s, "v": v, "director": surface.directors}
     k = surface.degree  # k squared cells an element
     density = np.repeat(np.repeat(shell_figure.density_on_grid(case), k, axis=0), k, axis=1)
-    shares = shell_figure.shares(density)
-    names = ("bending", "membrane", "shear")
-    cells = {f"{name}_energy": density[..., k] for k, name in enumerate(names)}
-    cells |= {f"{name}_share": shares[..., k] for k, name in enumerate(names)}
-    return write_vtu(path, surface.points, fields, cells)
+    return write_vtu(path, surface.points, fields, shell_figure.by_name(density))
 
 
-def write(out: Path, scene: Scene, runs: Sequence[ShellRun]) -> None:
-    """result.json, path.csv, shell.png; shell.npz and shell.vtu, where there are several runs shell_wNNNN.* (w/h)."""
+def write(out: Path, scene: Scene, runs: Sequence[ShellRun], again: str = "") -> None:
+    """result.json, page.json, path.csv, shell.png; shell.npz and shell.vtu, where there are several runs shell_wNNNN.*
+    (w/h). again: the command line that remakes them."""
+    surfaces = []
     for found in runs:
         name = "shell" if len(runs) == 1 else f"shell_w{found.width_to_thickness:g}"
         assert found.case.folder is not None
         atomic_write_bytes(out / f"{name}.npz", (found.case.folder / "shell.npz").read_bytes())
         write_surface(out / f"{name}.vtu", found.case)
+        label = f"shell, w/h = {found.width_to_thickness:g}"
+        surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", found.width_to_thickness))
     atomic_write_text(out / "path.csv", path_csv(runs))
     shell_figure.picture(out / "shell.png", scene, [(f.width_to_thickness, f.case) for f in runs])
-    atomic_write_json(out / "result.json", result(scene, runs))
+    document = result(scene, runs)
+    atomic_write_json(out / "result.json", document)
+    again = again or command_line("shell", scene.name)
+    write_page(out, shell_page(scene, document, terminal_rows(scene, runs), surfaces, again))
 
 
 def terminal_rows(scene: Scene, runs: Sequence[ShellRun]) -> list[tuple[str, ...]]:

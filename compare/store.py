@@ -45,6 +45,21 @@ _LOCK = "lock"  # file of an unfinished case, locked by whoever works on it
 _POLL = 0.2  # s between two looks at a lock that another process holds
 
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+def disk_full(error: BaseException) -> OSError | None:
+    """The error of a disk that takes nothing more (or a quota, or a limit on files), in `error` or behind it."""
+    seen: set[int] = set()
+    found: BaseException | None = error
+    while found is not None and id(found) not in seen:
+        if isinstance(found, OSError) and found.errno in _FULL:
+            return found
+        seen.add(id(found))
+        found = found.__cause__ or found.__context__
+    return None
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Values to JSON
 
@@ -160,6 +175,8 @@ def check_writable(out: str | os.PathLike[str], key: str = "--out") -> Path:
         for parent in reversed(created):
             with contextlib.suppress(OSError):
                 parent.rmdir()
+        if disk_full(error) is not None:
+            raise
         raise BadInput(key, str(out), *_why_not_writable(folder, error)) from None
     return folder
 
@@ -226,8 +243,7 @@ class CaseStore:
         key stands for everything that determines it); a damaged one is replaced.
         """
         final = self._folder(key)
-        partial = self.root / _PARTIAL
-        partial.mkdir(parents=True, exist_ok=True)
+        partial = self._place(_PARTIAL)
         self._sweep()
         work = Path(tempfile.mkdtemp(prefix=f"{_owner()}.", dir=partial))
         try:
@@ -260,7 +276,7 @@ class CaseStore:
         and kept otherwise, also when the process is killed: the next one goes on from it. `waiting` is called once if
         another process works on the case; look at `get` again after that.
         """
-        folder = self.root / _UNFINISHED / self._folder(key).name
+        folder = self._place(_UNFINISHED) / self._folder(key).name
         handle = _locked(folder, waiting)
         finished = False
         try:
@@ -270,6 +286,18 @@ class CaseStore:
             if finished or {path.name for path in folder.iterdir()} <= {_LOCK}:
                 shutil.rmtree(folder, ignore_errors=True)
             os.close(handle)
+
+    def _place(self, name: str) -> Path:
+        """A folder of the store's own, made when absent; `BadInput` where something else stands in its place."""
+        place = self.root / name
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except (FileExistsError, NotADirectoryError):
+            raise BadInput(
+                "--out", self.root.parent.name or ".", f"{self.root.name!r} in it is no store of cases: {name} or a "
+                "folder above it is a file", "give another folder or move that file away",
+            ) from None  # fmt: skip
+        return place
 
     def _folder(self, key: str) -> Path:
         if not re.fullmatch(r"[0-9a-f]{64}", key):

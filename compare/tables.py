@@ -108,11 +108,11 @@ def as_markdown(comparison: Comparison) -> str:
         "|" + "|".join("---:" for _ in chosen) + "|",
     ]
     lines += ["| " + " | ".join(c.text(c.value(row)) for c in chosen) + " |" for row in comparison.rows]
-    lines.append("| " + " | ".join(_ribbon_cells(comparison, chosen)) + " |")
+    lines.append("| " + " | ".join(ribbon_cells(comparison, chosen)) + " |")
     return "\n".join(lines) + "\n"
 
 
-def _ribbon_cells(comparison: Comparison, chosen: tuple[Column, ...]) -> list[str]:
+def ribbon_cells(comparison: Comparison, chosen: tuple[Column, ...]) -> list[str]:
     """The cells of the ribbon, the limit h/w = 0 of the inextensible model."""
     energy = comparison.ribbon.equilibrium.energy
     cells = {
@@ -138,7 +138,7 @@ def as_terminal(comparison: Comparison) -> Table:
     for row in comparison.rows:
         table.add_row(*(c.text(c.value(row)) for c in chosen))
     table.add_section()
-    table.add_row(*_ribbon_cells(comparison, chosen))
+    table.add_row(*ribbon_cells(comparison, chosen))
     return table
 
 

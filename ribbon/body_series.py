@@ -6,7 +6,7 @@ With the symbols of `ribbon.series`, on a segment that starts with ``Q(0) = 1``,
     Q' = Q [kappa]_x ,  p' = Q e_z ,  J' = p ,  T' = Q e_x ,      kappa = (omega, 0, eta omega)
 
 the quantities here are the unit quaternion q of Q, ``q' = (1/2) q o (0, kappa)``, ``q(0) = 1`` (so that a full turn
-gives -1), and the vectors seen from the end::
+gives -1), and the vectors seen from the end (docs/theory.md, eq. (3.9))::
 
     u = Q^T p ,  u' = e_z - kappa x u ;      v = Q^T J ,  v' = u - kappa x v ;      t = Q^T T ,  t' = e_x - kappa x t .
 
@@ -39,8 +39,7 @@ from ribbon.series import (
     COMPONENTS,
     FMA,
     MAX_TERMS,
-    QUANTITIES,
-    STATE,
+    STATES,
     TINY,
     advance,
     next_term,
@@ -201,7 +200,7 @@ def _quaternion(state, phi, jets):
 
 @njit(cache=True)
 def _to_body(state, phi, level, jets):
-    """Fills `jets` from `state` (15 or 18, 15), jets of Q, p, J, T; the quaternion's value is in `jets` already."""
+    """Fills `jets` from `state` (12, 15 or 18, 15), jets of Q, p, J, T; the quaternion's value is in `jets` already."""
     _quaternion(state, phi, jets)
     for block in range(level + 1):
         for i in range(3):
@@ -220,7 +219,7 @@ def body_jets_many(q, lengths, limit, level, jets):
     sub-segments.
     """
     p = lengths.size
-    states = np.empty((p, STATE if level >= 2 else QUANTITIES, COMPONENTS))
+    states = np.empty((p, STATES[level], COMPONENTS))
     count = walk(q, lengths, limit, states)
     phi = np.empty((3, COMPONENTS))
     out = np.empty(BODY_QUANTITIES)

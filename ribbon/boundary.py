@@ -1,4 +1,7 @@
-"""What holds the ribbon: clamps at its ends and the closure of a band (thesis, 5.1, 5.2 and 6.1)."""
+"""What holds the ribbon: clamps at its ends and the closure of a band (thesis, 5.1, 5.2 and 6.1).
+
+Rows: docs/theory.md, eq. (5.1), (5.2); which way a frame turns: docs/theory.md, eq. (1.2).
+"""
 
 from __future__ import annotations
 

@@ -69,8 +69,8 @@ class ChainedProblem:
     """Energy of the chained ribbon with gradient and Hessian, as a bounded minimisation problem.
 
     Unknowns x (2 p + 2,): ``b_1, m_1, a_1, n_1, ... a_p, n_p`` (order and formulas: `ribbon.chained_kernels`), bounds
-    ``|n_i| <= 2 l / w``: rulings do not cross inside the strip (thesis, eq. 2.7, 3.5); a straight clamp fixes m_1 = 0,
-    `planar` every ruling.
+    ``|n_i| <= 2 l / w``: rulings do not cross inside the strip (thesis, eq. 2.7, 3.5; docs/theory.md, eq. (1.5)); their
+    energy: docs/theory.md, eq. (2.11); a straight clamp fixes m_1 = 0, `planar` every ruling.
     """
 
     strip: Strip

@@ -5,7 +5,8 @@ Unknowns and energy are those of `ribbon.chained`; the start is clamped by const
 straight, ``eta(l) = 0``. Every row depends on all unknowns before it: Jacobian and Hessian of the Lagrangian are dense.
 
 Derivatives. With R_i, r_i at the start of segment i, Q_i, p_i its end frame and chord (`ribbon.series`), a parameter of
-segment i turns all behind it by the vector phi of the fixed frame, ``[phi]_x = R_i dQ_i Q_i^T R_i^T``, and moves it::
+segment i turns all behind it by the vector phi of the fixed frame, ``[phi]_x = R_i dQ_i Q_i^T R_i^T``, and moves it
+(docs/theory.md, eq. (4.4))::
 
     dG = [phi]_x G ,      dr(l) = R_i dp_i + phi x (r(l) - r_(i+1)) .
 
@@ -43,7 +44,7 @@ FURTHEST = 1e4
 
 @njit(cache=True)
 def _compose(jets, position, frame, points, frames):
-    """Positions (p + 1, 3) and frames (p + 1, 3, 3) of the joints from jets (p, 15, 15) of the segments."""
+    """Positions (p + 1, 3) and frames (p + 1, 3, 3) of the joints from jets (p, >= 12, 15) of the segments."""
     points[0] = position
     frames[0] = frame
     for i in range(jets.shape[0]):
@@ -283,7 +284,7 @@ class ChainedClampedProblem:
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if self._cache.get("key") != key:
             p = self.lengths.size
-            jets = np.empty((p, 15, 15))
+            jets = np.empty((p, 12, 15))  # no J: the weight is the chain's own
             segment_jets_many(self.parameters(x), self.lengths, self.exponent_limit, jets)
             self.counters.series += p
             points, frames = np.empty((p + 1, 3)), np.empty((p + 1, 3, 3))

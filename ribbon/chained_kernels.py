@@ -1,17 +1,18 @@
 """Energy, gradient and exact Hessian of the chained ribbon in O(p) plus the filling of the dense matrix (numba).
 
-Unknowns (thesis, 3.1), 2 p + 2 of them, in the order ``b_1, m_1, a_1, n_1, a_2, n_2, ... a_p, n_p``. Segment i has
-the parameters ``q_i = (a_i, b_i, n_i, m_i)``; b and m are continuous: ``b_(i+1) = b_i + L_i a_i``,
-``m_(i+1) = m_i + L_i n_i``.
+Unknowns (thesis, 3.1), 2 p + 2 of them, in the order ``b_1, m_1, a_1, n_1, a_2, n_2, ... a_p, n_p``. Segment i has the
+parameters ``q_i = (a_i, b_i, n_i, m_i)``; b and m are continuous: ``b_(i+1) = b_i + L_i a_i``,
+``m_(i+1) = m_i + L_i n_i`` (docs/theory.md, eq. (4.1)).
 
 Gravity. Let ``R_i`` be the frame at the start of segment i, ``Q_i, p_i, J_i`` its end frame, chord and chord integral
-(`ribbon.series`), e the unit vector up, ``M_i`` the length of ribbon behind segment i. Then (thesis, eq. 2.10)::
+(`ribbon.series`), e the unit vector up, ``M_i`` the length of ribbon behind segment i. Then (thesis, eq. 2.10;
+docs/theory.md, eq. (4.2))::
 
     int <r, e> ds = <r_1, e> + sum_i <g_i, c_i> ,   g_i = R_i^T e ,   c_i = J_i + M_i p_i ,   g_(i+1) = Q_i^T g_i .
 
 With the backward recursion ``C_i = c_i + Q_i C_(i+1)``, ``C_(p+1) = 0``, the sum is ``<g_1, C_1>``, its derivative by a
 parameter of segment j is ``<g_j, d c_j + d Q_j C_(j+1)>``, and its second derivatives are the same with second
-derivatives on the diagonal and, for j < k, the product of two vectors of the fixed frame::
+derivatives on the diagonal and, for j < k, the product of two vectors of the fixed frame (docs/theory.md, eq. (4.3))::
 
     d2 / dq_j dq_k = <u_j, v_k> ,  u_j = R_(j+1) (dQ_j)^T g_j ,  v_k = R_k (d c_k + dQ_k C_(k+1)) .
 

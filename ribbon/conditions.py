@@ -2,7 +2,7 @@
 
 Each kind fills values, Jacobian and Hessian in a fixed sparse structure (row, column) with rows counted from 0. The
 multiplier of a row that is a length is a force and that of one that is an angle a moment (thesis, appendix A); they do
-not depend on the unknowns that describe the ribbon.
+not depend on the unknowns that describe the ribbon. Rows: docs/theory.md, eq. (5.1), (5.2), (5.3).
 """
 
 from __future__ import annotations

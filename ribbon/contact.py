@@ -1,4 +1,4 @@
-"""Frictionless contact with planes (thesis, 6.2)."""
+"""Frictionless contact with planes and pressure plates (thesis, 6.2; docs/theory.md, eq. (5.3), (5.4))."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """Following an equilibrium while a parameter varies (thesis, algorithms 2 and 3): predictor, warm corrector, cut-back.
 
 A way is a function t in [0, 1] -> problem: a clamp that moves, a weight that grows, a wall that sinks. Every step
-starts from the last equilibrium, unknowns and multipliers extrapolated through the last two (secant), and is cut when
-the corrector fails or when the shape jumps; what is left at the smallest step is a real jump (a snap), recorded.
+starts from the last equilibrium, unknowns and multipliers extrapolated through the last two (secant; docs/theory.md,
+eq. (6.3)), and is cut when the corrector fails or when the shape jumps; what is left at the smallest step is a real
+jump (a snap), recorded.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 With omega = a s + b and eta = n s + m on [0, L] (thesis, 3.1), x = w n / 2 is constant on the segment and the densities
 of Sadowsky and Wunderlich are polynomials in s of degree 6, the natural-curvature term with K linear in s one of degree
-4: Gauss-Legendre with four points (exact to degree 7) integrates both exactly (thesis, 3.4.1: P and Q in closed form).
+4: Gauss-Legendre with four points (exact to degree 7) integrates both exactly (thesis, 3.4.1: P and Q in closed form;
+docs/theory.md, eq. (3.8)).
 
 The kinematics of the element are in `ribbon.series`; energies and kinematics know nothing of each other.
 """
@@ -12,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.energies import SADOWSKY, natural, sadowsky, wunderlich
+from ribbon.energies import SADOWSKY, WUNDERLICH, density, natural, wunderlich
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 #: Gauss points and weights on [0, 1].
@@ -62,10 +63,7 @@ def bending_jet(code, a, b, n, m, length, half_width, jet):
     jet[:] = 0.0
     for g in range(GAUSS_POINTS.size):
         s = GAUSS_POINTS[g] * length
-        if code == SADOWSKY:
-            sadowsky.density(a * s + b, n * s + m, d)
-        else:
-            wunderlich.density(a * s + b, n * s + m, half_width * n, d)
+        density(code, a * s + b, n * s + m, half_width * n, d)
         _gather(d, GAUSS_WEIGHTS[g] * length, s, half_width, jet)
 
 
@@ -84,9 +82,23 @@ def natural_jet(a, b, n, m, length, k_start, k_slope, poisson, jet):
 
 
 @njit(cache=True)
+def _density_value(code, a, b, n, m, length, x):
+    """Bending energy of a segment by the density alone, for energies without a shortcut in `bending_value`."""
+    d = np.empty(10)
+    total = 0.0
+    for g in range(GAUSS_POINTS.size):
+        s = GAUSS_POINTS[g] * length
+        density(code, a * s + b, n * s + m, x, d)
+        total += GAUSS_WEIGHTS[g] * d[0]
+    return total * length
+
+
+@njit(cache=True)
 def bending_value(code, a, b, n, m, length, half_width):
     """Bending energy of a segment alone (units D w / l); arguments as in `bending_jet`."""
     x = half_width * n
+    if code > WUNDERLICH:
+        return _density_value(code, a, b, n, m, length, x)
     factor = 1.0 if code == SADOWSKY else wunderlich.width_factor(x)[0]
     total = 0.0
     for g in range(GAUSS_POINTS.size):

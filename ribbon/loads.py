@@ -13,7 +13,8 @@ from ribbon.boundary import unit_vector
 class Gravity:
     """Weight; `up` is the unit vector against gravity, e_g in the thesis.
 
-    exact: over the whole surface (thesis, eq. 2.9) instead of along the centreline (eq. 2.10).
+    exact: over the whole surface (thesis, eq. 2.9; docs/theory.md, eq. (2.9)) instead of along the centreline (thesis,
+    eq. 2.10; docs/theory.md, eq. (2.8)).
 
     Its strength is the strip's `gamma`. Without a `Gravity` the scene is weightless and no series is evaluated.
     """

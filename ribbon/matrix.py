@@ -2,9 +2,9 @@
 
 `ribbon.mixed` is what this project uses; here are the unknowns and rows of the thesis (`ribbon.matrix_kernels`): six
 rows of orthonormality a segment (5.5), eight of glue with off-diagonal products (5.6), the start held by fixed unknowns
-or by rows (5.7), the end by rows (5.1, 5.3). Same scene in, same interface out, same units: lengths in l, energies in
-D w / l. Rows of a frame are in the order x, y, z of the axes about which they forbid turns and have the signs of
-`ribbon.mixed`: the multipliers of what holds the ribbon are the same forces and moments.
+or by rows (5.7), the end by rows (5.1, 5.3): docs/theory.md, eq. (4.8). Same scene in, same interface out, same units:
+lengths in l, energies in D w / l. Rows of a frame are in the order x, y, z of the axes about which they forbid turns
+and have the signs of `ribbon.mixed`: the multipliers of what holds the ribbon are the same forces and moments.
 
 These rows do not exclude frames that are flipped; `MatrixProblem.flipped` tells.
 """
@@ -328,13 +328,13 @@ class MatrixProblem:
         return np.concatenate([rows, *found])
 
     def _jets(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Jets: elastic (p, 15), series (p, 15 or 18, 15), weight (p, 3, 15), end of the last segment (5, 3, 15)."""
+        """Jets: elastic (p, 15), series (p, 12 to 18, 15), weight (p, 3, 15), end of the last segment (5, 3, 15)."""
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if self._cache.get("key") != key:
             p = self.lengths.size
             gamma, _, exact = self._twin._gravity_arguments()
             q = self.parameters(x)
-            local, states = np.empty((p, 15)), np.empty((p, 18 if exact else 15, 15))
+            local, states = np.empty((p, 15)), np.empty((p, 18 if exact else 15 if gamma else 12, 15))
             weight, tail = np.empty((p if gamma else 1, 3, 15)), np.empty((5, 3, 15))
             chained_kernels.local_derivatives(
                 q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,

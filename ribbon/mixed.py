@@ -1,9 +1,10 @@
 """Mixed (glued) problem: every segment on its own, glued by constraints; sparse, cost linear in p (thesis, 5.2).
 
-Nine unknowns a joint and one a segment (`ribbon.mixed_kernels`), eight rows of glue a segment, then the rows of what
-holds the ribbon (`ribbon.conditions`). Position, frame and ruling that a clamp holds at s = 0 are eliminated (they are
-fixed unknowns), or held by rows when ``held_by = "constraints"`` (thesis, 5.3.3). Rigid motions that nothing resists
-are removed by rows that fix the start (`gauge`), whose multipliers vanish at equilibrium.
+Nine unknowns a joint and one a segment (`ribbon.mixed_kernels`), eight rows of glue a segment (docs/theory.md,
+eq. (4.5)), then the rows of what holds the ribbon (`ribbon.conditions`). Position, frame and ruling that a clamp holds
+at s = 0 are eliminated (they are fixed unknowns), or held by rows when ``held_by = "constraints"`` (thesis, 5.3.3).
+Rigid motions that nothing resists are removed by rows that fix the start (`gauge`), whose multipliers vanish at
+equilibrium.
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ consecutive numbers::
     r_i (0..2) | q_i (3..6) | omega_i (7) | eta_i (8) | n_i (9) | r_(i+1) (10..12) | q_(i+1) (13..16) | omega_(i+1) (17) | eta_(i+1) (18)
 
 Segment parameters: ``a = (omega_(i+1) - omega_i) / L, b = omega_i, n = n_i, m = eta_i``. Glue (thesis, eq. 5.6), eight
-rows a segment, with the end quaternion Q, the chord u and the weight integral v of `ribbon.body_series`::
+rows a segment, with the end quaternion Q, the chord u and the weight integral v of `ribbon.body_series`
+(docs/theory.md, eq. (4.5))::
 
     r_(i+1) - r_i - R(q_(i+1)) u(a, b, n, m) = 0        (multipliers: the internal force, fixed frame)
     q_(i+1) - q_i o Q(a, b, n, m) = 0
@@ -18,9 +19,10 @@ either (a rotation vector has one at a full turn, and coils unwind by many turns
 off-diagonal products of the thesis have).
 
 Weight: ``Gamma (L <r_i, e> + <R(q_(i+1)) V, e>)`` with V = v, and for the exact one (thesis, eq. 2.9) with
-``V = v + n w^2/12 (t + eta_(i+1) u - n v)``, because ``int q ds = R (t + [eta p] - n J)``. Eq. 2.9 weighs the surface
-between the rulings of both ends, not the strip: where they are oblique a triangle is missing on one side and one too
-many on the other, and a straight strip could lower its energy without bound by turning them. `end_weight` corrects it::
+``V = v + n w^2/12 (t + eta_(i+1) u - n v)``, because ``int q ds = R (t + [eta p] - n J)`` (docs/theory.md, eq. (4.7),
+(2.10)). Eq. 2.9 weighs the surface between the rulings of both ends, not the strip: where they are oblique a triangle
+is missing on one side and one too many on the other, and a straight strip could lower its energy without bound by
+turning them. `end_weight` corrects it::
 
     Gamma w^2/12 ( [eta <t_x, e> + eta^2/2 <t_z, e>]_(s=0) - [the same]_(s=l) )  + O(w^4)
 """  # noqa: E501

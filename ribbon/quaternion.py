@@ -1,6 +1,6 @@
 """Rotations as quaternions q = (w, x, y, z), homogeneous of degree two: R(q) is |q|^2 times a rotation.
 
-With v = (x, y, z)::
+With v = (x, y, z) (docs/theory.md, eq. (4.6))::
 
     R(q) u = w^2 u + 2 w v x u + 2 v (v . u) - |v|^2 u
     a . R(q) u = q^T N(a, u) q ,   N = [[a . u, (u x a)^T], [u x a, a u^T + u a^T - (a . u) 1]]

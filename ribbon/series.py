@@ -1,25 +1,28 @@
 """Power series of one segment of the curvature element, with first and second derivatives (numba).
 
-On a segment of length L, with local abscissa s in [0, L], normal curvature and ruling are linear
-(thesis, section 3.1)::
+On a segment of length L, with local abscissa s in [0, L], normal curvature and ruling are linear (thesis, section 3.1;
+docs/theory.md, eq. (3.1), (1.3))::
 
     omega(s) = a s + b ,   eta(s) = n s + m ,   kappa = (omega, 0, eta omega)
 
-and the frame Q and the chord p, both seen from the start of the segment, solve (thesis, eq. 2.4 and 2.1)::
+and the frame Q and the chord p, both seen from the start of the segment, solve (thesis, eq. 2.4 and 2.1;
+docs/theory.md, eq. (1.1), (3.2))::
 
     Q' = Q [kappa]_x ,  Q(0) = 1 ;      p' = Q e_z ,  p(0) = 0 ;      J' = p ,  J(0) = 0 .
 
 kappa is quadratic in s with coefficients ``lambda_0 = (b, 0, m b)``, ``lambda_1 = (a, 0, n b + m a)``,
-``lambda_2 = (0, 0, n a)``, so that (thesis, eq. 3.4)::
+``lambda_2 = (0, 0, n a)``, so that (thesis, eq. 3.4; docs/theory.md, eq. (3.3), (3.4))::
 
     M_0 = 1 ,  M_k = (1/k) sum_{j=0..2} M_{k-1-j} [lambda_j]_x ,  Q = sum M_k s^k .
 
-The recurrence is run in the scaled abscissa t = s/L (``a L^2, b L, n L, m``), where a coefficient is the size of
-its own term. Terms obey ``||M_k s^k|| <= exp(C)``, ``C = 2 s sum_k ||lambda_k|| s^k``; a segment is walked in
-sub-segments on which C stays below `EXPONENT_LIMIT`, so that no digits are lost by cancellation (thesis, 3.3).
+The recurrence is run in the scaled abscissa t = s/L (``a L^2, b L, n L, m``), where a coefficient is the size of its
+own term. Terms obey ``||M_k s^k|| <= exp(C)``, ``C = 2 s sum_k ||lambda_k|| s^k``; a segment is walked in sub-segments
+on which C stays below `EXPONENT_LIMIT`, so that no digits are lost by cancellation (thesis, 3.3; docs/theory.md,
+eq. (3.6)), and whose ends compose (docs/theory.md, eq. (3.7)).
 
 A row (x, y, z) of Q has ``x' = eta omega y``, ``y' = omega g``, ``z' = -omega y`` with ``g = z - eta x``, thus
-``x' = -eta z'``. Only products with one linear factor are left, and nothing but old terms on the right::
+``x' = -eta z'``. Only products with one linear factor are left, and nothing but old terms on the right (docs/theory.md,
+eq. (3.5))::
 
     z_k = -(b y_{k-1} + a y_{k-2}) / k          x_k = -(m z_k + n z_{k-1} (k-1)/k)
     y_k =  (b g_{k-1} + a g_{k-2}) / k          g_k = z_k - m x_k - n x_{k-1}
@@ -61,8 +64,8 @@ TINY = 1e-18
 _TINY_PAIR = 1e-15
 #: Multiplication and addition may be fused; no other liberty is taken with the arithmetic.
 FMA = {"contract"}
-#: Rows of the jets of `walk`: 9 entries of Q, 3 of p, 3 of J and, if asked for, 3 of T = int Q e_x ds.
-STATE = 18
+#: Rows of the jets of `walk` by what is asked for: 9 entries of Q and 3 of p; and 3 of J; and 3 of T = int Q e_x ds.
+STATES = (12, 15, 18)
 
 # Workspace of a series of jets. A block is a jet of 15 components (and one of padding) in all lanes: x, y, z, g of the
 # even and of the odd term, sums of x, y, z, integrals of z, of that of z, and of x; then the lanes' a, b, n, m.
@@ -278,8 +281,11 @@ def _square(w):
 
 
 @njit(cache=True, fastmath=FMA, error_model="numpy")
-def _series(w, first, with_t):
-    """Sums of the series of jets in all lanes: lane l is row (first + l) % 3 of Q; the parameters are in w already."""
+def _series(w, first, level):
+    """Sums of the series of jets in all lanes: lane l is row (first + l) % 3 of Q; the parameters are in w already.
+
+    level: 0 for Q and p, 1 for J too, 2 for T too.
+    """
     for i in range(_PARAMETERS):
         w[i] = 0.0
     for l in range(_LANES):
@@ -303,10 +309,14 @@ def _series(w, first, with_t):
         g = 1.0 / (k + 2)
         ff = f * g
         gg = g / (k + 3)
-        for i in range(_BLOCK):
-            w[_INTEGRALS + i] += f * w[_ODD + _Z + i] + g * w[_Z + i]
-            w[_INTEGRALS + _BLOCK + i] += ff * w[_ODD + _Z + i] + gg * w[_Z + i]
-        if with_t:
+        if level == 0:
+            for i in range(_BLOCK):
+                w[_INTEGRALS + i] += f * w[_ODD + _Z + i] + g * w[_Z + i]
+        else:
+            for i in range(_BLOCK):
+                w[_INTEGRALS + i] += f * w[_ODD + _Z + i] + g * w[_Z + i]
+                w[_INTEGRALS + _BLOCK + i] += ff * w[_ODD + _Z + i] + gg * w[_Z + i]
+        if level >= 2:
             for i in range(_BLOCK):
                 w[_INTEGRALS + 2 * _BLOCK + i] += f * w[_ODD + i] + g * w[i]
         if k >= 7 and _square(w) < _TINY_PAIR * _TINY_PAIR:
@@ -314,7 +324,7 @@ def _series(w, first, with_t):
 
 
 @njit(cache=True)
-def _unload(w, l, h, row, with_t, part):
+def _unload(w, l, h, row, level, part):
     """Copies lane l, row `row` of a sub-segment of length h, to the state `part`, by unscaled parameters."""
     h2 = h * h
     h3 = h2 * h
@@ -330,8 +340,9 @@ def _unload(w, l, h, row, with_t, part):
         part[3 * row + 1, c] = f * w[i + _BLOCK]
         part[3 * row + 2, c] = f * w[i + 2 * _BLOCK]
         part[9 + row, c] = f * h * w[i + 3 * _BLOCK]
-        part[12 + row, c] = f * h2 * w[i + 4 * _BLOCK]
-        if with_t:
+        if level >= 1:
+            part[12 + row, c] = f * h2 * w[i + 4 * _BLOCK]
+        if level >= 2:
             part[15 + row, c] = f * h * w[i + 5 * _BLOCK]
 
 
@@ -377,13 +388,14 @@ def product(x, y, out):
 
 @njit(cache=True)
 def _append(state, part, h, new):
-    """Appends a sub-segment `part` of length h to the walked `state`, both (15 or 18, 15); `new` is scratch."""
+    """Appends a sub-segment `part` of length h to the walked `state`, both (12, 15 or 18, 15); `new` is scratch."""
     size = state.shape[0]
     for r in range(size):
         for c in range(COMPONENTS):
             new[r, c] = 0.0
-    # columns 0, 1, 2 of Q, then p, J (and T), with Q from the left (3 = size // 5: unrolled, this compiles for seconds)
-    for r in range(size // 5):
+    # columns 0, 1, 2 of Q, then p (and J, T), with Q from the left (3 not as a constant: unrolled, this compiles for
+    # seconds)
+    for r in range(state.shape[1] // 5):
         for column in range(size // 3):
             to = 3 * r + column if column < 3 else 3 * column + r
             for k in range(3):
@@ -402,11 +414,12 @@ def _append(state, part, h, new):
 def walk(q, lengths, limit, states):
     """Jets `states` at the ends of segments with parameters q (p, 4) and lengths (p,).
 
-    `states` is (p, 15, 15), rows as in the module, or (p, 18, 15), with ``T = int Q e_x ds`` behind them. Sub-segments
-    of all segments are taken in groups and their rows fill the lanes. Returns the number of sub-segments.
+    `states` is (p, 15, 15), rows as in the module, or (p, 12, 15): without J, which weight alone needs and which is
+    then not computed, or (p, 18, 15): with ``T = int Q e_x ds`` behind them (`STATES`). Sub-segments of all segments
+    are taken in groups and their rows fill the lanes. Returns the number of sub-segments.
     """
     p, size = states.shape[:2]
-    with_t = size == STATE
+    level = (size - STATES[0]) // 3
     w = np.empty(_WORK)
     owner = np.empty(_LANES, dtype=np.int64)
     # a h^2, b h, n h, m at the start, start, length h of the sub-segments of the group
@@ -436,11 +449,11 @@ def walk(q, lengths, limit, states):
                 job = group[min((first + l) // 3, jobs - 1)]
                 for k in range(4):
                     w[_PARAMETERS + k * _LANES + l] = job[k]
-            _series(w, first, with_t)
+            _series(w, first, level)
             for l in range(min(_LANES, 3 * jobs - first)):
                 j = (first + l) // 3
                 part = states[owner[j]] if group[j, 4] == 0.0 else parts[j]
-                _unload(w, l, group[j, 5], (first + l) % 3, with_t, part)
+                _unload(w, l, group[j, 5], (first + l) % 3, level, part)
         for j in range(jobs):
             if group[j, 4] > 0.0:
                 _shift(parts[j], group[j, 4])
@@ -463,5 +476,5 @@ def segment_jets(a, b, n, m, length, limit, jets):
 
 @njit(cache=True)
 def segment_jets_many(q, lengths, limit, jets):
-    """Jets (p, 15, 15) of segments with parameters q (p, 4) and lengths (p,); returns the number of sub-segments."""
+    """Jets (p, 15, 15), or (p, 12, 15) without J, of segments with q (p, 4), lengths (p,); returns `walk`'s count."""
     return walk(q, lengths, limit, jets)

@@ -3,7 +3,8 @@
 Where the normal curvature vanishes the ruling moves nothing: the Hessian has null modes in eta, and the point is a
 whole family of points that are one shape. Its second variation by omega does depend on which ruling is taken (a
 straight strip on edge under its weight is a minimum for eta = 0 and a saddle for an oblique ruling), so that the shape
-is stable only if no ruling of the family gives a negative eigenvalue. `check` looks for the worst one.
+is stable only if no ruling of the family gives a negative eigenvalue. `check` looks for the worst one (docs/theory.md,
+eq. (6.1), (6.2)).
 """
 
 from __future__ import annotations
@@ -86,7 +87,8 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
     """
     plain = problem.start is not None and problem.start.is_whole and problem.end is None and problem.closure is None
     exact = problem.gravity is not None and problem.gravity.exact
-    if plain and not problem.walls and not exact and problem.lengths.size <= _CHAINED_LIMIT:
+    plain = plain and set(problem.blocks()) <= {"start_position", "start_frame"}  # nothing else holds it
+    if plain and not exact and problem.lengths.size <= _CHAINED_LIMIT:
         assert problem.start is not None
         twin = ChainedProblem(
             problem.strip, problem.start, problem.gravity, problem.energy, problem.lengths, problem.exponent_limit

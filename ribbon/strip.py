@@ -35,7 +35,8 @@ class Strip:
         normal curvature K of the stress-free strip in 1/length: a number, or (at s = 0, at s = l) for a linear law.
         The flat strip has 0, and then the term is absent.
     gamma:
-        ``rho h g l^3 / D``, weight against bending stiffness; `from_material` computes it; 0: weightless.
+        ``rho h g l^3 / D``, weight against bending stiffness (docs/theory.md, eq. (2.1)); `from_material` computes it;
+        0: weightless.
     thickness:
         h, in the unit of length; the inextensible energies do not need it.
 

@@ -1,7 +1,8 @@
 """Forces and moments of what holds the ribbon, from the multipliers (thesis, appendix A).
 
 With L = E + multipliers . rows stationary, the force of a support is the derivative of L by the place of the support:
-moving the held end by d changes the energy of the equilibrium by <force on the ribbon, d>.
+moving the held end by d changes the energy of the equilibrium by <force on the ribbon, d> (docs/theory.md, eq. (5.5),
+(5.6)).
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """Points and triangles of the ribbon's surface in the strip's material coordinates.
 
-The developable surface is ``phi(s, u) = r(s) + u q(s)``, ``q = t_x + eta t_z`` (thesis, eq. 2.2), but (s, u) is not
-material: the particle (S, v) of the flat strip lies on the ruling whose foot s solves ``s + v eta(s) = S``. As
-``|eta'| <= 2 / w`` the left side grows with s for every |v| <= w/2, and as eta is linear by segments the root has a
-closed form. Near a short end whose ruling is oblique a corner of the rectangle lies beyond the last ruling; there the
-surface goes on with the end's own (omega, eta), the developable continuation with continuous curvature.
+The developable surface is ``phi(s, u) = r(s) + u q(s)``, ``q = t_x + eta t_z`` (thesis, eq. 2.2; docs/theory.md,
+eq. (1.4), (1.6)), but (s, u) is not material: the particle (S, v) of the flat strip lies on the ruling whose foot s
+solves ``s + v eta(s) = S``. As ``|eta'| <= 2 / w`` the left side grows with s for every |v| <= w/2, and as eta is
+linear by segments the root has a closed form. Near a short end whose ruling is oblique a corner of the rectangle lies
+beyond the last ruling; there the surface goes on with the end's own (omega, eta), the developable continuation with
+continuous curvature.
 """
 
 from __future__ import annotations

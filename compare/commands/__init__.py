@@ -25,7 +25,21 @@ class Command(Protocol):
         """Does it; returns the exit code."""
 
 
-NAMES = ("solve", "compare", "shell", "explain", "scenes", "doctor")
+NAMES = (
+    "solve",
+    "compare",
+    "shell",
+    "limits",
+    "cost",
+    "converge",
+    "report",
+    "export",
+    "sweep",
+    "explain",
+    "check",
+    "scenes",
+    "doctor",
+)
 
 
 def module(name: str) -> Command:

@@ -23,6 +23,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
     from compare import report, tables
     from compare.comparison import compare
+    from compare.page import again
     from compare.store import CaseStore
 
     scene = common.scene_of(options)
@@ -31,10 +32,11 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         comparison = compare(scene, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, pictures and surfaces")
-        page = report.write(out, comparison)
+        saddle = ["--leave-saddle"] if options.leave_saddle else []
+        page = report.write(out, comparison, again("compare", options.scene, options.assignments, *saddle))
     if not options.quiet:
         console.print(tables.as_terminal(comparison))
         for sentence in tables.verdict(comparison):
             console.print(f"- {sentence}")
-        console.print(f"Report: {page}")
+        console.print(f"Report: {page.with_suffix('.html')} and {page.name}")
     return common.DONE if comparison.ok else common.NOT_CONVERGED

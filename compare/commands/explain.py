@@ -1,44 +1,83 @@
-"""`ribbonbench explain`: which effects are on, why, and what each costs."""
+"""`ribbonbench explain`: which effects are on, why, and what each costs and changes."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 
 from compare.commands import common
+from compare.progress import Reporter
 
-HELP = "which effects a scene switches on, why, and what each costs"
+if TYPE_CHECKING:
+    from compare.effects_measured import Solves
+
+HELP = "which effects a scene switches on, why, and what each costs and changes"
 
 
 def register(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     common.scene_arguments(parser)
+    parser.add_argument("--out", metavar="FOLDER", default=None, help="write result.json and page.json there")
+    parser.add_argument(
+        "--run", action=argparse.BooleanOptionalAction, default=None,
+        help="solve the scene, and again without each effect (default: where a solve takes less than a second)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--shell", action="store_true", help="the same for the scene's thickest shell, on a coarse mesh (slow)"
+    )
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
+    from compare import effects_measured, effects_page
     from compare.effects import explain
+    from compare.store import CaseStore
+    from compare.terminal import command_line, print_table
 
     scene = common.scene_of(options)
-    found = explain(scene)
+    if options.shell:
+        scene.require_shell()
+    out = None if options.out is None else common.out_folder(options, scene.name)
+    extra = [] if options.run is None else ["--run" if options.run else "--no-run"]
+    again = command_line("explain", options, extra + (["--shell"] if options.shell else []))
+    solves = shell = None
+    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
+        reporter.step("evaluations with and without each effect")
+        found = explain(scene)
+        if options.run is not False or options.shell:
+            solves = effects_measured.solves(scene, found, reporter, always=options.run)
+        if options.shell and solves is not None:
+            shell = effects_measured.shells(scene, found, solves.grid, CaseStore(folder / "cases"), reporter)
+        if out is not None:
+            effects_page.write(out, scene, found, solves, shell, again)
     if options.quiet:
-        return common.DONE
-    table = Table(title=f"{scene.title}: effects", title_justify="left")
-    for heading in ("effect", "on", "why", "what it adds"):
-        table.add_column(heading, overflow="fold")
-    table.add_column("measured cost", justify="right")
-    for effect in found.effects:
-        cost = "" if effect.seconds is None else f"{max(effect.seconds, 0.0) / found.evaluation:.0%} of an evaluation"
-        table.add_row(effect.name, "yes" if effect.on else "no", effect.why, effect.adds, cost)
-    console.print(table)
-    rows = f"{found.constraints} constraints" if found.constraints else "no constraints"
-    asked = "energy, gradient, Hessian" + (", constraints and their Jacobian" if found.constraints else "")
-    console.print(
-        f"Ribbon: {found.formulation} ({found.formulation_why}); {found.unknowns} unknowns, {found.bounds} "
-        f"with bounds, {rows}; one evaluation of {asked} {found.evaluation * 1e6:.0f} us."
-    )
-    console.print(f"Shell: {found.shell}")
-    console.print(f"Third opinion: {found.third_opinion}.")
-    return common.DONE
+        return _code(solves)
+    tables = [effects_page.effect_table(scene, found), effects_page.cost_table(found, solves)]
+    for table in tables + ([effects_page.shell_table(shell)] if shell else []):
+        print_table(console, table)
+    for sentence in effects_page.sentences(found, solves):
+        console.print(f"- {sentence}")
+    if out is not None:
+        console.print(f"Results: {out}")
+    return _code(solves)
+
+
+@contextlib.contextmanager
+def _place(out: Path | None, reporter: Reporter) -> Iterator[Path]:
+    """The folder of results, held; without one a folder for shells that goes away again."""
+    if out is not None:
+        with common.held(out, reporter.step):
+            yield out
+    else:
+        with tempfile.TemporaryDirectory(prefix="ribbonbench-explain-") as folder:
+            yield Path(folder)
+
+
+def _code(solves: Solves | None) -> int:
+    return common.DONE if solves is None or solves.run.equilibrium.ok else common.NOT_CONVERGED

@@ -38,6 +38,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
     from compare import shell_run
+    from compare.page import again as command_line
     from compare.store import CaseStore
     from compare.world import world
 
@@ -62,7 +63,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
             runs = shell_run.run(scene, CaseStore(out / "cases"), reporter, processes, iteration)
             if processes.first:
                 reporter.step("writing results")
-            processes.on_first(lambda: shell_run.write(out, scene, runs))
+            again = command_line("shell", options.scene, options.assignments, *(["--plain"] if options.plain else []))
+            processes.on_first(lambda: shell_run.write(out, scene, runs, again))
         finally:
             if processes.first:
                 holder.__exit__(None, None, None)
@@ -76,5 +78,5 @@ def run(options: argparse.Namespace, console: Console) -> int:
         console.print(table)
         for found in runs:
             console.print(f"- w/h = {found.width_to_thickness:g}: {found.case.data['message']}")
-        console.print(f"Results: {out}")
+        console.print(f"Results: {out}; as a page: ribbonbench report {out}")
     return common.DONE if all(found.ok for found in runs) else common.NOT_CONVERGED

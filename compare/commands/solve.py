@@ -14,6 +14,7 @@ from compare.errors import BadInput
 from compare.progress import Reporter
 
 if TYPE_CHECKING:
+    from compare.run import RibbonRun
     from compare.scene import Scene
 
 HELP = "solve the ribbon (or the elastica) of a scene"
@@ -41,13 +42,17 @@ def run(options: argparse.Namespace, console: Console) -> int:
         return _ribbon(options, console, reporter, scene, out)
 
 
-def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
+def solve_ribbon(
+    options: argparse.Namespace, reporter: Reporter, scene: Scene, out: Path
+) -> tuple[RibbonRun, float | None]:
+    """Solves the ribbon and writes its files; the run, and its discretisation error (Hausdorff / l) when known."""
     from compare import export, profile, way
     from compare.comparison import Grid, ribbon_discretisation_error
+    from compare.page import write_page
+    from compare.report_solve import ribbon_page
     from compare.results import ribbon_result
     from compare.run import run_ribbon
     from compare.store import atomic_write_json, atomic_write_text
-    from compare.tables import ribbon_advice, solve_rows
 
     run = run_ribbon(scene, reporter.step, leave_saddle=options.leave_saddle, folder=out, detail=reporter.detail)
     e = run.equilibrium
@@ -55,23 +60,39 @@ def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, s
     error = ribbon_discretisation_error(e, grid, reporter)
     reporter.step("writing results")
     export.write_ribbon(out / "ribbon.vtu", e, grid)
+    export.write_arrays(out / "ribbon.npz", e)
     atomic_write_text(out / "centreline.csv", export.centreline_csv(e))
     if run.way is not None:
         atomic_write_text(out / "path.csv", way.log_csv(e.log))
     profile.ribbon_profile(out / "ribbon.png", e, scene.title)
     atomic_write_json(out / "result.json", ribbon_result(scene, run, error))
+    write_page(out, ribbon_page(scene, run, error, _again(options)))
+    return run, error
+
+
+def _again(options: argparse.Namespace) -> str:
+    """The command line that remakes the results."""
+    from compare.page import again
+
+    return again("solve", options.scene, options.assignments, *(["--leave-saddle"] if options.leave_saddle else []))
+
+
+def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
+    from compare.tables import ribbon_advice, solve_rows
+
+    run, error = solve_ribbon(options, reporter, scene, out)
     if not options.quiet:
-        table = Table(title=scene.title, title_justify="left", show_header=False)
-        for name, text in (*solve_rows(scene, run, error), ("results", str(out))):
-            table.add_row(name, text)
-        console.print(table)
+        _show(console, scene, [*solve_rows(scene, run, error), ("results", str(out))])
         advice = ribbon_advice(scene, error)
         if advice:
             console.print(advice)
-    return common.DONE if e.ok else common.NOT_CONVERGED
+        console.print(f"As a page: ribbonbench report {out}")
+    return common.DONE if run.equilibrium.ok else common.NOT_CONVERGED
 
 
 def _elastica(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
+    from compare.page import write_page
+    from compare.report_solve import elastica_page, elastica_rows
     from compare.results import elastica_result
     from compare.run import run_elastica
     from compare.store import atomic_write_json
@@ -79,15 +100,15 @@ def _elastica(options: argparse.Namespace, console: Console, reporter: Reporter,
     run = run_elastica(scene, reporter.step)
     result = elastica_result(scene, run)
     atomic_write_json(out / "result.json", result)
-    r = run.result
+    write_page(out, elastica_page(scene, run, result, _again(options)))
     if not options.quiet:
-        table = Table(title=scene.title, title_justify="left", show_header=False)
-        table.add_row("status", r.message)
-        table.add_row("residual", f"{r.residual:.1e} after {r.iterations} iterations")
-        table.add_row("energy / (D w / l)", f"elastic {r.energy.bending:.6f}, gravity {r.energy.gravity:.6f}")
-        table.add_row("free end / l", " ".join(f"{c:.6f}" for c in result["end"]["position"]))
-        table.add_row("discretisation error", "unknown" if r.error is None else f"{r.error:.1e} l")
-        table.add_row("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve")
-        table.add_row("results", str(out))
-        console.print(table)
-    return common.DONE if r.status.value == "converged" else common.NOT_CONVERGED
+        _show(console, scene, [*elastica_rows(run, result), ("results", str(out))])
+    return common.DONE if run.result.status.value == "converged" else common.NOT_CONVERGED
+
+
+def _show(console: Console, scene: Scene, rows: list[tuple[str, str]]) -> None:
+    """Names and texts as a table."""
+    table = Table(title=scene.title, title_justify="left", show_header=False)
+    for name, text in rows:
+        table.add_row(name, text)
+    console.print(table)

@@ -1,7 +1,8 @@
 """Work of the natural curvature K(s) along t_z (unidirectional), as a term of the energy density.
 
 From the plate energy ``D/2 [(1 - nu) b:b + nu (tr b)^2]`` of the strain ``b = curvature - K e_z (x) e_z`` of a
-developable surface with ``b_zz = omega``, ``tr b = omega (1 + eta^2)``, the cross term is (thesis, eq. 2.11; w << l)::
+developable surface with ``b_zz = omega``, ``tr b = omega (1 + eta^2)``, the cross term is (thesis, eq. 2.11; w << l;
+docs/theory.md, eq. (2.7))::
 
     e(omega, eta) = -K omega (1 + nu eta^2)
 

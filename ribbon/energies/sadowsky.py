@@ -4,7 +4,7 @@ Dimensionless (D w / l^2; thesis, eq. 2.12 without its natural-curvature term, w
 
     e(omega, eta) = 1/2 omega^2 (1 + eta^2)^2
 
-Source: M. Sadowsky 1930; in this form thesis, eq. 2.12 and 4.2.
+Source: M. Sadowsky 1930; in this form thesis, eq. 2.12 and 4.2; docs/theory.md, eq. (2.4).
 """
 
 from __future__ import annotations

@@ -5,12 +5,13 @@ Dimensionless (D w / l^2; thesis, eq. 2.11 and 4.1, natural curvature apart), wi
     e(omega, eta, x) = 1/2 omega^2 (1 + eta^2)^2 H(x) ,   H(x) = artanh(x) / x
 
 H is the mean of ``1 / (1 + t x)`` over the width ``-1 <= t <= 1``: the curvature along a ruling falls with the distance
-to the point where neighbouring rulings cross. Derivatives::
+to the point where neighbouring rulings cross (docs/theory.md, eq. (2.2), (2.3)). Derivatives::
 
     H'  = (1 / (1 - x^2) - H) / x
     H'' = (2 x / (1 - x^2)^2 - 2 H') / x
 
-lose all digits as x -> 0; below |x| = `SERIES_BELOW` the even series ``H = sum x^(2k) / (2k + 1)`` serves all three.
+lose all digits as x -> 0; below |x| = `SERIES_BELOW` the even series ``H = sum x^(2k) / (2k + 1)`` serves all three
+(docs/theory.md, eq. (2.5), (2.6)).
 
 Source: W. Wunderlich 1962; thesis, section 3.4.1, which switches to 1 + x^2/3 below 1e-5 (too late for H' and H'').
 """

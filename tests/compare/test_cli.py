@@ -51,7 +51,8 @@ def test_solve_writes_the_contract_and_says_what_it_found(capsys, tmp_path):
     assert result["end"]["position"] == pytest.approx([-0.27985, -0.16849, 0.13149], abs=1e-4)
     assert 0 < result["discretisation_error"] < 1e-3
     assert result["model"] == {**result["model"], "energy": "sadowsky", "formulation": "chained", "elements": 10}
-    assert {p.name for p in (tmp_path / "o").iterdir()} == {"result.json", "ribbon.png", "ribbon.vtu", "centreline.csv"}
+    names = {"result.json", "page.json", "ribbon.png", "ribbon.vtu", "ribbon.npz", "centreline.csv"}
+    assert {p.name for p in (tmp_path / "o").iterdir()} == names
 
 
 def test_quiet_says_nothing(capsys, tmp_path):

@@ -24,6 +24,7 @@ from compare.comparison import (
     ribbon_discretisation_error,
 )
 from compare.distance import centreline_distance
+from compare.page import read_page
 from compare.progress import Reporter
 from compare.results import comparison_result
 from compare.run import run_elastica, run_ribbon
@@ -184,7 +185,8 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
     found = made()
     page = report.write(out, found).read_text()
     names = {path.name for path in out.iterdir()}
-    wanted = {"report.md", "result.json", "table.csv", "table.md", "convergence.png", "shapes.png", "ribbon.png",
+    wanted = {"report.md", "report.html", "page.json", "surfaces.png", "ribbon.npz", "result.json", "table.csv",
+              "table.md", "convergence.png", "shapes.png", "ribbon.png",
               "centreline.csv", "ribbon.vtu", "shell_w10.vtu", "shell_w20.vtu", "shell_w100.vtu"}  # fmt: skip
     assert names == wanted
     for name in ("convergence.png", "shapes.png", "ribbon.png"):
@@ -194,6 +196,14 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
         pixels = imread(out / name)[:, :, :3]
         assert pixels.shape[0] > 300
         assert pixels.std() > 0.02
+    stored = read_page(out)
+    assert stored.verdict == tuple(tables.verdict(found))
+    assert [(s.file, s.width_to_thickness) for s in stored.surfaces] == [
+        ("ribbon.vtu", None), ("shell_w10.vtu", 10.0), ("shell_w20.vtu", 20.0), ("shell_w100.vtu", 100.0),
+    ]  # fmt: skip
+    assert len(stored.tables[0].rows) == 3 + 1
+    assert set(stored.files) <= names
+    assert "Ribbon against shell" in (out / "report.html").read_text()
 
 
 def test_surfaces_read_back(made, tmp_path):

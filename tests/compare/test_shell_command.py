@@ -18,6 +18,7 @@ import pytest
 
 from compare import shell_figure
 from compare.cli import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, main
+from compare.page import read_page
 from compare.scene import load
 from compare.shell_process import ShellCase
 from compare.vtu import triangles
@@ -93,8 +94,12 @@ def test_result_json_keeps_the_contract(serial):
 @needs_dolfinx
 def test_files_of_a_run(serial):
     out, _ = serial
-    names = {"result.json", "path.csv", "shell.npz", "shell.vtu", "shell.png", "cases"}
+    names = {"result.json", "page.json", "path.csv", "shell.npz", "shell.vtu", "shell.png", "cases"}
     assert {path.name for path in out.iterdir()} == names
+    page = read_page(out)
+    assert [s.width_to_thickness for s in page.surfaces] == [result_of(out)["width_to_thickness"]]
+    assert page.again == "ribbonbench shell limits_7_3 --set 'shell.elements=[16, 4]'"
+    assert set(page.files) == names - {"page.json", "shell.png", "cases"}
     surface = ShellSurface.load(out / "shell.npz")
     result = result_of(out)
     assert surface.points[-1, 4] == pytest.approx(result["end"]["position"], abs=1e-12)

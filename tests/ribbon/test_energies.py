@@ -6,8 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from ribbon import energies
 from ribbon.element import bending_jet, bending_value, natural_jet, natural_value
-from ribbon.energies import CODES, natural, sadowsky, wunderlich
+from ribbon.energies import CODES, natural, wunderlich
 from ribbon.series import PAIR_INDEX
 
 
@@ -63,12 +64,10 @@ def test_width_factor_is_infinite_where_rulings_meet(x):
 
 def density(name, omega, eta, x, poisson=0.3, curvature=7.0):
     out = np.empty(10)
-    if name == "sadowsky":
-        sadowsky.density(omega, eta, out)
-    elif name == "wunderlich":
-        wunderlich.density(omega, eta, x, out)
-    else:
+    if name == "natural":
         natural.density(omega, eta, curvature, poisson, out)
+    else:
+        energies.density(CODES[name], omega, eta, x, out)
     return out
 
 

@@ -31,11 +31,15 @@ NAMES = (
     "shell_shift",
     "shell_curl",
     "shell_corners",
+    "limits",
     "shell_cost",
     "shell_size",
+    "cost",
+    "converge",
     "sze",
     "shell_formulation",
     "curl",
+    "gallery",
 )
 
 

@@ -1,0 +1,123 @@
+"""`ribbonbench check`: whether ribbon and shell agree as closely as is claimed."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from compare.commands import common
+from compare.errors import BadInput
+from compare.progress import Reporter
+
+if TYPE_CHECKING:
+    from compare.check import Outcome
+    from compare.pins import Pin
+
+HELP = "check that ribbon and shell agree as closely as is claimed (pins)"
+_CLAIMS = ("distance", "share", "slope", "width_to_thickness", "assignments", "leave_saddle")
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument(
+        "scene", metavar="WHAT", nargs="?", default=None,
+        help="a scene (name or TOML file), or a TOML file of [[agreement]]s (default: those of the shipped scenes)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
+        help="replace a key of the scene, e.g. --set 'shell.elements=[40, 4]' (repeatable)",
+    )  # fmt: skip
+    common.quiet_argument(parser)
+    common.out_argument(parser, "out/check")
+    common.leave_saddle_argument(parser)
+    parser.add_argument(
+        "--distance", type=float, metavar="X", default=None, help="claim: Hausdorff distance over length at most X"
+    )
+    parser.add_argument(
+        "--share", type=float, metavar="X", default=None, help="claim: membrane share of the elastic energy at most X"
+    )
+    parser.add_argument(
+        "--slope", type=float, nargs=2, metavar=("LOW", "HIGH"), default=None,
+        help="claim: slope of log(distance) against log(h/w), over two w/h or more",
+    )  # fmt: skip
+    parser.add_argument(
+        "--width-to-thickness", type=float, nargs="+", metavar="R", default=None,
+        help="w/h of the shells (default: the scene's)",
+    )  # fmt: skip
+    parser.add_argument("--pin", action="store_true", help="measure, and write the claims that hold: agreements.toml")
+    parser.add_argument("--all", action="store_true", help="check the long pins of a file too (validate = true)")
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Checks, or pins."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
+    from compare import check_page
+    from compare.check import check
+    from compare.store import CaseStore
+    from compare.terminal import command_line, print_table
+
+    pins = _pins(options)
+    out = common.out_folder(options, "check")
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        store = CaseStore(out / "cases")
+        outcomes: list[Outcome] = []
+        for pin in pins:
+            reporter.step(f"check: {pin.label}")
+            outcomes.append(check(pin, store, reporter))
+        again = command_line("check", options, _extra(options))
+        written = check_page.write(out, outcomes, again, pinned=options.pin)
+    if not options.quiet:
+        print_table(console, check_page.table(outcomes, options.pin))
+        for sentence in check_page.sentences(outcomes, options.pin):
+            console.print(f"- {sentence}")
+        console.print(f"Results: {out}" + (f"; pins: {written}" if written is not None else ""))
+    agreed = all(found.agreed for found in outcomes)
+    return common.DONE if agreed else common.NOT_CONVERGED
+
+
+def _pins(options: argparse.Namespace) -> list[Pin]:
+    """What is to be checked; `BadInput` for claims beside a file of pins, and for none beside a scene."""
+    from compare.pins import SHIPPED, Pin, is_pins, read_pins
+
+    if options.scene is None or is_pins(options.scene):
+        for name in _CLAIMS:
+            if getattr(options, name):
+                flag = "--set" if name == "assignments" else f"--{name.replace('_', '-')}"
+                raise BadInput(flag, None, "is for a scene, and a file of pins has its own claims", "leave it out")
+        if options.pin:
+            raise BadInput("--pin", None, "is for a scene: it writes a file of pins", "give a scene")
+        pins = read_pins(SHIPPED if options.scene is None else options.scene)
+        chosen = [pin for pin in pins if options.all or not pin.validate]
+        if not chosen:
+            raise BadInput("FILE", str(options.scene), "has long pins only (validate = true)", "give --all")
+        return chosen
+    from compare.scene import load, parse_assignment
+
+    keys = dict(parse_assignment(text) for text in options.assignments)
+    distance, share, slope = options.distance, options.share, options.slope
+    if options.pin:
+        if distance is not None or share is not None or slope is not None:
+            raise BadInput("--pin", None, "finds the claims itself", "leave out --distance, --share and --slope")
+        distance, share = 10.0, 1.0
+    where = "--"
+    return [
+        Pin.of(
+            load(options.scene), distance, share, slope, options.width_to_thickness, keys, options.leave_saddle,
+            where=where,
+        )
+    ]  # fmt: skip
+
+
+def _extra(options: argparse.Namespace) -> list[str]:
+    """The options as typed, in the order of the help."""
+    words: list[str] = []
+    for flag, value in (("--distance", options.distance), ("--share", options.share)):
+        words += [] if value is None else [flag, f"{value:g}"]
+    for flag, values in (("--slope", options.slope), ("--width-to-thickness", options.width_to_thickness)):
+        words += [flag, *(f"{value:g}" for value in values)] if values else []
+    for flag, given in (("--leave-saddle", options.leave_saddle), ("--pin", options.pin), ("--all", options.all)):
+        words += [flag] if given else []
+    return words

@@ -1,0 +1,74 @@
+"""`ribbonbench converge`: how the shell approaches the ribbon as h/w falls."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from rich.console import Console
+
+from compare.commands import common
+from compare.errors import BadInput
+from compare.progress import Reporter
+
+HELP = "convergence as h/w falls: slope with its interval, the limit, the ribbon's place in it"
+RULINGS = ("free", "straight", "both")
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    common.scene_arguments(parser)
+    common.out_argument(parser, "out/SCENE-converge")
+    common.leave_saddle_argument(parser)
+    parser.add_argument(
+        "--width-to-thickness", nargs="+", type=float, metavar="R", default=None,
+        help="w/h of the shells, two at least (default: the scene's; 20 50 100 200 where it gives one or none)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--elements", nargs=2, type=int, metavar=("ALONG", "ACROSS"), default=None, help="elements of the shells"
+    )
+    parser.add_argument(
+        "--ruling", default=None, metavar="KIND",
+        help="of the ribbon at s = 0: free, straight, or both of them against the same shells (default: the scene's)",
+    )  # fmt: skip
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Compares and fits."""
+    from compare import convergence_run, convergence_write
+    from compare.page import again
+    from compare.store import CaseStore
+    from compare.terminal import print_table
+
+    for ratio in options.width_to_thickness or []:
+        if not (math.isfinite(ratio) and ratio > 1.0):
+            raise BadInput("--width-to-thickness", ratio, "is no w/h of a shell", "give numbers above 1")
+    if options.elements is not None and min(options.elements) < 1:
+        raise BadInput("--elements", " ".join(map(str, options.elements)), "is no mesh", "e.g. --elements 100 8")
+    if options.ruling is not None and options.ruling not in RULINGS:
+        raise BadInput("--ruling", options.ruling, "is not known", f"choose from {', '.join(RULINGS)}")
+    elements = None if options.elements is None else (options.elements[0], options.elements[1])
+    scene = convergence_run.prepared(common.scene_of(options), options.width_to_thickness, elements)
+    rulings = ("straight", "free") if options.ruling == "both" else (options.ruling,) if options.ruling else ()
+    out = common.out_folder(options, f"{scene.name}-converge")
+    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        found = convergence_run.studies(
+            scene, rulings, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle
+        )
+        reporter.step("writing tables, the picture and surfaces")
+        more = ["--leave-saddle"] if options.leave_saddle else []
+        for name in ("width_to_thickness", "elements"):
+            if getattr(options, name) is not None:
+                more += [f"--{name.replace('_', '-')}", *(f"{value:g}" for value in getattr(options, name))]
+        more += ["--ruling", options.ruling] if options.ruling else []
+        convergence_write.write(out, found, again("converge", options.scene, options.assignments, *more))
+    if not options.quiet:
+        for one in found:
+            last = one is found[-1]
+            print_table(console, convergence_write.row_table(one, len(found) > 1), legend=last)
+            if one.scalars:
+                print_table(console, convergence_write.scalar_table(one, len(found) > 1), legend=last)
+        for sentence in convergence_write.sentences(found):
+            console.print(f"- {sentence}")
+        console.print(f"Results: {out}")
+    return common.DONE if all(one.comparison.ok for one in found) else common.NOT_CONVERGED

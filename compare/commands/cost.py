@@ -1,0 +1,169 @@
+"""`ribbonbench cost`: error against time for every solver of a scene."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from compare.commands import common
+from compare.errors import BadInput
+from compare.progress import Reporter
+
+if TYPE_CHECKING:
+    from compare.cost_plan import Plan
+    from compare.scene import Scene
+
+HELP = "what accuracy costs: error against time for ribbon, elastica and shell"
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    common.scene_arguments(parser)
+    common.out_argument(parser, "out/SCENE-cost")
+    common.leave_saddle_argument(parser)
+    parser.add_argument(
+        "--solvers", nargs="+", metavar="NAME", default=None,
+        help="of chained, mixed, placed (segments by tolerance), elastica, shell (default: all that the scene allows)",
+    )  # fmt: skip
+    parser.add_argument("--segments", nargs="+", type=int, metavar="P", default=None, help="sizes of the ribbons")
+    parser.add_argument(
+        "--tolerances", nargs="+", type=float, metavar="X", default=None, help="tolerances of the placed ribbon"
+    )
+    parser.add_argument("--meshes", nargs="+", metavar="AxB", default=None, help="meshes of the shell, e.g. 50x4 100x8")
+    parser.add_argument(
+        "--elastica-elements", nargs="+", type=int, metavar="N", default=None, help="sizes of the elastica"
+    )
+    parser.add_argument(
+        "--width-to-thickness", type=float, metavar="R", default=None,
+        help="w/h of the shell (default: the scene's largest)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--reference", default=None, metavar="MODEL",
+        help="the common reference: shell, ribbon, elastica, or own for none (default: shell, without one ribbon)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--target", nargs="+", type=float, metavar="X", default=None, dest="targets",
+        help="errors over l whose times are asked for (default 1e-2 1e-3 1e-4)",
+    )  # fmt: skip
+    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each size (default 3)")
+    parser.add_argument(
+        "--budget", type=float, default=None, metavar="SECONDS", help="begin no new run after this time (default 180)"
+    )
+    parser.add_argument("--compilation", action="store_true", help="also time first calls that compile everything")
+    parser.add_argument("--fresh", action="store_true", help="measure again what an earlier run has measured")
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Measures."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded: times are those of one core
+    from compare import cost_write
+    from compare.cost import measure
+    from compare.page import again
+    from compare.terminal import print_table
+
+    scene = common.scene_of(options)
+    plan = _plan(options, scene)
+    out = common.out_folder(options, f"{scene.name}-cost")
+    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        cost = measure(scene, plan, out / "cases", reporter, fresh=options.fresh)
+        reporter.step("writing tables and the picture")
+        cost_write.write(out, cost, again("cost", options.scene, options.assignments, *_asked(options)))
+    if not options.quiet:
+        for found in (cost_write.table(cost), cost_write.reach_table(cost)):
+            print_table(console, found)
+        for sentence in cost_write.sentences(cost):
+            console.print(f"- {sentence}")
+        console.print(f"Results: {out}")
+    return common.DONE if cost.ok else common.NOT_CONVERGED
+
+
+def _asked(options: argparse.Namespace) -> list[str]:
+    """The options that were given, as words."""
+    words: list[str] = []
+    for name in (
+        "solvers", "segments", "tolerances", "meshes", "elastica_elements", "width_to_thickness", "reference",
+        "targets", "budget",
+    ):  # fmt: skip
+        value = getattr(options, name)
+        if value is not None:
+            flag = "target" if name == "targets" else name.replace("_", "-")
+            words += [f"--{flag}", *(str(v) for v in (value if isinstance(value, list) else [value]))]
+    if options.repeats != 3:
+        words += ["--repeats", str(options.repeats)]
+    return words + [f"--{name.replace('_', '-')}" for name in ("leave_saddle", "compilation") if getattr(options, name)]
+
+
+def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
+    """The plan that the options ask for; `BadInput` names the option that cannot be."""
+    from compare.cost_plan import REFERENCES, SOLVERS, Plan
+
+    changes: dict[str, object] = {"leave_saddle": options.leave_saddle, "compilation": options.compilation}
+    _chosen("--solvers", options.solvers or [], SOLVERS)
+    if options.solvers:
+        changes["solvers"] = tuple(s for s in SOLVERS if s in options.solvers)
+    for name, least, most in (("segments", 2, 2000), ("elastica_elements", 2, 5000)):
+        values = getattr(options, name)
+        if values is not None:
+            flag = f"--{name.replace('_', '-')}"
+            for value in values:
+                if not least <= value <= most:
+                    raise BadInput(flag, value, "is not a size", f"give whole numbers from {least} to {most}")
+            changes[name] = tuple(sorted(set(values)))
+    if options.meshes is not None:
+        changes["meshes"] = tuple(dict.fromkeys(_mesh(text) for text in options.meshes))
+    if options.tolerances is not None:
+        changes["tolerances"] = _fractions("--tolerances", options.tolerances, 0.1)
+    if options.targets is not None:
+        changes["targets"] = _fractions("--target", options.targets, 1.0)
+    if options.repeats < 1:
+        raise BadInput("--repeats", options.repeats, "is no number of runs", "give 1 or more")
+    changes["repeats"] = options.repeats
+    if options.budget is not None:
+        if not (math.isfinite(options.budget) and options.budget > 0.0):
+            raise BadInput("--budget", options.budget, "is no time", "give seconds, above zero")
+        changes["budget"] = options.budget
+    ratio = _ratio(options, scene)
+    if ratio is not None:
+        changes["ratio"] = ratio
+    with_shell = ratio is not None and (not options.solvers or "shell" in options.solvers)
+    ribbon_too = not options.solvers or {"chained", "mixed", "placed"} & set(options.solvers)
+    usual = "shell" if with_shell else "ribbon" if ribbon_too else "elastica"
+    changes["reference"] = usual if options.reference is None else options.reference
+    _chosen("--reference", [changes["reference"]], REFERENCES)
+    return Plan(**changes)  # type: ignore[arg-type]
+
+
+def _ratio(options: argparse.Namespace, scene: Scene) -> float | None:
+    """w/h of the shell: of the option, or the scene's largest; None where the scene has no shell."""
+    asked = options.width_to_thickness
+    if asked is None:
+        return max(scene.require_shell()) if scene.has_shell() else None
+    if not (math.isfinite(asked) and asked > 1.0):
+        raise BadInput("--width-to-thickness", asked, "is no w/h of a shell", "give a number above 1")
+    scene.replace({"shell.width_to_thickness": [asked]}).require_shell()
+    return float(asked)
+
+
+def _chosen(option: str, values: list[object], known: tuple[str, ...]) -> None:
+    for value in values:
+        if value not in known:
+            raise BadInput(option, value, "is not known", f"choose from {', '.join(known)}")
+
+
+def _fractions(option: str, values: list[float], most: float) -> tuple[float, ...]:
+    for value in values:
+        if not 0.0 < value < most:
+            raise BadInput(option, value, "is no error over l", f"give numbers above 0 and below {most:g}")
+    return tuple(sorted(set(values), reverse=True))
+
+
+def _mesh(text: str) -> tuple[int, int]:
+    """The mesh of e.g. "100x8"."""
+    along, cross, across = text.lower().partition("x")
+    if not cross or not (along.isdecimal() and across.isdecimal()) or int(along) < 1 or int(across) < 1:
+        raise BadInput("--meshes", text, "is not ALONGxACROSS", "e.g. --meshes 50x4 100x8")
+    return int(along), int(across)

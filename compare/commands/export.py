@@ -1,0 +1,94 @@
+"""`ribbonbench export`: surfaces of results, or of a scene's ribbon, in other programs' formats."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from compare.commands import common
+from compare.errors import BadInput
+from compare.progress import Reporter
+
+HELP = "surfaces of results (or of a scene's ribbon) as VTU, PVD, OBJ, PLY, glTF, CSV, NPZ"
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument(
+        "source", metavar="SOURCE", help="a folder of results, or a scene (shipped name or TOML file), solved first"
+    )
+    parser.add_argument(
+        "--format", default=None, metavar="F,F", dest="formats",
+        help="formats, with commas: vtu, pvd, obj, ply, gltf, csv, npz (default: all)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
+        help="of a scene: replace a key, e.g. --set strip.gamma=50 (repeatable)",
+    )  # fmt: skip
+    common.out_argument(parser, "SOURCE/export, of a scene out/SCENE/export")
+    common.quiet_argument(parser)
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Exports."""
+    from compare.export_source import chosen, read_source, write, write_page_of
+    from compare.page import again
+    from compare.store import check_writable
+
+    formats = chosen(options.formats)
+    folder, code = Path(options.source), common.DONE
+    with Reporter(quiet=options.quiet) as reporter:
+        if not folder.is_dir():
+            folder, code = _solved(options, reporter)
+        elif options.assignments:
+            raise BadInput("--set", options.assignments[0], "changes a scene, and SOURCE is a folder of results")
+        source = read_source(folder)
+        out = check_writable(options.out if options.out is not None else folder / "export")
+        if out.resolve() == folder.resolve():
+            raise BadInput("--out", str(out), "is the folder of the results itself", "give another folder")
+        with common.held(out, reporter.step):
+            reporter.step(f"writing {len(source.surfaces)} surfaces as {', '.join(formats)}")
+            files = write(out, source, formats)
+            more = () if options.formats is None else ("--format", ",".join(formats))
+            name = options.source if not Path(options.source).is_dir() else Path(options.source).resolve().name
+            write_page_of(out, source, files, again("export", name, options.assignments, *more))
+    if not options.quiet:
+        table = Table(title=source.page.title, title_justify="left")
+        for heading, justify in (("file", "left"), ("what", "left"), ("KiB", "right")):
+            table.add_column(heading, justify=justify, overflow="fold")  # type: ignore[arg-type]
+        for file, what in files.items():
+            table.add_row(file, what, f"{(out / file).stat().st_size / 1024:.0f}")
+        console.print(table)
+        if "npz" in formats and not source.ribbon and any(found.kind == "ribbon" for found in source.surfaces):
+            console.print("The folder has no ribbon.npz: the ribbon's own segments are left out.")
+        console.print(f"Files: {out}")
+    return code
+
+
+def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]:
+    """The folder into which the ribbon of the scene was solved, and the exit code of that."""
+    from compare.commands.solve import solve_ribbon
+    from compare.scene import load, parse_assignment, shipped
+
+    if options.source not in shipped() and not Path(options.source).is_file():
+        raise BadInput(
+            "SOURCE", options.source, "is neither a folder nor a scene",
+            "give a folder of results, a shipped scene (ribbonbench scenes) or a TOML file",
+        )  # fmt: skip
+    scene = load(options.source)
+    keys = dict(parse_assignment(text) for text in options.assignments)
+    scene = scene.replace(keys) if keys else scene
+    if scene.model.energy == "elastica":
+        raise BadInput(
+            "model.energy", "elastica", "has a centreline and no surface",
+            "export with --set 'model.energy=\"wunderlich\"'",
+        )  # fmt: skip
+    parent = None if options.out is None else Path(options.out) / "solve"
+    options.scene, options.leave_saddle = options.source, False
+    folder = common.out_folder(argparse.Namespace(out=parent), scene.name)
+    with common.ribbon_input(scene.name), common.held(folder, reporter.step):
+        equilibrium = solve_ribbon(options, reporter, scene, folder)[0].equilibrium
+    return folder, common.DONE if equilibrium.ok else common.NOT_CONVERGED

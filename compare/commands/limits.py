@@ -1,0 +1,174 @@
+"""`ribbonbench limits`: where the inextensible model stops being true (thesis, chapter 7)."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+
+from compare.commands import common
+from compare.errors import BadInput
+from compare.progress import Reporter
+
+if TYPE_CHECKING:
+    from compare.comparison import Comparison
+    from compare.grid import Axis
+    from compare.limits import Finding, Thresholds
+    from compare.scene import Scene
+
+HELP = "where the inextensible model stops being true: the shell's stretching, its distance to the ribbon, a verdict"
+
+_AXES = {"widths": "strip.width", "gammas": "strip.gamma", "thickness_to_width": "shell.width_to_thickness"}
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    common.scene_arguments(parser)
+    common.out_argument(parser)
+    common.leave_saddle_argument(parser)
+    parser.add_argument(
+        "--quick", action="store_true", help="estimate from the ribbon alone, without a shell (well under a second)"
+    )
+    parser.add_argument(
+        "--clamp", choices=("scene", "edge", "corners", "both"), default="scene",
+        help="what clamps hold: as the scene says (default), the whole edge (ribbon's ruling straight), two corners "
+        "(ruling free), or both in turn",
+    )  # fmt: skip
+    parser.add_argument(
+        "--vary", action="append", default=[], metavar="KEY=V,V,...",
+        help="an axis of a grid: values, log(FIRST,LAST,COUNT) or linear(...) (repeatable)",
+    )  # fmt: skip
+    parser.add_argument("--widths", metavar="W,W,...", help="a grid over w/l")
+    parser.add_argument("--gammas", metavar="G,G,...", help="a grid over Gamma")
+    parser.add_argument("--thickness-to-width", metavar="X,X,...", help="shells of these h/w")
+    parser.add_argument(
+        "--distance", type=float, default=1.0, metavar="PERCENT", help='distance up to which it is "good" (default 1)'
+    )
+    parser.add_argument(
+        "--share", type=float, default=1.0, metavar="PERCENT",
+        help='share of stretching in the elastic energy up to which it is "good" (default 1)',
+    )  # fmt: skip
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Studies the scene or the grid."""
+    from compare import limits, limits_results
+    from compare.grid import points
+
+    thresholds = _thresholds(options)
+    scene = common.scene_of(options)
+    scenes = [scene] if options.clamp == "scene" else [limits.with_clamp(scene, clamp) for clamp in _clamps(options)]
+    axes = _axes(options, scene)
+    cases = [(point.values, point.scene) for held in scenes for point in points(held, axes)]
+    for _, case in cases:
+        limits.require_limits(case)
+    out = common.out_folder(options, scene.name)
+    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        findings, comparison = _study(options, thresholds, cases, out, reporter)
+        limits_results.write(out, findings, comparison, thresholds, _again(options))
+    if not options.quiet:
+        _tell(console, findings, thresholds, out)
+    return common.DONE if all(finding.ok for finding in findings) else common.NOT_CONVERGED
+
+
+def _clamps(options: argparse.Namespace) -> tuple[str, ...]:
+    return ("edge", "corners") if options.clamp == "both" else (options.clamp,)
+
+
+def _thresholds(options: argparse.Namespace) -> Thresholds:
+    from compare.limits import Thresholds
+
+    for name in ("distance", "share"):
+        if not 0.0 < getattr(options, name) < 100.0:
+            raise BadInput(f"--{name}", getattr(options, name), "is no percentage", "give one between 0 and 100")
+    return Thresholds(options.distance / 100.0, options.share / 100.0)
+
+
+def _axes(options: argparse.Namespace, scene: Scene) -> list[Axis]:
+    """The axes of --vary and of the short options; w/l and h/w are turned into the scene's keys."""
+    from compare.grid import Axis, parse_axis
+
+    axes = [parse_axis(text) for text in options.vary]
+    for name, key in _AXES.items():
+        text = getattr(options, name)
+        if text is None:
+            continue
+        option = f"--{name.replace('_', '-')}"
+        axis = parse_axis(f"{key}={text}", option)
+        if name == "widths":
+            axis = Axis.of(key, [_number(option, v[0]) * scene.strip.length for v in axis.values])
+        if name == "thickness_to_width":
+            axis = Axis.of(key, [1.0 / _number(option, v[0]) for v in axis.values])
+        axes.append(axis)
+    return axes
+
+
+def _number(option: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
+        raise BadInput(option, value, "is no positive number", f"e.g. {option} 0.01,0.02")
+    return float(value)
+
+
+def _study(
+    options: argparse.Namespace,
+    thresholds: Thresholds,
+    cases: list[tuple[Any, Scene]],
+    out: Path,
+    reporter: Reporter,
+) -> tuple[list[Finding], Comparison | None]:
+    from compare import limits
+    from compare.store import CaseStore
+
+    findings: list[Finding] = []
+    comparison: Comparison | None = None
+    began = time.perf_counter()
+    for number, (values, case) in enumerate(cases):
+        if len(cases) > 1:
+            left = (time.perf_counter() - began) / number * (len(cases) - number) if number else None
+            when = "" if left is None else f", about {left:.0f} s left"
+            what = ", ".join(f"{key} = {value}" for key, value in values.items())
+            reporter.step(
+                f"case {number + 1} of {len(cases)} ({case.shell.clamp} held{', ' if what else ''}{what}){when}"
+            )
+        if options.quick:
+            findings += limits.quick(case, thresholds, values)
+            continue
+        found, comparison = limits.study(
+            case, CaseStore(out / "cases"), reporter, thresholds, values, leave_saddle=options.leave_saddle
+        )
+        findings += found
+    return findings, comparison if len(cases) == 1 else None
+
+
+def _again(options: argparse.Namespace) -> str:
+    words = ["ribbonbench", "limits", Path(options.scene).name]
+    for assignment in options.assignments:
+        words += ["--set", assignment]
+    for axis in options.vary:
+        words += ["--vary", axis]
+    for name in _AXES:
+        if getattr(options, name) is not None:
+            words += [f"--{name.replace('_', '-')}", getattr(options, name)]
+    words += ["--clamp", options.clamp] if options.clamp != "scene" else []
+    words += ["--quick"] if options.quick else []
+    return shlex.join(words)
+
+
+def _tell(console: Console, findings: list[Finding], thresholds: Thresholds, out: Path) -> None:
+    from compare import limits_results
+
+    content = limits_results.table(findings)
+    table = Table(title=content.title, title_justify="left")
+    for heading in content.headings:
+        table.add_column(heading, justify="right", overflow="fold")
+    for row in content.texts():
+        table.add_row(*row)
+    console.print(table)
+    for sentence in limits_results.verdict(findings, thresholds):
+        console.print(f"- {sentence}")
+    console.print(f"Results: {out}")

@@ -1,0 +1,146 @@
+"""`ribbonbench sweep`: a grid of scenes, in parallel on one machine or, under mpiexec, on a cluster."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from compare.commands import common
+from compare.errors import BadInput
+from compare.progress import Reporter
+
+if TYPE_CHECKING:
+    from compare.sweep_file import Sweep
+    from compare.sweep_workers import Crew
+
+HELP = "run a grid of scenes in parallel, also under mpiexec; a killed sweep goes on"
+PARALLEL = True
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument(
+        "sweep", metavar="SWEEP", help="name of a shipped sweep, or a sweep's file; or a scene, with --vary"
+    )
+    parser.add_argument(
+        "--vary", action="append", default=[], metavar="KEY=VALUES",
+        help="an axis: strip.gamma=10,100 or strip.gamma=log(1,1e4,9) or =linear(...) (repeatable; replaces the file's "
+        "axis of this key)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
+        help="replace a key of the scene at every point (repeatable)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--solver", choices=("ribbon", "elastica", "shell", "compare"), default=None,
+        help="what runs at each point (default: the file's, or ribbon)",
+    )  # fmt: skip
+    parser.add_argument("--errors", action="store_true", help="measure each discretisation error too (slower)")
+    common.leave_saddle_argument(parser)
+    parser.add_argument("--show", metavar="COLUMN", default=None, help="quantity in the picture, e.g. end.z")
+    parser.add_argument(
+        "--against", metavar="COLUMN", default=None, help="quantity on the picture's horizontal axis, e.g. gamma"
+    )
+    parser.add_argument(
+        "--workers", type=int, metavar="N", default=None,
+        help="cases at once on this machine (default: the usable cores); under mpiexec its processes but one",
+    )  # fmt: skip
+    parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
+    common.out_argument(parser, "out/SWEEP")
+    common.quiet_argument(parser)
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Runs the sweep; under mpiexec the first process leads, the others carry cases."""
+    from compare.world import world
+
+    processes = world()
+    if processes.comm is None:
+        return _run(options, console, lambda: _local(options))
+    from mpi4py.futures import MPICommExecutor
+
+    from compare.sweep_workers import ClusterCrew, end_beside
+
+    found: tuple[int, Exception | None] = (common.DONE, None)
+    with MPICommExecutor(processes.comm, root=0) as executor:
+        if executor is not None:
+            try:
+                found = (_run(options, console, lambda: ClusterCrew(executor, processes.size - 1)), None)
+            except Exception as error:
+                found = (common.DONE, error)
+    end_beside()
+
+    def outcome() -> int:
+        code, error = found
+        if error is not None:
+            raise error
+        return code
+
+    return processes.on_first(outcome)
+
+
+def _local(options: argparse.Namespace) -> Crew:
+    from compare.sweep_workers import LocalCrew, usable_cores
+
+    return LocalCrew(options.workers or usable_cores())
+
+
+def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]) -> int:
+    from compare import sweep_run, sweep_write
+
+    if options.workers is not None and not 1 <= options.workers <= 1024:
+        raise BadInput("--workers", options.workers, "is not a number of processes", "give 1 or more")
+    sweep = _sweep(options)
+    sweep_write.check_shown(sweep)
+    grid = sweep_run.check(sweep)
+    out = common.out_folder(options, sweep.name)
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        finished = sweep_run.run(sweep, grid, out, crew(), reporter, options.fresh)
+        reporter.step("writing tables and the picture")
+        page = sweep_write.write(out, finished, _again(options))
+    if not options.quiet:
+        for sentence in page.verdict:
+            console.print(f"- {sentence}")
+        console.print(f"Results: {out}")
+    return common.DONE if finished.ok else common.NOT_CONVERGED
+
+
+def _sweep(options: argparse.Namespace) -> Sweep:
+    from compare.grid import parse_axis
+    from compare.scene import parse_assignment
+    from compare.sweep_file import load_sweep
+
+    axes = [parse_axis(text) for text in options.vary]
+    sweep = load_sweep(options.sweep, dict(parse_assignment(text) for text in options.assignments), axes)
+    changes = {
+        name: value
+        for name, value in (
+            ("solver", options.solver),
+            ("show", options.show),
+            ("against", options.against),
+            ("errors", options.errors or None),
+            ("leave_saddle", options.leave_saddle or None),
+        )
+        if value is not None
+    }
+    if options.show is not None and options.against is None:
+        changes["against"] = ""  # the file's belongs to what the file shows
+    if "show" in changes or "against" in changes:
+        changes["curves"] = ()
+    return dataclasses.replace(sweep, **changes)
+
+
+def _again(options: argparse.Namespace) -> str:
+    from compare.page import again
+
+    words = [word for axis in options.vary for word in ("--vary", axis)]
+    for name in ("solver", "show", "against"):
+        value = getattr(options, name)
+        words += [f"--{name}", value] if value is not None else []
+    words += [f"--{name.replace('_', '-')}" for name in ("errors", "leave_saddle") if getattr(options, name)]
+    return again("sweep", Path(options.sweep).name, options.assignments, *words)

@@ -1,0 +1,92 @@
+"""The pages (page.json) of `ribbonbench solve`: a ribbon, or an elastica."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from compare.made_by import provenance
+from compare.page import Page, Picture, Surface, Table
+from compare.run import ElasticaRun, RibbonRun
+from compare.scene import Scene
+from compare.tables import ribbon_advice, solve_rows
+
+RIBBON_PICTURE = "ribbon.png"
+RIBBON_FILES = {
+    "ribbon.vtu": "surface with fields (ParaView)",
+    "ribbon.npz": "segments and centreline as arrays (NumPy)",
+    "centreline.csv": "centreline, curvature, ruling and frame",
+}
+
+
+def upwards(scene: Scene) -> tuple[float, float, float] | None:
+    """The scene's direction upwards; None without weight."""
+    if scene.up is None:
+        return None
+    x, y, z = (float(c) for c in scene.up)
+    return x, y, z
+
+
+def ribbon_picture(run: RibbonRun) -> Picture:
+    """`profile.ribbon_profile` in words."""
+    e = run.equilibrium
+    alt = (
+        "Normal curvature omega and ruling eta along the ribbon, and its side view. Largest |eta| "
+        f"{e.max_abs_eta:.3g}; the end stands at ({', '.join(f'{c + 0.0:.3f}' for c in e.end.position)}) l."
+    )
+    return Picture(RIBBON_PICTURE, alt, "The ribbon: normal curvature and ruling along it, and its side view.")
+
+
+def ribbon_page(scene: Scene, run: RibbonRun, error: float | None, again: str) -> Page:
+    """The page of a ribbon solve; `error`: its discretisation error (Hausdorff / l) when measured."""
+    e = run.equilibrium
+    known = "unknown" if error is None else f"{error:.1e} l"
+    said = [
+        f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {e.message}; residual {e.residual:.1e}, "
+        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, {run.warm * 1e3:.3g} ms."
+    ]
+    advice = ribbon_advice(scene, error)
+    files = {"result.json": "all numbers", **RIBBON_FILES}
+    if run.way is not None:
+        files["path.csv"] = "every step of the path"
+    return Page(
+        command="solve",
+        title=scene.title,
+        verdict=tuple(said + ([advice] if advice else [])),
+        tables=(Table("The ribbon", ("quantity", "value"), tuple(solve_rows(scene, run, error))),),
+        pictures=(ribbon_picture(run),),
+        surfaces=(Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),),
+        files=files,
+        scene=scene.to_toml(),
+        up=upwards(scene),
+        provenance=provenance(scene, e.options),
+        again=again,
+    )
+
+
+def elastica_rows(run: ElasticaRun, result: dict[str, Any]) -> list[tuple[str, str]]:
+    """What `ribbonbench solve` prints of an elastica; result: its result.json."""
+    r = run.result
+    return [
+        ("status", r.message),
+        ("residual", f"{r.residual:.1e} after {r.iterations} iterations"),
+        ("energy / (D w / l)", f"elastic {r.energy.bending:.6f}, gravity {r.energy.gravity:.6f}"),
+        ("free end / l", " ".join(f"{c:.6f}" for c in result["end"]["position"])),
+        ("discretisation error", "unknown" if r.error is None else f"{r.error:.1e} l"),
+        ("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve"),
+    ]
+
+
+def elastica_page(scene: Scene, run: ElasticaRun, result: dict[str, Any], again: str) -> Page:
+    """The page of an elastica solve: a planar curve, no surface."""
+    error = "unknown" if run.result.error is None else f"{run.result.error:.1e} l"
+    return Page(
+        command="solve",
+        title=scene.title,
+        verdict=(f"Elastica: {run.result.message}; discretisation error {error}, {run.warm * 1e3:.3g} ms.",),
+        tables=(Table("The elastica", ("quantity", "value"), tuple(elastica_rows(run, result))),),
+        files={"result.json": "all numbers"},
+        scene=scene.to_toml(),
+        up=upwards(scene),
+        provenance=provenance(scene),
+        again=again,
+    )

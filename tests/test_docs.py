@@ -1,0 +1,185 @@
+"""Every Python, console and TOML block of the documentation runs; every link, picture, command and page exists."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from compare import cli
+from compare import commands as known
+from compare.errors import BadInput
+from compare.scene import loads
+from tests.docs_blocks import DOCS, ROOT, Block, anchors, blocks, commands, links, name_of, pages, prose
+
+PAGES = pages()
+RUN = ("python", "console", "toml scene", "toml sweep")
+#: What only a machine with dolfinx can run.
+SHELL = re.compile(
+    r"ribbonbench (shell|compare|limits|converge|check)\b(?!.*--quick)|shellref\.solve\b|assert_agreement"
+)
+
+
+def _runs(page: Path) -> bool:
+    return any(block.info in RUN for block in blocks(page.read_text()))
+
+
+def _python(block: Block, page: Path, names: dict[str, object], at: int) -> None:
+    file = Path(f"block_{at}_line_{block.line}.py").resolve()
+    file.write_text(block.text)
+    exec(compile(block.text, str(file), "exec", dont_inherit=True), names)
+
+
+def _console(block: Block, has_shell: bool) -> None:
+    for command in commands(block):
+        words = shlex.split(command.line)
+        assert words[0] == "ribbonbench", f"only ribbonbench runs in a console block: {command.line}"
+        if not has_shell and SHELL.search(command.line):
+            continue
+        try:
+            code = cli.main(words[1:])
+        except SystemExit as stop:  # argparse
+            code = stop.code if isinstance(stop.code, int) else 2
+        assert code == command.code, f"exit code {code}: {command.line}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if _runs(page)], ids=name_of)
+def test_blocks_run(page, tmp_path, monkeypatch):
+    """In order, in one folder and one namespace per page."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "180")
+    has_shell = importlib.util.find_spec("dolfinx") is not None
+    names: dict[str, object] = {"__name__": "page", "PAGE": page}
+    for at, block in enumerate(blocks(page.read_text())):
+        if block.info == "python" and (has_shell or not SHELL.search(block.text)):
+            _python(block, page, names, at)
+        elif block.info == "console":
+            _console(block, has_shell)
+        elif block.info == "toml scene":
+            assert loads(block.text, "page").title
+        elif block.info == "toml sweep":
+            from compare.sweep_file import load_sweep
+
+            Path("page_sweep.toml").write_text(block.text)
+            assert load_sweep("page_sweep.toml", {}, ()).axes
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_blocks_are_of_a_known_kind(page):
+    kinds = {block.info for block in blocks(page.read_text())}
+    assert kinds <= {*RUN, "", "text", "toml", "diff", "json", "csv", "sh", "math"}, kinds
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_links_lead_somewhere(page):
+    text = page.read_text()
+    for target in links(text):
+        name, _, anchor = target.partition("#")
+        there = page if not name else page.parent / name
+        assert there.exists(), target
+        assert ROOT in there.resolve().parents, f"{target} leads out of the project"
+        if anchor and there.suffix == ".md":
+            assert anchor in anchors(there.read_text()), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_pictures_have_a_text_alternative(page):
+    for alternative, target in re.findall(r"!\[([^\]]*)\]\(([^)\s]+)\)", prose(page.read_text())):
+        assert len(alternative) > 5, target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_pages_of_results_named_are_there(page):
+    for name in re.findall(r"\bresults/[\w./-]*\w", page.read_text()):
+        there = ROOT / name
+        assert there.exists() or there.with_suffix(".md").exists(), name
+
+
+def _parses(words: list[str]) -> bool:
+    try:
+        cli._parser().parse_args(words)
+    except SystemExit as stop:
+        return stop.code == 0
+    return True
+
+
+def _shown(text: str) -> set[str]:
+    """Commands in code, "ribbonbench NAME ..." with no placeholder in capitals behind it."""
+    spans = re.findall(r"`([^`\n]+)`", prose(text))
+    lines = [
+        line.lstrip("$ ")
+        for block in blocks(text)
+        if block.info in ("", "sh", "text")
+        for line in block.text.split("\n")
+    ]
+    return {span for span in (*spans, *lines) if re.match(r"(mpirun \S+ \d+ )?ribbonbench [a-z]", span)}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_commands_shown_exist(page):
+    """In prose: the name exists; without placeholders the whole line parses."""
+    for shown in _shown(page.read_text()):
+        line = re.sub(r"^mpirun \S+ \d+ ", "", shown)
+        words = shlex.split(line, comments=True)[1:]
+        assert _parses([words[0], "--help"]), shown
+        if len(words) > 1 and not re.search(r"\b[A-Z]{2,}\b|\.\.\.", line):
+            assert _parses(words), shown
+
+
+def test_the_readme_shows_the_commands_that_matter():
+    text = (ROOT / "README.md").read_text()
+    assert {"solve", "compare", "shell", "explain", "scenes", "doctor"} <= set(
+        re.findall(r"ribbonbench ([a-z]+)\b", text)
+    )
+
+
+def test_validation_commands_shown_exist():
+    from tests.validation.__main__ import NAMES
+
+    text = "\n".join(page.read_text() for page in [*PAGES, *(ROOT / "results").rglob("*.md")])
+    shown = set(re.findall(r"python -m tests\.validation ([a-z_]+)", text))
+    assert shown
+    assert shown <= set(NAMES)
+
+
+@pytest.mark.xfail(reason="pages of the newest commands are being written", strict=False)
+@pytest.mark.parametrize("name", known.NAMES)
+def test_every_command_has_its_page(name):
+    assert (DOCS / "commands" / f"{name}.md").exists()
+
+
+def test_every_page_is_in_the_index():
+    index = DOCS / "README.md"
+    named = {(DOCS / target.partition("#")[0]).resolve() for target in links(index.read_text())}
+    for page in DOCS.rglob("*.md"):
+        if page != index and "commands" not in page.parts:
+            assert page.resolve() in named, name_of(page)
+
+
+def test_no_page_names_a_machine():
+    for page in PAGES:
+        text = page.read_text()
+        for home in {str(ROOT), os.path.expanduser("~"), "/home/", "/root/"} - {"/"}:
+            assert home not in text, (name_of(page), home)
+
+
+def test_a_broken_page_is_seen(tmp_path, monkeypatch):
+    """The checks themselves: an open fence, a failing command, a failing block, a scene that is none."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match="not closed"):
+        blocks("```python\nx = 1\n")
+    with pytest.raises(AssertionError, match="exit code 2"):
+        _console(Block("console", "$ ribbonbench solve no_such_scene\n", 1), False)
+    with pytest.raises(AssertionError, match="only ribbonbench"):
+        _console(Block("console", "$ rm -r out\n", 1), False)
+    _console(Block("console", "$ ribbonbench solve no_such_scene\n# exit code 2\n", 1), False)
+    with pytest.raises(ZeroDivisionError):
+        _python(Block("python", "1 / 0\n", 1), Path("x.md"), {}, 0)
+    with pytest.raises(BadInput):
+        loads('title = "x"\n[stripp]\nlength = 1.0\n', "page")
+    assert [c.line for c in commands(Block("console", "$ a \\\n  b\nout\n$ c\n", 1))] == ["a b", "c"]
+    assert anchors("# A `b` (c): d\n") == {"a-b-c-d"}
