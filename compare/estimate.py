@@ -32,12 +32,12 @@ from ribbon import Equilibrium
 
 FloatArray = NDArray[np.float64]
 
-#: Share of the elastic energy: EDGE_CLAMP f / (1 - x), x = |eta'| w / 2 near the clamp, f: share of the bending energy
-#: within w / 2 of the clamp; CORNER_CLAMP f sqrt(w h) / c, c the size of the held corners.
-EDGE_CLAMP = 7e-4
+#: Share of the elastic energy: EDGE_CLAMP / (1 - x), x = |eta'| w / 2 near the clamp; CORNER_CLAMP f sqrt(w h) / c, c
+#: the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
+EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
 #: Distance over l by which a held edge moves the strip: times the share at the clamp and w / l.
-EDGE_SHIFT = 3.6
+EDGE_SHIFT = 7.0
 #: Distance over l by which two held corners let the strip turn at the clamp: the smaller of CORNER_TURN[0] kappa l and
 #: CORNER_TURN[1], times w / l.
 CORNER_TURN = (0.1, 0.6)
@@ -166,13 +166,13 @@ def _clamps(scene: Scene, e: Equilibrium, state: _State, h: float) -> float:
     slope = np.abs(e.parameters[:, 2]) * 0.5 * scene.width
     share = 0.0
     for at in _ends(scene):
-        near = float(density[np.abs(state.s - at) < 0.5 * scene.width].sum()) / (_SAMPLES * total)
         if scene.shell.clamp == "corners":
+            near = float(density[np.abs(state.s - at) < 0.5 * scene.width].sum()) / (_SAMPLES * total)
             corner = scene.shell_corner or scene.width / 8.0
             share += CORNER_CLAMP * near * (scene.width * h) ** 0.5 / corner
         else:
             steep = float(slope[np.abs(middles - at) < scene.width].max(initial=0.0))
-            share += EDGE_CLAMP * near / max(1.0 - steep, _NEAREST)
+            share += EDGE_CLAMP / max(1.0 - steep, _NEAREST)
     return min(share, 1.0)
 
 

@@ -37,6 +37,8 @@ FAIR = 5.0
 #: Size of held corners over l where the scene gives none (thesis, 7.3: triangles of 0.01), at most this part of w.
 CORNER = 0.01
 _CORNER_OF_WIDTH = 0.25
+#: Part of the share by which it may differ from that on the coarser mesh without a word.
+_SHARE_CHANGE = 0.25
 #: Layers along free edges are counted over this many times sqrt(h / curvature).
 _LAYERS = 2.0
 
@@ -307,11 +309,19 @@ def sentence(finding: Finding) -> str:
 def _doubt(finding: Finding) -> str:
     """What keeps the distance from being claimed, or nothing."""
     row = finding.row
-    if row is None or row.hausdorff is None or row.claimed:
+    if row is None or row.hausdorff is None:
         return ""
+    said = ""
+    if row.share_error is not None and finding.share and row.share_error > _SHARE_CHANGE * finding.share:
+        said = (
+            f" On half as fine a mesh the share differs by {100 * row.share_error:.2g} %: refine shell.elements before "
+            "quoting it."
+        )
+    if row.claimed:
+        return said
     if row.shell_error is None or row.ribbon_error is None:
-        return " The discretisation error of one model is unknown: the distance is no claim."
-    return (
+        return said + " The discretisation error of one model is unknown: the distance is no claim."
+    return said + (
         f" The distance is not above the discretisation errors (ribbon {row.ribbon_error:.1e} l, shell "
         f"{row.shell_error:.1e} l)."
     )

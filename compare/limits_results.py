@@ -11,8 +11,12 @@ from typing import Any
 from compare import page, results
 from compare.comparison import Comparison
 from compare.limits import Finding, Thresholds, hits
+from compare.report_solve import upwards
 from compare.store import atomic_write_json, atomic_write_text, jsonable
 
+_NOT_ON_A_TERMINAL = ("centreline % l", "share's error %", "at clamps %", "elastic", "gravity", "estimated level")
+#: Findings up to which each gets its sentence.
+_MOST_SENTENCES = 6
 _FILES = {
     "result.json": "verdicts, rows, provenance",
     "limits.csv": "one line per shell, or estimate",
@@ -70,9 +74,9 @@ def table(findings: Sequence[Finding]) -> page.Table:
     if shells:
         headings += [
             "level", "distance % l", "centreline % l", "ribbon error", "shell error", "membrane %", "shear %",
-            "at clamps %", "elastic", "gravity",
+            "share's error %", "at clamps %", "elastic", "gravity",
         ]  # fmt: skip
-        formats += ["", ".2f", ".2f", ".1e", ".1e", ".2f", ".2f", ".0f", ".4g", ".4g"]
+        formats += ["", ".2f", ".2f", ".1e", ".1e", ".2f", ".2f", ".2f", ".0f", ".4g", ".4g"]
     headings += ["estimated level", "estimated distance % l", "estimated stretching %", "most of it"]
     formats += ["", ".2f", ".2f", ""]
     if shells:
@@ -85,12 +89,25 @@ def table(findings: Sequence[Finding]) -> page.Table:
         formats=tuple(formats),
         legend=(
             "level: good, fair, poor (see the verdict's thresholds). distance: Hausdorff between ribbon and shell; "
-            "errors: of the discretisations, over l. membrane, shear: of the shell's elastic energy; at clamps: part "
-            "of that stretching within w/2 of a clamp. Energies in D w / l, the elastic one with the constant of the "
-            "natural curvature. Estimates: from the ribbon alone."
+            "errors: of the discretisations, over l. membrane, shear: of the shell's elastic energy; share's error: "
+            "change of the membrane share from a mesh half as fine; at clamps: part of that stretching within w/2 of a "
+            "clamp. Energies in D w / l, the elastic one with the constant of the natural curvature. Estimates: from "
+            "the ribbon alone."
             if shells
             else "Estimates from the ribbon alone. stretching: membrane and shear, of the elastic energy."
         ),
+    )
+
+
+def brief(content: page.Table) -> page.Table:
+    """The table without the columns that a terminal has no room for."""
+    shown = [k for k, heading in enumerate(content.headings) if heading not in _NOT_ON_A_TERMINAL]
+    return page.Table(
+        title=content.title,
+        headings=tuple(content.headings[k] for k in shown),
+        rows=tuple(tuple(row[k] for k in shown) for row in content.rows),
+        formats=tuple(content.formats[k] for k in shown),
+        legend=content.legend,
     )
 
 
@@ -114,6 +131,7 @@ def _cells(finding: Finding, keys: Sequence[str], shells: bool) -> tuple[page.Ce
             row.shell_error if row is not None else None,
             _percent(share.get("membrane")),
             _percent(share.get("shear")),
+            _percent(row.share_error if row is not None else None),
             _percent(zones.get("clamps")),
             energy.get("elastic"),
             energy.get("gravity"),
@@ -156,10 +174,32 @@ def _flat(row: dict[str, Any], before: str = "") -> dict[str, Any]:
     return flat
 
 
+def _extremes(findings: Sequence[Finding]) -> list[str]:
+    """The best and the worst case, what stretches in how many cases, and what is no claim."""
+    known = [f for f in findings if f.share is not None]
+    by_share = sorted(known, key=lambda f: f.share or 0.0)
+    by_distance = sorted((f for f in known if f.distance is not None), key=lambda f: f.distance or 0.0)
+    said: list[str] = []
+    for title, chosen in (
+        ("least stretching", by_share[:1]),
+        ("most stretching", by_share[-1:]),
+        ("farthest", by_distance[-1:]),
+    ):
+        said += [f"{title.capitalize()}. {f.sentence}" for f in chosen]
+    causes = [f.cause for f in known]
+    counts = ", ".join(f"{name.replace('_', ' ')} {causes.count(name)}" for name in dict.fromkeys(causes))
+    said.append(f"What stretches most, by number of cases: {counts}.")
+    open_ones = [f for f in findings if f.row is not None and f.row.hausdorff is not None and not f.row.claimed]
+    if open_ones:
+        said.append(f"In {len(open_ones)} cases the distance is not above the discretisation errors (see the table).")
+    said += [f.sentence for f in findings if f.share is None]
+    return said
+
+
 def verdict(findings: Sequence[Finding], thresholds: Thresholds) -> list[str]:
     """The sentences: of every finding where there are few, then how often the estimate was right."""
-    said = [finding.sentence for finding in findings]
     levels = [f.level for f in findings]
+    said = [finding.sentence for finding in findings] if len(findings) <= _MOST_SENTENCES else _extremes(findings)
     if len(findings) > 1:
         counts = ", ".join(f"{levels.count(name)} {name}" for name in ("good", "fair", "poor") if name in levels)
         open_ones = levels.count(None)
@@ -204,7 +244,8 @@ def write(
     thresholds: Thresholds,
     again: str,
 ) -> None:
-    """result.json, page.json, limits.csv; with shells shares.png, maps.png, shapes.png and estimate.png."""
+    """result.json, page.json, limits.csv; with shells shares.png, maps.png, shapes.png and estimate.png; of one scene
+    its surfaces, too (ribbon.vtu, shell_wNNNN.vtu)."""
     scene = findings[-1].scene
     shells = [f for f in findings if f.maps is not None]
     atomic_write_text(out / "limits.csv", as_csv(findings))
@@ -221,12 +262,30 @@ def write(
             verdict=tuple(verdict(findings, thresholds)),
             tables=(table(findings),),
             pictures=tuple(pictures),
+            surfaces=() if comparison is None else _surfaces(out, comparison),
             files=_FILES,
             scene=scene.to_toml() if len(findings) == 1 else "",
+            up=upwards(scene),
             provenance=jsonable(document["provenance"]),
             again=again,
         ),
     )
+
+
+def _surfaces(out: Path, comparison: Comparison) -> tuple[page.Surface, ...]:
+    """Writes the surfaces of a scene; the shells begin coloured by the membrane's share."""
+    from compare import export
+
+    export.write_ribbon(out / "ribbon.vtu", comparison.ribbon.equilibrium, comparison.grid)
+    found = [page.Surface("ribbon.vtu", "ribbon", "ribbon")]
+    for row, case in zip(comparison.rows, comparison.shells, strict=True):
+        if case.ok:
+            ratio = row.width_to_thickness
+            name = f"shell_w{ratio:g}.vtu"
+            export.write_shell(out / name, case, comparison.grid)
+            label = f"shell, w/h = {ratio:g}"
+            found.append(page.Surface(name, label, "shell", "membrane_share", width_to_thickness=ratio))
+    return tuple(found)
 
 
 def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[page.Picture]:

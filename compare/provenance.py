@@ -50,29 +50,32 @@ def versions() -> dict[str, Any]:
     return {**_fixed_versions(), "cores": len(os.sched_getaffinity(0)), "threads": _threads(), "time": now()}
 
 
-def software(*sources: str) -> dict[str, Any]:
+def software(*sources: str, leave_out: tuple[str, ...] = ()) -> dict[str, Any]:
     """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, and the digest of our
-    own packages `sources` (all three when none is named)."""
+    own packages `sources` (all three when none is named); `leave_out`: see `source_digest`."""
     fixed = _fixed_versions()
     return {
         "packages": fixed["packages"],
         "debian": fixed["debian"],
         "python": fixed["python"],
-        "source": source_digest(*(sources or ("ribbon", "shellref", "compare"))),
+        "source": source_digest(*(sources or ("ribbon", "shellref", "compare")), leave_out=leave_out),
     }
 
 
 @functools.cache
-def source_digest(*packages: str) -> str:
+def source_digest(*packages: str, leave_out: tuple[str, ...] = ()) -> str:
     """SHA-256 over the names and the code of all modules of our own `packages` ("ribbon", "shellref", "compare").
 
     A version number does not change while one works on the code; this does, but not with comments, docstrings and line
-    breaks. A package that is not there counts as empty. Digest once per process (cached).
+    breaks. A package that is not there counts as empty; modules whose names begin with one of `leave_out` do not count.
+    Digest once per process (cached).
     """
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for package in packages:
         for path in sorted((root / package).rglob("*.py")):
+            if leave_out and path.name.startswith(leave_out):
+                continue
             digest.update(path.relative_to(root).as_posix().encode() + b"\0")
             digest.update(hashlib.sha256(_code(path.read_bytes())).digest())
     return digest.hexdigest()

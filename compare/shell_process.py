@@ -88,7 +88,7 @@ class ShellCase:
 
 def shell_key(problem: ShellProblem, options: ShellOptions, start: ShellSurface | None = None) -> str:
     """The key of a case: problem, options, software, the shell's sources, and the start to `START_DIGITS` digits."""
-    made_by = software("shellref")
+    made_by = software("shellref", leave_out=("elastica", "stem"))  # which take no part in a shell
     parts: list[Any] = ["shell", problem.to_dict(), options.to_dict(), made_by]
     if start is not None:
         digest = hashlib.sha256()

@@ -2,7 +2,7 @@
 
 A step goes a length ds along the secant of the last two points (the tangent at first), in the root mean square of the
 displacement over the size of the surface, and is corrected on the plane normal to it (newton.Plane; cylindrical arc
-length: the load has no share in the length, so a path needs no scale between the two).
+length: the load has no share in the length, so a path needs no scale between the two; docs/theory.md, eq. (7.11)).
 
 Events: the number of negative eigenvalues changes where the tangent is singular; if the load turns back there, it is a
 limit point (located on the path), else a bifurcation (located by bisection on the inertia before switching).

@@ -5,9 +5,9 @@ At an equilibrium u(t) of the path, with K the reduced tangent and K' its deriva
     (K(t) + x K'(t)) v = 0 ,   t_c = t + x + O(x^2)
 
 so the smallest x > 0 estimates the distance to the singular tangent, with an error that falls with its square as t
-approaches t_c. K' is the central difference of K along the path's tangent, with tangent vectors of the directors
-carried over. Bisection looks only at the signs of the pivots of K at equilibria on the path: nothing is shared but K
-itself.
+approaches t_c (docs/theory.md, eq. (7.12)). K' is the central difference of K along the path's tangent, with tangent
+vectors of the directors carried over. Bisection looks only at the signs of the pivots of K at equilibria on the path:
+nothing is shared but K itself.
 """
 
 from __future__ import annotations

@@ -6,7 +6,8 @@ Hessian on the sphere is
 
     P^T (E'' - (d . dE/dd) I_d) P ,   I_d: identity on the director components only
 
-(Absil, Mahony & Sepulchre 2008, section 5.5, embedded submanifold). There is no singular rotation. A director that
+(Absil, Mahony & Sepulchre 2008, section 5.5, embedded submanifold; docs/theory.md, eq. (7.9)). There is no singular
+rotation. A director that
 stays normal to an axis e (a symmetry plane, a hinge) moves on a circle: its one increment is along e x d.
 """
 
@@ -109,7 +110,7 @@ class Increments:
 
 
 def retract(state: np.ndarray, increment: np.ndarray) -> np.ndarray:
-    """State plus increment (n, 6), directors brought back to unit length."""
+    """State plus increment (n, 6), directors brought back to unit length (docs/theory.md, eq. (7.8))."""
     new = state + increment
     new[:, 3:] /= np.linalg.norm(new[:, 3:], axis=1)[:, None]
     return new

@@ -1,4 +1,4 @@
-r"""The discrete side of the planar elastica: theta(s) by line elements of scikit-fem, clamped theta(0) = 0.
+r"""The discrete side of the planar elastica: theta(s) by line elements of scikit-fem, given or free at either end.
 
 Forms as derived in `shellref.elastica`, with v the test function and t = (cos theta, sin theta)::
 
@@ -6,8 +6,8 @@ Forms as derived in `shellref.elastica`, with v the test function and t = (cos t
     residual   int (theta' - K) v' + <t_perp, p> v
     tangent    int dtheta' v' - <t, p> dtheta v
 
-Array shapes: coefficients (N,) over all unknowns of the basis, the clamped one included; values at quadrature points
-(n, q) for n elements.
+Array shapes: coefficients (N,) over all unknowns of the basis, given ones included; values at quadrature points (n, q)
+for n elements.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from skfem import (
     Basis,
     BilinearForm,
     DiscreteField,
+    ElementLineHermite,
     ElementLineP1,
     ElementLineP2,
     ElementLinePp,
@@ -40,7 +41,10 @@ ELEMENTS: dict[int, Callable[[], Any]] = {
     3: lambda: ElementLinePp(3),
     4: lambda: ElementLinePp(4),
 }
-"""Line elements by their degree."""
+"""Continuous line elements by their degree; from 3 on hierarchical (integrated Legendre polynomials)."""
+
+HERMITE_DEGREE = 3
+"""Degree of the Hermite element, whose unknowns are theta and theta' at the joints: the curvature is continuous."""
 
 QUADRATURE_ORDER = 19
 """Polynomial degree integrated exactly on every element: 10 Gauss points, since cos theta is not a polynomial."""
@@ -73,45 +77,108 @@ def _balance(v: Any, w: Any) -> Any:
 
 
 class Discretisation:
-    """Elements of one degree between given joints (n + 1,), increasing from 0 to 1."""
+    """Elements of one kind between given joints (n + 1,), increasing from 0 to 1.
 
-    def __init__(self, nodes: Array, degree: int) -> None:
+    start_angle, end_angle : theta at the ends, None where it is free. hermite : the C1 cubic, degree 3, instead of the
+    continuous element of the same degree.
+    """
+
+    def __init__(
+        self,
+        nodes: Array,
+        degree: int,
+        start_angle: float | None = 0.0,
+        end_angle: float | None = None,
+        hermite: bool = False,
+    ) -> None:
         self.nodes = nodes
-        self.basis = Basis(MeshLine(nodes), ELEMENTS[degree](), intorder=QUADRATURE_ORDER)
+        self._new_element = ElementLineHermite if hermite else ELEMENTS[degree]
+        self._hermite = hermite
+        self.basis = Basis(MeshLine(nodes), self._new_element(), intorder=QUADRATURE_ORDER)
         self.s = np.asarray(self.basis.global_coordinates())[0]  # (n, q)
         self.ds = np.asarray(self.basis.dx)  # (n, q)
-        clamped = self.basis.get_dofs(lambda x: x[0] == 0.0).flatten()
-        self.free = np.setdiff1d(np.arange(self.basis.N), clamped)
+        self.ends = np.asarray(self.basis.nodal_dofs)[0, [0, -1]]  # unknowns theta(0), theta(1)
+        angles = [(dof, a) for dof, a in zip(self.ends, (start_angle, end_angle), strict=True) if a is not None]
+        self.given = np.array([dof for dof, _ in angles], dtype=int)
+        self.angles = np.array([a for _, a in angles])
+        self.free = np.setdiff1d(np.arange(self.basis.N), self.given)
         self._stiffness = _stiffness.assemble(self.basis)
-        self.mass = self._reduced(_product.assemble(self.basis, factor=DiscreteField(np.ones_like(self.s))))
-        self._solve_stiffness = scipy.sparse.linalg.factorized(self._reduced(self._stiffness).tocsc())
+        self._full_mass = _product.assemble(self.basis, factor=DiscreteField(np.ones_like(self.s)))
+        self.mass = self._reduced(self._full_mass)
+        norm = self._stiffness if len(self.given) else self._stiffness + self._full_mass  # a free turn costs nothing
+        self._solve_stiffness = scipy.sparse.linalg.factorized(self._reduced(norm).tocsc())
         points, weights = np.polynomial.legendre.leggauss(12)
         self._gauss = 0.5 * (points + 1.0), 0.5 * weights
 
     def natural_shape(self, loads: Loads) -> Array:
-        """Coefficients (N,) of the unloaded equilibrium: int (theta' - K) v' = 0."""
+        """Coefficients (N,) of the unloaded equilibrium: int (theta' - K) v' = 0, with one angle given at least."""
         coefficients = np.zeros(self.basis.N)
+        coefficients[self.given] = self.angles
         zero = np.zeros_like(self.s)
         moment = DiscreteField(-loads.natural_curvature(self.s))
-        rhs = _balance.assemble(self.basis, moment=moment, couple=DiscreteField(zero))
-        coefficients[self.free] = self._solve_stiffness(-rhs[self.free])
+        rhs = _balance.assemble(self.basis, moment=moment, couple=DiscreteField(zero)) + self._stiffness @ coefficients
+        coefficients[self.free] -= self._solve_stiffness(rhs[self.free])
         return coefficients
 
-    def residual(self, coefficients: Array, loads: Loads) -> Array:
-        """Out-of-balance couple on every free unknown, shape (N - 1,)."""
+    def projected(self, values: Array) -> Array:
+        """Coefficients (N,) nearest in L2 to values (n, q) at the quadrature points, without regard to given angles."""
+        zero = DiscreteField(np.zeros_like(values))
+        rhs = _balance.assemble(self.basis, moment=zero, couple=DiscreteField(values))
+        return scipy.sparse.linalg.spsolve(self._full_mass.tocsc(), rhs)
+
+    def balance(self, coefficients: Array, loads: Loads) -> Array:
+        """Out-of-balance couple on every unknown, shape (N,); on a given one, the couple that its support provides."""
         theta = self.basis.interpolate(coefficients)
         px, py = loads.carried(self.s)
         angle = np.asarray(theta)
         return _balance.assemble(
             self.basis,
-            moment=DiscreteField(theta.grad[0] - loads.natural_curvature(self.s)),
+            moment=DiscreteField(np.asarray(theta.grad)[0] - loads.natural_curvature(self.s)),
             couple=DiscreteField(py * np.cos(angle) - px * np.sin(angle)),
-        )[self.free]
+        )
+
+    def residual(self, coefficients: Array, loads: Loads) -> Array:
+        """Out-of-balance couple on every free unknown, shape (F,)."""
+        return self.balance(coefficients, loads)[self.free]
+
+    def full_tangent(self, coefficients: Array, loads: Loads) -> scipy.sparse.csr_matrix:
+        """Exact derivative of `balance`, shape (N, N)."""
+        pull = DiscreteField(self._pull(coefficients, loads))
+        return (self._stiffness - _product.assemble(self.basis, factor=pull)).tocsr()
 
     def tangent(self, coefficients: Array, loads: Loads) -> scipy.sparse.csc_matrix:
-        """Exact derivative of `residual`, shape (N - 1, N - 1)."""
-        pull = DiscreteField(self._pull(coefficients, loads))
-        return self._reduced(self._stiffness - _product.assemble(self.basis, factor=pull)).tocsc()
+        """Exact derivative of `residual`, shape (F, F)."""
+        return self._reduced(self.full_tangent(coefficients, loads)).tocsc()
+
+    def sway(self, coefficients: Array) -> Array:
+        """Derivative of r(1) by the unknowns, int t_perp v: shape (2, N)."""
+        angle = np.asarray(self.basis.interpolate(coefficients))
+        zero = DiscreteField(np.zeros_like(angle))
+        return np.stack([
+            _balance.assemble(self.basis, moment=zero, couple=DiscreteField(part))
+            for part in (-np.sin(angle), np.cos(angle))
+        ])  # fmt: skip
+
+    def reach(self, coefficients: Array) -> Array:
+        """r(1), shape (2,)."""
+        angle = np.asarray(self.basis.interpolate(coefficients))
+        return np.array([np.sum(self.ds * np.cos(angle)), np.sum(self.ds * np.sin(angle))])
+
+    def product(self, u: Array, v: Array) -> float:
+        """int u v of two functions by their coefficients (N,)."""
+        return float(u @ self.weighted(v))
+
+    def weighted(self, v: Array) -> Array:
+        """int v w for every basis function w, shape (N,)."""
+        return self._full_mass @ v
+
+    def turned(self, difference: Array) -> float:
+        """Largest |value| at quadrature points of a function by its coefficients (N,), in radians."""
+        return float(np.max(np.abs(np.asarray(self.basis.interpolate(difference)))))
+
+    def highest_pull(self, coefficients: Array, loads: Loads) -> float:
+        """Largest <t, p>, or 0: no eigenvalue of the tangent lies below minus this."""
+        return max(float(np.max(self._pull(coefficients, loads))), 0.0)
 
     def _pull(self, coefficients: Array, loads: Loads) -> Array:
         """<t, p> at the quadrature points (n, q): positive where the strip is pushed."""
@@ -120,7 +187,7 @@ class Discretisation:
         return px * np.cos(angle) + py * np.sin(angle)
 
     def moment_norm(self, residual: Array) -> float:
-        """L2 norm of the moment that balances `residual` (N - 1,): a norm that does not depend on the mesh."""
+        """L2 norm of the moment that balances `residual` (F,): a norm that does not depend on the mesh."""
         return float(np.sqrt(max(residual @ self._solve_stiffness(residual), 0.0)))
 
     def lowest_eigenvalue(self, coefficients: Array, loads: Loads) -> float:
@@ -129,7 +196,7 @@ class Discretisation:
         if tangent.shape[0] <= DENSE_EIGENVALUES:
             values = scipy.linalg.eigvalsh(tangent.toarray(), self.mass.toarray(), subset_by_index=[0, 0])
         else:
-            below = -max(float(np.max(self._pull(coefficients, loads))), 0.0) - 1.0
+            below = -self.highest_pull(coefficients, loads) - 1.0
             values = scipy.sparse.linalg.eigsh(
                 tangent, k=1, M=self.mass, sigma=below, return_eigenvectors=False, v0=np.ones(len(self.free))
             )
@@ -137,13 +204,31 @@ class Discretisation:
 
     def energies(self, coefficients: Array, loads: Loads) -> tuple[float, float]:
         """int 1/2 theta'^2 - K theta' and int <t, p>, in D w / l."""
-        rate = self.basis.interpolate(coefficients).grad[0]
+        rate = np.asarray(self.basis.interpolate(coefficients).grad)[0]
         bending = np.sum(self.ds * (0.5 * rate**2 - loads.natural_curvature(self.s) * rate))
         return float(bending), float(np.sum(self.ds * self._pull(coefficients, loads)))
 
     def angle(self, coefficients: Array, s: Array) -> Array:
         """theta at the abscissae s (N,): shape (N,)."""
-        return self.basis.probes(s[None, :]) @ coefficients
+        cells = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        length = np.diff(self.nodes)[cells]
+        shapes = self._shapes((s - self.nodes[cells]) / length, length)
+        return np.einsum("kn,kn->n", coefficients[np.asarray(self.basis.element_dofs)[:, cells]], shapes)
+
+    def _shapes(self, x: Array, length: Array) -> Array:
+        """Shape functions (k, N) at x (N,) of 0 to 1 on elements of these lengths (N,).
+
+        From an element made for this call: scikit-fem's ElementLinePp keeps the values of its last points and gives
+        them again for others when there are as many.
+        """
+        if self._hermite:
+            return np.stack([
+                1.0 - 3.0 * x**2 + 2.0 * x**3, length * (x - 2.0 * x**2 + x**3),
+                3.0 * x**2 - 2.0 * x**3, length * (x**3 - x**2),
+            ])  # fmt: skip
+        element = self._new_element()
+        count = np.asarray(self.basis.element_dofs).shape[0]
+        return np.stack([np.broadcast_to(element.lbasis(x[None, :], k)[0], x.shape) for k in range(count)])
 
     def position(self, coefficients: Array, s: Array) -> Array:
         """int_0^s (cos theta, sin theta) at the abscissae s (N,): shape (N, 2), by Gauss points on every element."""

@@ -40,6 +40,11 @@ class ElasticaOptions:
     smallest : load step, relative to the load reached, below which the path is taken to end in a limit point.
     iterations : most Newton iterations of one step; descent : most iterations of one descent.
     snaps : most descents; 0 stops at the first limit point.
+    arc_length : "auto" (load steps and descents for a clamped-free strip, arc length for one whose end is held),
+        "always", or "never": load steps that stop at the first limit point and say so.
+    arc_steps : most steps by arc length. switch : at a bifurcation behind which the path is unstable, go over to a
+        branch that arrives stable. bow : natural curvature (1/l) with which the way of a straight strip begins, when
+        both its ends are held; its sign chooses the side.
     """
 
     tolerance: float = 1e-11
@@ -50,11 +55,19 @@ class ElasticaOptions:
     iterations: int = 15
     descent: int = 500
     snaps: int = 20
+    arc_length: str = "auto"
+    arc_steps: int = 500
+    switch: bool = True
+    bow: float = 2.0
 
     def __post_init__(self) -> None:
         for name in ("tolerance", "first_load", "smallest", "iterations"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name} = {getattr(self, name)}: must be greater than zero")
+        if self.arc_length not in ("auto", "always", "never"):
+            raise ValueError(f'arc_length = {self.arc_length!r}: must be "auto", "always" or "never"')
+        if not 0.1 <= abs(self.bow) <= 6.0:
+            raise ValueError(f"bow = {self.bow}: its size must lie between 0.1 and 6")
         if not (self.growth > 1.0 and 0.0 < self.cut < 1.0):
             raise ValueError(f"growth = {self.growth}, cut = {self.cut}: growth must exceed 1, cut lie between 0 and 1")
 
@@ -103,7 +116,7 @@ def follow(
         step *= options.cut
         if step > options.smallest * max(path.reached, first):
             continue
-        if path.snaps >= options.snaps:
+        if path.snaps >= options.snaps or options.arc_length == "never":
             break
         step = first
         guarded = _snap(discrete, loads_at, tolerance, options, path)
@@ -121,7 +134,7 @@ def newton(
     for iteration in range(options.iterations + 1):
         residual = discrete.residual(coefficients, loads)
         norm = discrete.moment_norm(residual)
-        turned = float(np.max(np.abs(coefficients - start)))
+        turned = discrete.turned(coefficients - start)
         if not math.isfinite(norm) or turned > MOST_TURN:
             return None, norm, iteration
         if norm <= tolerance:

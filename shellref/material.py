@@ -2,7 +2,7 @@
 
     D = Y h^3 / (12 (1 - nu^2)) = 1 ,   so   Y = 12 (1 - nu^2) / h^3
 
-Source: theory sheet section 5 (Naghdi shell), shear factor 5/6 (Reissner).
+Source: docs/theory.md, eq. (7.4) (Naghdi shell), shear factor 5/6 (Reissner).
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Material coordinates X = (S, v) are orthogonal on the reference surface, with Lame factors |phi_0,S| and |phi_0,v|.
 Strip: S in [0, 1] along, v in [-w/2, w/2] across. Clamp frame columns (t_x, t_y, t_z).
 Flat reference:  phi_0 = r_0 + v t_x + S t_z ,  d_0 = t_y = t_z x t_x.
-Sign (theory sheet, section 1): t_z' = -omega t_y , t_y' = omega t_z.
+Sign (docs/theory.md, eq. (1.2)): t_z' = -omega t_y , t_y' = omega t_z.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ def flat_strip(s: np.ndarray, v: np.ndarray, position: np.ndarray, frame: np.nda
 
 
 def turning_angle(s: np.ndarray, curvature: tuple[float, float]) -> np.ndarray:
-    """theta(S) = int_0^S K = K_0 S + (K_1 - K_0) S^2 / 2, radians; curvature: K at S = 0 and 1 (units 1/l)."""
+    """theta(S) = int_0^S K = K_0 S + (K_1 - K_0) S^2 / 2, radians (docs/theory.md, eq. (7.5)).
+
+    curvature: K at S = 0 and 1 (units 1/l).
+    """
     start, end = curvature
     return start * s + 0.5 * (end - start) * s**2
 

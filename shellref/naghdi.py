@@ -2,23 +2,26 @@
 
 Unknowns u = (phi, d): mid-surface position and unit director, six components at the nodes of quadrilaterals of degree k
 in the orthogonal material coordinates X = (S, v). With a_i = phi_,i and d_i = d_,i, derivatives along unit vectors of
-the reference surface (coordinate derivatives over the Lame factors), and u0 the reference surface (theory sheet,
-section 5; the sign of the bending strain is that of d = +t_y, so a flat strip bent to a cylinder of normal curvature
+the reference surface (coordinate derivatives over the Lame factors), and u0 the reference surface (docs/theory.md,
+eq. (7.1); the sign of the bending strain is that of d = +t_y, so a flat strip bent to a cylinder of normal curvature
 omega has kap_11 = omega):
 
     eps_ij = 1/2 (a_i . a_j) - at u0 ,  kap_ij = 1/2 (a_i . d_j + a_j . d_i) - at u0 - k_nat ,  gam_i = a_i . d - at u0
 
 All three are quadratic: E(u) = 1/2 T(u, u) - 1/2 T(u0, u0) - k_nat, so that E'(u)[v] = T(u, v), E''[v, w] = T(v, w) for
-one symmetric bilinear map T, which is all that forms contain. Strains are vectors (11, 22, 2*12). The reference part is
-taken from the interpolated u0, so the reference and its rigid motions are exactly free of strain.
+one symmetric bilinear map T, which is all that forms contain (docs/theory.md, eq. (7.2)). Strains are vectors (11, 22,
+2*12). The reference part is taken from the interpolated u0, so the reference and its rigid motions are exactly free of
+strain.
 
-Energy per area, D = 1:  1/2 kap:C:kap + (12 / h^2) 1/2 eps:C:eps + (5 (1 - nu) / h^2) 1/2 |gam|^2, C plane stress. All
-integrals are divided by the body's normaliser (a strip's w: energies in D w / l, forces in D w / l^2).
+Energy per area, D = 1:  1/2 kap:C:kap + (12 / h^2) 1/2 eps:C:eps + (5 (1 - nu) / h^2) 1/2 |gam|^2, C plane stress
+(docs/theory.md, eq. (7.3)). All integrals are divided by the body's normaliser (a strip's w: energies in D w / l,
+forces in D w / l^2).
 
 Locking: bending on (k + 1)^2 Gauss points; membrane and shear (1 - alpha) on k^2 and alpha on (k + 1)^2, with
 alpha = c (h / h_e)^2, h_e the element's length (Body.bends_along). alpha only removes the zero-energy modes of the
 reduced rule. A strip bent to the curvature kappa has the membrane stress -kappa^2, which cancels against its bending
-moment in smooth modes; hourglass modes stay stable where c > (kappa h_v)^2 / 12, h_v the element's size across.
+moment in smooth modes; hourglass modes stay stable where c > (kappa h_v)^2 / 12, h_v the element's size across
+(docs/theory.md, eq. (7.6), (7.7)).
 
 The tangent's geometric stiffness takes its stress from a field at the Gauss points: the stress of the state (Newton),
 or the stress linearised at the previous iterate, "mixed integration point" Newton (Magisano, Leonetti & Garcea 2017,

@@ -3,7 +3,8 @@
 The reduced tangent is P^T K P + constraint curvature (see director.py), over the free increments only: what is held is
 not in it, so its inertia counts the unstable directions of the supported shell. It is factored as L D L^T (MUMPS).
 
-Mixed integration point Newton: at state u_j with stress sigma_j (an unknown of its own) solve
+Mixed integration point Newton (docs/theory.md, eq. (7.10)): at state u_j with stress sigma_j (an unknown of its own)
+solve
 
     [ int T(u_j, .) C T(u_j, .) + sigma_j . T(., .) ] du = -dE/du(u_j) ,    sigma_{j+1} = C (E(u_j) + T(u_j, du))
 
@@ -13,7 +14,7 @@ follows its clamps within the first linear solve.
 
 Arc length (Riks 1979, doi:10.1016/0020-7683(79)90081-7): the load t is one more unknown and the state stays on the
 plane through the predictor (u*, t*) normal to the tangent (v, r):  <v, u - u*> + r (t - t*) = 0, where <a, b> is the
-mean over the surface of the product of positions. Two solves with the same factors.
+mean over the surface of the product of positions (docs/theory.md, eq. (7.11)). Two solves with the same factors.
 """
 
 from __future__ import annotations

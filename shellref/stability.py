@@ -20,7 +20,7 @@ KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)  # over the size of the surface
 
 @dataclass(frozen=True)
 class Mode:
-    """An eigenpair of tangent x = lambda mass x.
+    """An eigenpair of tangent x = lambda mass x (docs/theory.md, eq. (7.13)).
 
     value: squared angular frequency of a small vibration, in D / (areal mass l^4); negative = unstable. vector
     (nodes, 6), largest component 1. value None: Lanczos did not converge.

@@ -56,7 +56,8 @@ class Strip:
 
 
 def layer_width(problem: ShellProblem) -> float:
-    """Width sqrt(h / kappa) of the layer at edges and clamps (units l), from the largest curvature to be expected.
+    """Width sqrt(h / kappa) of the layer at edges and clamps (units l; docs/theory.md, eq. (7.14)), from the largest
+    curvature to be expected.
 
     kappa: the natural curvature, that of the arc at the start, or that of a clamped strip under its weight:
     Gamma / 2 when light, sqrt(2 Gamma) when heavy (planar elastica).

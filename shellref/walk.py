@@ -1,7 +1,8 @@
 """Walking a shell along its stages: load steps with cut-back, arc length, instabilities. Status instead of exception.
 
-A point of the path is an equilibrium at a load of its stage. Every attempt is a `LoadStep` in the log; after every
-accepted one the journal may keep a checkpoint, from which an interrupted walk goes on.
+A point of the path is an equilibrium at a load of its stage (docs/theory.md, eq. (7.9), (7.11)). Every attempt is a
+`LoadStep` in the log; after every accepted one the journal may keep a checkpoint, from which an interrupted walk goes
+on.
 """
 
 from __future__ import annotations

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.table import Table
 
 from compare.commands import common
 from compare.errors import BadInput
@@ -161,14 +160,9 @@ def _again(options: argparse.Namespace) -> str:
 
 def _tell(console: Console, findings: list[Finding], thresholds: Thresholds, out: Path) -> None:
     from compare import limits_results
+    from compare.terminal import print_table
 
-    content = limits_results.table(findings)
-    table = Table(title=content.title, title_justify="left")
-    for heading in content.headings:
-        table.add_column(heading, justify="right", overflow="fold")
-    for row in content.texts():
-        table.add_row(*row)
-    console.print(table)
+    print_table(console, limits_results.brief(limits_results.table(findings)), legend=False)
     for sentence in limits_results.verdict(findings, thresholds):
         console.print(f"- {sentence}")
     console.print(f"Results: {out}")

@@ -123,7 +123,17 @@ def test_one_scene_with_its_shell(tmp_path, capsys):
     assert sum(row["share_of_total"].values()) == pytest.approx(1.0, abs=1e-9)
     assert row["verdict"] in result["verdict"]
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {"cases", "result.json", "page.json", "limits.csv", "shares.png", "maps.png", "shapes.png"}
+    assert names == {
+        "cases",
+        "result.json",
+        "page.json",
+        "limits.csv",
+        "shares.png",
+        "maps.png",
+        "shapes.png",
+        "ribbon.vtu",
+        "shell_w100.vtu",
+    }
     assert {picture.file for picture in read_page(tmp_path).pictures} == {"shares.png", "maps.png", "shapes.png"}
     assert all(picture.alt for picture in read_page(tmp_path).pictures)
 
@@ -171,3 +181,14 @@ def test_what_is_varied():
         )
     ]
     assert varied(found) == ["strip.width", "w/h"]
+
+
+def test_many_cases_are_summed_up(tmp_path, capsys):
+    arguments = ["limits", "limits_7_3", "--quick", "--gammas", "1,10,30,100,300,1000,3000", "--out", str(tmp_path)]
+    assert main(arguments) == DONE
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert len(result["verdict"]) < 7
+    assert sum(text.startswith("Most stretching.") for text in result["verdict"]) == 1
+    shares = [row["estimate"]["share"] for row in result["rows"]]
+    most = result["rows"][shares.index(max(shares))]
+    assert most["verdict"] in next(text for text in result["verdict"] if text.startswith("Most stretching."))

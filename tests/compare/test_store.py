@@ -362,9 +362,19 @@ def test_source_digest_changes_with_the_source(tmp_path, monkeypatch):
     (package / "a.py").write_text("x = 1\n")
     monkeypatch.setattr(provenance, "__file__", str(tmp_path / "compare" / "provenance.py"))
     digests = []
-    for text in ("x = 1\n", "x = 2\n", "x = 1\n"):
+    said = '"""What it is."""\n\nx = 1  # one\n'
+    for text in ("x = 1\n", "x = 2\n", "x = 1\n", said, "x = (\n", "x = '1'\n"):
         (package / "a.py").write_text(text)
         provenance.source_digest.cache_clear()
         digests.append(provenance.source_digest("ribbon"))
     provenance.source_digest.cache_clear()
     assert digests[0] == digests[2] != digests[1]
+    assert len(set(digests)) == 5  # a docstring that was not there counts, its words do not
+    (package / "a.py").write_text(said.replace("What", "That").replace("one", "1"))
+    assert provenance.source_digest("ribbon") == digests[3]
+    provenance.source_digest.cache_clear()
+    (package / "elastica_b.py").write_text("y = 1\n")
+    assert (
+        provenance.source_digest("ribbon", leave_out=("elastica",)) == digests[3] != provenance.source_digest("ribbon")
+    )
+    provenance.source_digest.cache_clear()

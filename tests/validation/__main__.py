@@ -32,6 +32,7 @@ NAMES = (
     "shell_curl",
     "shell_corners",
     "limits",
+    "sweep",
     "shell_cost",
     "shell_size",
     "cost",
