@@ -308,8 +308,8 @@ def _row(
             shell_error = (data.get("discretisation") or {}).get("estimate")
         elif coarse.ok:
             shell_error = grid_hausdorff(points, grid.shell(coarse))
-            shares = [(found.get("share") or {}).get("membrane") for found in (data, coarse.data)]
-            share_error = None if None in shares else abs(shares[0] - shares[1])
+            here, there = ((found.get("share") or {}).get("membrane") for found in (data, coarse.data))
+            share_error = None if here is None or there is None else abs(here - there)
     known = hausdorff is not None and shell_error is not None and ribbon_error is not None
     claimed = known and hausdorff > shell_error + ribbon_error  # type: ignore[operator]
     seconds = case.seconds
