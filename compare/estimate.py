@@ -8,7 +8,7 @@ Five effects that an inextensible ribbon leaves out, each from the ribbon's own 
 - in-plane bending, M_y^2 / (2 (1 - nu^2) w^2 / h^2) per length, M_y the moment about the surface's normal;
 - tension, N^2 h^2 / (24 (1 - nu^2)) per length;
 - clamps: what holds the edge, or two corners, stretches the strip over a length of about w / 2. Nothing here predicts
-  how much: EDGE_CLAMP, EDGE_SHIFT, CORNER_CLAMP and CORNER_TURN are fitted to shells of section 7.3 (results/limits.md
+  how much: EDGE_CLAMP, EDGE_SHIFT, CORNER_CLAMP and CORNER_TURN are fitted to shells of section 7.3 (results/limits
   measures how often the verdict is right, on those and on others).
 
 In-plane bending and tension follow from the weight beyond each section, and from the support at s = l.
@@ -32,7 +32,7 @@ from ribbon import Equilibrium
 
 FloatArray = NDArray[np.float64]
 
-#: Share of the elastic energy: EDGE_CLAMP / (1 - x), x = |eta'| w / 2 near the clamp; CORNER_CLAMP f sqrt(w h) / c, c
+#: Share of the elastic energy: EDGE_CLAMP x / (1 - x), x = |eta'| w / 2 near the clamp; CORNER_CLAMP f sqrt(w h) / c, c
 #: the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
 EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
@@ -172,7 +172,7 @@ def _clamps(scene: Scene, e: Equilibrium, state: _State, h: float) -> float:
             share += CORNER_CLAMP * near * (scene.width * h) ** 0.5 / corner
         else:
             steep = float(slope[np.abs(middles - at) < scene.width].max(initial=0.0))
-            share += EDGE_CLAMP / max(1.0 - steep, _NEAREST)
+            share += EDGE_CLAMP * steep / max(1.0 - steep, _NEAREST)
     return min(share, 1.0)
 
 

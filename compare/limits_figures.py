@@ -89,6 +89,8 @@ def _in_panel(findings: Sequence[Finding], panel: Mapping[str, Any]) -> list[Fin
 def shares_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
     """Energies by kind (figure 7.9): left of elastic + |gravity|, right of the elastic energy, one row per panel."""
     known = [f for f in findings if f.share_of_total is not None]
+    if len(known) == 1:
+        return _bars(path, known[0], title)
     across, panels = _layout(known)
     figure = Figure(figsize=(10.0, 2.6 * len(panels) + 0.8), layout="constrained")
     grid = figure.subplots(len(panels), 2, squeeze=False, sharex=True)
@@ -117,6 +119,28 @@ def shares_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
     grid[0, 0].legend(fontsize=7, loc="lower right")
     grid[0, 1].legend(fontsize=7, loc="lower right")
     figure.suptitle(f"{title}: energies by kind")
+    return save(figure, path)
+
+
+def _bars(path: Path, finding: Finding, title: str) -> Path:
+    """The energies of a single case as bars."""
+    assert finding.share_of_total is not None
+    assert finding.row is not None
+    assert finding.row.share is not None
+    figure = Figure(figsize=(9.0, 2.6), layout="constrained")
+    parts = (("elastic + |gravity|", finding.share_of_total), ("elastic", finding.row.share))
+    for place, (whole, part) in enumerate(parts):
+        axes = figure.add_subplot(1, 2, place + 1)
+        shown = [(kind, colour, 100.0 * part[kind]) for kind, colour, _ in _KINDS if part.get(kind)]
+        bars = axes.barh([k[0] for k in shown], [k[2] for k in shown], color=[k[1] for k in shown])
+        axes.bar_label(bars, labels=[f"{k[2]:.3g} %" for k in shown], padding=3, fontsize=8)
+        axes.set_xscale("log")
+        axes.set_xlim(1e-3, 1e3)
+        axes.invert_yaxis()
+        axes.set_xlabel(f"% of {whole}", fontsize=8)
+        if place == 1:
+            axes.axvline(1.0, color="0.6", lw=0.8, ls="--")
+    figure.suptitle(f"{title}: energies by kind", fontsize=10)
     return save(figure, path)
 
 

@@ -1,7 +1,7 @@
 r"""Closed forms of the planar elastica by elliptic integrals, and its initial value problem in many digits.
 
-Classical (A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed., 1927, sections 262-263). With phi
-the angle from the line of thrust, phi'' = -P sin phi; on the arc from an inflexion (phi' = 0, phi = alpha) to the
+Classical (A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed., 1927, sections 262-263). With
+phi the angle from the line of thrust, phi'' = -P sin phi; on the arc from an inflexion (phi' = 0, phi = alpha) to the
 section where phi = 0, k = sin(alpha / 2)::
 
     arc sqrt(P) = K(k) ,   distance along the thrust = (2 E(k) - K(k)) / sqrt(P) ,   across = 2 k / sqrt(P)
@@ -46,14 +46,17 @@ def transverse_cantilever(tip: float) -> tuple[float, float, float]:
     (theta'^2) / 2 = P (sin tip - sin theta); incomplete integrals in place of elliptic ones, by mpmath to 25 digits.
     """
     with mpmath.workdps(25):
-        top = mpmath.sin(mpmath.mpf(tip))
+        upper = mpmath.sqrt(mpmath.mpf(tip))
 
         def integral(f):
-            # theta = tip - u^2 removes the root's singularity at the tip
-            upper = mpmath.sqrt(tip)
-            return mpmath.quad(
-                lambda u: f(tip - u**2) * 2 * u / mpmath.sqrt(2 * (top - mpmath.sin(tip - u**2))), [0, upper / 2, upper]
-            )
+            """int f dtheta / sqrt(2 (sin tip - sin theta)), with theta = tip - u^2 against the root at the tip."""
+
+            def rate(u):
+                # sin tip - sin theta = 2 cos(tip - u^2 / 2) sin(u^2 / 2)
+                fall = 2 * mpmath.cos(tip - u**2 / 2) * mpmath.sin(u**2 / 2)
+                return f(tip - u**2) * (2 * u / mpmath.sqrt(2 * fall) if u else mpmath.sqrt(2 / mpmath.cos(tip)))
+
+            return mpmath.quad(rate, [0, upper / 2, upper])
 
         root = integral(lambda _: mpmath.mpf(1))
         return float(root**2), float(integral(mpmath.cos) / root), float(integral(mpmath.sin) / root)
@@ -62,7 +65,7 @@ def transverse_cantilever(tip: float) -> tuple[float, float, float]:
 def heavy_cantilever(gamma: float, digits: int | None = None) -> tuple[float, float]:
     """End (x, drop) of a horizontal cantilever under its weight; digits None: doubles, else mpmath with so many.
 
-    Shooting from the free end by Taylor series of the equation itself, psi'' = Gamma sigma sin psi in sigma = 1 - s, with
+    Shooting from the free end by Taylor series of the equation, psi'' = Gamma sigma sin psi in sigma = 1 - s, with
     psi the angle from the vertical, psi'(0) = 0. The unknown is log psi(0): under a large Gamma the end hangs down to
     within exp(-2/3 sqrt(Gamma)), and everything stays relative to that.
     """
@@ -70,7 +73,7 @@ def heavy_cantilever(gamma: float, digits: int | None = None) -> tuple[float, fl
     with mpmath.workdps(digits or 15):
         number = float if digits is None else mpmath.mpf
         g, right = number(gamma), number(lib.pi) / 2
-        tolerance = 4e-16 if digits is None else mpmath.mpf(10) ** (-digits + 3)
+        tolerance = 2e-14 if digits is None else mpmath.mpf(10) ** (-digits + 3)
 
         def miss(q):
             return _fall(g, lib.exp(q), lib)[0] - right

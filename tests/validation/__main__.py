@@ -25,6 +25,7 @@ NAMES = (
     "curl_length",
     "clamp_layer",
     "clamp_limit",
+    "elastica_order",
     "shell_mesh",
     "shell_cantilever",
     "shell_lateral",
