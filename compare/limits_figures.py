@@ -231,7 +231,7 @@ def shapes_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
         marks = [Patch(color=_SHAPES[i % len(_SHAPES)], label=label(panel)) for i, panel in enumerate(panels)]
         figure.legend(handles=marks, loc="lower center", ncols=min(len(marks), 3), fontsize=8)
     figure.suptitle(f"{title}: shells at rest, two views (ribbon's outline in black)")
-    return save(figure, path)
+    return save(figure, path, dpi=80)
 
 
 def _shape(axes: Any, finding: Finding, turn: FloatArray, colour: str) -> None:

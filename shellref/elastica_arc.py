@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -22,6 +23,16 @@ from scipy.optimize import brentq
 
 from shellref.elastica_problem import Array
 from shellref.elastica_system import System, solve_sparse
+
+JUMP = 1e-5
+"""What changes sign (an eigenvalue, or dt/dsigma) without coming nearer to zero than this share of its change has not
+changed along a path: the step has gone over to a neighbouring one, as near an imperfect pitchfork; it is repeated
+shorter."""
+
+
+SHORT = 0.005
+"""Arc length below which a limit point without a change of sign of an eigenvalue is believed: so does a branch pass the
+pitchfork from which it comes. In longer steps it may be a jump over a neighbouring path."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +85,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Event:
-    """kind: "limit" or "bifurcation"; mode (N + m,): eigenvector of the eigenvalue that is zero there."""
+    """kind: "limit", "bifurcation" or, inside `trace` only, "jump"; mode (N + m,): of the eigenvalue zero there."""
 
     kind: str
     point: Point
@@ -83,7 +94,11 @@ class Event:
 
 @dataclass(frozen=True)
 class Branch:
-    """Points in order, events between them; ended: "reached", "limits", "steps", "closed" or "failed"."""
+    """Points in order, limit points among them, and events.
+
+    ended: "reached" and "limits" (at the last and the first value of the span), "closed" (back at the start), "event"
+    (asked to stop there), "steps" (as many as allowed) or "failed".
+    """
 
     points: tuple[Point, ...]
     events: tuple[Event, ...]
@@ -141,11 +156,18 @@ def trace(
                 continue
             there = last
         event = _event(system, here, there, step, options)
+        if event is not None and event.kind == "jump":
+            step *= 0.5
+            if step < options.least:
+                return Branch(tuple(points), tuple(events), "failed", spent)
+            continue
         if event is not None:
             events.append(event)
             if stop_at_events:
                 points.append(event.point)
                 return Branch(tuple(points), tuple(events), "event", spent)
+            if event.kind == "limit":
+                points.append(event.point)  # so that t is monotonic between neighbouring points
         points.append(there)
         if bound is not None:
             return Branch(tuple(points), tuple(events), "reached" if bound == span[1] else "limits", spent)
@@ -251,13 +273,26 @@ def _agreement(system: System, here: Point, there: Point) -> float:
 
 
 def _landed(system: System, a: Point, b: Point, t: float, options: ArcOptions) -> Point | None:
-    """The equilibrium at this t between two neighbouring points of a path."""
-    share = 0.0 if b.t == a.t else (t - a.t) / (b.t - a.t)
-    solved = system.newton(a.z + share * (b.z - a.z), t, options.tolerance)
+    """The equilibrium at this t between two neighbouring points, t between theirs, of a path.
+
+    Newton from the cubic through both with their tangents, so that it stays on its side of a limit point near by.
+    """
+    change = b.z - a.z
+    chord = math.sqrt(system.product(change, change) + (b.t - a.t) ** 2)
+
+    def cubic(start: Any, end: Any, start_rate: Any, end_rate: Any, x: float) -> Any:
+        h, y = x * x * (3.0 - 2.0 * x), 1.0 - x
+        return (1.0 - h) * start + h * end + chord * x * y * (y * start_rate - x * end_rate)
+
+    def miss(x: float) -> float:
+        return float(cubic(a.t, b.t, a.tangent[1], b.tangent[1], x)) - t
+
+    x = float(brentq(miss, 0.0, 1.0)) if miss(0.0) * miss(1.0) < 0.0 else float(t == b.t)
+    solved = system.newton(cubic(a.z, b.z, a.tangent[0], b.tangent[0], x), t, options.tolerance)
     if solved.z is None:
         return None
-    chord = math.sqrt(system.product(b.z - a.z, b.z - a.z))
-    if math.sqrt(system.product(solved.z - a.z, solved.z - a.z)) > 2.0 * chord + 1e-6:
+    moved = solved.z - a.z
+    if math.sqrt(max(system.product(moved, moved), 0.0)) > 2.0 * chord + 1e-6:
         return None  # another branch
     return _finished(system, solved.z, t, a.tangent, solved.norm, solved.iterations)
 
@@ -267,6 +302,8 @@ def _event(system: System, here: Point, there: Point, step: float, options: ArcO
     limit = here.tangent[1] * there.tangent[1] < 0.0
     if not limit and here.negative == there.negative:
         return None
+    if limit and step > SHORT and here.negative == there.negative < len(here.eigenvalues):
+        return Event("jump", there, there.tangent[0])
     index = min(here.negative, there.negative)
     reach = system.product(there.z - here.z, here.tangent[0]) + (there.t - here.t) * here.tangent[1]
     seen: dict[float, Point] = {0.0: here, reach: there}
@@ -279,7 +316,7 @@ def _event(system: System, here: Point, there: Point, step: float, options: ArcO
             seen[sigma] = point
         return seen[sigma].tangent[1] if limit else float(seen[sigma].eigenvalues[index])
 
-    if index >= len(here.eigenvalues) or value(0.0) * value(reach) > 0.0:
+    if (not limit and index >= len(here.eigenvalues)) or value(0.0) * value(reach) > 0.0:
         return None
     try:
         root = float(brentq(value, 0.0, reach, xtol=options.events * max(step, 1e-3), rtol=1e-14))
@@ -288,7 +325,10 @@ def _event(system: System, here: Point, there: Point, step: float, options: ArcO
         root = min(seen, key=lambda sigma: abs(value(sigma)))
     point = seen[root]
     values, modes = system.eigenpairs(point.z, point.t)
-    return Event("limit" if limit else "bifurcation", point, modes[:, int(np.argmin(np.abs(values)))])
+    smallest = int(np.argmin(np.abs(values)))
+    if abs(value(root)) > JUMP * abs(value(reach) - value(0.0)):
+        return Event("jump", point, modes[:, smallest])
+    return Event("limit" if limit else "bifurcation", point, modes[:, smallest])
 
 
 def _closed(system: System, start: Point, there: Point, step: float) -> bool:

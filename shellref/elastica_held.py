@@ -13,13 +13,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shellref.elastica_arc import ArcOptions, Branch, Point, point_at, switch, trace
+from shellref.elastica_arc import ArcOptions, Branch, Point, point_at, states_at, switch, trace
 from shellref.elastica_path import ElasticaOptions
 from shellref.elastica_problem import Array, ElasticaProblem, Way
 from shellref.elastica_system import System
 
 TAUT = 0.999
 """Chord of the natural shape, over the length, from which it counts as straight."""
+
+BEYOND = 2.0
+"""How far the path is followed, over the way, when it arrives unstable."""
 
 FLAT = 0.1
 """Share of dt/dsigma left, below which the end of plain steps is taken for a limit point."""
@@ -38,13 +41,25 @@ class Arrival:
     stopped: str
 
 
-def way_to(problem: ElasticaProblem, bow: float) -> Way:
+def suitable_bow(problem: ElasticaProblem) -> float:
+    """Curvature of an arc that leaves the start at its angle and turns as the end asks; 2 when that is too little."""
+    turn = 0.0
+    if problem.start_angle is not None and problem.end_angle is not None:
+        turn = problem.end_angle - problem.start_angle
+    elif problem.start_angle is not None and problem.end is not None:
+        aim = math.atan2(problem.end[1], problem.end[0]) - problem.start_angle
+        turn = 2.0 * math.remainder(aim, 2.0 * math.pi)
+    return max(-6.0, min(6.0, turn)) if abs(turn) > 0.5 else 2.0
+
+
+def way_to(problem: ElasticaProblem, bow: float | None = None) -> Way:
     """The way that begins at the natural shape of `problem`, or of one bent by `bow` when that is straight."""
     curvature = problem.curvature
     s, w = np.polynomial.legendre.leggauss(60)
     s, w = 0.5 * (s + 1.0), 0.5 * w
     turn = problem.natural_turn(s)
     if len(problem.normals) == 2 and abs(np.exp(1j * turn) @ w) > TAUT:
+        bow = suitable_bow(problem) if bow is None else bow
         curvature = (curvature[0] + bow, curvature[1] + bow)
         turn = replace(problem, curvature=curvature).natural_turn(s)
     chord = complex(np.exp(1j * turn) @ w)
@@ -93,12 +108,14 @@ def drive(
 
 
 def _best(system: System, branch: Branch, arc: ArcOptions, options: ElasticaOptions) -> Arrival:
-    """The path's end; when that is unstable, the stable end of a branch that leaves the path, if there is one."""
+    """The path's end; when that is unstable, the stable end of a branch that leaves the path, or a stable state where
+    the path, followed beyond its end, comes back to it; if there is one."""
     iterations, switches = branch.iterations, 0
     chosen = branch
     if options.switch and not branch.points[-1].stable:
         for event in branch.bifurcations():
-            for point in switch(system, event, arc):
+            points = switch(system, event, arc)
+            for point in points[::-1] if (options.bow or 0.0) < 0.0 else points:
                 other = trace(system, point, math.copysign(1.0, point.tangent[1]), (-1.0, 1.0), arc)
                 iterations += other.iterations
                 if other.ended == "reached" and other.points[-1].stable:
@@ -109,7 +126,14 @@ def _best(system: System, branch: Branch, arc: ArcOptions, options: ElasticaOpti
     stopped = "" if chosen.ended == "reached" else "failed"
     steps = len(branch.points) - 1 + (len(chosen.points) if switches else 0)
     limits = len(branch.limits()) + (len(chosen.limits()) if switches else 0)
-    return Arrival(system, chosen.points[-1], iterations, steps, limits, switches, stopped)
+    end = chosen.points[-1]
+    if options.switch and not stopped and not end.stable:
+        beyond = trace(system, end, 1.0, (-1.0, BEYOND), arc)
+        iterations, steps = iterations + beyond.iterations, steps + len(beyond.points) - 1
+        back = [point for point in states_at(system, beyond, np.array([1.0]), arc)[0] if point.stable]
+        if back:
+            end, limits = back[0], limits + len(beyond.limits())
+    return Arrival(system, end, iterations, steps, limits, switches, stopped)
 
 
 def _plain(system: System, start: Point, tolerance: float, options: ElasticaOptions) -> Arrival:

@@ -44,7 +44,7 @@ class ElasticaOptions:
         "always", or "never": load steps that stop at the first limit point and say so.
     arc_steps : most steps by arc length. switch : at a bifurcation behind which the path is unstable, go over to a
         branch that arrives stable. bow : natural curvature (1/l) with which the way of a straight strip begins, when
-        both its ends are held; its sign chooses the side.
+        both its ends are held; None: one that suits the angles, or 2. Its sign chooses the side, at bifurcations too.
     """
 
     tolerance: float = 1e-11
@@ -56,9 +56,9 @@ class ElasticaOptions:
     descent: int = 500
     snaps: int = 20
     arc_length: str = "auto"
-    arc_steps: int = 500
+    arc_steps: int = 200
     switch: bool = True
-    bow: float = 2.0
+    bow: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("tolerance", "first_load", "smallest", "iterations"):
@@ -66,7 +66,7 @@ class ElasticaOptions:
                 raise ValueError(f"{name} = {getattr(self, name)}: must be greater than zero")
         if self.arc_length not in ("auto", "always", "never"):
             raise ValueError(f'arc_length = {self.arc_length!r}: must be "auto", "always" or "never"')
-        if not 0.1 <= abs(self.bow) <= 6.0:
+        if self.bow is not None and not 0.1 <= abs(self.bow) <= 6.0:
             raise ValueError(f"bow = {self.bow}: its size must lie between 0.1 and 6")
         if not (self.growth > 1.0 and 0.0 < self.cut < 1.0):
             raise ValueError(f"growth = {self.growth}, cut = {self.cut}: growth must exceed 1, cut lie between 0 and 1")

@@ -54,6 +54,8 @@ class System:
         self.normals = problem.normals
         self.count = int(self.discrete.basis.N)
         self.size = self.count + len(self.normals)
+        # modes are given the sign with which int exp(-2 s) v > 0: the same on every mesh
+        self._side = self.discrete.weighted(self.discrete.projected(np.exp(-2.0 * self.discrete.s)))
         keep = np.zeros(self.count)
         keep[self.discrete.free] = 1.0
         self._keep, self._hold = scipy.sparse.diags(keep), scipy.sparse.diags(1.0 - keep)
@@ -129,7 +131,8 @@ class System:
             values, vectors = sparse_pairs(tangent, self.discrete.mass, rows, count, below)
         modes = np.zeros((self.size, count))
         modes[free] = vectors
-        return values, modes
+        side = self._side @ modes[: self.count]
+        return values, np.where(side < 0.0, -1.0, 1.0) * modes
 
     def forces(self, z: Array, t: float) -> ElasticaForces:
         """Forces and couples on both ends; the couples from the balance of the ends' unknowns (order 2 p)."""

@@ -191,6 +191,22 @@ def test_limit_points_in_end_displacement_and_states_past_them():
     assert np.max(np.abs(other.sol(s)[0] - theta)) < 1e-6
 
 
+@pytest.mark.parametrize("gamma", [200.0])
+def test_an_arch_that_its_weight_pushes_through(gamma):
+    """Clamped-clamped, bent upwards: plain steps stop at the limit point, arc length arrives hanging and stable."""
+    arch = ElasticaProblem(gamma=gamma, end_angle=0.0, end=(0.7, 0.0))
+    stopped = solve(arch, 20, 3, ElasticaOptions(arc_length="never", bow=-2.0), estimate_error=False)
+    assert stopped.status is ElasticaStatus.LIMIT_POINT
+    assert "arc length" in stopped.message
+    assert 0.1 < stopped.load_factor < 1.0
+    passed = solve(arch, 20, 3, ElasticaOptions(bow=-2.0), estimate_error=False)
+    assert passed.status is ElasticaStatus.CONVERGED, passed.message
+    assert passed.limits >= 1
+    hanging = solve(arch, 20, 3, ElasticaOptions(bow=2.0), estimate_error=False)
+    assert hanging.middle[1] < -0.3
+    assert passed.middle == pytest.approx(hanging.middle, abs=1e-6)
+
+
 def test_a_branch_passes_the_pitchfork_it_comes_from():
     """Weightless, the raised arch meets its mirror image and the S in a pitchfork; the path goes on beyond it."""
     _, branch = raised_end(0.0, 0.6)

@@ -87,7 +87,8 @@ def run(out: Path) -> None:
         held = "whole edge held" if clamp == "edge" else "corners of 0.01 held"
         limits_figures.shares_picture(folder / f"shares_{clamp}.png", found, f"7.3, {held}")
         limits_figures.maps_picture(folder / f"maps_{clamp}.png", found, f"7.3, {held}")
-        limits_figures.shapes_picture(folder / f"shapes_{clamp}.png", found, f"7.3, {held}")
+        if clamp == "corners":
+            limits_figures.shapes_picture(folder / f"shapes_{clamp}.png", found, f"7.3, {held}")
     limits_figures.estimate_picture(
         folder / "estimate.png", [*both, *others], "Estimate from the ribbon alone, and shell"
     )
