@@ -36,8 +36,9 @@ FloatArray = NDArray[np.float64]
 #: the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
 EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
-#: Distance over l by which a held edge moves the strip: times the share at the clamp and w / l.
-EDGE_SHIFT = 7.0
+#: Distance over l by which a held edge moves the strip: times the share at the clamp and w / l. The largest of the
+#: fitted rows, not their mean: an estimate is to err towards caution.
+EDGE_SHIFT = 9.0
 #: Distance over l by which two held corners let the strip turn at the clamp: the smaller of CORNER_TURN[0] kappa l and
 #: CORNER_TURN[1], times w / l.
 CORNER_TURN = (0.1, 0.6)

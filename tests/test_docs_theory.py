@@ -84,8 +84,6 @@ def test_cited_equations_exist():
     assert not missing
 
 
-
-
 @pytest.mark.parametrize("chapter", HEART)
 def test_every_equation_of_the_heart_is_cited(chapter):
     cited = citations()
