@@ -42,5 +42,11 @@ def test_numbers_in_sentences_with_a_link_are_measured():
     assert checked >= 4
 
 
-def test_the_place_of_the_measured_hit_rate_is_there():
-    assert "<!-- limits -->" in PAGE
+def test_the_measured_hit_rate_is_there_with_its_false_safe_verdicts():
+    rows = [line for line in PAGE.split("\n") if "limits/README.md" in line]
+    assert "false safe" in PAGE
+    assert len(rows) == 3
+    measured = (ROOT / "results" / "limits" / "README.md").read_text()
+    for row, name in zip(rows, ("grid, edge", "grid, corners", "other scenes"), strict=True):
+        numbers = [cell.strip() for cell in row.split("|")[2:8]]
+        assert f"| {name} | 1 % | {' | '.join(numbers)} |" in measured
