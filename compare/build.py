@@ -8,6 +8,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.scene import Scene
+from compare.scene_geometry import beyond_the_ribbon
 from ribbon import Clamp, Closure, Gravity, Strip, Wall
 from ribbon import formulation as _formulation
 from ribbon.solve import Problem, build
@@ -130,7 +131,15 @@ def formulation_why(scene: Scene, used: str) -> str:
 
 
 def check_model(scene: Scene) -> None:
-    """`BadInput` for a combination of [model] keys of which one would be ignored."""
+    """`BadInput` for a combination of [model] keys of which one would be ignored, and for what no ribbon knows."""
+    beyond = beyond_the_ribbon(scene)
+    if beyond is not None:
+        raise BadInput(
+            beyond[0],
+            None,
+            f"is in the scene: the ribbon {beyond[1]}",
+            'use ribbonbench solve with model.energy = "elastica"',
+        )
     if scene.model.tolerance is not None and scene.model.formulation not in ("auto", "mixed"):
         raise BadInput(
             "model.formulation",

@@ -213,7 +213,8 @@ def compare(scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle:
     ribbon_points = grid.ribbon(ribbon.equilibrium)
     ribbon_error = ribbon_discretisation_error(ribbon.equilibrium, grid, reporter)
     ribbon_line = ribbon.equilibrium.position(grid.s)
-    elastica = run_elastica(scene, reporter.step) if scene.is_planar() else None
+    beside = ribbon.equilibrium if ribbon.equilibrium.ok else None
+    elastica = run_elastica(scene, reporter.step, beside) if scene.is_planar() else None
     elastica_line = elastica.centreline(grid.s) if elastica is not None else None
     rows: list[Row] = []
     shells: list[ShellCase] = []

@@ -132,7 +132,7 @@ def explain(scene: Scene) -> Explanation:
     )
     reason = scene.nonplanar_reason()
     third = (
-        "planar scene: compare adds the planar elastica (scikit-fem) as a third opinion"
+        f"planar scene: compare adds the planar elastica (scikit-fem) as a third opinion, {third_start(scene)}"
         if reason is None
         else f"no elastica: {reason}"
     )
@@ -148,6 +148,13 @@ def explain(scene: Scene) -> Explanation:
         third_opinion=third,
         shell=_shell(scene),
     )
+
+
+def third_start(scene: Scene) -> str:
+    """How the third opinion is started, in words."""
+    if scene.clamp_end is None and not scene.path:
+        return "begun at the natural shape"
+    return "begun at the ribbon's shape, for the strip may have several"
 
 
 def _measured(scene: Scene, problem: Problem, shape: np.ndarray, effect: Effect) -> Effect:

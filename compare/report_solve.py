@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from compare.elastica_run import BEGAN
 from compare.made_by import provenance
 from compare.page import Page, Picture, Surface, Table
 from compare.run import ElasticaRun, RibbonRun
@@ -66,14 +67,25 @@ def ribbon_page(scene: Scene, run: RibbonRun, error: float | None, again: str) -
 def elastica_rows(run: ElasticaRun, result: dict[str, Any]) -> list[tuple[str, str]]:
     """What `ribbonbench solve` prints of an elastica; result: its result.json."""
     r = run.result
+    parts = [name for name in ("elastic", "gravity", "tip") if name in result["energy"]]
     return [
         ("status", r.message),
         ("residual", f"{r.residual:.1e} after {r.iterations} iterations"),
-        ("energy / (D w / l)", f"elastic {r.energy.bending:.6f}, gravity {r.energy.gravity:.6f}"),
-        ("free end / l", " ".join(f"{c:.6f}" for c in result["end"]["position"])),
+        ("began at", BEGAN[run.start]),
+        ("energy / (D w / l)", ", ".join(f"{name} {result['energy'][name]:.6f}" for name in parts)),
+        ("s = l, over l", " ".join(f"{c:.6f}" for c in result["end"]["position"] + 0.0)),
+        *(
+            (f"force at {where} / (D w / l^2)", " ".join(f"{c:.6g}" for c in result["forces"][end] + 0.0))
+            for end, where in (("start", "s = 0"), ("end", "s = l"))
+            if result["forces"][end] is not None
+        ),
+        *([("load at the tip / (D w / l^2)", f"{result['tip_load']:.6g}")] if "tip_load" in result else []),
         ("discretisation error", "unknown" if r.error is None else f"{r.error:.1e} l"),
         ("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve"),
     ]
+
+
+ELASTICA_PICTURE = "elastica.png"
 
 
 def elastica_page(scene: Scene, run: ElasticaRun, result: dict[str, Any], again: str) -> Page:
@@ -84,6 +96,14 @@ def elastica_page(scene: Scene, run: ElasticaRun, result: dict[str, Any], again:
         title=scene.title,
         verdict=(f"Elastica: {run.result.message}; discretisation error {error}, {run.warm * 1e3:.3g} ms.",),
         tables=(Table("The elastica", ("quantity", "value"), tuple(elastica_rows(run, result))),),
+        pictures=(
+            Picture(
+                ELASTICA_PICTURE,
+                "Angle of the tangent along the elastica, and its shape; the end stands at "
+                f"({', '.join(f'{c + 0.0:.3f}' for c in result['end']['position'])}) l.",
+                "The elastica: angle of the tangent along it, and its shape in its plane.",
+            ),
+        ),
         files={"result.json": "all numbers"},
         scene=scene.to_toml(),
         up=upwards(scene),

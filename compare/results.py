@@ -125,10 +125,8 @@ def elastica_result(scene: Scene, run: ElasticaRun) -> dict[str, Any]:
     ends = np.array([1.0, 0.5])
     points, frames = run.centreline(ends), run.frames(ends)
     # the elastica measures heights from its clamp, the contract from the origin
-    datum = 0.0 if scene.up is None else scene.gamma * float(scene.position @ scene.up)
-    weight = np.zeros(3) if scene.up is None else scene.gamma * scene.up
-    fine = (np.arange(2000) + 0.5) / 2000.0
-    lever = (run.centreline(fine) - run.position).mean(axis=0)
+    height = 0.0 if scene.up is None else float(scene.position @ scene.up)
+    datum, tip_datum = scene.gamma * height, scene.tip_load * height
     known = r.status.value != "limit_point"
     return {
         "scene": scene.name,
@@ -143,18 +141,41 @@ def elastica_result(scene: Scene, run: ElasticaRun) -> dict[str, Any]:
             "bending": r.energy.bending,
             "elastic": r.energy.bending,
             "gravity": r.energy.gravity + datum,
-            "total": r.energy.total + datum,
+            **({} if scene.tip is None else {"tip": r.energy.force + tip_datum}),
+            "total": r.energy.total + datum + tip_datum,
         },
         "end": {"position": points[0], "frame": frames[0]},
         "middle": {"position": points[1], "frame": frames[1]},
         "max_abs_eta": 0.0,
         "max_abs_eta_prime_w_half": 0.0,
-        "forces": {"start": weight, "end": None, "walls": []},
-        "moments": {"start": np.cross(lever, weight), "end": None},
+        **elastica_supports(scene, run),
         "discretisation_error": r.error,
         "seconds": {"first": run.first, "warm": run.warm},
         "model": {"energy": "elastica", "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
+        "start": run.start,
+        "path": {"reached": r.load_factor, "steps": r.steps, "limit_points": r.limits, "switches": r.switches},
+        **({} if scene.tip is None else {"tip_load": scene.tip_load}),
         "provenance": provenance(scene),
+    }
+
+
+def elastica_supports(scene: Scene, run: ElasticaRun) -> dict[str, Any]:
+    """Forces (D w / l^2) and moments (D w / l) on both ends, in space; None at an end that nothing holds.
+
+    A load at the tip is no support: it is `tip_load`.
+    """
+    forces = run.result.forces
+    held = scene.clamp_end is not None
+    return {
+        "forces": {
+            "start": run.in_space(forces.start),
+            "end": run.in_space(forces.end) if held else None,
+            "walls": [],
+        },
+        "moments": {
+            "start": run.couple(forces.start_moment),
+            "end": run.couple(forces.end_moment) if held else None,
+        },
     }
 
 
@@ -175,8 +196,11 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
         r = comparison.elastica.result
         result["elastica"] = {
             "status": r.status.value,
+            "message": r.message,
             "stable": bool(r.stable),
+            "start": comparison.elastica.start,
             "energy": {"elastic": r.energy.bending, "gravity": r.energy.gravity, "total": r.energy.total},
+            **elastica_supports(comparison.scene, comparison.elastica),
             "discretisation_error": r.error,
             "ribbon_centreline": comparison.elastica_distance,
             "seconds": {"first": comparison.elastica.first, "warm": comparison.elastica.warm},

@@ -23,9 +23,11 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.scene_document import changed, document_of
-from compare.scene_geometry import beyond_one_clamp, beyond_the_shell, check_geometry, frame_of, unit
+from compare.scene_geometry import beyond_the_shell, check_geometry, frame_of, unit
+from compare.scene_loads import gamma_of, load_of
 from compare.scene_path import stage_name
-from compare.scene_read import gamma_of, one_line, read_sections
+from compare.scene_planar import nonplanar_reason
+from compare.scene_read import one_line, read_sections
 from compare.scene_spec import (
     STANDARD_GRAVITY,
     ClampSpec,
@@ -36,6 +38,7 @@ from compare.scene_spec import (
     ShellSpec,
     StageSpec,
     StripSpec,
+    TipSpec,
     WallSpec,
 )
 from compare.scene_write import toml_text
@@ -50,15 +53,13 @@ __all__ = [
     "ShellSpec",
     "StageSpec",
     "StripSpec",
+    "TipSpec",
     "WallSpec",
     "load",
     "loads",
     "parse_assignment",
     "shipped",
 ]
-
-PLANAR_TOLERANCE = 1e-9
-"""Largest component of the weight's direction along t_x for which a scene counts as planar."""
 
 MAX_BYTES = 1_000_000
 """Size above which a file is not taken for a scene."""
@@ -73,6 +74,7 @@ class Scene:
     source: str
     strip: StripSpec
     gravity: GravitySpec | None
+    tip: TipSpec | None
     clamp_start: ClampSpec | None
     clamp_end: ClampSpec | None
     closure: ClosureSpec | None
@@ -104,6 +106,13 @@ class Scene:
     def gamma(self) -> float:
         """Gamma = rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)); 0.0 without gravity."""
         return 0.0 if self.gravity is None else gamma_of(self.strip, self.gravity.acceleration)
+
+    @property
+    def tip_load(self) -> float:
+        """Load at s = 1 along -up in D w / l^2 (Y I / l^2 of a rod): M g l^2 / (Y I) of a mass M; 0.0 without [tip]."""
+        if self.tip is None or self.gravity is None:
+            return 0.0
+        return load_of(self.tip, self.strip, self.gravity.acceleration)
 
     @property
     def up(self) -> NDArray[np.float64] | None:
@@ -204,27 +213,9 @@ class Scene:
     # -- questions ---------------------------------------------------------------------------------------------------
 
     def nonplanar_reason(self) -> str | None:
-        """Why the scene has no planar equilibrium (the load and clamp axis that break it), or None when it has one.
-
-        The strip bends in the plane of t_y and t_z, with eta = 0, when the weight has no component along t_x.
-        """
-        beyond = beyond_one_clamp(self)
-        if beyond is not None:
-            return (
-                f"{beyond[1]}, and the elastica of this version is for a strip clamped at its start and free otherwise"
-            )
-        up = self.up
-        if up is None or self.gamma == 0.0:
-            return None
-        across = self.frame[:, 0]
-        component = float(up @ across)
-        if abs(component) <= PLANAR_TOLERANCE:
-            return None
-        axis = ", ".join(f"{c + 0.0:.4g}" for c in across)
-        return (
-            f"gravity.up has the component {component:.4g} along t_x = clamp.start.normal x clamp.start.tangent = "
-            f"[{axis}], so the weight pulls the strip out of the plane of t_y and t_z"
-        )
+        """What leaves the plane of t_y and t_z (clamp or load, with its component), or else keeps the planar elastica
+        from the scene; None when it can be asked."""
+        return nonplanar_reason(self)
 
     def is_planar(self) -> bool:
         """True when a planar equilibrium (eta = 0) exists; it need not be the stable one."""
@@ -265,6 +256,8 @@ class Scene:
             )
         if self.gravity is None and self.strip.density is not None:
             found.append("strip.young and strip.density have no effect: there is no [gravity], the scene is weightless")
+        if self.strip.second_moment is not None and self.tip is None:
+            found.append("strip.young and strip.second_moment have no effect: there is no [tip], the rod is weightless")
         if self.gravity is not None and self.strip.gamma is not None and self.gravity.acceleration != STANDARD_GRAVITY:
             found.append(
                 f"gravity.acceleration = {self.gravity.acceleration} has no effect: strip.gamma gives the weight"
@@ -398,6 +391,7 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
         source=source,
         strip=sections.strip,
         gravity=sections.gravity,
+        tip=sections.tip,
         clamp_start=sections.clamp_start,
         clamp_end=sections.clamp_end,
         closure=sections.closure,

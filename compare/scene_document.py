@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from compare.scene import Scene
 
 EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
-    (("strip.gamma",), ("strip.young", "strip.density")),
+    (("strip.gamma",), ("strip.young", "strip.density", "strip.second_moment")),
+    (("tip.mass",), ("tip.load",)),
     (("model.elements", "model.grading"), ("model.element_lengths",), ("model.tolerance",)),
     (("shell.grading",), ("shell.edge_layer",)),
     *(
@@ -65,6 +66,8 @@ def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
         document["closure"] = {"kind": closure.kind, "ruling": closure.ruling}
         if closure.kind == "circle":
             document["closure"]["turns"] = closure.turns
+    if scene.tip is not None:
+        document["tip"] = _without_none({"mass": scene.tip.mass, "load": scene.tip.load})
     if scene.walls:
         document["wall"] = [_wall(wall) for wall in scene.walls]
     if scene.path:
@@ -89,6 +92,7 @@ def _shell(shell: ShellSpec) -> dict[str, Any]:
 
 
 def _strip(strip: StripSpec) -> dict[str, Any]:
+    later = {"second_moment": strip.second_moment}
     return {
         "length": strip.length,
         "width": strip.width,
@@ -98,6 +102,7 @@ def _strip(strip: StripSpec) -> dict[str, Any]:
         "gamma": strip.gamma,
         "young": strip.young,
         "density": strip.density,
+        **_without_none(later),
     }
 
 
@@ -124,7 +129,8 @@ def _model(model: ModelSpec) -> dict[str, Any]:
     elif model.tolerance is not None:
         placed = {"tolerance": model.tolerance}
     document = {"energy": model.energy, **placed, "formulation": model.formulation}
-    return document if model.held_by == "elimination" else {**document, "held_by": model.held_by}
+    later = {"held_by": (model.held_by, "elimination"), "arc_length": (model.arc_length, "auto")}
+    return document | {name: value for name, (value, default) in later.items() if value != default}
 
 
 def _seed(seed: SeedSpec) -> dict[str, Any]:

@@ -56,21 +56,24 @@ def frame_of(clamp: ClampSpec | None) -> NDArray[np.float64] | None:
     return np.column_stack([np.cross(normal, tangent), normal, tangent])
 
 
-def beyond_one_clamp(scene: Scene) -> tuple[str, str] | None:
-    """The first section, and what it does, beyond a strip clamped at s = 0 and free otherwise; None: there is none."""
-    if scene.closure is not None:
-        return "closure", f'[closure] kind = "{scene.closure.kind}" closes the strip'
-    if scene.clamp_end is not None:
-        return "clamp.end", "[clamp.end] holds the strip at s = length too"
-    if scene.walls:
-        return "wall", "[[wall]] confines the strip"
-    if not scene.start_clamped:
-        return "clamp.start", "the frame or the position at s = 0 is free"
+def beyond_the_ribbon(scene: Scene) -> tuple[str, str] | None:
+    """The first key that only the planar elastica knows, and why not the ribbon; None: there is none."""
+    if scene.tip is not None:
+        return "tip", "has no load at the tip, and the scene has [tip]; the planar elastica has"
+    if scene.strip.second_moment is not None:
+        return (
+            "strip.second_moment",
+            "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods",
+        )
     return None
 
 
 def beyond_the_shell(scene: Scene) -> tuple[str, str] | None:
     """The first section that the shell cannot do, and what it cannot; None: there is none."""
+    if scene.tip is not None:
+        return "tip", "loads the tip, and the shell has no load there"
+    if scene.strip.second_moment is not None:
+        return "strip.second_moment", "makes the strip a rod, and the shell is a strip of section w x h"
     if scene.closure is not None:
         return "closure", f'closes the strip ("{scene.closure.kind}"), and the shell has no seam'
     if scene.walls:
@@ -268,19 +271,19 @@ def _check_formulation(scene: Scene) -> None:
 
 
 def _check_elastica(scene: Scene) -> None:
-    """The planar elastica of this version: clamped at the start, free otherwise, line gravity, no path."""
-    if scene.model.energy != "elastica":
-        return
-    beyond = beyond_one_clamp(scene)
-    reason = None if beyond is None else beyond[1]
-    if reason is None and scene.gravity is not None and scene.gravity.exact:
-        reason = "gravity.exact puts the weight over the surface"
-    if reason is None and scene.path:
-        reason = "[[path]] leads to the scene in stages"
-    if reason is not None:
-        raise BadInput(
-            "model.energy",
-            "elastica",
-            f"is not available in this version where {reason}",
-            'choose energy = "wunderlich" or "auto"',
-        )
+    """Loads at the tip and rods are the elastica's; its weight is along the centreline."""
+    if scene.model.energy == "elastica":
+        if scene.gravity is not None and scene.gravity.exact:
+            raise BadInput(
+                "model.energy",
+                "elastica",
+                "is not available in this version where gravity.exact puts the weight over the surface",
+                'choose energy = "wunderlich" or "auto"',
+            )
+    else:
+        beyond = beyond_the_ribbon(scene)
+        if beyond is not None:
+            raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')
+    held = scene.clamp_end
+    if scene.tip is not None and held is not None and held.position is not None:
+        raise BadInput("tip", None, "loads a point that clamp.end holds", "remove [tip], or clamp.end.position")

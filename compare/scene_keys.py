@@ -38,6 +38,15 @@ KEYS: dict[str, Key] = {
     "strip.density": Key(
         "mass density, > 0, in kg/m^3 (together with young and thickness, instead of gamma)", "1000.0"
     ),
+    "strip.second_moment": Key(
+        "second moment of area I of a rod's section about the axis of bending, > 0, in m^4 (with young, instead of "
+        "thickness; the rod weighs nothing)",
+        "1.2566370614359172e-11",
+    ),
+    "tip.mass": Key(
+        "mass at s = length, >= 0, in kg (with young and second_moment, or young, density and thickness)", "0.005"
+    ),
+    "tip.load": Key("load at s = length along -up against bending stiffness, >= 0, in D w / l^2 (or Y I / l^2)", "3.9"),
     "gravity.up": Key("unit vector UP, against the weight, no unit", "[1.0, 0.0, 0.0]"),
     "gravity.acceleration": Key("acceleration of gravity, > 0, in m/s^2 (used with young and density)", "9.81"),
     "gravity.exact": Key("weight over the surface (true) or along the centreline (false)", "false"),
@@ -71,6 +80,11 @@ KEYS: dict[str, Key] = {
         '"auto"',
     ),
     "model.held_by": Key('how glued elements hold the start clamp: "elimination" or "constraints"', '"elimination"'),
+    "model.arc_length": Key(
+        'how the elastica goes from its seed and along [[path]]: by arc length past limit points ("always"), by steps '
+        'that stop there ("never"), or as it finds right ("auto")',
+        '"always"',
+    ),
     "seed.curvature": Key(
         'starting curvature: "natural", or in 1/length a number, [at start, at end] or more at equal distances',
         '"natural"',
@@ -117,7 +131,7 @@ KEYS: dict[str, Key] = {
 }
 """Every key of the contract that this version reads."""
 
-SECTIONS = ("clamp.start", "clamp.end", "closure", "gravity")
+SECTIONS = ("clamp.start", "clamp.end", "closure", "gravity", "tip")
 """Sections that a stage of a path can leave out: their value is then false."""
 
 FIXED_ON_PATH = ("title", "path", "shell")
@@ -133,6 +147,7 @@ LATER_ENERGIES = {
 }
 FORMULATIONS = ("auto", "chained", "mixed", "matrix")
 HELD_BY = ("elimination", "constraints")
+ARC_LENGTHS = ("auto", "always", "never")
 CLOSURES = ("circle", "moebius")
 SHELL_CLAMPS = ("edge", "corners")
 RULINGS = ("free", "straight")

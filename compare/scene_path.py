@@ -123,7 +123,8 @@ def _resolved(key: str, value: Any, index: int, walls: list[str | None]) -> str:
 def _suggestion(key: str) -> str:
     fixed = contract.FIXED_ON_PATH
     changeable = [*contract.SECTIONS, *(known for known in contract.KEYS if known.partition(".")[0] not in fixed)]
-    close = difflib.get_close_matches(key, changeable, n=1, cutoff=0.6)
+    inside = [known for known in changeable if known.startswith(f"{key}.")]
+    close = inside[:1] or difflib.get_close_matches(key, changeable, n=1, cutoff=0.6)
     ending = [known for known in changeable if known.rpartition(".")[2] == key.rpartition(".")[2]]
     if close or ending:
         return f"did you mean {(close or ending)[0]}?"

@@ -14,12 +14,12 @@ from typing import Any
 
 from compare import scene_keys as contract
 from compare.errors import BadInput
-from compare.scene_held import read_clamp, read_closure, read_unit, read_walls
+from compare.scene_held import read_clamp, read_closure, read_walls
+from compare.scene_loads import read_gravity, read_tip
 from compare.scene_path import read_path
 from compare.scene_spec import (
     DEFAULT_ELEMENTS,
     FIRST_OVER_WIDTH,
-    STANDARD_GRAVITY,
     ClampSpec,
     ClosureSpec,
     GravitySpec,
@@ -28,6 +28,7 @@ from compare.scene_spec import (
     ShellSpec,
     StageSpec,
     StripSpec,
+    TipSpec,
     WallSpec,
 )
 from compare.scene_table import Table, missing, reject_unknown
@@ -45,6 +46,7 @@ class Sections:
     title: str
     strip: StripSpec
     gravity: GravitySpec | None
+    tip: TipSpec | None
     clamp_start: ClampSpec | None
     clamp_end: ClampSpec | None
     closure: ClosureSpec | None
@@ -62,7 +64,8 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     if title != one_line(title):
         raise BadInput("title", title, "is not one line of text", "leave out line breaks and control characters")
     strip = _strip(_section(data, "strip"))
-    gravity = _gravity(_section(data, "gravity"), strip) if "gravity" in data else None
+    gravity = read_gravity(_section(data, "gravity"), strip) if "gravity" in data else None
+    tip = read_tip(_section(data, "tip"), strip, gravity) if "tip" in data else None
     clamp = _section(data, "clamp")
     if "clamp" in data and not clamp.data:
         raise BadInput("clamp", None, "holds no end", "add [clamp.start] or [clamp.end], or remove [clamp]")
@@ -76,7 +79,7 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     seed = _seed(_section(data, "seed"), strip)
     shell = _shell(_section(data, "shell"), strip)
     path = read_path(data.get("path", []), walls)
-    return Sections(title, strip, gravity, start, end, closure, walls, model, seed, path, shell)
+    return Sections(title, strip, gravity, tip, start, end, closure, walls, model, seed, path, shell)
 
 
 def one_line(text: str) -> str:
@@ -128,58 +131,47 @@ def _strip(table: Table) -> StripSpec:
         raise table.bad(
             "gamma", f"conflicts: {SPECIFIED_TWICE}", "remove strip.gamma, or remove strip.young and strip.density"
         )
-    if young is not None or density is not None:
+    moment = _second_moment(table, gamma, young, density, thickness)
+    if moment is None and (young is not None or density is not None):
         for name, value in (("young", young), ("density", density), ("thickness", thickness)):
             if value is None:
                 raise missing(
                     f"strip.{name}", contract.KEYS, "give young, density and thickness together, in Pa, kg/m^3 and m"
                 )
-    return StripSpec(length, width, poisson, thickness, curvature, gamma, young, density)
+    return StripSpec(length, width, poisson, thickness, curvature, gamma, young, density, moment)
 
 
-def _gravity(table: Table, strip: StripSpec) -> GravitySpec:
-    up = read_unit(table, "up")
-    acceleration = table.positive("acceleration") if "acceleration" in table else STANDARD_GRAVITY
-    exact = table.truth("exact") if "exact" in table else False
-    if strip.gamma is None and strip.young is None:
-        raise missing(
-            "strip.gamma",
-            contract.KEYS,
-            "[gravity] needs strip.gamma, or strip.young with strip.density and strip.thickness; or remove [gravity]",
-        )
-    weight = gamma_of(strip, acceleration)
-    if not math.isfinite(weight) or (strip.young is not None and weight == 0.0):
-        raise BadInput(
-            "strip.young",
-            strip.young,
-            f"gives Gamma = rho h g l^3 / D = {weight}, which is out of range",
-            "check the units: young in Pa, density in kg/m^3, length and thickness in m",
-        )
-    return GravitySpec(up, acceleration, exact)
-
-
-def gamma_of(strip: StripSpec, acceleration: float) -> float:
-    """Gamma = rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)); no unit. As given, or from Pa, kg/m^3, m, m/s^2."""
-    if strip.gamma is not None:
-        return strip.gamma
-    if strip.young is None or strip.density is None or strip.thickness is None:
-        return 0.0
-    slenderness = strip.length / strip.thickness
-    try:
-        return (
-            12.0
-            * (1.0 - strip.poisson**2)
-            * (strip.density * acceleration * strip.length / strip.young)
-            * slenderness**2
-        )
-    except OverflowError:
-        return math.inf
+def _second_moment(
+    table: Table, gamma: float | None, young: float | None, density: float | None, thickness: float | None
+) -> float | None:
+    """I of a rod's section, with Young's modulus beside it and nothing that says its stiffness otherwise."""
+    if "second_moment" not in table:
+        return None
+    moment = table.positive("second_moment")
+    for name, value, why in (
+        ("gamma", gamma, "gamma is the weight of a strip w x h"),
+        ("thickness", thickness, "both say how stiff the strip is"),
+        ("density", density, "the area of the section is not known, a rod weighs nothing here"),
+    ):
+        if value is not None:
+            raise table.bad(
+                "second_moment", f"conflicts with strip.{name}: {why}", f"remove strip.{name} or strip.second_moment"
+            )
+    if young is None:
+        raise missing("strip.young", contract.KEYS, "strip.second_moment needs strip.young, in Pa, for Y I")
+    return moment
 
 
 def _model(table: Table, strip: StripSpec) -> ModelSpec:
     energy = table.choice("energy", contract.ENERGIES, contract.LATER_ENERGIES) if "energy" in table else "auto"
     formulation = table.choice("formulation", contract.FORMULATIONS) if "formulation" in table else "auto"
     held_by = table.choice("held_by", contract.HELD_BY) if "held_by" in table else "elimination"
+    arc_length = table.choice("arc_length", contract.ARC_LENGTHS) if "arc_length" in table else "auto"
+    if arc_length != "auto" and energy != "elastica":
+        raise table.bad(
+            "arc_length", "is for the planar elastica only", 'choose model.energy = "elastica", or remove it'
+        )
+    how: dict[str, Any] = {"formulation": formulation, "held_by": held_by, "arc_length": arc_length}
     if "tolerance" in table:
         tolerance = table.number("tolerance")
         if not 0.0 < tolerance < 0.1:
@@ -189,12 +181,12 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
                 raise table.bad(
                     other, "conflicts with model.tolerance, which places the elements", "remove one of the two"
                 )
-        return ModelSpec(energy, formulation=formulation, tolerance=tolerance, held_by=held_by)
+        return ModelSpec(energy, tolerance=tolerance, **how)
     if "element_lengths" not in table:
         elements = table.count("elements") if "elements" in table else DEFAULT_ELEMENTS
         grading = table.choice("grading", contract.GRADINGS) if "grading" in table else "uniform"
         smallest = FIRST_OVER_WIDTH * strip.width / (strip.length * elements) if grading == "clamp" else None
-        return ModelSpec(energy, elements, None, formulation, grading, smallest, held_by=held_by)
+        return ModelSpec(energy, elements, None, grading=grading, smallest=smallest, **how)
     for other in ("elements", "grading"):
         if other in table:
             raise table.bad(other, "conflicts with model.element_lengths", "remove one of the two")
@@ -210,7 +202,7 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
             f"sums to {total!r}, not to strip.length = {strip.length!r}",
             "change the last entry or use model.elements",
         )
-    return ModelSpec(energy, len(lengths), lengths, formulation, held_by=held_by)
+    return ModelSpec(energy, len(lengths), lengths, **how)
 
 
 def _seed(table: Table, strip: StripSpec) -> SeedSpec:

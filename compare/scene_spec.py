@@ -30,7 +30,10 @@ DEFAULT_ELEMENTS = 20
 
 @dataclass(frozen=True)
 class StripSpec:
-    """The strip: lengths in the scene's unit, natural curvature in 1/length, young in Pa, density in kg/m^3."""
+    """The strip: lengths in the scene's unit, natural curvature in 1/length, young in Pa, density in kg/m^3.
+
+    second_moment in m^4: of a rod's section, in the place of thickness; it bends with Y I where the strip has D w.
+    """
 
     length: float
     width: float
@@ -40,6 +43,15 @@ class StripSpec:
     gamma: float | None = None
     young: float | None = None
     density: float | None = None
+    second_moment: float | None = None
+
+
+@dataclass(frozen=True)
+class TipSpec:
+    """A dead load at s = length along -up: `mass` in kg, or `load` in D w / l^2; exactly one of them."""
+
+    mass: float | None = None
+    load: float | None = None
 
 
 @dataclass(frozen=True)
@@ -147,6 +159,7 @@ class ModelSpec:
     `element_lengths` in the scene's unit, or None for `elements` of them placed by `grading`; `smallest`: the first
     one's length over the strip's when they are graded towards the clamp. `tolerance` (Hausdorff distance / length): the
     elements are to be placed for this error, starting from equal ones. `held_by`: see the thesis, 5.3.3.
+    `arc_length`: how the elastica goes along a way, "auto", "always" or "never".
     """
 
     energy: str = "auto"
@@ -157,6 +170,7 @@ class ModelSpec:
     smallest: float | None = None
     tolerance: float | None = None
     held_by: str = "elimination"
+    arc_length: str = "auto"
 
     @property
     def lengths(self) -> tuple[float, ...]:

@@ -15,6 +15,7 @@ from rich.table import Table
 from compare.build import formulation_why
 from compare.comparison import Comparison, Row
 from compare.distance import YARDSTICK
+from compare.elastica_run import BEGAN, PLANAR_RIBBON, out_of_plane
 from compare.run import RibbonRun
 from compare.scene import Scene
 from compare.shell_build import line_weight
@@ -182,8 +183,10 @@ def verdict(comparison: Comparison) -> list[str]:
     if comparison.elastica is not None and comparison.elastica_distance is not None:
         r = comparison.elastica.result
         said.append(
-            f"Elastica (the scene is planar): centreline {comparison.elastica_distance:.1e} l from the ribbon's; its "
-            f"own error {r.error or 0.0:.1e} l; {r.message}."
+            f"Elastica (the scene is planar; begun at {BEGAN[comparison.elastica.start]}): centreline "
+            f"{comparison.elastica_distance:.1e} l from the ribbon's; its own error {r.error or 0.0:.1e} l; {r.message}"
+            + "."
+            + _left_plane(comparison)
         )
     said += [
         f"w/h = {row.width_to_thickness:g}: the shell is {row.status}: {row.message}"
@@ -191,6 +194,16 @@ def verdict(comparison: Comparison) -> list[str]:
         if row.status != "converged"
     ]
     return said
+
+
+def _left_plane(comparison: Comparison) -> str:
+    """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
+    across = out_of_plane(comparison.scene, comparison.ribbon.equilibrium, np.linspace(0.0, 1.0, 201))
+    if across <= PLANAR_RIBBON:
+        return ""
+    return (
+        f" The ribbon leaves the plane (its tangent by up to {across:.2g}): the planar shape is not the one it takes."
+    )
 
 
 def _other_model(comparison: Comparison) -> list[str]:

@@ -155,6 +155,11 @@ def _solve_once(
             limits=0, switches=0,
         )  # fmt: skip
     end = drive(problem, nodes, degree, hermite, tolerance, options)
+    return arrived(problem, degree, hermite, end, began)
+
+
+def arrived(problem: ElasticaProblem, degree: int, hermite: bool, end: Arrival, began: float) -> ElasticaResult:
+    """The result at the end of a way to `problem` that was begun at the time `began` (s, of `time.perf_counter`)."""
     point, system = end.point, end.system
     status, message = _arrival_verdict(end)
     return _result(

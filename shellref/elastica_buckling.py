@@ -1,6 +1,6 @@
 r"""Linear buckling of a straight planar strut: loads and modes, by elements of any degree on scikit-fem.
 
-Around theta = theta_0 (straight), an axial force P towards the start gives (lab sheet, 2.1; docs/theory.md, eq. (8.6))::
+Around theta_0 (straight), an axial force P towards the start gives (lab sheet, 2.1; docs/theory.md, eq. (8.6))::
 
     int dtheta' v' - P int dtheta v = 0 ,     dtheta = 0 where theta is given,   int dtheta = 0 where the end slides
 

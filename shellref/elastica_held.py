@@ -102,12 +102,12 @@ def drive(
     if start is None:
         raise ArithmeticError("the natural shape is no equilibrium of the discrete problem: use more elements")
     if options.arc_length == "never":
-        return _plain(system, start, tolerance, options)
+        return plain_steps(system, start, tolerance, options)
     branch = trace(system, start, 1.0, (-1.0, 1.0), arc)
-    return _best(system, branch, arc, options)
+    return best_end(system, branch, arc, options)
 
 
-def _best(system: System, branch: Branch, arc: ArcOptions, options: ElasticaOptions) -> Arrival:
+def best_end(system: System, branch: Branch, arc: ArcOptions, options: ElasticaOptions) -> Arrival:
     """The path's end; when that is unstable, the stable end of a branch that leaves the path, or a stable state where
     the path, followed beyond its end, comes back to it; if there is one."""
     iterations, switches = branch.iterations, 0
@@ -136,7 +136,7 @@ def _best(system: System, branch: Branch, arc: ArcOptions, options: ElasticaOpti
     return Arrival(system, end, iterations, steps, limits, switches, stopped)
 
 
-def _plain(system: System, start: Point, tolerance: float, options: ElasticaOptions) -> Arrival:
+def plain_steps(system: System, start: Point, tolerance: float, options: ElasticaOptions) -> Arrival:
     """Steps in t, shorter after a failure, until they end at 1 or cannot go on."""
     point, step, steps, spent = start, 0.1, 0, 0
     steepest = abs(start.tangent[1])

@@ -1,7 +1,7 @@
 r"""Equilibrium of the planar elastica as one square system G(z, t) = 0 along a way of problems.
 
 z = (coefficients of theta (N,), reactions R_j (m,)); t: parameter of the `Way`. With the forms of `shellref.elastica`
-and B_j = int <t_perp, n_j> v, the rows are
+and B_j = int <t_perp, n_j> v, the rows are (docs/theory.md, eq. (8.5))
 
     free unknown of theta    int (theta' - K) v' + <t_perp, p> v ,   p = Gamma (1 - s) u - F - sum_j R_j n_j
     given unknown            theta - its angle

@@ -91,14 +91,16 @@ def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, s
 
 
 def _elastica(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
+    from compare.elastica_picture import elastica_picture
     from compare.page import write_page
-    from compare.report_solve import elastica_page, elastica_rows
+    from compare.report_solve import ELASTICA_PICTURE, elastica_page, elastica_rows
     from compare.results import elastica_result
     from compare.run import run_elastica
     from compare.store import atomic_write_json
 
     run = run_elastica(scene, reporter.step)
     result = elastica_result(scene, run)
+    elastica_picture(out / ELASTICA_PICTURE, scene, run)
     atomic_write_json(out / "result.json", result)
     write_page(out, elastica_page(scene, run, result, _again(options)))
     if not options.quiet:

@@ -27,7 +27,7 @@ EXPECTED = {
 }
 
 
-#: Scenes whose numbers are asserted in test_scenes_chapter5, test_scenes_moebius and test_scenes_roman.
+#: Scenes whose numbers are asserted in the other test_scenes_*: chapter5, moebius, roman, limits, daisy.
 ELSEWHERE = {
     *("arc_5_1", "hanging_5_3_1", "two_clamps_5_3_2", "two_clamps_5_3_2_level", "two_clamps_5_3_2_twist"),
     *(f"start_5_3_3_{k}" for k in range(1, 6)),
@@ -35,6 +35,7 @@ ELSEWHERE = {
     *("moebius_table_edge", "moebius_table_fallen", "roman_6_2", "roman_folds", "roman_plate"),
     *("curl_4_4_short", "curl_4_4_long"),
     *("lateral_7_1", "shift_7_2", "limits_7_3"),
+    *("daisy_5g", "daisy_10g", "daisy_straight"),
 }
 
 

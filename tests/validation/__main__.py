@@ -26,6 +26,8 @@ NAMES = (
     "clamp_layer",
     "clamp_limit",
     "elastica_order",
+    "daisy",
+    "cantilever",
     "shell_mesh",
     "shell_cantilever",
     "shell_lateral",

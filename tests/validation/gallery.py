@@ -13,8 +13,9 @@ from PIL import Image
 
 from compare import profile
 from compare.provenance import versions
-from compare.run import RibbonRun, run_ribbon
+from compare.run import ElasticaRun, RibbonRun, run_elastica, run_ribbon
 from compare.scene import Scene, load, shipped
+from compare.scene_geometry import beyond_the_ribbon
 from compare.store import atomic_write_bytes, atomic_write_text
 from tests.validation.gallery_headlines import HEADLINES
 
@@ -46,6 +47,25 @@ def _view(cloud: FloatArray, up: FloatArray) -> FloatArray:
     first /= np.linalg.norm(first)
     first *= np.sign(first[np.argmax(np.abs(first))])
     return 0.8 * np.cross(first, up) + 0.5 * first + 0.35 * up
+
+
+def rod_picture(run: ElasticaRun) -> bytes:
+    """PNG of a planar rod from the side: clamp orange, load at the tip ochre."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    line = run.centreline(np.linspace(0.0, 1.0, 401)) - run.position
+    side, up = run.frame[:, 1], run.frame[:, 2]
+    figure = Figure(figsize=(6.0, 6.0), dpi=2 * PIXELS / 6.0)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.plot(line @ side, line @ up, color=_FACE, lw=9, solid_capstyle="butt")
+    axes.plot([-0.12, 0.12], [0.0, 0.0], color=_CLAMP, lw=9)
+    axes.plot(line[-1] @ side, line[-1] @ up, "o", ms=34, color=_BACK)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    FigureCanvasAgg(figure).draw()
+    image: NDArray[np.uint8] = np.asarray(figure.canvas.buffer_rgba())[:, :, :3].copy()  # type: ignore[attr-defined]
+    return _small(image)
 
 
 def picture(scene: Scene, run: RibbonRun) -> bytes:
@@ -121,6 +141,21 @@ def entry(scene: Scene, run: RibbonRun) -> str:
     )
 
 
+def rod_entry(scene: Scene, run: ElasticaRun) -> str:
+    """The same of a scene that only the planar elastica knows."""
+    r, headline = run.result, HEADLINES[scene.name]
+    return "\n\n".join(
+        [
+            f"## {scene.name}",
+            f"![{scene.title}: the rod at rest]({picture_name(scene)})",
+            f"{scene.title}. `ribbonbench solve {scene.name}`.",
+            f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.source}.",
+            f"{r.status.value.capitalize()}; elastica, {len(r.nodes) - 1} elements of degree {r.degree}; residual "
+            f"{r.residual:.0e}; {run.warm * 1e3:.3g} ms warm, the stability check included.",
+        ]
+    )
+
+
 def picture_name(scene: Scene) -> str:
     """File of the picture, seen from docs/."""
     return f"gallery/{scene.name}.png"
@@ -135,6 +170,14 @@ def run(out: Path) -> None:
         raise AssertionError(f"headlines and scenes differ: {set(names) ^ set(HEADLINES)}")
     for name in names:
         scene = load(name)
+        if beyond_the_ribbon(scene) is not None:
+            rod = run_elastica(scene)
+            if rod.result.status.value != "converged":
+                raise AssertionError(f"{name}: {rod.result.message}")
+            atomic_write_bytes(docs / picture_name(scene), rod_picture(rod))
+            entries.append(rod_entry(scene, rod))
+            print(f"  {name}: {HEADLINES[name].text(rod)}", flush=True)
+            continue
         found = run_ribbon(scene)
         if not found.equilibrium.ok:
             raise AssertionError(f"{name}: {found.equilibrium.message}")
@@ -148,7 +191,8 @@ def run(out: Path) -> None:
     packages = made["packages"]
     named = ", ".join(f"{key} {packages[key]}" for key in ("numpy", "numba", "cyipopt") if key in packages)
     head = (
-        "Every scene that comes with the package, solved by the ribbon alone from its own seed or along its path. "
+        "Every scene that comes with the package, solved by the ribbon alone from its own seed or along its path (the "
+        "daisies by the planar elastica). "
         "Blue is the side of t_y, ochre the other (a Moebius band has one side); clamps are orange, walls grey. "
         "Lengths are in l, energies in D w / l. The numbers are those of the segments that the scene asks for; "
         "what stands beside them says how far that is from finer ones, from a shell or from a closed form. Times "

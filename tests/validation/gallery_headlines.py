@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from compare.run import ElasticaRun
 from ribbon import Equilibrium
 
 
@@ -17,11 +19,11 @@ class Headline:
     stands beside (Markdown)."""
 
     quantity: str
-    value: Callable[[Equilibrium], float]
+    value: Callable[[Any], float]
     form: str
     source: str
 
-    def text(self, equilibrium: Equilibrium) -> str:
+    def text(self, equilibrium: Equilibrium | ElasticaRun) -> str:
         """The number as the page has it."""
         return format(self.value(equilibrium), self.form)
 
@@ -65,6 +67,13 @@ def _side(e: Equilibrium) -> float:
     return abs(float(e.end.position[1]))
 
 
+def _aside(run: ElasticaRun) -> float:
+    """In cm, of a stem 10 cm long."""
+    return 10.0 * float(run.centreline(np.array([1.0]))[0, 0])
+
+
+_ASIDE = "the flower's place to the side, cm"
+_DAISY = "the same by deflation, the other equilibria beside it: [daisy](../results/daisy.md)"
 _ENERGY = "total energy, D w / l"
 _COIL = "energy with the thesis's p; with 320 segments, and the thesis's iterations: [coils](../results/coils.md)"
 _START = "rows or elimination, quaternions or matrices give the same: [start_clamp](../results/start_clamp.md)"
@@ -100,6 +109,12 @@ HEADLINES: dict[str, Headline] = {
     "curl_4_4_short": Headline(
         "largest distance from the plane of the clamp, l", _out_of_plane, ".3f",
         "planar up to 29.0 cm with this clamp and energy, of 25 cm it is: [curl_length](../results/curl_length.md)",
+    ),
+    "daisy_5g": Headline(_ASIDE, _aside, ".5f", _DAISY),
+    "daisy_10g": Headline(_ASIDE, _aside, ".5f", _DAISY),
+    "daisy_straight": Headline(
+        _ASIDE, _aside, ".4f",
+        "one of both branches of the pitchfork, which begin at 3.161 g: [daisy](../results/daisy.md)",
     ),
     "figure_4_1": Headline(
         _ENERGY, _total, ".3f",
