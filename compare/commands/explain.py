@@ -16,6 +16,7 @@ from compare.progress import Reporter
 
 if TYPE_CHECKING:
     from compare.effects_measured import Solves
+    from compare.scene import Scene
 
 HELP = "which effects a scene switches on, why, and what each costs and changes"
 
@@ -36,6 +37,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
     from compare import effects_measured, effects_page
+    from compare.build import beyond_the_ribbon
     from compare.effects import explain
     from compare.store import CaseStore
     from compare.terminal import command_line, print_table
@@ -43,6 +45,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     if options.shell:
         scene.require_shell()
+    if beyond_the_ribbon(scene) is not None:
+        return _elastica(options, console, scene)
     out = None if options.out is None else common.out_folder(options, scene.name)
     extra = [] if options.run is None else ["--run" if options.run else "--no-run"]
     again = command_line("explain", options, extra + (["--shell"] if options.shell else []))
@@ -66,6 +70,41 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if out is not None:
         console.print(f"Results: {out}")
     return _code(solves)
+
+
+def _elastica(options: argparse.Namespace, console: Console, scene: Scene) -> int:
+    """Explains a scene that only the elastica can solve."""
+    from compare import effects_elastica
+    from compare.made_by import provenance
+    from compare.page import Page, write_page
+    from compare.results import elastica_result
+    from compare.store import atomic_write_json
+    from compare.terminal import command_line, print_table
+
+    out = None if options.out is None else common.out_folder(options, scene.name)
+    with Reporter(quiet=options.quiet) as reporter:
+        found = effects_elastica.parts(scene)
+        own, others = effects_elastica.solves(scene, found, reporter)
+    tables = effects_elastica.tables(scene, found, own, others)
+    said = effects_elastica.sentences(scene, own)
+    if out is not None:
+        with common.held(out):
+            rows = {"effects": found, "without": others}
+            atomic_write_json(out / "result.json", {**elastica_result(scene, own), "command": "explain", **rows})
+            write_page(
+                out,
+                Page(
+                    command="explain", title=f"{scene.title}: effects", verdict=tuple(said), tables=tuple(tables),
+                    files={"result.json": "all numbers"}, scene=scene.to_toml(), provenance=provenance(scene),
+                    again=command_line("explain", options),
+                ),
+            )  # fmt: skip
+    if not options.quiet:
+        for table in tables:
+            print_table(console, table)
+        for sentence in said:
+            console.print(f"- {sentence}")
+    return common.DONE if own.result.status.value == "converged" else common.NOT_CONVERGED
 
 
 @contextlib.contextmanager

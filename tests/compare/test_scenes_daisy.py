@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from compare.build import check_model
-from compare.cli import main
+from compare.cli import DONE, main
 from compare.comparison import compare
 from compare.errors import BadInput
 from compare.progress import Reporter
@@ -177,8 +177,23 @@ def test_from_the_command_line(capsys, tmp_path):
     out = ["--out", str(tmp_path)]
     assert main(["solve", "daisy_5g", "--set", "tip.mass=-1", *out]) == 2
     assert "tip.mass" in capsys.readouterr().err
-    assert main(["explain", "daisy_5g", *out]) == 2
-    assert "elastica" in capsys.readouterr().err
     assert main(["compare", "daisy_5g", *out]) == 2
     assert "tip" in capsys.readouterr().err
     assert main(["solve", "daisy_straight", "--set", "seed.curvature=natural", *out]) == 1
+
+
+def test_explain_switches_the_effects_of_an_elastica_off(tmp_path, capsys):
+    assert main(["explain", "daisy_5g", "--out", str(tmp_path)]) == DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "load at the tip" in said
+    result = json.loads((tmp_path / "result.json").read_text())
+    on = {part["name"] for part in result["effects"] if part["on"]}
+    assert on == {
+        "planar bending", "load at the tip", "natural curvature", "second moment of area given", "arc length",
+    }  # fmt: skip
+    moved = {row["name"]: row["moves"] for row in result["without"]}
+    assert set(moved) == {"load at the tip", "natural curvature"}
+    # without the load the stem is the arc of its natural curvature: K l = -0.1, its end where the arc's is
+    arc = np.array([1.0 - np.cos(0.1), np.sin(0.1)]) / 0.1
+    end = np.array(result["end"]["position"])[:2]
+    assert moved["load at the tip"] == pytest.approx(float(np.linalg.norm(end - arc)), abs=1e-6)
