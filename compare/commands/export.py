@@ -72,6 +72,7 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     """The folder into which the ribbon of the scene was solved, and the exit code of that."""
     from compare.commands.solve import solve_ribbon
     from compare.scene import load, parse_assignment, shipped
+    from compare.scene_geometry import beyond_the_ribbon
 
     if options.source not in shipped() and not Path(options.source).is_file():
         raise BadInput(
@@ -84,7 +85,9 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     if scene.model.energy == "elastica":
         raise BadInput(
             "model.energy", "elastica", "has a centreline and no surface",
-            "export with --set 'model.energy=\"wunderlich\"'",
+            "the ribbon has no load at the tip: use the numbers of ribbonbench solve"
+            if beyond_the_ribbon(scene) is not None
+            else "export with --set 'model.energy=\"wunderlich\"'",
         )  # fmt: skip
     parent = None if options.out is None else Path(options.out) / "solve"
     options.scene, options.leave_saddle = options.source, False
