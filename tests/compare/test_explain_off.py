@@ -17,7 +17,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import ribbon
-from compare import comparison, run, shell_process, way
+from compare import comparison, elastica_run, run, shell_process, way
 from compare.build import ribbon_problem
 from compare.cli import DONE, main
 from compare.effects import explain, explained_problem, starting_state
@@ -214,8 +214,10 @@ def _raise(*arguments, **keywords):
 
 def test_no_path_no_tolerance_no_elastica_no_process(monkeypatch, tmp_path):
     """A scene without them solves with all of them broken."""
-    for name in ("run_way", "solve_to_tolerance", "solve_elastica", "run_elastica"):
+    for name in ("run_way", "solve_to_tolerance", "run_elastica"):
         monkeypatch.setattr(run, name, _raise)
+    for name in ("solve_elastica", "solve_near", "solve_along"):
+        monkeypatch.setattr(elastica_run, name, _raise)
     monkeypatch.setattr(way, "follow", _raise)
     monkeypatch.setattr(shell_process, "subprocess", SimpleNamespace(Popen=_raise))
     assert main(["solve", "curl_4_3", "--out", str(tmp_path), "--quiet"]) == DONE
