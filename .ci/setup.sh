@@ -62,7 +62,7 @@ if ((${#needed[@]})); then
         [[ -t 0 && -z ${CI:-} ]] || root=(sudo -n) # nobody there to type a password
         "${root[@]}" true 2>/dev/null || missing "sudo refuses; as root run: $install"
     fi
-    say "installing ${#needed[@]} Debian packages (1.7 GB on a bare machine, one to three minutes): ${needed[*]}"
+    say "installing ${#needed[@]} Debian packages (about 2 GB on a bare machine, one to four minutes): ${needed[*]}"
     apt=("${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300)
     log=$(mktemp)
     trap 'rm -f "$log"' EXIT
