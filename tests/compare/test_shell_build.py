@@ -124,7 +124,8 @@ def test_the_way_begins_on_an_arc_between_the_clamps_and_ends_in_them(name):
         (strip.end, scene.end_position, scene.end_frame),
     ):
         assert way.poses[-1].position == pytest.approx(position)
-        assert np.allclose(way.poses[-1].frame, frame)
+        assert np.shape(way.poses[-1].frame) == frame.shape == (3, 3)
+        np.testing.assert_allclose(way.poses[-1].frame, frame, atol=1e-12)
         frames = [np.array(pose.frame) for pose in way.poses]
         turns = [np.linalg.norm(rotation_vector(b @ a.T)) for a, b in pairwise(frames)]
         assert max(turns) <= MOST_TURN + 1e-9

@@ -257,8 +257,10 @@ def _statements(grid: dict[str, list[Finding]]) -> str:
         "- With the whole edge held and Gamma = 1000 the rulings crowd at the clamp (|eta'| w/2 near 1) and most of "
         "the stretching of wide strips is there, about 1 % of the elastic energy.",
         "- Coarse meshes overstate all this: where the strip folds at its clamp, 8 elements across w = 0.5 give 3.0 % "
-        "at Gamma = 1000, whole edge, and 12 to 16 the values below. The thesis's mesh (right triangles of 0.01) has 3 "
-        "to 10 elements across strips of w <= 0.1.",
+        "of membrane energy at Gamma = 1000, whole edge (`ribbonbench limits limits_7_3 --clamp edge --widths 0.5 "
+        "--gammas 1000 "
+        '--set "shell.elements=[100,8]" --set "shell.grading=[0.2,0.1]"`), and 12 to 24 the values below. '
+        "The thesis's mesh (right triangles of 0.01) has 3 to 10 elements across strips of w <= 0.1.",
         "- The thesis's 7 % is not reached at w <= 0.1 on any mesh here, also not on even meshes of 0.01 by 0.01 with "
         "one-cell corners (6.3 % at w = 0.03, Gamma = 100, then 3 to 4 % at 0.05 and 2.4 % at 0.1). One-cell corners "
         "on finer meshes go up without a limit (shell_corners). Its elements (triangles with another integration rule) "
