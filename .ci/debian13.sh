@@ -115,5 +115,5 @@ git ls-files -z --cached --others --exclude-standard |
 say "python -m pytest $*"
 in_chroot env OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONNOUSERSITE=1 UCX_LOG_LEVEL=fatal HWLOC_HIDE_ERRORS=2 \
     sh -c 'cd /project
-        /venv/bin/python -c "from shellref.dolfinx_api import versions; print(versions())" || exit 3
+        /venv/bin/python -c "from shellref.fenics.dolfinx_api import versions; print(versions())" || exit 3
         exec /venv/bin/python -m pytest "$@"' sh "$@"

@@ -29,12 +29,12 @@ from typing import Any
 
 import numpy as np
 
-from compare.comparison import Comparison, Row, compare
 from compare.errors import BadInput
-from compare.pins import Pin, read_pins
-from compare.progress import Reporter
-from compare.scene import Scene, load
-from compare.store import CaseStore, check_writable
+from compare.scene.scene import Scene, load
+from compare.store.progress import Reporter
+from compare.store.store import CaseStore, check_writable
+from compare.studies.compare import Comparison, Row, compare
+from compare.studies.pins import Pin, read_pins
 from ribbon import RibbonInputError
 
 __all__ = [

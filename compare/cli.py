@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Of several processes (mpirun) only the first speaks, and all end with the same code.
     """
-    from compare.world import placed, quiet_but_first, world
+    from compare.store.world import placed, quiet_but_first, world
 
     if placed()[1] == 1:
         return _main(arguments)
@@ -90,7 +90,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as error:
-        from compare.store import disk_full
+        from compare.store.store import disk_full
 
         full = disk_full(error)
         if full is None:
@@ -109,7 +109,7 @@ def _full_words(error: OSError) -> str:
 
 def _check_alone(command: str) -> None:
     """Only some commands share their work among processes."""
-    from compare.world import placed
+    from compare.store.world import placed
 
     if placed()[1] > 1 and not commands.parallel(command):
         able = ", ".join(f"ribbonbench {name}" for name in commands.NAMES if commands.parallel(name))

@@ -8,16 +8,16 @@
 Lengths are given in any unit; results are in units of l (lengths) and D w / l (energies).
 """
 
-from ribbon import kernel_cache
+from ribbon.element import kernel_cache
 
 with kernel_cache.in_use():
     from ribbon.boundary import Clamp, Closure
     from ribbon.contact import Wall
-    from ribbon.continuation import follow, switch
     from ribbon.errors import RibbonInputError
+    from ribbon.find.continuation import follow, switch
+    from ribbon.find.solve import refine, solve
     from ribbon.loads import Gravity
     from ribbon.result import Energy, Equilibrium, Force, Pose, Status
-    from ribbon.solve import refine, solve
     from ribbon.strip import Strip
     from ribbon.supports import WallForce
     from ribbon.surface import Surface

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ribbon import supports
 from ribbon import surface as _surface
 from ribbon.loads import Gravity
-from ribbon.mixed import MixedProblem
+from ribbon.problems.mixed import MixedProblem
 from ribbon.strip import Strip
 from ribbon.supports import Force, WallForce
 from ribbon.surface import Surface

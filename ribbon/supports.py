@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon import quaternion
-from ribbon.conditions import WallRows
-from ribbon.mixed import MixedProblem
+from ribbon.element import quaternion
+from ribbon.problems.conditions import WallRows
+from ribbon.problems.mixed import MixedProblem
 
 FloatArray = NDArray[np.float64]
 

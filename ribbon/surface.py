@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ribbon.series import segment_values
+from ribbon.element.series import segment_values
 
 FloatArray = NDArray[np.float64]
 

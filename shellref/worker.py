@@ -40,10 +40,10 @@ from typing import Any
 import numpy as np
 
 from shellref.inputs import ShellInputError
-from shellref.options import ShellOptions
-from shellref.problem import ShellProblem
-from shellref.result import ShellResult, ShellStatus
-from shellref.surface import ShellSurface
+from shellref.shell.options import ShellOptions
+from shellref.shell.problem import ShellProblem
+from shellref.shell.result import ShellResult, ShellStatus
+from shellref.shell.surface import ShellSurface
 
 DONE, BAD_REQUEST, MISSING = 0, 2, 3
 KEYS = ("problem", "options", "states_for_error", "start", "folder")
@@ -143,7 +143,7 @@ def solved(
 
     The seconds of the result are those of all attempts.
     """
-    from shellref.solve import solve
+    from shellref.path.solve import solve
 
     if start is None:
         return Settled(solve(problem, options, say, processes=processes, folder=folder), "path")
@@ -232,7 +232,7 @@ def main(arguments: list[str]) -> int:
         print(f"bad request: {folder.name} cannot be made: {error.strerror}", file=sys.stderr)
         return BAD_REQUEST
     try:
-        from shellref import dolfinx_api
+        from shellref.fenics import dolfinx_api
     except ImportError as error:
         print(error, file=sys.stderr)
         return MISSING

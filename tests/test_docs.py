@@ -13,7 +13,7 @@ import pytest
 from compare import cli
 from compare import commands as known
 from compare.errors import BadInput
-from compare.scene import loads
+from compare.scene.scene import loads
 from tests.docs_blocks import DOCS, ROOT, Block, anchors, blocks, commands, links, name_of, pages, prose
 
 PAGES = pages()
@@ -62,7 +62,7 @@ def test_blocks_run(page, tmp_path, monkeypatch):
         elif block.info == "toml scene":
             assert loads(block.text, "page").title
         elif block.info == "toml sweep":
-            from compare.sweep_file import load_sweep
+            from compare.sweep.file import load_sweep
 
             Path("page_sweep.toml").write_text(block.text)
             assert load_sweep("page_sweep.toml", {}, ()).axes

@@ -11,11 +11,11 @@ import pytest
 from PIL import Image
 
 from compare.cli import _parser
-from compare.run import run_elastica, run_ribbon
-from compare.scene import load, shipped
+from compare.models.ribbon_run import run_elastica, run_ribbon
+from compare.scene.scene import load, shipped
 from tests.docs_blocks import DOCS
-from tests.validation.gallery import LARGEST, PIXELS
-from tests.validation.gallery_headlines import HEADLINES
+from tests.validation.workbench.gallery import LARGEST, PIXELS
+from tests.validation.workbench.gallery_headlines import HEADLINES
 
 PAGE = (DOCS / "gallery.md").read_text()
 

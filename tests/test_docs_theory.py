@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from compare.edge_layer import Section, layer, membrane, shear, softening
 from ribbon import Clamp, Closure, Gravity, Strip, Wall, solve
-from ribbon.body_series import body_values
-from ribbon.element import bending_jet
+from ribbon.element.body_series import body_values
+from ribbon.element.element import bending_jet
+from ribbon.element.quaternion import compose, from_matrix, rotate
+from ribbon.element.series import EXPONENT_LIMIT, segment_values
 from ribbon.energies import CODES, natural, sadowsky, wunderlich
-from ribbon.quaternion import compose, from_matrix, rotate
-from ribbon.series import EXPONENT_LIMIT, segment_values
-from ribbon.solve import build
-from shellref.elastica import ElasticaProblem
-from shellref.elastica import solve as solve_elastica
+from ribbon.energies.edge_layer import Section, layer, membrane, shear, softening
+from ribbon.find.solve import build
+from shellref.elastica.solve import ElasticaProblem
+from shellref.elastica.solve import solve as solve_elastica
 from tests.docs_blocks import DOCS, ROOT, blocks, prose
 
 PAGE = (DOCS / "theory.md").read_text()
@@ -451,7 +451,7 @@ def test_eigenvalue_6_1(curl):
 
 
 def test_natural_curve_7_5():
-    from shellref.midsurface import natural_curve, turning_angle
+    from shellref.shell.midsurface import natural_curve, turning_angle
 
     s, law = np.linspace(0.0, 1.0, 9), (3.0, -5.0)
     np.testing.assert_allclose(turning_angle(s, law), 3.0 * s - 4.0 * s**2, atol=1e-15)
@@ -465,8 +465,8 @@ def test_natural_curve_7_5():
 
 def test_material_7_4_and_layer_7_14():
     from shellref import ShellProblem
-    from shellref.material import plane_stress, stiffness_factors
-    from shellref.strip import layer_width
+    from shellref.shell.material import plane_stress, stiffness_factors
+    from shellref.shell.strip import layer_width
 
     h, nu = 1e-3, 0.3
     shear_modulus = 12 * (1 - nu**2) / h**3 / (2 * (1 + nu))
@@ -480,7 +480,7 @@ def test_material_7_4_and_layer_7_14():
 
 
 def test_director_7_8():
-    from shellref.director import retract, tangent_bases
+    from shellref.shell.director import retract, tangent_bases
 
     rng = np.random.default_rng(2)
     d = rng.standard_normal((5, 3))
@@ -497,9 +497,9 @@ def test_strains_and_energy_7_1_to_7_3_and_7_6():
     """A flat strip bent to a circle: kap_11 = omega, no stretching or shear, energy omega^2 / 2; alpha; T."""
     pytest.importorskip("dolfinx")
     from shellref import ShellOptions, ShellProblem
-    from shellref.midsurface import natural_strip
-    from shellref.naghdi import NaghdiModel
-    from shellref.strip import build_strip
+    from shellref.shell.midsurface import natural_strip
+    from shellref.shell.naghdi import NaghdiModel
+    from shellref.shell.strip import build_strip
 
     h = 1e-2
     body = build_strip(ShellProblem(0.1, h, 0.3, elements=(20, 2)), ShellOptions()).body
@@ -554,7 +554,7 @@ def test_limits_8_4():
 
 
 def test_hausdorff_9_1():
-    from compare.distance import SAGITTA, cells_along, grid_hausdorff
+    from compare.measure.distance import SAGITTA, cells_along, grid_hausdorff
 
     s, v = np.meshgrid(np.linspace(0, 1, 11), np.linspace(0, 0.1, 3), indexing="ij")
     flat = np.stack([s, v, 0 * s], axis=2)

@@ -10,11 +10,11 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import BadInput
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
     from compare.check import Outcome
-    from compare.pins import Pin
+    from compare.studies.pins import Pin
 
 HELP = "check that ribbon and shell agree as closely as is claimed (pins)"
 _CLAIMS = ("distance", "share", "slope", "width_to_thickness", "assignments", "leave_saddle")
@@ -54,10 +54,10 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Checks, or pins."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
-    from compare import check_page
     from compare.check import check
-    from compare.store import CaseStore
-    from compare.terminal import command_line, print_table
+    from compare.page.terminal import command_line, print_table
+    from compare.pages import check as check_page
+    from compare.store.store import CaseStore
 
     pins = _pins(options)
     out = common.out_folder(options, "check")
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _pins(options: argparse.Namespace) -> list[Pin]:
     """What is to be checked; `BadInput` for claims beside a file of pins, and for none beside a scene."""
-    from compare.pins import SHIPPED, Pin, is_pins, read_pins
+    from compare.studies.pins import SHIPPED, Pin, is_pins, read_pins
 
     if options.scene is None or is_pins(options.scene):
         for name in _CLAIMS:
@@ -94,7 +94,7 @@ def _pins(options: argparse.Namespace) -> list[Pin]:
         if not chosen:
             raise BadInput("FILE", str(options.scene), "has long pins only (validate = true)", "give --all")
         return chosen
-    from compare.scene import load, parse_assignment
+    from compare.scene.scene import load, parse_assignment
 
     keys = dict(parse_assignment(text) for text in options.assignments)
     distance, share, slope = options.distance, options.share, options.slope

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from compare.errors import BadInput
 
 if TYPE_CHECKING:
-    from compare.scene import Scene
+    from compare.scene.scene import Scene
 
 DONE, NOT_CONVERGED, BAD_INPUT, MISSING = 0, 1, 2, 3
 
@@ -47,7 +47,7 @@ def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
 
 def scene_of(options: argparse.Namespace) -> Scene:
     """The scene with the assignments of --set, and its notes on stderr."""
-    from compare.scene import load, parse_assignment
+    from compare.scene.scene import load, parse_assignment
 
     scene = load(options.scene)
     keys = dict(parse_assignment(text) for text in options.assignments)
@@ -60,7 +60,7 @@ def scene_of(options: argparse.Namespace) -> Scene:
 
 def out_folder(options: argparse.Namespace, name: str) -> Path:
     """The folder of --out, or out/`name`, made and proved writable."""
-    from compare.store import check_writable
+    from compare.store.store import check_writable
 
     return check_writable(options.out if options.out is not None else Path("out") / name)
 
@@ -68,7 +68,7 @@ def out_folder(options: argparse.Namespace, name: str) -> Path:
 @contextlib.contextmanager
 def held(folder: Path, say: Callable[[str], object] | None = None) -> Iterator[Path]:
     """The folder, held by this run alone; another run into it is waited for, and `say` is told so once."""
-    from compare.store import occupied
+    from compare.store.store import occupied
 
     with occupied(folder, None if say is None else lambda: say(f"another run writes into {folder.name}: waiting")):
         yield folder

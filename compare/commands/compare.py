@@ -7,7 +7,7 @@ import argparse
 from rich.console import Console
 
 from compare.commands import common
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 HELP = "compare the ribbon of a scene with shells of several thicknesses"
 
@@ -21,10 +21,11 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
-    from compare import report, tables
-    from compare.comparison import compare
-    from compare.page import again
-    from compare.store import CaseStore
+    from compare.page.page import again
+    from compare.pages import compare as report
+    from compare.pages import comparison as tables
+    from compare.store.store import CaseStore
+    from compare.studies.compare import compare
 
     scene = common.scene_of(options)
     scene.require_shell()

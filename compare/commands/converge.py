@@ -9,7 +9,7 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import BadInput
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 HELP = "convergence as h/w falls: slope with its interval, the limit, the ribbon's place in it"
 RULINGS = ("free", "straight", "both")
@@ -35,10 +35,11 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares and fits."""
-    from compare import convergence_run, convergence_write
-    from compare.page import again
-    from compare.store import CaseStore
-    from compare.terminal import print_table
+    from compare.page.page import again
+    from compare.page.terminal import print_table
+    from compare.pages import converge as convergence_write
+    from compare.store.store import CaseStore
+    from compare.studies import converge_run as convergence_run
 
     for ratio in options.width_to_thickness or []:
         if not (math.isfinite(ratio) and ratio > 1.0):

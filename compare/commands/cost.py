@@ -11,11 +11,11 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import BadInput
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
-    from compare.cost_plan import Plan
-    from compare.scene import Scene
+    from compare.scene.scene import Scene
+    from compare.studies.cost_plan import Plan
 
 HELP = "what accuracy costs: error against time for ribbon, elastica and shell"
 
@@ -60,10 +60,10 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Measures."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded: times are those of one core
-    from compare import cost_write
-    from compare.cost import measure
-    from compare.page import again
-    from compare.terminal import print_table
+    from compare.page.page import again
+    from compare.page.terminal import print_table
+    from compare.pages import cost as cost_write
+    from compare.studies.cost import measure
 
     scene = common.scene_of(options)
     plan = _plan(options, scene)
@@ -99,7 +99,7 @@ def _asked(options: argparse.Namespace) -> list[str]:
 
 def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
     """The plan that the options ask for; `BadInput` names the option that cannot be."""
-    from compare.cost_plan import REFERENCES, SOLVERS, Plan
+    from compare.studies.cost_plan import REFERENCES, SOLVERS, Plan
 
     changes: dict[str, object] = {"leave_saddle": options.leave_saddle, "compilation": options.compilation}
     _chosen("--solvers", options.solvers or [], SOLVERS)

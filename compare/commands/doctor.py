@@ -16,6 +16,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Examines."""
-    from compare.doctor import main as examine
+    from compare.doctor.doctor import main as examine
 
     return examine(console, as_json=options.json)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from compare.commands import common
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
-    from compare.effects_measured import Solves
-    from compare.scene import Scene
+    from compare.scene.scene import Scene
+    from compare.studies.effects_measured import Solves
 
 HELP = "which effects a scene switches on, why, and what each costs and changes"
 
@@ -36,11 +36,12 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
-    from compare import effects_measured, effects_page
-    from compare.build import beyond_the_ribbon
-    from compare.effects import explain
-    from compare.store import CaseStore
-    from compare.terminal import command_line, print_table
+    from compare.models.ribbon_build import beyond_the_ribbon
+    from compare.page.terminal import command_line, print_table
+    from compare.pages import explain as effects_page
+    from compare.store.store import CaseStore
+    from compare.studies import effects_measured
+    from compare.studies.effects import explain
 
     scene = common.scene_of(options)
     if options.shell:
@@ -74,12 +75,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _elastica(options: argparse.Namespace, console: Console, scene: Scene) -> int:
     """Explains a scene that only the elastica can solve."""
-    from compare import effects_elastica
-    from compare.made_by import provenance
-    from compare.page import Page, write_page
-    from compare.results import elastica_result
-    from compare.store import atomic_write_json
-    from compare.terminal import command_line, print_table
+    from compare.page.page import Page, write_page
+    from compare.page.terminal import command_line, print_table
+    from compare.pages.result import elastica_result
+    from compare.store.made_by import provenance
+    from compare.store.store import atomic_write_json
+    from compare.studies import effects_elastica
 
     out = None if options.out is None else common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter:

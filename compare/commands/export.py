@@ -10,7 +10,7 @@ from rich.table import Table
 
 from compare.commands import common
 from compare.errors import BadInput
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 HELP = "surfaces of results (or of a scene's ribbon) as VTU, PVD, OBJ, PLY, glTF, CSV, NPZ"
 
@@ -34,9 +34,9 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
-    from compare.export_source import chosen, read_source, write, write_page_of
-    from compare.page import again
-    from compare.store import check_writable
+    from compare.export.source import chosen, read_source, write, write_page_of
+    from compare.page.page import again
+    from compare.store.store import check_writable
 
     formats = chosen(options.formats)
     folder, code = Path(options.source), common.DONE
@@ -71,8 +71,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
 def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]:
     """The folder into which the ribbon of the scene was solved, and the exit code of that."""
     from compare.commands.solve import solve_ribbon
-    from compare.scene import load, parse_assignment, shipped
-    from compare.scene_geometry import beyond_the_ribbon
+    from compare.scene.check import beyond_the_ribbon
+    from compare.scene.scene import load, parse_assignment, shipped
 
     if options.source not in shipped() and not Path(options.source).is_file():
         raise BadInput(

@@ -12,13 +12,13 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import BadInput
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
-    from compare.comparison import Comparison
-    from compare.grid import Axis
-    from compare.limits import Finding, Thresholds
-    from compare.scene import Scene
+    from compare.scene.axes import Axis
+    from compare.scene.scene import Scene
+    from compare.studies.compare import Comparison
+    from compare.studies.limits import Finding, Thresholds
 
 HELP = "where the inextensible model stops being true: the shell's stretching, its distance to the ribbon, a verdict"
 
@@ -56,8 +56,9 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Studies the scene or the grid."""
-    from compare import limits, limits_results
-    from compare.grid import points
+    from compare.pages import limits as limits_results
+    from compare.scene.axes import points
+    from compare.studies import limits
 
     thresholds = _thresholds(options)
     scene = common.scene_of(options)
@@ -80,7 +81,7 @@ def _clamps(options: argparse.Namespace) -> tuple[str, ...]:
 
 
 def _thresholds(options: argparse.Namespace) -> Thresholds:
-    from compare.limits import Thresholds
+    from compare.studies.limits import Thresholds
 
     for name in ("distance", "share"):
         if not 0.0 < getattr(options, name) < 100.0:
@@ -90,7 +91,7 @@ def _thresholds(options: argparse.Namespace) -> Thresholds:
 
 def _axes(options: argparse.Namespace, scene: Scene) -> list[Axis]:
     """The axes of --vary and of the short options; w/l and h/w are turned into the scene's keys."""
-    from compare.grid import Axis, parse_axis
+    from compare.scene.axes import Axis, parse_axis
 
     axes = [parse_axis(text) for text in options.vary]
     for name, key in _AXES.items():
@@ -120,8 +121,8 @@ def _study(
     out: Path,
     reporter: Reporter,
 ) -> tuple[list[Finding], Comparison | None]:
-    from compare import limits
-    from compare.store import CaseStore
+    from compare.store.store import CaseStore
+    from compare.studies import limits
 
     findings: list[Finding] = []
     comparison: Comparison | None = None
@@ -159,8 +160,8 @@ def _again(options: argparse.Namespace) -> str:
 
 
 def _tell(console: Console, findings: list[Finding], thresholds: Thresholds, out: Path) -> None:
-    from compare import limits_results
-    from compare.terminal import print_table
+    from compare.page.terminal import print_table
+    from compare.pages import limits as limits_results
 
     print_table(console, limits_results.brief(limits_results.table(findings)), legend=False)
     for sentence in limits_results.verdict(findings, thresholds):

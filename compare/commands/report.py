@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from compare.commands import common
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 HELP = "one self-contained HTML page, and its Markdown twin, from stored results"
 
@@ -25,8 +25,8 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Reports."""
-    from compare.report_write import read_report, write_report
-    from compare.store import check_writable
+    from compare.report.write import read_report, write_report
+    from compare.store.store import check_writable
 
     given = [Path(name) for name in options.folders]
     parts = read_report(given)

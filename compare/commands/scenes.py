@@ -18,7 +18,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Lists."""
-    from compare.scene import load, shipped
+    from compare.scene.scene import load, shipped
 
     table = Table(title="Shipped scenes", title_justify="left")
     table.add_column("name", no_wrap=True)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from compare.commands import common
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 HELP = "solve the shell of a scene alone, also under mpirun"
 PARALLEL = True
@@ -37,10 +37,10 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
-    from compare import shell_run
-    from compare.page import again as command_line
-    from compare.store import CaseStore
-    from compare.world import world
+    from compare.models import shell_here as shell_run
+    from compare.page.page import again as command_line
+    from compare.store.store import CaseStore
+    from compare.store.world import world
 
     options.assignments += [
         f"shell.{name}={value}"

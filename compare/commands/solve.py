@@ -11,11 +11,11 @@ from rich.table import Table
 
 from compare.commands import common
 from compare.errors import BadInput
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
-    from compare.run import RibbonRun
-    from compare.scene import Scene
+    from compare.models.ribbon_run import RibbonRun
+    from compare.scene.scene import Scene
 
 HELP = "solve the ribbon (or the elastica) of a scene"
 
@@ -46,13 +46,15 @@ def solve_ribbon(
     options: argparse.Namespace, reporter: Reporter, scene: Scene, out: Path
 ) -> tuple[RibbonRun, float | None]:
     """Solves the ribbon and writes its files; the run, and its discretisation error (Hausdorff / l) when known."""
-    from compare import export, profile, way
-    from compare.comparison import Grid, ribbon_discretisation_error
-    from compare.page import write_page
-    from compare.report_solve import ribbon_page
-    from compare.results import ribbon_result
-    from compare.run import run_ribbon
-    from compare.store import atomic_write_json, atomic_write_text
+    from compare.export import surfaces as export
+    from compare.models import ribbon_way as way
+    from compare.models.ribbon_run import run_ribbon
+    from compare.page.page import write_page
+    from compare.pages.result import ribbon_result
+    from compare.pages.solve import ribbon_page
+    from compare.pictures import ribbon as profile
+    from compare.store.store import atomic_write_json, atomic_write_text
+    from compare.studies.compare import Grid, ribbon_discretisation_error
 
     run = run_ribbon(scene, reporter.step, leave_saddle=options.leave_saddle, folder=out, detail=reporter.detail)
     e = run.equilibrium
@@ -72,13 +74,13 @@ def solve_ribbon(
 
 def _again(options: argparse.Namespace) -> str:
     """The command line that remakes the results."""
-    from compare.page import again
+    from compare.page.page import again
 
     return again("solve", options.scene, options.assignments, *(["--leave-saddle"] if options.leave_saddle else []))
 
 
 def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
-    from compare.tables import ribbon_advice, solve_rows
+    from compare.pages.comparison import ribbon_advice, solve_rows
 
     run, error = solve_ribbon(options, reporter, scene, out)
     if not options.quiet:
@@ -91,12 +93,12 @@ def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, s
 
 
 def _elastica(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
-    from compare.elastica_picture import elastica_picture
-    from compare.page import write_page
-    from compare.report_solve import ELASTICA_PICTURE, elastica_page, elastica_rows
-    from compare.results import elastica_result
-    from compare.run import run_elastica
-    from compare.store import atomic_write_json
+    from compare.models.ribbon_run import run_elastica
+    from compare.page.page import write_page
+    from compare.pages.result import elastica_result
+    from compare.pages.solve import ELASTICA_PICTURE, elastica_page, elastica_rows
+    from compare.pictures.elastica import elastica_picture
+    from compare.store.store import atomic_write_json
 
     run = run_elastica(scene, reporter.step)
     result = elastica_result(scene, run)

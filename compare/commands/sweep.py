@@ -12,11 +12,11 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import BadInput
-from compare.progress import Reporter
+from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
-    from compare.sweep_file import Sweep
-    from compare.sweep_workers import Crew
+    from compare.sweep.file import Sweep
+    from compare.sweep.workers import Crew
 
 HELP = "run a grid of scenes in parallel, also under mpiexec; a killed sweep goes on"
 PARALLEL = True
@@ -57,14 +57,14 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Runs the sweep; under mpiexec the first process leads, the others carry cases."""
-    from compare.world import world
+    from compare.store.world import world
 
     processes = world()
     if processes.comm is None:
         return _run(options, console, lambda: _local(options))
     from mpi4py.futures import MPICommExecutor
 
-    from compare.sweep_workers import ClusterCrew, end_beside
+    from compare.sweep.workers import ClusterCrew, end_beside
 
     found: tuple[int, Exception | None] = (common.DONE, None)
     with MPICommExecutor(processes.comm, root=0) as executor:
@@ -85,13 +85,14 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 
 def _local(options: argparse.Namespace) -> Crew:
-    from compare.sweep_workers import LocalCrew, usable_cores
+    from compare.sweep.workers import LocalCrew, usable_cores
 
     return LocalCrew(options.workers or usable_cores())
 
 
 def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]) -> int:
-    from compare import sweep_run, sweep_write
+    from compare.sweep import page as sweep_write
+    from compare.sweep import run as sweep_run
 
     if options.workers is not None and not 1 <= options.workers <= 1024:
         raise BadInput("--workers", options.workers, "is not a number of processes", "give 1 or more")
@@ -111,9 +112,9 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
 
 
 def _sweep(options: argparse.Namespace) -> Sweep:
-    from compare.grid import parse_axis
-    from compare.scene import parse_assignment
-    from compare.sweep_file import load_sweep
+    from compare.scene.axes import parse_axis
+    from compare.scene.scene import parse_assignment
+    from compare.sweep.file import load_sweep
 
     axes = [parse_axis(text) for text in options.vary]
     sweep = load_sweep(options.sweep, dict(parse_assignment(text) for text in options.assignments), axes)
@@ -136,7 +137,7 @@ def _sweep(options: argparse.Namespace) -> Sweep:
 
 
 def _again(options: argparse.Namespace) -> str:
-    from compare.page import again
+    from compare.page.page import again
 
     words = [word for axis in options.vary for word in ("--vary", axis)]
     for name in ("solver", "show", "against"):

@@ -5,9 +5,9 @@ and fills ten numbers::
 
     0 value | 1..3 d/domega d/deta d/dx | 4..9 omega-omega omega-eta omega-x eta-eta eta-x x-x
 
-`CODES` maps the name of an energy to the integer by which the kernels of `ribbon.element` call it through `density`: a
-new energy is a file of its own, its name there and its line here (docs/extend.md). The natural curvature is a term of
-its own (`natural`), absent when the strip is naturally flat.
+`CODES` maps the name of an energy to the integer by which the kernels of `ribbon.element.element` call it through
+`density`: a new energy is a file of its own, its name there and its line here (docs/extend.md). The natural curvature
+is a term of its own (`natural`), absent when the strip is naturally flat.
 """
 
 from numba import njit

@@ -13,8 +13,8 @@ import pytest
 from scipy.integrate import simpson
 
 from compare.cli import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, main
-from compare.scene import load, shipped
-from tests.compare import held_scenes
+from compare.scene.scene import load, shipped
+from tests.compare.scene import held_scenes
 
 GOOD = load("coil_10_100").to_toml()
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_bvp
 
-from shellref.elastica_problem import ElasticaProblem
+from shellref.elastica.problem import ElasticaProblem
 
 
 def collocation(problem: ElasticaProblem, guess, reaction=(), tolerance: float = 1e-10, points: int = 81):

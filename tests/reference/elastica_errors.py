@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from shellref.elastica import ElasticaProblem, solve
+from shellref.elastica.solve import ElasticaProblem, solve
 
 GENERAL = ElasticaProblem(gamma=25.0, up=(0.6, 0.8), curvature=(4.0, -3.0), force=(1.5, -2.0))
 #: name -> degree, Hermite or not, numbers of elements, order of theta in L2, order of tip and energy

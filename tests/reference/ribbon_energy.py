@@ -1,8 +1,8 @@
 """The chained ribbon's energy in multiple precision (mpmath), written from the thesis's equations alone.
 
-An independent twin of `ribbon.chained`: the frame equation R' = R [kappa]_x (eq. 2.4) is solved on many short pieces
-by its Taylor series with tens of digits, the elastic energy (eq. 2.11, 2.12) by Gauss-Legendre quadrature of the same
-number of digits. Derivatives are central differences with a step of 10^-10 in 40 digits: exact to about 18 digits.
+An independent twin of `ribbon.problems.chained`: the frame equation R' = R [kappa]_x (eq. 2.4) is solved on many short
+pieces by its Taylor series with tens of digits, the elastic energy (eq. 2.11, 2.12) by Gauss-Legendre quadrature of the
+same number of digits. Derivatives are central differences with a step of 10^-10 in 40 digits: exact to about 18 digits.
 """
 
 from __future__ import annotations

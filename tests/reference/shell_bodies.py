@@ -18,11 +18,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from shellref.body import Body, Control, Stage, Supports, line_force, point_force
-from shellref.director import HELD, retract
-from shellref.grid import Grid
-from shellref.midsurface import Annulus, Cylinder
-from shellref.options import ShellOptions
+from shellref.shell.body import Body, Control, Stage, Supports, line_force, point_force
+from shellref.shell.director import HELD, retract
+from shellref.shell.grid import Grid
+from shellref.shell.midsurface import Annulus, Cylinder
+from shellref.shell.options import ShellOptions
 from tests.reference import sze2004
 
 LOAD = (Stage("load", Control(1.0, 0.0, 0.0, 0.0), Control(1.0, 0.0, 1.0, 0.0)),)
@@ -355,11 +355,11 @@ class Track:
 
 def walk(case: Case, options: ShellOptions | None = None) -> Track:
     """Walk a case along its path and look at its probes at every accepted point."""
-    from shellref import dolfinx_api as api
-    from shellref.arc import Point
-    from shellref.naghdi import NaghdiModel
-    from shellref.newton import Equilibrium
-    from shellref.walk import Walk, Walker
+    from shellref.fenics import dolfinx_api as api
+    from shellref.path.arc import Point
+    from shellref.path.newton import Equilibrium
+    from shellref.path.walk import Walk, Walker
+    from shellref.shell.naghdi import NaghdiModel
 
     options = options or case.options
     begin = time.perf_counter()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from compare.provenance import versions
-from compare.store import atomic_write_text
+from compare.store.provenance import versions
+from compare.store.store import atomic_write_text
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -1,0 +1,1 @@
+"""Surfaces and centrelines in other programs' formats."""

@@ -1,0 +1,157 @@
+"""A triangulated surface in other programs' formats: OBJ, PLY, CSV, NPZ, and collections of VTU files (PVD)."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from matplotlib import colormaps
+from numpy.typing import NDArray
+
+from compare.export.vtu import Sheet
+
+FloatArray = NDArray[np.float64]
+
+#: Fields that colour the vertices of PLY and glTF, the first that a surface has.
+COLOURED_BY = ("energy_density", "membrane_share", "omega", "S")
+_AXES = "xyz"
+
+
+def npz_bytes(content: Mapping[str, Any]) -> bytes:
+    """Arrays as a compressed .npz file, without pickles."""
+    out = io.BytesIO()
+    np.savez_compressed(out, **content)
+    return out.getvalue()
+
+
+def sheet_arrays(sheet: Sheet) -> dict[str, NDArray[Any]]:
+    """A surface as arrays: points (N, 3), triangles (T, 3), point_NAME by point, triangle_NAME by triangle, and shape
+    (2,), points along and across, where the points are a grid."""
+    shape = {} if sheet.shape is None else {"shape": np.array(sheet.shape)}
+    points = {f"point_{name}": values for name, values in sheet.fields.items()}
+    cells = {f"triangle_{name}": values for name, values in sheet.cells.items()}
+    return {"points": sheet.points, "triangles": sheet.triangles, **shape, **points, **cells}
+
+
+def texture_coordinates(sheet: Sheet) -> FloatArray | None:
+    """(N, 2) in [0, 1]: S / l and (v + w / 2) / w; None without material coordinates."""
+    if "S" not in sheet.fields or "v" not in sheet.fields:
+        return None
+    v = sheet.fields["v"]
+    span = float(np.ptp(v)) or 1.0
+    return np.column_stack([sheet.fields["S"], (v - v.min()) / span])
+
+
+def colours(sheet: Sheet) -> tuple[str, NDArray[np.uint8]] | None:
+    """The name of the field that colours the vertices and their colours (N, 3); None without such a field.
+
+    The scale leaves out half a per cent of the points at either end; what is not known is grey.
+    """
+    scalars = sheet.scalars()
+    for name in COLOURED_BY:
+        values = scalars.get(name)
+        if values is None or not np.isfinite(values).any():
+            continue
+        low, high = np.nanquantile(values, [0.005, 0.995])
+        scaled = np.clip((values - low) / ((high - low) or 1.0), 0.0, 1.0)
+        shades = colormaps["viridis"](np.where(np.isfinite(scaled), scaled, 0.0))[:, :3]
+        shades[~np.isfinite(values)] = 0.6
+        return name, np.round(255 * shades).astype(np.uint8)
+    return None
+
+
+def obj_bytes(sheet: Sheet, name: str) -> bytes:
+    """Wavefront OBJ: positions, normals, triangles; texture coordinates are the material ones."""
+    texture = texture_coordinates(sheet)
+    out = io.StringIO()
+    out.write(f"# ribbonbench; lengths in l\no {''.join(c if c.isalnum() else '_' for c in name)}\n")
+    np.savetxt(out, sheet.points, fmt="v %.9g %.9g %.9g")
+    if texture is not None:
+        np.savetxt(out, texture, fmt="vt %.9g %.9g")
+    np.savetxt(out, sheet.normals(), fmt="vn %.6f %.6f %.6f")
+    corner = "%d/%d/%d" if texture is not None else "%d//%d"
+    repeated = np.repeat(sheet.triangles + 1, corner.count("%d"), axis=1)
+    np.savetxt(out, repeated, fmt=f"f {corner} {corner} {corner}")
+    return out.getvalue().encode()
+
+
+def ply_bytes(sheet: Sheet) -> bytes:
+    """Binary little-endian PLY: positions (double), normals, colours, s t texture coordinates, every scalar field and
+    the components of every vector field as float properties NAME, NAME_x, ..."""
+    columns: list[tuple[str, str, NDArray[Any]]] = []
+    columns += [(axis, "<f8", sheet.points[:, k]) for k, axis in enumerate(_AXES)]
+    columns += [(f"n{axis}", "<f4", sheet.normals()[:, k]) for k, axis in enumerate(_AXES)]
+    texture = texture_coordinates(sheet)
+    if texture is not None:
+        columns += [("s", "<f4", texture[:, 0]), ("t", "<f4", texture[:, 1])]
+    shades = colours(sheet)
+    if shades is not None:
+        columns += [(name, "u1", shades[1][:, k]) for k, name in enumerate(("red", "green", "blue"))]
+    columns += [(name, "<f4", values) for name, values in _named(sheet)]
+    kinds = {"<f8": "double", "<f4": "float", "u1": "uchar"}
+    vertices = np.empty(len(sheet.points), dtype=[(name, kind) for name, kind, _ in columns])
+    for name, _, values in columns:
+        vertices[name] = values
+    faces = np.empty(len(sheet.triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, sheet.triangles
+    header = ["ply", "format binary_little_endian 1.0", "comment ribbonbench, lengths in l"]
+    header += [f"element vertex {len(vertices)}", *(f"property {kinds[kind]} {name}" for name, kind, _ in columns)]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
+    return "\n".join(header).encode("ascii") + vertices.tobytes() + faces.tobytes()
+
+
+def _named(sheet: Sheet) -> list[tuple[str, FloatArray]]:
+    """Every field by its own name, vectors by components."""
+    found = list(sheet.scalars().items())
+    for name, values in sheet.fields.items():
+        if values.ndim == 2 and values.shape[1] == 3:
+            found += [(f"{name}_{axis}", values[:, k]) for k, axis in enumerate(_AXES)]
+    return found
+
+
+def points_csv(sheet: Sheet) -> bytes:
+    """x, y, z and every field, one line a point, names of the columns first; empty where a value is not known."""
+    named = [(axis, sheet.points[:, k]) for k, axis in enumerate(_AXES)] + _named(sheet)
+    return _csv([name for name, _ in named], np.column_stack([values for _, values in named]))
+
+
+def line_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
+    """The centreline of a `ribbon.npz`: s, position, omega, eta, segment, energy_density (D w / l^2), frame, ruling."""
+    names = ["s", *_AXES, "omega", "eta", "segment", "energy_density"]
+    parts = [
+        ribbon["line_s"], ribbon["line_position"], ribbon["line_omega"], ribbon["line_eta"],
+        ribbon["line_segment"], ribbon["line_energy_density"],
+    ]  # fmt: skip
+    for k, name in enumerate(("tx", "ty", "tz")):
+        names += [f"{name}_{axis}" for axis in _AXES]
+        parts.append(ribbon["line_frame"][:, :, k])
+    names += [f"ruling_{axis}" for axis in _AXES]
+    return _csv(names, np.column_stack([*parts, ribbon["line_ruling"]]))
+
+
+def segments_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
+    """The segments of a `ribbon.npz`: number, abscissa of its start, length, a, b, n, m and the start's position."""
+    start = ribbon["joints"][:-1]
+    columns = [np.arange(len(start)), start, ribbon["segment_lengths"], ribbon["parameters"]]
+    names = ["segment", "start", "length", "a", "b", "n", "m", *_AXES]
+    return _csv(names, np.column_stack([*columns, ribbon["joint_positions"][:-1]]))
+
+
+def _csv(names: Sequence[str], table: FloatArray) -> bytes:
+    out = io.StringIO()
+    np.savetxt(out, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+    return out.getvalue().replace("nan", "").encode()
+
+
+def pvd_bytes(entries: Sequence[tuple[float, int, str, str]]) -> bytes:
+    """A ParaView collection of (time, part, label, file), files relative to it."""
+    lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">']
+    lines.append("  <Collection>")
+    for time, part, label, file in entries:
+        lines.append(
+            f'    <DataSet timestep="{time:.12g}" part="{part}" name={quoteattr(label)} file={quoteattr(file)}/>'
+        )
+    return "\n".join([*lines, "  </Collection>", "</VTKFile>", ""]).encode()

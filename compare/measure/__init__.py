@@ -1,0 +1,1 @@
+"""Measures between shapes: distances, rigid motions, fronts of error and time."""

@@ -1,0 +1,149 @@
+"""From a scene to what the ribbon's solver takes: strip, clamps, closure, walls, weight, with l = 1."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from compare.errors import BadInput
+from compare.scene.check import beyond_the_ribbon
+from compare.scene.scene import Scene
+from ribbon import Clamp, Closure, Gravity, Strip, Wall
+from ribbon.find.solve import Problem, build
+from ribbon.problems import formulation as _formulation
+
+#: The energy behind "auto", and beside an elastica: the one that is exact in the width (thesis, eq. 2.11).
+AUTO_ENERGY = "wunderlich"
+
+
+def ribbon_energy(scene: Scene) -> str:
+    """The energy the ribbon uses: the scene's own, "wunderlich" for "auto" and beside an elastica."""
+    return AUTO_ENERGY if scene.model.energy in ("auto", "elastica") else scene.model.energy
+
+
+def ribbon_strip(scene: Scene) -> Strip:
+    """The scene's strip with l = 1."""
+    return Strip(
+        length=1.0,
+        width=scene.width,
+        poisson=scene.strip.poisson,
+        natural_curvature=scene.curvature,
+        gamma=scene.gamma,
+    )
+
+
+def _clamp(scene: Scene, end: str) -> Clamp | None:
+    """The clamp at "start" or "end", its position in units of l, with None for what it leaves free; None: no clamp."""
+    spec = scene.clamp_start if end == "start" else scene.clamp_end
+    if spec is None:
+        return None
+    position = scene.start_position if end == "start" else scene.end_position
+    frame = scene.start_frame if end == "start" else scene.end_frame
+    tangent = None if frame is None else frame[:, 2]
+    normal = None if frame is None else frame[:, 1]
+    return Clamp(position, tangent=tangent, normal=normal, ruling=spec.ruling)
+
+
+def ribbon_clamp(scene: Scene) -> Clamp | None:
+    """What holds s = 0: a clamp that holds nothing for a free start; None for a band that no clamp holds."""
+    found = _clamp(scene, "start")
+    return Clamp(None, None, None) if found is None and scene.closure is None else found
+
+
+def ribbon_end(scene: Scene) -> Clamp | None:
+    """What holds s = l; None: free, or closed."""
+    return _clamp(scene, "end")
+
+
+def ribbon_closure(scene: Scene) -> Closure | None:
+    """The band's closure; None: an open ribbon."""
+    spec = scene.closure
+    return None if spec is None else Closure(spec.kind, spec.ruling, spec.turns)
+
+
+def ribbon_walls(scene: Scene) -> tuple[Wall, ...]:
+    """The walls, points in units of l, stiffness in D w / l^3."""
+    placed = zip(scene.walls, scene.wall_points, scene.wall_normals, strict=True)
+    return tuple(Wall(point, normal, wall.stiffness) for wall, point, normal in placed)
+
+
+def ribbon_gravity(scene: Scene) -> Gravity | None:
+    """The weight's direction, or None for a weightless scene: the term is then absent."""
+    if scene.gravity is None or scene.up is None or not scene.gamma:
+        return None
+    return Gravity(up=scene.up, exact=scene.gravity.exact)
+
+
+def asked_formulation(scene: Scene) -> str:
+    """The formulation asked of the ribbon; a path is gone in the mixed model unless the scene says otherwise.
+
+    (Its steps start warm with multipliers, and stages may hold what the chained model cannot.)
+    """
+    asked = scene.model.formulation
+    return "mixed" if asked == "auto" and (scene.path or scene.model.tolerance is not None) else asked
+
+
+def build_arguments(scene: Scene) -> dict[str, Any]:
+    """Keywords of `ribbon.find.solve.build`: the problem alone, without a starting shape."""
+    return {
+        "strip": ribbon_strip(scene),
+        "clamp": ribbon_clamp(scene),
+        "gravity": ribbon_gravity(scene),
+        "end": ribbon_end(scene),
+        "closure": ribbon_closure(scene),
+        "walls": ribbon_walls(scene),
+        "energy": ribbon_energy(scene),
+        "segments": np.asarray(scene.model.lengths),
+        "formulation": asked_formulation(scene),
+        "held_by": scene.model.held_by,
+    }
+
+
+def ribbon_arguments(scene: Scene) -> dict[str, Any]:
+    """Keywords of `ribbon.solve`: those of `build_arguments` and the starting shape, curvature in 1/l."""
+    return {
+        **build_arguments(scene),
+        "seed_curvature": "natural" if scene.seed.curvature is None else scene.seed_curvature,
+        "seed_ruling": scene.seed.ruling,
+    }
+
+
+def ribbon_problem(scene: Scene, formulation: str | None = None) -> Problem:
+    """The ribbon's minimisation problem of a scene; `formulation`: another one than the scene asks for."""
+    arguments = build_arguments(scene)
+    return build(**(arguments if formulation is None else {**arguments, "formulation": formulation}))
+
+
+def formulation_why(scene: Scene, used: str) -> str:
+    """Why the ribbon has the formulation `used` ("chained", "mixed", "matrix")."""
+    if scene.model.formulation == "auto" and used == "mixed":
+        if scene.model.tolerance is not None:
+            return "segments placed by an error estimate are many and uneven: the mixed model's cost is linear"
+        if scene.path:
+            return "a [[path]] goes on from multipliers and may hold more on its way than the chained model can"
+    clamp, end = ribbon_clamp(scene), ribbon_end(scene)
+    start = None if clamp is None or (clamp.position is None and not clamp.holds_frame) else clamp
+    segments = len(scene.model.lengths)
+    arguments = start, end, ribbon_closure(scene), ribbon_walls(scene), ribbon_gravity(scene), segments
+    chosen, why = _formulation.choose(scene.model.formulation, *arguments)
+    return why if chosen == used else f"{chosen} ({why}) cannot solve this scene; {used} can"
+
+
+def check_model(scene: Scene) -> None:
+    """`BadInput` for a combination of [model] keys of which one would be ignored, and for what no ribbon knows."""
+    beyond = beyond_the_ribbon(scene)
+    if beyond is not None:
+        raise BadInput(
+            beyond[0],
+            None,
+            f"is in the scene: the ribbon {beyond[1]}",
+            'use ribbonbench solve with model.energy = "elastica"',
+        )
+    if scene.model.tolerance is not None and scene.model.formulation not in ("auto", "mixed"):
+        raise BadInput(
+            "model.formulation",
+            scene.model.formulation,
+            "cannot place its segments by model.tolerance",
+            'choose formulation = "mixed" or "auto", or give model.elements',
+        )

@@ -1,0 +1,302 @@
+"""Going the way that a scene declares: its [[path]] stages one after another, then the scene itself, resumable.
+
+The first stage is solved from its seed. Every leg to the next stage is a homotopy (`compare.scene.homotopy`): what
+cannot vary continuously (a wall that appears, other segments) switches first, the rest then goes in steps
+(`ribbon.find.continuation`). After every accepted step the state is kept in a file, so that an interrupted run goes on
+where it was.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import time
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
+from compare.scene.homotopy import Homotopy, between
+from compare.scene.scene import Scene
+from compare.store.store import atomic_write_bytes, case_key, jsonable
+from ribbon import Equilibrium, Status, solve
+from ribbon.element import kernel_cache
+from ribbon.find.adaptive import refine_to_tolerance
+from ribbon.find.continuation import StepRecord, anchored, follow, switch
+from ribbon.find.solve import Problem
+from ribbon.result import Energy
+
+Progress = Callable[[str], None]
+OnStep = Callable[[dict[str, Any]], None]
+
+#: The file of an unfinished way, in the folder of its results.
+STATE_FILE = "path_state.npz"
+#: Where on a leg that both switches and varies the switched scene is solved: as good as its start.
+ENTRY = 1e-9
+#: Where every leg is checked for impossible scenes before anything is solved.
+CHECKED_AT = (ENTRY, 0.25, 0.5, 0.75)
+#: What stands in an entry of the log, in order (`ribbon.find.continuation.StepRecord`, after the stage approached, from
+#: 1).
+COLUMNS = ("stage", *StepRecord.__dataclass_fields__)
+_GOOD = (Status.CONVERGED, Status.SADDLE)
+
+
+@dataclass(frozen=True)
+class Way:
+    """A finished (or stopped) way: the equilibrium with the log of all steps, how many stages there are, the scene
+    included, how many steps were solved in this run, rejected ones included, and whether it went on from a file."""
+
+    equilibrium: Equilibrium
+    stages: int
+    solved: int
+    resumed: bool
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a way stands: on the leg to `stage` (from 0; 0: the seed's) at t, with the log up to there."""
+
+    stage: int
+    t: float
+    equilibrium: Equilibrium
+    log: tuple[dict[str, Any], ...]
+
+
+class _Keeper:
+    """Keeps the last accepted step of a way in a file of `folder` (None: nothing is kept), under the key of the run."""
+
+    def __init__(self, folder: Path | None, key: str) -> None:
+        self.path = None if folder is None else folder / STATE_FILE
+        self.key = key
+
+    def save(self, place: _Place) -> None:
+        """Writes the place atomically; arrays as they are, everything else as JSON text."""
+        if self.path is None:
+            return
+        e = place.equilibrium
+        about = {
+            "key": self.key,
+            "stage": place.stage,
+            "t": place.t,
+            "log": place.log,
+            "status": e.status.name,
+            "message": e.message,
+            "residual": e.residual,
+            "iterations": e.iterations,
+            "evaluations": e.evaluations,
+            "energy": asdict(e.energy),
+            "stable": e.stable,
+            "lowest_eigenvalue": jsonable(e.lowest_eigenvalue),
+            "active_bounds": e.active_bounds,
+            "seconds": e.seconds,
+            "options": jsonable(e.options),
+        }
+        buffer = io.BytesIO()
+        np.savez_compressed(
+            buffer, about=np.array(json.dumps(about)), lengths=e.problem.lengths, x=e.x, rows=e.rows,
+            multipliers=e.multipliers, mode=e.mode, at=np.empty(0) if e.at is None else e.at,
+        )  # fmt: skip
+        atomic_write_bytes(self.path, buffer.getvalue())
+
+    def load(self, problem_of: Callable[[int, float], Problem]) -> _Place | None:
+        """The place kept by an interrupted run of the same scene and sources; None: none, or unusable."""
+        if self.path is None or not self.path.exists():
+            return None
+        try:
+            with np.load(self.path, allow_pickle=False) as data:
+                about = json.loads(str(data["about"]))
+                arrays = {name: data[name] for name in ("lengths", "x", "rows", "multipliers", "mode", "at")}
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
+            return None
+        if about.get("key") != self.key:
+            return None
+        problem = problem_of(about["stage"], about["t"])
+        if not np.array_equal(problem.lengths, arrays["lengths"]) or problem.size != arrays["x"].size:
+            return None
+        lowest = about["lowest_eigenvalue"]
+        found = Equilibrium(
+            problem=problem,
+            status=Status[about["status"]],
+            message=about["message"],
+            x=arrays["x"],
+            multipliers=arrays["multipliers"],
+            rows=arrays["rows"],
+            residual=about["residual"],
+            iterations=about["iterations"],
+            evaluations=about["evaluations"],
+            energy=Energy(**about["energy"]),
+            stable=about["stable"],
+            lowest_eigenvalue=float("nan") if lowest is None else lowest,
+            mode=arrays["mode"],
+            at=arrays["at"] if arrays["at"].size else None,
+            active_bounds=about["active_bounds"],
+            seconds=about["seconds"],
+            options=about["options"],
+        )
+        found = replace(found, problem=anchored(problem, found))
+        return _Place(about["stage"], about["t"], found, tuple(about["log"]))
+
+    def remove(self) -> None:
+        """Forgets the place: the way is finished."""
+        if self.path is not None:
+            self.path.unlink(missing_ok=True)
+
+
+class _Walk:
+    """One run along the stages of a scene."""
+
+    def __init__(
+        self, scene: Scene, keeper: _Keeper, leave_saddle: bool, progress: Progress | None, on_step: OnStep | None
+    ) -> None:
+        self.stages = scene.stages()
+        self.steps = [None if k >= len(scene.path) else scene.path[k].steps for k in range(len(self.stages))]
+        self.legs = [between(*pair) for pair in pairwise(self.stages)]
+        self.keeper, self.leave_saddle = keeper, leave_saddle
+        self.progress, self.on_step = progress, on_step
+        self.solved = 0
+        for leg in self.legs:
+            for t in CHECKED_AT:
+                leg(t)
+
+    def problem(self, stage: int, t: float) -> Problem:
+        """The ribbon's problem on the leg to `stage` at t (t = 0: where the leg begins, switched)."""
+        scene = self.stages[0] if stage == 0 else self.legs[stage - 1](max(t, ENTRY))
+        return ribbon_problem(scene, _formulation(scene))
+
+    def run(self) -> tuple[Equilibrium, bool]:
+        """The last equilibrium with the whole log, and whether the way went on from a file."""
+        place = self.keeper.load(self.problem)
+        resumed = place is not None
+        if place is None:
+            place = self._seeded()
+        elif self.progress is not None:
+            self.progress(f"path: goes on from stage {place.stage + 1} of {len(self.stages)}, t = {place.t:.4g}")
+        while place.equilibrium.status in _GOOD:
+            if place.t < 1.0:
+                place = self._followed(place)
+            elif place.stage + 1 < len(self.stages):
+                place = self._entered(place)
+            else:
+                break
+        found = place.equilibrium
+        if found.status not in _GOOD:
+            found = replace(found, message=f"stage {place.stage + 1} of {len(self.stages)}: {found.message}")
+        return replace(found, log=place.log), resumed
+
+    def _accept(self, place: _Place) -> _Place:
+        """Keeps a place that a step reached, and says so."""
+        entry = place.log[-1]
+        self.solved += 1
+        if place.equilibrium.status not in _GOOD:
+            return place
+        self.keeper.save(place)
+        if self.progress is not None:
+            self.progress(f"path: stage {entry['stage']} of {len(self.stages)}, t = {entry['t']:.4g}")
+        if self.on_step is not None:
+            self.on_step(entry)
+        return place
+
+    def _solved(self, stage: int, t: float, found: Equilibrium, seconds: float) -> dict[str, Any]:
+        """The entry of a solve that is no step of a continuation: the seed, or a switch."""
+        record = StepRecord(
+            t, t, found.status.code, found.status in _GOOD, found.iterations, found.residual, found.energy.total,
+            found.lowest_eigenvalue, seconds, False,
+        )  # fmt: skip
+        return _entry(stage, asdict(record))
+
+    def _seeded(self) -> _Place:
+        """The first stage, from its seed."""
+        first = self.stages[0]
+        clock = time.perf_counter()
+        arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
+        found = solve(**arguments, leave_saddle=self.leave_saddle)
+        entry = self._solved(0, 1.0, found, time.perf_counter() - clock)
+        return self._accept(_Place(0, 1.0, found, (entry,)))
+
+    def _entered(self, place: _Place) -> _Place:
+        """The start of the next leg: what switches is switched; all of the leg where nothing varies."""
+        stage = place.stage + 1
+        leg: Homotopy = self.legs[stage - 1]
+        if leg.continuous and not leg.switched:
+            return replace(place, stage=stage, t=0.0)
+        t = 0.0 if leg.continuous else 1.0
+        clock = time.perf_counter()
+        found = switch(self.problem(stage, t), replace(place.equilibrium, log=()), leave_saddle=self.leave_saddle)
+        entry = self._solved(stage, t, found, time.perf_counter() - clock)
+        return self._accept(_Place(stage, t, found, (*place.log, entry)))
+
+    def _followed(self, place: _Place) -> _Place:
+        """The end of the leg on which the way stands, step by step."""
+        taken: list[dict[str, Any]] = []
+
+        def step(record: StepRecord, found: Equilibrium) -> None:
+            taken.append(_entry(place.stage, asdict(record)))
+            self._accept(_Place(place.stage, record.t, found, (*place.log, *taken)))
+
+        found = follow(
+            lambda t: self.problem(place.stage, t), replace(place.equilibrium, log=()),
+            steps=self.steps[place.stage], leave_saddle=self.leave_saddle, on_step=step, begin=place.t,
+        )  # fmt: skip
+        entries = [_entry(place.stage, record) for record in found.log]
+        self.solved += len(entries) - len(taken)
+        return _Place(place.stage, 1.0, found, (*place.log, *entries))
+
+
+def _entry(stage: int, record: dict[str, Any]) -> dict[str, Any]:
+    """An entry of the log: a step's record under the number of its stage, from 1; None where nothing was judged."""
+    return {"stage": stage + 1, **jsonable(record)}
+
+
+def _formulation(scene: Scene) -> str:
+    """The stage's own formulation; "auto" is the mixed model: its steps start warm (`compare.models.ribbon_build`)."""
+    return "mixed" if scene.model.formulation == "auto" else scene.model.formulation
+
+
+def run_key(scene: Scene, leave_saddle: bool) -> str:
+    """What a kept state belongs to: the scene, the option, and the ribbon's sources."""
+    return case_key(scene.canonical(), {"leave_saddle": leave_saddle}, kernel_cache.digest())
+
+
+def run_way(
+    scene: Scene,
+    folder: Path | None = None,
+    *,
+    leave_saddle: bool = False,
+    progress: Progress | None = None,
+    on_step: OnStep | None = None,
+) -> Way:
+    """The scene's equilibrium at the end of its path; segments by tolerance, where asked for, are placed there.
+
+    folder: where the state of an unfinished run is kept and looked for; None: nowhere. on_step: called with every
+    accepted step's entry of the log. A stage that fails stops the way: the result has its status. `BadInput` when the
+    way leads through an impossible scene.
+    """
+    keeper = _Keeper(folder, run_key(scene, leave_saddle))
+    walk = _Walk(scene, keeper, leave_saddle, progress, on_step)
+    found, resumed = walk.run()
+    if scene.model.tolerance is not None and found.status in _GOOD:
+        if progress is not None:
+            progress(f"path: segments for the tolerance {scene.model.tolerance:g}")
+        log = found.log
+        found = refine_to_tolerance(replace(found, log=()), scene.model.tolerance, leave_saddle=leave_saddle)
+        found = replace(found, log=log)
+    keeper.remove()
+    return Way(found, len(walk.stages), walk.solved, resumed)
+
+
+def log_csv(log: tuple[dict[str, Any], ...]) -> str:
+    """The log as CSV, one line a step, names of the columns first; empty where nothing was judged."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for entry in log:
+        values = (entry.get(name) for name in COLUMNS)
+        writer.writerow(["" if v is None else str(v).lower() if isinstance(v, bool) else v for v in values])
+    return out.getvalue()

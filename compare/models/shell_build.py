@@ -1,0 +1,362 @@
+"""From a scene to what the shell takes: problem and options, and for two clamps the way from a planar arc.
+
+Only NumPy and the shell's dataclasses are imported: neither a solver nor the ribbon.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.scene.check import beyond_the_shell
+from compare.scene.scene import Scene
+from compare.scene.stages import stage_name
+from shellref.inputs import ShellInputError
+from shellref.shell.options import ShellOptions
+from shellref.shell.problem import Pose, ShellProblem, Waypoint
+
+FloatArray = NDArray[np.float64]
+
+#: Elements along and across when the scene does not say, and how they are graded (first element at the clamp,
+#: elements at the long edges, over even ones). The thesis has an even grid of 100 x 4 (4.3); docs/shell.md shows what
+#: grading buys.
+DEFAULT_ELEMENTS = (100, 8)
+#: The first mesh when a tolerance is to be reached.
+FIRST_ELEMENTS = (50, 4)
+GRADING = (0.2, 0.1)
+#: The same for strips wider than WIDE (w / l), which fold near their clamps: at w/l = 0.5, Gamma = 1000 (thesis, 7.3)
+#: the mesh above gives 3.0 % of membrane energy, this one 1.13 %, 200 x 16 elements 1.09 % (results/limits).
+WIDE = 0.15
+WIDE_ELEMENTS = (100, 12)
+WIDE_GRADING = (0.1, 0.2)
+#: Largest turn (rad) of a clamp on one leg of the way from the arc: frames turn by the shortest rotation.
+MOST_TURN = 1.0
+#: Relative difference below which two laws of natural curvature, or two weights, are the same.
+_SAME = 1e-12
+
+
+def shell_elements(scene: Scene) -> tuple[int, int]:
+    """Elements (along, across) of the scene's shell runs; of the first mesh where a tolerance is to be reached."""
+    if scene.shell.elements is not None:
+        return scene.shell.elements
+    if scene.shell.tolerance is not None:
+        return FIRST_ELEMENTS
+    return WIDE_ELEMENTS if scene.width > WIDE else DEFAULT_ELEMENTS
+
+
+def natural_constant(scene: Scene) -> float:
+    """1/2 int K^2 ds in D w / l, which the ribbon's energy leaves out (K l linear between its ends)."""
+    start, end = scene.curvature
+    return (start * start + start * end + end * end) / 6.0
+
+
+def shell_options(scene: Scene, **changes: Any) -> ShellOptions:
+    """How the scene's shell is solved."""
+    return ShellOptions(accuracy=scene.shell.tolerance, **changes)
+
+
+def shell_problem(
+    scene: Scene, width_to_thickness: float, elements: tuple[int, int] | None = None, way: bool = True
+) -> ShellProblem:
+    """The scene as a shell of this w/h, D and Gamma kept (lengths in l); `elements`: others than the scene's.
+
+    way: with the scene's [[path]] and the arc from which it starts; without, only the state itself is described.
+    """
+    shell = scene.shell
+    weight = scene.up is not None and scene.gamma > 0
+    grading = shell.grading or (WIDE_GRADING if scene.width > WIDE else GRADING)
+    try:
+        problem = ShellProblem(
+            width=scene.width,
+            thickness=scene.width / width_to_thickness,
+            poisson=scene.strip.poisson,
+            natural_curvature=scene.curvature,
+            gamma=scene.gamma if weight else 0.0,
+            up=tuple(float(c) for c in scene.up) if weight else None,  # type: ignore[arg-type, union-attr]
+            clamp_position=tuple(float(c) for c in scene.position),  # type: ignore[arg-type]
+            clamp_frame=tuple(tuple(float(c) for c in row) for row in scene.frame),  # type: ignore[arg-type]
+            clamp=shell.clamp,
+            elements=elements or shell_elements(scene),
+            grading=grading,
+            end=end_pose(scene),
+            corner=scene.shell_corner,
+            edge_layer=scene.shell_edge_layer,
+            start_curvature=scene.shell_start_curvature,
+        )
+        return with_way(scene, problem) if way else problem
+    except ShellInputError as error:
+        raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
+
+
+def _pose(position: FloatArray, frame: FloatArray) -> Pose:
+    return Pose(tuple(position.tolist()), tuple(map(tuple, frame.tolist())))  # type: ignore[arg-type]
+
+
+def start_pose(scene: Scene) -> Pose:
+    """The clamp at s = 0, position in units of l."""
+    return _pose(scene.position, scene.frame)
+
+
+def end_pose(scene: Scene) -> Pose | None:
+    """The clamp at s = l, position in units of l; None: the end is free."""
+    position, frame = scene.end_position, scene.end_frame
+    return None if position is None or frame is None else _pose(position, frame)
+
+
+def line_weight(scene: Scene) -> str | None:
+    """What is to be said about a ribbon that is weighed along its centreline, beside a shell; None: nothing."""
+    if scene.gravity is None or not scene.gamma or scene.gravity.exact:
+        return None
+    return (
+        "The shell weighs its surface, the ribbon its centreline: their loads differ by order w^2 (gravity.exact = "
+        "true weighs the ribbon's surface too)."
+    )
+
+
+def shell_words(scene: Scene) -> str:
+    """What holds the shell of a scene, its mesh, and where its solves begin."""
+    shell, length = scene.shell, scene.strip.length
+    what = "the whole edge"
+    if shell.clamp == "corners":
+        cell = "one cell of the mesh" if shell.corner is None else f"a cell of {shell.corner / length:g} l"
+        what = f"{cell} at both corners"
+    where = "both ends" if scene.clamp_end is not None else "s = 0"
+    mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
+    if shell.tolerance is not None:
+        mesh += f" at first, refined to {shell.tolerance:g} l"
+    words = [f"its clamps hold {what} at {where}", mesh]
+    try:
+        problem = shell_problem(scene, scene.require_shell()[0])
+    except BadInput as refusal:
+        way = f"its own path is not available ({refusal.key} {refusal.problem})"
+    else:
+        if problem.start_curvature:
+            begin = f"a planar arc of curvature {problem.start_curvature:.4g}/l"
+        elif problem.start_curvature is None and any(scene.curvature) and shell.clamp == "edge" and not problem.end:
+            begin = "its natural shape"
+        else:
+            begin = "the flat strip"
+        names = list(dict.fromkeys(stage.name for stage in problem.path if stage.name != "arc"))
+        names += [] if problem.path or not any(scene.curvature) or begin == "its natural shape" else ["natural"]
+        names += ["gravity"] if problem.loaded else []
+        way = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
+    if starts_at_ribbon(scene):
+        words.append(f"compare begins at the ribbon's surface, ribbonbench shell does not know it: {way}")
+    else:
+        words.append(way)
+    return "; ".join(words)
+
+
+def starts_at_ribbon(scene: Scene, leave_saddle: bool = False) -> bool:
+    """Whether the scene may have several equilibria, so that the shell beside a ribbon begins at the ribbon's."""
+    return scene.clamp_end is not None or bool(scene.path) or leave_saddle
+
+
+# -- the way ----------------------------------------------------------------------------------------------------------
+
+
+def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
+    """The problem with the waypoints of the scene's [[path]] and, for two clamps, the arc where the path begins.
+
+    Raises `BadInput` for a stage that the shell cannot follow.
+    """
+    if problem.end is None and not scene.path:
+        return problem
+    stages = _followed(scene)
+    first = stages[0]
+    curvature = problem.start_curvature
+    flat = (0.0, 0.0) if problem.clamp == "corners" else scene.curvature  # where the shell begins if nothing is said
+    begin = flat if curvature is None else (curvature, curvature)
+    waypoints: list[Waypoint] = []
+    if problem.end is not None:
+        here, there = start_pose(first), end_pose(first)
+        assert there is not None
+        if curvature is None:
+            curvature = arc_curvature(here, there, scene)
+        begin = (curvature, curvature)
+        waypoints += from_arc(here, there, curvature)
+        # the arc is unstressed; its natural curvature goes over into the strip's while it is held as an arc
+        waypoints.insert(1, Waypoint(natural=_fraction(first, scene, begin), name="natural"))
+        waypoints.append(Waypoint(start=here, end=there, name="clamps"))
+    elif curvature is None and problem.clamp == "edge" and not _same(first.curvature, scene.curvature):
+        curvature, other = first.curvature
+        if curvature != other:
+            key = "strip.natural_curvature"
+            raise BadInput(
+                stage_name(0, key), list(first.strip.natural_curvature), "is no arc for the shell's path to begin with",
+                "give one number, or shell.start_curvature",
+            )  # fmt: skip
+        begin = (curvature, curvature)
+    if scene.path:
+        waypoints.append(_waypoint(first, scene, begin, "path 1"))
+    for number, stage in enumerate(stages[1:-1], start=2):
+        waypoints.append(_waypoint(stage, scene, begin, f"path {number}"))
+    return dataclasses.replace(problem, start_curvature=curvature, path=tuple(waypoints))
+
+
+def _followed(scene: Scene) -> tuple[Scene, ...]:
+    """The stages of the scene and the scene itself, each of them such that the shell can follow."""
+    stages = scene.stages()
+    for number, stage in enumerate(stages[:-1]):
+        for key, differs in (
+            ("clamp.end", (stage.clamp_end is None) != (scene.clamp_end is None)),
+            ("strip.width", stage.width != scene.width),
+            ("strip.length", stage.strip.length != scene.strip.length),
+            ("strip.poisson", stage.strip.poisson != scene.strip.poisson),
+            ("gravity.up", stage.gamma > 0 and scene.up is not None and not np.allclose(stage.up, scene.up)),  # type: ignore[arg-type]
+            ("strip.gamma", stage.gamma > 0 and not scene.gamma),
+        ):
+            if differs:
+                raise _cannot_follow(number, key)
+        beyond = beyond_the_shell(stage)
+        if beyond is not None:
+            raise BadInput(stage_name(number, beyond[0]), None, beyond[1], "leave the stage out (--set path=[])")
+    return stages
+
+
+def _cannot_follow(number: int, key: str) -> BadInput:
+    return BadInput(
+        stage_name(number, key), None, "is not what the shell's path can change: poses of the clamps, fractions of the "
+        "scene's own weight, its natural curvature",
+        "leave the stage out (--set path=[])",
+    )  # fmt: skip
+
+
+def _waypoint(stage: Scene, scene: Scene, begin: tuple[float, float], name: str) -> Waypoint:
+    """The stage as a waypoint."""
+    gravity = stage.gamma / scene.gamma if scene.gamma else None
+    return Waypoint(_fraction(stage, scene, begin), gravity, start_pose(stage), end_pose(stage), name)
+
+
+def _same(a: tuple[float, float], b: tuple[float, float]) -> bool:
+    return bool(np.allclose(a, b, rtol=_SAME, atol=0.0))
+
+
+def _fraction(stage: Scene, scene: Scene, begin: tuple[float, float]) -> float | None:
+    """f with K_stage = begin + f (K - begin): the natural curvature on its way from the start's to the scene's."""
+    law, here = np.subtract(scene.curvature, begin), np.subtract(stage.curvature, begin)
+    if _same(stage.curvature, scene.curvature):
+        return 1.0
+    scale = float(law @ law)
+    fraction = float(here @ law) / scale if scale else 0.0
+    if np.abs(here - fraction * law).max() > 1e-9 * max(1.0, float(np.abs(here).max())):
+        number = scene.stages().index(stage)
+        key = "strip.natural_curvature"
+        raise BadInput(
+            stage_name(number, key), list(stage.strip.natural_curvature),
+            "is not between the curvature where the shell's path begins and the scene's",
+            "give a multiple of the scene's own law, or leave the stage out (--set path=[])",
+        )  # fmt: skip
+    return fraction
+
+
+# -- from a planar arc to two clamps ----------------------------------------------------------------------------------
+
+
+def arc_turn(distance: float) -> float:
+    """The angle in [0, 2 pi] by which an arc of length 1 turns whose chord is `distance`: 2 sin(c / 2) = c d."""
+    if distance >= 1.0:
+        return 0.0
+    low, high = 0.0, 2.0 * math.pi
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        if 2.0 * math.sin(0.5 * middle) > middle * distance:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def arc_curvature(start: Pose, end: Pose, scene: Scene) -> float:
+    """Curvature (1/l) of the planar arc whose chord is the clamps' distance.
+
+    It bends the way in which both clamps turn the less to their frames; where that does not decide, as the seed does in
+    its middle, or the natural curvature, or positively.
+    """
+    turn = arc_turn(math.dist(start.position, end.position))
+    if turn == 0.0:
+        return 0.0
+    effort = {sign: sum(float(np.sum(way**2)) for way in _turns(start, end, sign * turn)[1]) for sign in (1.0, -1.0)}
+    if abs(effort[1.0] - effort[-1.0]) > 1e-6 * (effort[1.0] + effort[-1.0]):
+        return turn * min(effort, key=effort.__getitem__)
+    seed = scene.seed_curvature
+    middle = float(np.interp(0.5, np.linspace(0.0, 1.0, len(seed)), seed))
+    return math.copysign(turn, middle or sum(scene.curvature) or 1.0)
+
+
+def from_arc(start: Pose, end: Pose, curvature: float) -> list[Waypoint]:
+    """Waypoints from the planar arc to the clamps' frames: the arc stands on the clamps' points (or begins at the
+    start and points at the end), then both frames turn steadily, by less than `MOST_TURN` on a leg.
+    """
+    frames, ways = _turns(start, end, curvature)
+    here, there = np.array(start.position), np.array(end.position)
+    half = 0.5 * curvature
+    chord = 1.0 if abs(half) < 1e-9 else math.sin(half) / half
+    chord_frame = _chord_frame(start, end)
+    arc_end = here + chord * chord_frame[:, 2]
+    legs = max(1, math.ceil(max(float(np.linalg.norm(way)) for way in ways) / MOST_TURN))
+    found = [Waypoint(start=_pose(here, frames[0]), name="arc")]
+    for leg in range(1, legs):
+        t = leg / legs
+        turned = [_rotation(t * way) @ frame for way, frame in zip(ways, frames, strict=True)]
+        place = arc_end + t * (there - arc_end)
+        found.append(Waypoint(start=_pose(here, turned[0]), end=_pose(place, turned[1]), name="clamps"))
+    return found
+
+
+def _chord_frame(start: Pose, end: Pose) -> FloatArray:
+    """The frame whose tangent is the chord and whose normal is nearest those of the clamps (columns t_x t_y t_z)."""
+    here, there = np.array(start.position), np.array(end.position)
+    frames = [np.array(start.frame), np.array(end.frame)]
+    chord = there - here
+    size = float(np.linalg.norm(chord))
+    tangent = chord / size if size > 1e-9 else frames[0][:, 2]
+    for candidate in (frames[0][:, 1] + frames[1][:, 1], frames[0][:, 1], frames[0][:, 2], frames[0][:, 0]):
+        normal = candidate - (candidate @ tangent) * tangent
+        if np.linalg.norm(normal) > 1e-3:
+            break
+    normal = normal / np.linalg.norm(normal)
+    return np.stack([np.cross(normal, tangent), normal, tangent], axis=1)
+
+
+def _turns(start: Pose, end: Pose, curvature: float) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Frames of the arc's two ends, and the rotation vectors (3,) that take them to the clamps' frames.
+
+    The way of each goes over the chord's frame, so that the strip is not wound up where the arc turns by more than pi.
+    """
+    middle = _chord_frame(start, end)
+    frames, ways = [], []
+    for pose, angle in ((start, -0.5 * curvature), (end, 0.5 * curvature)):
+        bent = angle * middle[:, 0]  # positive curvature turns the tangent towards -t_y: about t_x
+        frame = _rotation(bent) @ middle
+        wanted = _rotation_vector(np.array(pose.frame) @ middle.T)
+        frames.append(frame)
+        direct = _rotation_vector(np.array(pose.frame) @ frame.T)
+        ways.append(_near(direct, wanted - bent))
+    return frames, ways
+
+
+def _near(vector: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The rotation vector of the same rotation (angle + 2 pi k about its axis) nearest to `wanted`."""
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
+        return vector
+    axis = vector / angle
+    return min(((angle + 2.0 * math.pi * k) * axis for k in (-1, 0, 1)), key=lambda v: float(np.sum((v - wanted) ** 2)))
+
+
+def _rotation(vector: FloatArray) -> FloatArray:
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_rotvec(vector).as_matrix())
+
+
+def _rotation_vector(rotation: FloatArray) -> FloatArray:
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotation).as_rotvec())

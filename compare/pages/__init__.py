@@ -1,0 +1,1 @@
+"""What each command says: sentences, tables, `result.json` and `page.json`, one module a study."""

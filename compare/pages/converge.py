@@ -1,0 +1,308 @@
+"""What `ribbonbench converge` found as sentences, tables, a picture, result.json and page.json."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from compare.export import surfaces as export
+from compare.measure.distance import YARDSTICK
+from compare.page.page import Cell, Page, Picture, Surface, Table, write_page
+from compare.pages import comparison as tables
+from compare.pages.result import comparison_result
+from compare.pictures.drawing import save
+from compare.store.made_by import provenance
+from compare.store.store import atomic_write_json, atomic_write_text
+from compare.studies.converge import LEAST_FOR_LIMIT, line_band
+from compare.studies.converge_run import Study
+
+_COLOURS = {"free": "#2b8c83", "straight": "#1f5fa8"}
+
+
+# -- words ------------------------------------------------------------------------------------------------------------
+
+
+def _interval(value: tuple[float, float] | None, form: str) -> str:
+    return "unknown" if value is None else f"{value[0]:{form}} to {value[1]:{form}}"
+
+
+def _head(study: Study, several: bool) -> str:
+    return f"Ruling {study.ruling} at the clamp: " if several and study.ruling else ""
+
+
+def sentences(found: Sequence[Study]) -> list[str]:
+    """The verdict of every study and, of several, which ribbon is nearer."""
+    said = []
+    for one in found:
+        said += [_head(one, len(found) > 1) + text for text in _sentences(one)]
+    said += _nearer(found) if len(found) > 1 else []
+    return said
+
+
+def _nearer(found: Sequence[Study]) -> list[str]:
+    """Which of two ribbons is nearer to the thinnest shell: said when the errors, which may move both distances, cannot
+    turn it round."""
+    last = [(one, one.thinnest) for one in found]
+    known = [(one, row, row.hausdorff) for one, row in last if row is not None and row.hausdorff is not None]
+    if len(known) < 2:
+        return []
+    (first, row, d), (other, other_row, far) = sorted(known, key=lambda entry: entry[2])
+    words = f"{first.ruling} {d:.1e} l, {other.ruling} {far:.1e} l"
+    errors = (row.ribbon_error, other_row.ribbon_error, row.shell_error)
+    told = all(error is not None for error in errors)
+    if told and far - d > (row.ribbon_error or 0.0) + (other_row.ribbon_error or 0.0) + 2.0 * (row.shell_error or 0.0):
+        verdict = f"the ribbon with the {first.ruling} ruling is nearer to the shell"
+    else:
+        verdict = "the errors do not allow to say which ribbon is nearer to the shell"
+    return [f"At w/h = {row.width_to_thickness:g} {verdict} ({words})."]
+
+
+def _sentences(one: Study) -> list[str]:
+    rows, claimed = len(one.comparison.rows), len(one.points)
+    said = [
+        f"{claimed} of {rows} rows have a distance above the sum of both discretisation errors"
+        + ("." if claimed == rows else "; the others are shown and take no part.")
+    ]
+    if one.slope is None:
+        said.append("No slope: it takes two such rows. Use a finer shell (--elements) or more ribbon segments.")
+    else:
+        s = one.slope
+        apart = (
+            "scatter: unknown with two rows"
+            if s.scatter is None
+            else f"scatter {_interval(s.scatter, '.2f')} (Student t, {claimed - 2} degrees of freedom)"
+        )
+        said.append(
+            f"Slope of the distance against h/w in log-log: {s.value:.3f}, 95 % interval {_interval(s.both, '.2f')}; "
+            f"{apart}, discretisation errors {_interval(s.errors, '.2f')}{_steps(one)}."
+        )
+    if one.limit is None:
+        said.append(f"No limit: it takes {LEAST_FOR_LIMIT} such rows.")
+    else:
+        f = one.limit
+        said.append(
+            f"Limit: distance = {f.d0.value:.2e} + {f.c:.3g} (h/w)^{f.power.value:.2f}, within {f.residual:.1%} on "
+            f"every row; left at h/w = 0: 95 % interval {_interval(f.d0.both, '.1e')} l "
+            f"(discretisation errors alone {_interval(f.d0.errors, '.1e')})."
+        )
+        said.append(_place(one))
+    inside = [s.name for s in one.scalars if s.inside]
+    outside = [s.name for s in one.scalars if s.inside is False]
+    if inside:
+        said.append(f"Extrapolated to h/w = 0, the ribbon's value lies in the interval of: {', '.join(inside)}.")
+    if outside:
+        said.append(f"Extrapolated to h/w = 0, the ribbon's value lies outside the interval of: {', '.join(outside)}.")
+    said += [
+        f"w/h = {row.width_to_thickness:g}: the shell is {row.status}: {row.message}"
+        for row in one.comparison.rows
+        if row.status != "converged"
+    ]
+    return said
+
+
+def _steps(one: Study) -> str:
+    """The slopes between neighbouring rows, thick to thin: whether the rows follow one power."""
+    steps = np.diff(np.log(one.points.distance)) / np.diff(np.log(one.points.x))
+    return f"; from row to row, thick to thin: {', '.join(f'{step:.2f}' for step in steps)}" if steps.size > 1 else ""
+
+
+def _place(one: Study) -> str:
+    assert one.limit is not None
+    low, high = one.limit.d0.both
+    thinnest = one.thinnest
+    known = (
+        ""
+        if thinnest is None or thinnest.hausdorff is None
+        else f" (the thinnest shell is {thinnest.hausdorff:.1e} l away)"
+    )
+    if low > 0.0:
+        return f"The ribbon is not the limit of these shells: at least {low:.1e} l is left at h/w = 0{known}."
+    if high <= YARDSTICK:
+        return f"The ribbon is the limit of these shells to {max(high, 0.0):.1e} l{known}."
+    return (
+        f"The ribbon may be the limit of these shells: the interval contains 0, and reaches up to {high:.1e} l{known}. "
+        "Thinner shells would tell more."
+    )
+
+
+# -- tables -----------------------------------------------------------------------------------------------------------
+
+
+def row_table(one: Study, several: bool) -> Table:
+    """The three numbers of every row, and whether it takes part."""
+    rows = tuple(
+        (
+            r.width_to_thickness, r.status, r.hausdorff, r.centreline, r.ribbon_error, r.shell_error, r.claimed,
+            None if one.limit is None else float(one.limit.at(1.0 / r.width_to_thickness)), r.seconds["ribbon"],
+            r.seconds["shell"], r.reused,
+        )
+        for r in one.comparison.rows
+    )  # fmt: skip
+    return Table(
+        f"{_head(one, several)}Distance between ribbon and shell",
+        (
+            "w/h", "shell", "distance", "centreline", "ribbon error", "shell error", "takes part", "fit", "ribbon s",
+            "shell s", "kept",
+        ),
+        rows,
+        ("g", "", ".2e", ".2e", ".1e", ".1e", "", ".2e", ".2g", ".3g", ""),
+        "Lengths over l. takes part: the distance exceeds the sum of both errors; fit: of distance = d0 + c (h/w)^q; "
+        "kept: the shell's time is from an earlier run.",
+    )  # fmt: skip
+
+
+def scalar_table(one: Study, several: bool) -> Table:
+    """What the shell tends to as h/w falls, beside the ribbon."""
+    rows: list[tuple[Cell, ...]] = []
+    if one.limit is not None:
+        d0 = one.limit.d0
+        rows.append(("distance / l", d0.value, *d0.both, 0.0, one.inside))
+    rows += [(s.name, s.value.value, *s.value.both, s.ribbon, s.inside) for s in one.scalars]
+    return Table(
+        f"{_head(one, several)}Extrapolated to h/w = 0",
+        ("quantity", "value", "low", "high", "ribbon", "ribbon inside"),
+        tuple(rows),
+        ("", ".6g", ".6g", ".6g", ".6g", ""),
+        "Richardson's extrapolation with the fitted power of h/w; low, high: 95 % interval of scatter, power and, for "
+        "the end, discretisation errors together (those of the energies are not known). Inside: widened by the "
+        "ribbon's own error. Energies in D w / l without the constant of the natural curvature.",
+    )
+
+
+# -- picture ----------------------------------------------------------------------------------------------------------
+
+
+def picture(path: Path, found: Sequence[Study]) -> Path:
+    """Distances with their errors against h/w, the fits with their bands, limit and ribbon's error."""
+    figure = Figure(figsize=(7.2, 6.2), layout="constrained")
+    axes = figure.add_subplot()
+    for one in found:
+        _curve(axes, one, _COLOURS.get(one.ruling, "#1f5fa8"), f" ({one.ruling})" if len(found) > 1 else "")
+    axes.axhline(YARDSTICK, color="0.35", lw=1, ls=":", label="1 permille of l")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    ratios = sorted({row.width_to_thickness for one in found for row in one.comparison.rows})
+    axes.set_xticks([1.0 / r for r in ratios], labels=[f"1/{r:g}" for r in ratios])
+    axes.set_xticks([], minor=True)
+    axes.set_xlabel("h / w")
+    axes.set_ylabel("Hausdorff distance / l")
+    axes.set_title(found[0].comparison.scene.title)
+    axes.grid(True, which="both", lw=0.3, alpha=0.6)
+    figure.legend(*axes.get_legend_handles_labels(), fontsize=7.5, loc="outside lower center", ncols=2)
+    return save(figure, path)
+
+
+def _curve(axes: Axes, one: Study, colour: str, name: str) -> None:
+    rows = [r for r in one.comparison.rows if r.hausdorff is not None]
+    if not rows:
+        return
+    x = np.array([1.0 / r.width_to_thickness for r in rows])
+    d = np.array([r.hausdorff for r in rows], dtype=float)
+    error = np.array([(r.ribbon_error or 0.0) + (r.shell_error or 0.0) for r in rows])
+    claimed = np.array([r.claimed for r in rows])
+    bars = np.vstack([np.minimum(error, 0.95 * d), error])
+    axes.errorbar(
+        x[claimed], d[claimed], bars[:, claimed], fmt="o", color=colour, capsize=3, ms=5, zorder=4,
+        label=f"ribbon to shell{name}, with both errors",
+    )  # fmt: skip
+    if not claimed.all():
+        axes.errorbar(
+            x[~claimed], d[~claimed], bars[:, ~claimed], fmt="o", mfc="white", color=colour, capsize=3, ms=7, zorder=4,
+            label=f"not above the errors{name}",
+        )  # fmt: skip
+    if one.slope is not None:
+        fine = np.geomspace(0.6 * x.min(), 1.3 * x.max(), 200)
+        middle, low, high = line_band(one.points, fine)
+        axes.plot(fine, middle, color=colour, lw=1.1, label=f"slope {one.slope.value:.2f}{name}")
+        axes.fill_between(fine, low, high, color=colour, alpha=0.12, lw=0, label=f"95 % band of the line{name}")
+        if one.limit is not None:
+            curve = one.limit.at(fine)
+            axes.plot(
+                fine[curve > 0.0], curve[curve > 0.0], color=colour, lw=1.1, ls="-.",
+                label=f"{one.limit.d0.value:.1e} + c (h/w)^{one.limit.power.value:.2f}{name}",
+            )  # fmt: skip
+            if one.limit.d0.both[1] > 0.0:
+                axes.axhline(
+                    one.limit.d0.both[1], color=colour, lw=0.9, ls=(0, (1, 2)), label=f"limit: upper end, 95 %{name}"
+                )
+    if one.comparison.ribbon_error:
+        axes.axhline(one.comparison.ribbon_error, color=colour, lw=0.9, ls="--", label=f"ribbon's error{name}")
+
+
+# -- files ------------------------------------------------------------------------------------------------------------
+
+
+def _numbers(one: Study) -> dict[str, Any]:
+    return {
+        "ruling": one.ruling or None,
+        "claimed": len(one.points),
+        "slope": one.slope,
+        "limit": one.limit,
+        "ribbon_in_limit": one.inside,
+        "scalars": one.scalars,
+        "sentences": _sentences(one),
+    }
+
+
+def result(found: Sequence[Study]) -> dict[str, Any]:
+    """`result.json`: the comparison's keys of the first study, its fits under `convergence`, all of several in
+    `rulings`."""
+    document = comparison_result(found[0].comparison)
+    document["convergence"] = _numbers(found[0])
+    if len(found) > 1:
+        document["rulings"] = [{**_numbers(one), "rows": comparison_result(one.comparison)["rows"]} for one in found]
+    return document
+
+
+def write(out: Path, found: Sequence[Study], again: str) -> None:
+    """result.json, table.csv (of several: table_RULING.csv), converge.png, surfaces, page.json."""
+    several = len(found) > 1
+    first = found[0].comparison
+    scene = first.scene
+    atomic_write_json(out / "result.json", result(found))
+    files = {"result.json": "all numbers"}
+    for one in found:
+        name = f"table_{one.ruling}.csv" if several else "table.csv"
+        atomic_write_text(out / name, tables.as_csv(one.comparison))
+        files[name] = f"{_head(one, several)}rows with full digits"
+    picture(out / "converge.png", found)
+    surfaces = []
+    for one in found:
+        name = f"ribbon_{one.ruling}.vtu" if several else "ribbon.vtu"
+        export.write_ribbon(out / name, one.comparison.ribbon.equilibrium, one.comparison.grid)
+        surfaces.append(Surface(name, f"{_head(one, several)}ribbon", "ribbon"))
+    for row, case in zip(first.rows, first.shells, strict=True):
+        if case.ok:
+            name = f"shell_w{row.width_to_thickness:g}.vtu"
+            export.write_shell(out / name, case, first.grid)
+            surfaces.append(Surface(name, f"shell, w/h = {row.width_to_thickness:g}", "shell"))
+    said = sentences(found)
+    up = scene.up
+    write_page(
+        out,
+        Page(
+            command="converge",
+            title=f"{scene.title}: convergence as h/w falls",
+            verdict=tuple(said),
+            tables=tuple(t for one in found for t in (row_table(one, several), scalar_table(one, several))),
+            pictures=(
+                Picture(
+                    "converge.png",
+                    "Distance between ribbon and shell against h/w, both logarithmic, with error bars, fitted lines "
+                    f"and their bands. {' '.join(said[:4])}",
+                    "Convergence as h/w falls",
+                ),
+            ),
+            surfaces=tuple(surfaces),
+            files=files,
+            scene=scene.to_toml(),
+            up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
+            provenance=provenance(scene),
+            again=again,
+        ),
+    )

@@ -1,0 +1,351 @@
+"""The measured cost of accuracy as sentences, tables, a picture, result.json and page.json."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from compare.measure.distance import YARDSTICK
+from compare.measure.front import Reach, front, reach
+from compare.page.page import Page, Picture, Table, write_page
+from compare.pages.result import ribbon_result
+from compare.pictures.drawing import save
+from compare.store.made_by import provenance
+from compare.store.store import atomic_write_json, atomic_write_text
+from compare.studies.cost_plan import Cost, Reference, Row
+
+#: Colour and marker of each solver's curve.
+STYLES = {
+    "chained": ("#1f5fa8", "o"),
+    "mixed": ("#6fa3d8", "s"),
+    "placed": ("#2b8c83", "D"),
+    "elastica 1": ("#e8b48f", "v"),
+    "elastica 2": ("#c2662d", "^"),
+    "elastica 3": ("#7d3c12", ">"),
+    "elastica 4": ("#4a220a", "<"),
+    "shell": ("#4d4d4d", "P"),
+}
+NAMES = {
+    "chained": "ribbon chained",
+    "mixed": "ribbon glued",
+    "placed": "ribbon placed",
+    **{f"elastica {q}": f"elastica degree {q}" for q in range(1, 5)},
+    "shell": "shell Q2",
+}
+HEADINGS = (
+    "solver", "size", "unknowns", "status", "error", "error of end", "above its reference's", "distance",
+    "distance of end", "warm s", "least s", "most s", "runs", "kept",
+)  # fmt: skip
+_FORMATS = ("", "", "d", "", ".1e", ".1e", "", ".1e", ".1e", ".3g", ".3g", ".3g", "d", "")
+LEGEND = (
+    "error: discretisation, Hausdorff distance over l to the reference of the same model; distance: to the common "
+    "reference, the difference of the models included; of end: the same of the centreline's end point. above its "
+    "reference's: whether the error exceeds the reference's own; otherwise only that bound is known. Warm times: the "
+    "solve alone, median of the runs; kept: a time measured by an earlier run on this machine and these versions."
+)
+
+
+# -- sentences --------------------------------------------------------------------------------------------------------
+
+
+def seconds_text(value: float) -> str:
+    """A time with its unit."""
+    return f"{value * 1e3:.3g} ms" if value < 1.0 else f"{value:.3g} s"
+
+
+def _reach_text(name: str, found: Reach) -> str:
+    if found.seconds is None:
+        return f"{name} does not reach it: {found.best.error:.1e} at best ({found.best.label})"
+    sizes = " to ".join(mark.label for mark in found.between)
+    if found.bound:
+        return f"{name} needs at most {seconds_text(found.seconds)} ({sizes}, error {found.between[0].error:.1e})"
+    return f"{name} needs {seconds_text(found.seconds)} ({sizes})"
+
+
+def _target(value: float) -> str:
+    return f"{value * 1e3:g} permille of l"
+
+
+def _models(cost: Cost) -> list[str]:
+    return list(dict.fromkeys(row.model for row in cost.rows))
+
+
+def _said(cost: Cost, target: float, common: bool) -> str | None:
+    """One sentence for one target: what each model needs, and the factor where two reach it."""
+    found = {m: r for m in _models(cost) if (r := reach(cost.marks(m, common), target)) is not None}
+    if not found:
+        return None
+    parts = [_reach_text(f"the {model}", value) for model, value in found.items()]
+    text = f"to {_target(target)} " + "; ".join(parts)
+    fast = {m: r.seconds for m, r in found.items() if r.seconds is not None}
+    slow = fast.get("shell")
+    for model in ("ribbon", "elastica"):
+        if slow is not None and fast.get(model):
+            bounded = found["shell"].bound or found[model].bound
+            ratio = slow / fast[model]
+            text += f"; a factor {ratio:.3g} from {model} to shell" + (", between the runs named" if bounded else "")
+    return text
+
+
+def _own_errors(cost: Cost) -> str:
+    return ", ".join(
+        f"{r.model} {r.what}: {'unknown' if r.error is None else f'{r.error:.1e}'} (against {r.checked})"
+        for r in cost.references
+    )
+
+
+def plateau(cost: Cost, model: str) -> float | None:
+    """The distance (l) of the most accurate run of a model to the common reference, where it is ten times its own
+    discretisation error and above that of the reference: the difference of the models. None otherwise."""
+    rows = [r for r in cost.rows if r.model == model and r.run.ok and r.error is not None and r.distance is not None]
+    if cost.common is None or cost.common.model == model or cost.common.error is None or not rows:
+        return None
+    best = min(rows, key=lambda row: row.error or 0.0)
+    assert best.error is not None
+    assert best.distance is not None
+    return best.distance if best.distance > 10.0 * best.error and best.distance > cost.common.error else None
+
+
+def sentences(cost: Cost) -> list[str]:
+    """The verdict: discretisation errors, the common reference, first calls, what is missing."""
+    said = []
+    for target in cost.plan.targets:
+        text = _said(cost, target, common=False)
+        if text is not None:
+            said.append(f"Discretisation, each model against its own reference: {text}.")
+    said.append(f"Errors of the references (/ l): {_own_errors(cost)}.")
+    if cost.common is not None:
+        targets = (YARDSTICK,) if YARDSTICK in cost.plan.targets else cost.plan.targets  # the table has them all
+        for target in targets:
+            text = _said(cost, target, common=True)
+            if text is not None:
+                said.append(f"Against one reference, {_common_text(cost.common)}: {text}.")
+        for model in _models(cost):
+            rest = plateau(cost, model)
+            if rest is not None:
+                said.append(
+                    f"The {model} ends {rest:.1e} l from that reference however fine it is: the models differ by that."
+                )
+    for start in cost.starts:
+        more = "" if start.compiled is None else f", {start.compiled:.3g} s when everything has to be compiled"
+        name = NAMES.get(start.solver, start.solver)
+        said.append(f"A fresh process adds {start.seconds:.3g} s to a solve by the {name}{more}.")
+    spent = cost.machine
+    threads = ", ".join(f"{k}={v}" for k, v in spent["threads"].items()) or "no thread variable set"
+    said.append(f"Times: medians of up to {cost.plan.repeats} runs, {spent['cpu']}, {spent['cores']} cores, {threads}.")
+    hidden = [row.label for row in cost.rows if row.shown is False]
+    if hidden:
+        said.append(f"Not above the error of their own reference, and drawn there: {', '.join(hidden)}.")
+    failed = [f"{row.label} ({row.run.status})" for row in cost.rows if not row.run.ok]
+    if failed:
+        said.append(f"Without a stable solution: {', '.join(failed)}.")
+    said += [f"Left out: {text}." for text in cost.left_out]
+    return said
+
+
+def _common_text(reference: Reference) -> str:
+    error = "unknown" if reference.error is None else f"{reference.error:.1e}"
+    return f"the {reference.model} ({reference.what}; own error {error} l)"
+
+
+# -- tables -----------------------------------------------------------------------------------------------------------
+
+
+def _cells(row: Row) -> tuple[Any, ...]:
+    times = row.run.seconds
+    return (
+        NAMES.get(row.run.solver, row.run.solver), row.run.label, row.run.unknowns, row.run.status, row.error,
+        row.error_end, row.shown, row.distance, row.distance_end, row.run.warm, min(times, default=None),
+        max(times, default=None), len(times), row.run.reused,
+    )  # fmt: skip
+
+
+def table(cost: Cost) -> Table:
+    """Every run."""
+    return Table("Runs", HEADINGS, tuple(_cells(row) for row in cost.rows), _FORMATS, LEGEND)
+
+
+def reach_table(cost: Cost) -> Table:
+    """Times for the targets, by model and kind of error."""
+    rows = []
+    for common in (False, True) if cost.common is not None else (False,):
+        for target in cost.plan.targets:
+            for model in _models(cost):
+                found = reach(cost.marks(model, common), target)
+                if found is None:
+                    continue
+                how = (
+                    " to ".join(mark.label for mark in found.between)
+                    if found.seconds is not None
+                    else f"best: {found.best.label}"
+                )
+                kind = "distance to the common reference" if common else "discretisation"
+                rows.append((kind, target, model, found.seconds, found.bound, how, found.best.error))
+    headings = ("error", "target / l", "model", "s", "at most", "between", "best error / l")
+    return Table(
+        "Time to reach an error", headings, tuple(rows), ("", ".0e", "", ".3g", "", "", ".1e"),
+        "Interpolated in log-log between neighbours on the model's Pareto front, never beyond it; at most: the fastest "
+        "run is more accurate than asked for; -: not reached. A distance counts at least as much as the run's own "
+        "discretisation error: a coarse run may be near another model by accident.",
+    )  # fmt: skip
+
+
+def as_csv(cost: Cost) -> str:
+    """All runs with full digits, names of the columns first; empty where there is no value."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = (
+        "solver", "size", "unknowns", "status", "error", "error_end", "shown", "distance", "distance_end", "seconds",
+        "seconds_least", "seconds_most", "runs", "reused",
+    )  # fmt: skip
+    writer.writerow(names)
+    for row in cost.rows:
+        cells = (row.run.solver, *_cells(row)[1:])
+        writer.writerow(["" if c is None else repr(c) if isinstance(c, float) else c for c in cells])
+    return out.getvalue()
+
+
+# -- picture ----------------------------------------------------------------------------------------------------------
+
+
+def picture(path: Path, cost: Cost) -> Path:
+    """Error against warm time, log-log: left of the discretisation, right to the common reference."""
+    figure = Figure(figsize=(12.5 if cost.common is not None else 6.8, 5.6), layout="constrained")
+    kinds = (False, True) if cost.common is not None else (False,)
+    for place, common in enumerate(kinds, start=1):
+        axes = figure.add_subplot(1, len(kinds), place)
+        _panel(axes, cost, common)
+    named: dict[str, Any] = {}
+    for axes in figure.axes:
+        handles, labels = axes.get_legend_handles_labels()
+        named |= dict(zip(labels, handles, strict=True))
+    figure.legend(named.values(), named.keys(), fontsize=8, loc="outside lower center", ncols=5)
+    figure.suptitle(f"{cost.scene.title}: what accuracy costs", fontsize=11)
+    return save(figure, path)
+
+
+def _panel(axes: Axes, cost: Cost, common: bool) -> None:
+    marks = cost.marks(common=common)
+    for solver in dict.fromkeys(row.run.solver for row in cost.rows):
+        chosen = {row.label for row in cost.rows if row.run.solver == solver}
+        mine = sorted((m for m in marks if m.label in chosen), key=lambda m: m.seconds)
+        colour, marker = STYLES.get(solver, ("0.3", "x"))
+        order = [m for row in cost.rows for m in mine if m.label == row.label]  # by size, not by time
+        if not order:
+            continue
+        axes.plot(
+            [m.seconds for m in order], [m.error for m in order], color=colour, marker=marker, ms=4.5, lw=1.1,
+            label=NAMES.get(solver, solver), zorder=3,
+        )  # fmt: skip
+        flat = common and cost.common is not None and not solver.startswith(cost.common.model)
+        few = [order[0], order[-1]] if flat else [order[0], *order[2:-1:2], order[-1]]
+        for mark in order if len(order) < 3 else few:
+            size = next(row.run.label for row in cost.rows if row.label == mark.label).split(" (")[0]
+            axes.annotate(
+                size,
+                (mark.seconds, mark.error),
+                (4, -9 if solver in ("mixed", "elastica 2") else 4),
+                textcoords="offset points",
+                fontsize=6.5,
+                color=colour,
+            )
+    line = front(marks)
+    if line:
+        axes.plot(
+            [m.seconds for m in line], [m.error for m in line], color="gold", lw=6.0, alpha=0.45, zorder=1,
+            drawstyle="steps-post", label="Pareto front",
+        )  # fmt: skip
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.axhline(YARDSTICK, color="0.35", lw=1, ls=":", label="1 permille of l")
+    shown = [r for r in ((cost.common,) if common else cost.references) if r is not None and r.error]
+    errors = [mark.error for mark in marks]
+    if errors:
+        least = min(errors)
+        bottom = max(min([least, *(r.error for r in shown if r.error)]), 0.05 * least) / 2.0
+        axes.set_ylim(bottom, 2.0 * max([*errors, YARDSTICK]))
+        for reference in shown:
+            if reference.error is not None and reference.error > bottom:
+                colour = {"ribbon": "#1f5fa8", "elastica": "#c2662d", "shell": "#4d4d4d"}[reference.model]
+                label = f"below the {reference.model} reference's own error"
+                axes.axhspan(bottom, reference.error, color=colour, alpha=0.12, lw=0, label=label)
+    axes.set_xlabel("time of a warm solve (s)")
+    axes.set_ylabel("Hausdorff distance / l")
+    own = "discretisation: to the own model's reference"
+    title = (
+        own if not common or cost.common is None else f"to one reference: the {cost.common.model}, {cost.common.what}"
+    )
+    axes.set_title(title, fontsize=9)
+    axes.grid(True, which="both", lw=0.3, alpha=0.6)
+
+
+def _alt(cost: Cost) -> str:
+    words = " ".join(sentences(cost)[: 1 + len(cost.plan.targets)])
+    kinds = "two diagrams" if cost.common is not None else "a diagram"
+    return f"{kinds} of error against time of a warm solve, both logarithmic, one curve for each solver. {words}"
+
+
+# -- files ------------------------------------------------------------------------------------------------------------
+
+
+def result(cost: Cost) -> dict[str, Any]:
+    """`result.json`: the contract's keys of the scene's own ribbon, and the measurement under `cost`."""
+    document = ribbon_result(cost.scene, cost.base)
+    document["cost"] = {
+        "machine": cost.machine,
+        "plan": cost.plan,
+        "references": [
+            {"model": r.model, "what": r.what, "error": r.error, "checked_against": r.checked} for r in cost.references
+        ],
+        "common": None if cost.common is None else cost.common.model,
+        "rows": [
+            {
+                "solver": row.run.solver, "model": row.model, "size": row.run.label, "unknowns": row.run.unknowns,
+                "status": row.run.status, "ok": row.run.ok, "error": row.error, "error_end": row.error_end,
+                "above_reference_error": row.shown, "distance": row.distance, "distance_end": row.distance_end,
+                "above_common_error": row.distance_shown, "reused": row.run.reused,
+                "seconds": {"warm": row.run.warm, "runs": row.run.seconds, "start": row.run.start},
+            }
+            for row in cost.rows
+        ],
+        "starts": cost.starts,
+        "targets": [
+            dict(zip(("kind", "target", "model", "seconds", "at_most", "between", "best_error"), row, strict=True))
+            for row in reach_table(cost).rows
+        ],
+        "left_out": cost.left_out,
+        "sentences": sentences(cost),
+    }  # fmt: skip
+    document["complete"] = cost.ok
+    return document
+
+
+def write(out: Path, cost: Cost, again: str) -> None:
+    """result.json, table.csv, cost.png, page.json; `again`: the command that makes them again."""
+    atomic_write_json(out / "result.json", result(cost))
+    atomic_write_text(out / "table.csv", as_csv(cost))
+    picture(out / "cost.png", cost)
+    up = cost.scene.up
+    write_page(
+        out,
+        Page(
+            command="cost",
+            title=f"{cost.scene.title}: what accuracy costs",
+            verdict=tuple(sentences(cost)),
+            tables=(reach_table(cost), table(cost)),
+            pictures=(Picture("cost.png", _alt(cost), "Error against time"),),
+            files={"result.json": "all numbers", "table.csv": "every run"},
+            scene=cost.scene.to_toml(),
+            up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
+            provenance=provenance(cost.scene, {"repeats": cost.plan.repeats, "budget": cost.plan.budget}),
+            again=again,
+        ),
+    )
+
+
+__all__ = ["as_csv", "picture", "reach_table", "result", "sentences", "table", "write"]

@@ -1,0 +1,1 @@
+"""Pictures of ribbons, shells, elasticas and studies."""

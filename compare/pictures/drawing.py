@@ -1,0 +1,42 @@
+"""What every picture needs, without a solver: files, screen axes, cells as polygons."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from compare.store.store import atomic_write_bytes
+
+FloatArray = NDArray[np.float64]
+
+
+def save(figure: Figure, path: Path, dpi: int = 150) -> Path:
+    """Writes the picture, atomically."""
+    FigureCanvasAgg(figure)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi, bbox_inches="tight")
+    return atomic_write_bytes(path, buffer.getvalue())
+
+
+def screen_axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+    """Screen axes (2, 3) of two side views: `up` vertical on the page, across the main direction and its normal."""
+    vertical = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=float)
+    cloud = np.concatenate([g.reshape(-1, 3) for g in grids])
+    flat = cloud - cloud.mean(axis=0)
+    flat = flat - np.outer(flat @ vertical, vertical)
+    _, _, directions = np.linalg.svd(flat, full_matrices=False)
+    first = directions[0] - (directions[0] @ vertical) * vertical
+    first /= np.linalg.norm(first)
+    second = np.cross(vertical, first)
+    return np.array([first, vertical]), np.array([second, vertical])
+
+
+def quads(points: FloatArray) -> FloatArray:
+    """Corners (cells, 4, d) of the cells of a grid (k, m, d)."""
+    cells = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2)
+    return cells.reshape(-1, 4, points.shape[2])

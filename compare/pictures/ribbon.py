@@ -1,0 +1,180 @@
+"""The picture of one ribbon: omega(s), eta(s), a side view and one in perspective, with what holds it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from compare.pictures.comparison import RIBBON_COLOUR
+from compare.pictures.drawing import quads, save, screen_axes
+from ribbon import Clamp, Equilibrium
+
+FloatArray = NDArray[np.float64]
+
+CLAMP_COLOUR = "#c2662d"
+WALL_COLOUR = "#8a8a8a"
+#: Shades of the ribbon seen along its surface and face on, as shares of the colour; light from (unnormalised).
+_DARK, _BRIGHT = 0.45, 1.1
+_LIGHT = np.array([0.3, -0.5, 0.8])
+#: Margin of the walls around the ribbon, and half the length of a clamp's sign, over the ribbon's largest extent.
+_MARGIN, _SIGN = 0.08, 0.05
+#: Variation of omega or eta below which it is constant.
+_ROUNDING = 1e-6
+#: Sine of the angle below which a wall is seen from its edge.
+_EDGE_ON = 1e-6
+
+
+def held(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray, Clamp]]:
+    """Position (3,), frame (3, 3) and clamp of the ends that a clamp holds (wholly or in part), as they stand."""
+    problem: Any = equilibrium.problem
+    start = getattr(problem, "clamp", None) if problem.formulation == "chained" else problem.start
+    end = getattr(problem, "end", None)
+    points, frames = equilibrium.joints
+    return [(points[k], frames[k], clamp) for k, clamp in ((0, start), (-1, end)) if clamp is not None]
+
+
+def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
+    """A point (3,) in l and the normal (3,) of every wall, a pressure plate where it has moved to."""
+    problem: Any = equilibrium.problem
+    found = []
+    for wall, exerted in zip(getattr(problem, "walls", ()), equilibrium.walls, strict=True):
+        normal = np.asarray(wall.normal, dtype=float)
+        height = 0.0 if exerted.height is None else exerted.height
+        found.append((np.asarray(wall.point) / problem.strip.length + height * normal, normal))
+    return found
+
+
+def clipped(point: FloatArray, normal: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """The plane through `point` as a rectangle (4, 3) around the box from `low` to `high` (3,) seen along `normal`."""
+    first = np.zeros(3)
+    first[int(np.argmin(np.abs(normal)))] = 1.0
+    first -= (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    second = np.cross(normal, first)
+    corners = np.array([[(low, high)[(k >> a) & 1][a] for a in range(3)] for k in range(8)])
+    u, v = (corners - point) @ first, (corners - point) @ second
+    around = ((u.min(), v.min()), (u.max(), v.min()), (u.max(), v.max()), (u.min(), v.max()))
+    return np.array([point + a * first + b * second for a, b in around])
+
+
+def _rgb(colour: str) -> FloatArray:
+    return np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])
+
+
+def _shades(cells: FloatArray) -> FloatArray:
+    """Colours (cells, 3) of the ribbon's cells (cells, 4, 3), lit from both sides."""
+    normal = np.cross(cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    share = np.abs(normal @ (_LIGHT / np.linalg.norm(_LIGHT)))
+    return np.clip(_rgb(RIBBON_COLOUR) * (_DARK + (_BRIGHT - _DARK) * share)[:, None] + 0.12, 0.0, 1.0)
+
+
+def _box(cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Lowest and highest corner (3,) of points (k, 3) with a margin, and their largest extent."""
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    extent = float((high - low).max())
+    return low - _MARGIN * extent, high + _MARGIN * extent, extent
+
+
+def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
+    screen = screen_axes([grid], up)[0]
+    flat = grid @ screen.T
+    axes.add_collection(PolyCollection(list(quads(flat)), facecolors=(*_rgb(RIBBON_COLOUR), 0.3), edgecolors="none"))
+    middle = flat[:, flat.shape[1] // 2]
+    axes.plot(middle[:, 0], middle[:, 1], color=RIBBON_COLOUR, lw=1.3)
+    low, high, extent = _box(grid.reshape(-1, 3))
+    for point, normal in walls(equilibrium):
+        seen = screen @ normal
+        if 1.0 - float(np.linalg.norm(seen)) < _EDGE_ON:
+            ends = clipped(point, normal, low, high) @ screen.T
+            axes.plot(ends[:, 0], ends[:, 1], color=WALL_COLOUR, lw=2.5)
+    for position, frame, clamp in held(equilibrium):
+        place = screen @ position
+        axes.plot(*place, "s" if clamp.holds_frame else "o", color=CLAMP_COLOUR, ms=5)
+        if clamp.holds_frame:
+            tip = place + _SIGN * 2.0 * extent * (screen @ frame[:, 2])
+            axes.plot(*np.column_stack([place, tip]), color=CLAMP_COLOUR, lw=1.5)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_title("side view / l", fontsize=9)
+    axes.grid(True, lw=0.3, alpha=0.6)
+
+
+def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
+    """The ribbon in perspective, `up` (else the direction of its least extent) upwards, walls translucent."""
+    cloud = grid.reshape(-1, 3)
+    if up is None:
+        _, _, directions = np.linalg.svd(cloud - cloud.mean(axis=0), full_matrices=False)
+        vertical = directions[2]
+    else:
+        vertical = np.asarray(up, dtype=float)
+    first, second = (pair[0] for pair in screen_axes([grid], vertical))
+    turn = np.array([first, second, vertical])  # rows: the axes of the picture
+    points = grid @ turn.T
+    cells = quads(points)
+    low, high, extent = _box(points.reshape(-1, 3))
+    for point, normal in walls(equilibrium):
+        plane = clipped(turn @ point, turn @ normal, low, high)
+        axes.add_collection3d(Poly3DCollection([plane], facecolors=(*_rgb(WALL_COLOUR), 0.18), edgecolors=WALL_COLOUR))
+        low, high = np.minimum(low, plane.min(axis=0)), np.maximum(high, plane.max(axis=0))
+    shades = _shades(cells)
+    axes.add_collection3d(Poly3DCollection(cells, facecolors=shades, edgecolors=shades, linewidths=0.3))
+    half = max(0.5 * float(np.linalg.norm(grid[0, -1] - grid[0, 0])), _SIGN * extent)
+    for position, frame, clamp in held(equilibrium):
+        place, axis = turn @ position, turn @ frame
+        if clamp.holds_frame:
+            bar = np.array([place - 1.3 * half * axis[:, 0], place + 1.3 * half * axis[:, 0]])
+            axes.plot(*bar.T, color=CLAMP_COLOUR, lw=3.0, zorder=10)
+            pin = np.array([place, place + 2.0 * _SIGN * extent * axis[:, 1]])
+            axes.plot(*pin.T, color=CLAMP_COLOUR, lw=1.5, zorder=10)
+        else:
+            axes.plot(*place[:, None], "o", color=CLAMP_COLOUR, ms=5, zorder=10)
+    size = np.maximum(high - low, 0.25 * float((high - low).max()))
+    middle = 0.5 * (low + high)
+    for setter, a in ((axes.set_xlim, 0), (axes.set_ylim, 1), (axes.set_zlim, 2)):
+        setter(middle[a] - 0.5 * size[a], middle[a] + 0.5 * size[a])
+    axes.set_box_aspect(size, zoom=1.05)
+    axes.view_init(elev=28.0, azim=-62.0)
+    axes.set_axis_off()
+
+
+def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str) -> Path:
+    """omega(s) and eta(s) of a ribbon with its joints marked, and its shape with clamps (orange) and walls (grey).
+
+    A clamp's square or bar stands for a held frame (the bar along the width, the pin along the normal), a dot for a
+    position alone. A wall is a line in the side view where it is seen from its edge.
+    """
+    figure = Figure(figsize=(13.5, 4.8), layout="constrained")
+    places = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.3))
+    s = np.linspace(0.0, 1.0, 2001)
+    joints = np.minimum(np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)]), 1.0)
+    for row, (values, at_joints, name) in enumerate(
+        (
+            (equilibrium.omega(s), equilibrium.omega(joints), "normal curvature omega l"),
+            (equilibrium.eta(s), equilibrium.eta(joints), "ruling eta"),
+        )
+    ):
+        axes = figure.add_subplot(places[row, 0])
+        axes.plot(s, values, color=RIBBON_COLOUR)
+        axes.plot(joints, at_joints, ".", color=RIBBON_COLOUR, ms=5 if joints.size < 100 else 2)
+        level = float(values.mean())
+        if float(np.abs(values - level).max()) < _ROUNDING * (1.0 + abs(level)):  # constant: no picture of rounding
+            axes.set_ylim(level - 1.0, level + 1.0)
+        axes.set_title(name, fontsize=9)
+        axes.grid(True, lw=0.3, alpha=0.6)
+        if row == 1:
+            axes.set_xlabel("s / l")
+    along = int(min(max(400, 100 * math.ceil(joints.size / 10)), 4000))
+    grid = equilibrium.surface(along, 4).grid
+    gravity = equilibrium.problem.gravity
+    up = None if gravity is None else np.asarray(gravity.up, dtype=float)
+    _side(figure.add_subplot(places[:, 1]), equilibrium, grid, up)
+    _space(figure.add_subplot(places[:, 2], projection="3d"), equilibrium, grid[:: max(1, along // 400)], up)
+    figure.suptitle(title)
+    return save(figure, path)

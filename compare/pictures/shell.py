@@ -1,0 +1,158 @@
+"""The picture of shells: deformed shape and flat strip, coloured by the membrane's share of the elastic energy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from compare.models.shell_process import ShellCase
+from compare.pictures.drawing import quads, save, screen_axes
+from compare.scene.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+#: Energy per area, over the largest on the strip, that is added before shares are taken: what stores nothing has none.
+FLOOR = 1e-6
+#: Smallest end of the colour scale: nearly nothing is not painted as much.
+LEAST_SCALE = 0.05
+#: Most rows of the picture: the first and the last runs are shown where there are more.
+MOST_ROWS = 6
+CLAMP_COLOUR = "#c2662d"
+_COLOURS = "coolwarm"  # as in the thesis, figure 7.10: blue for none
+#: Light on the shape in space: its direction, and the shade of a cell seen along its surface.
+_LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
+_DARK = 0.55
+
+
+def density_on_grid(case: ShellCase) -> FloatArray:
+    """Bending, membrane and shear energy per area (nx, ny, 3), D / l^2, in the order of the mesh."""
+    midpoints, density = case.density()
+    surface = case.surface
+    ends = surface.s_nodes[:: surface.degree], surface.v_nodes[:: surface.degree]
+    s, v = (0.5 * (x[1:] + x[:-1]) for x in ends)
+    rows = np.argmin(np.abs(midpoints[:, :1] - s), axis=1)
+    columns = np.argmin(np.abs(midpoints[:, 1:] - v), axis=1)
+    found = np.full((s.size, v.size, density.shape[1]), np.nan)
+    found[rows, columns] = density
+    return found
+
+
+def shares(density: FloatArray) -> FloatArray:
+    """Shares (..., 3) of the parts of an energy density (..., 3) in their sum, see `FLOOR`."""
+    whole = density.sum(axis=-1, keepdims=True)
+    floor = FLOOR * float(np.nanmax(whole, initial=0.0)) or 1.0
+    return np.asarray(density / (whole + floor))
+
+
+def by_name(density: FloatArray) -> dict[str, FloatArray]:
+    """An energy density (..., 3) and its shares under the names of the fields of a surface file."""
+    names, part = ("bending", "membrane", "shear"), shares(density)
+    energies = {f"{name}_energy": density[..., k] for k, name in enumerate(names)}
+    return energies | {f"{name}_share": part[..., k] for k, name in enumerate(names)}
+
+
+def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) -> Path:
+    """One row per w/h: the shape in space, its side view, and the flat strip, coloured by the membrane's local share.
+
+    `up` of the scene is upwards; without weight, the clamp's normal.
+    """
+    if len(cases) > MOST_ROWS:
+        half = MOST_ROWS // 2
+        cases = [*cases[:half], *cases[-half:]]
+    figure = Figure(figsize=(14.0, 4.2 * len(cases) + 0.6), layout="constrained")
+    places = figure.add_gridspec(len(cases), 3, width_ratios=(1.3, 1.0, 1.0))
+    found = [shares(density_on_grid(case))[..., 1] for _, case in cases]
+    largest = max(LEAST_SCALE, *(float(np.nanmax(share)) for share in found))
+    colours = ScalarMappable(Normalize(0.0, largest), colormaps[_COLOURS])
+    up = np.asarray(scene.frame[:, 1] if scene.up is None or not scene.gamma else scene.up, dtype=float)
+    panels = []
+    for row, ((ratio, case), share) in enumerate(zip(cases, found, strict=True)):
+        degree = case.surface.degree
+        fine = np.repeat(np.repeat(share, degree, axis=0), degree, axis=1).ravel()  # the parts of every element
+        space = figure.add_subplot(places[row, 0], projection="3d")
+        _space(space, case, fine, up, colours)
+        whole = case.data["share"]
+        space.set_title(
+            f"w/h = {ratio:g}: {case.status}; membrane {100 * whole['membrane']:.3g} %, "
+            f"shear {100 * whole['shear']:.3g} %",
+            fontsize=9,
+        )
+        side = figure.add_subplot(places[row, 1])
+        _side(side, case, fine, up, colours)
+        flat = figure.add_subplot(places[row, 2])
+        image = flat.pcolormesh(
+            case.surface.s_nodes[::degree], case.surface.v_nodes[::degree] / scene.width, share.T, cmap=_COLOURS,
+            vmin=0.0, vmax=largest,
+        )  # fmt: skip
+        image.set_rasterized(True)
+        flat.set_xlabel("S / l")
+        flat.set_ylabel("v / w")
+        flat.set_title("flat strip (stretched across)", fontsize=9)
+        panels.append(flat)
+    figure.colorbar(colours, ax=panels, label="membrane's share of the local elastic energy")
+    figure.suptitle(scene.title)
+    return save(figure, path)
+
+
+def _side(axes: Any, case: ShellCase, share: FloatArray, up: FloatArray, colours: ScalarMappable) -> None:
+    points = case.surface.points
+    screen = screen_axes([points], up)[0]
+    flat = points @ screen.T
+    depth = quads(points).mean(axis=1) @ np.cross(screen[0], screen[1])
+    order = np.argsort(-depth)  # what is nearer is drawn later
+    cells = quads(flat)[order]
+    shades = colours.to_rgba(share[order])
+    axes.add_collection(PolyCollection(list(cells), facecolors=shades, edgecolors=shades, linewidths=0.3))
+    edges = np.concatenate([flat[:, 0], flat[::-1, -1]])
+    axes.plot(*edges.T, color="0.3", lw=0.6)
+    for row in _held(case):
+        edge = flat[row]
+        axes.plot(*edge.T, **_sign(case))
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_title("side view / l", fontsize=9)
+    axes.grid(True, lw=0.3, alpha=0.6)
+
+
+def _held(case: ShellCase) -> list[int]:
+    """The rows of nodes at which clamps hold."""
+    return [row for name, row in (("start", 0), ("end", -1)) if name in case.data.get("clamps", {"start": None})]
+
+
+def _sign(case: ShellCase) -> dict[str, Any]:
+    """How a held edge is drawn: a bar, or two dots for its corners."""
+    if case.data.get("problem", {}).get("clamp") == "corners":
+        return {"color": CLAMP_COLOUR, "ls": "none", "marker": "o", "ms": 4, "markevery": [0, -1]}
+    return {"color": CLAMP_COLOUR, "lw": 3.0}
+
+
+def _space(axes: Any, case: ShellCase, share: FloatArray, up: FloatArray, colours: ScalarMappable) -> None:
+    points = case.surface.points
+    first, second = (pair[0] for pair in screen_axes([points], up))
+    turned = points @ np.array([first, second, up]).T
+    cells = quads(turned)
+    normal = np.cross(cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    light = _DARK + (1.0 - _DARK) * np.abs(normal @ _LIGHT)
+    shades = colours.to_rgba(share)
+    shades[:, :3] *= light[:, None]
+    axes.add_collection3d(Poly3DCollection(cells, facecolors=shades, edgecolors=shades, linewidths=0.2))
+    for row in _held(case):
+        axes.plot(*turned[row].T, zorder=10, **_sign(case))
+    low, high = turned.reshape(-1, 3).min(axis=0), turned.reshape(-1, 3).max(axis=0)
+    size = np.maximum(high - low, 0.15 * float((high - low).max()))
+    middle = 0.5 * (low + high)
+    for setter, a in ((axes.set_xlim, 0), (axes.set_ylim, 1), (axes.set_zlim, 2)):
+        setter(middle[a] - 0.5 * size[a], middle[a] + 0.5 * size[a])
+    axes.set_box_aspect(size, zoom=0.85)
+    axes.view_init(elev=28.0, azim=-62.0)
+    axes.set_axis_off()

@@ -1,0 +1,1 @@
+"""Reports from stored pages: one HTML file, and its Markdown twin."""

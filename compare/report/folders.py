@@ -1,0 +1,59 @@
+"""The folders that a report is made from: their pages, with every file that they name read and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from compare.errors import BadInput
+from compare.export.source import inside
+from compare.export.vtu import Sheet, read_vtu
+from compare.page.page import PAGE, Page, Surface, read_page
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One result in a report: its folder and the folder's name, its page, pictures by file, surfaces."""
+
+    folder: Path
+    name: str
+    page: Page
+    pictures: dict[str, bytes]
+    surfaces: tuple[tuple[Surface, Sheet], ...]
+
+
+def folders_of(given: Sequence[Path]) -> list[Path]:
+    """The folders with a page among those given and, where one has none, in it; each once, in order."""
+    found: list[Path] = []
+    for folder in given:
+        if not folder.exists():
+            raise BadInput("FOLDER", str(folder), "is not there", "give folders that ribbonbench has written")
+        if not folder.is_dir():
+            raise BadInput("FOLDER", str(folder), "is a file, not a folder", "give the folder that it stands in")
+        inner = [folder]
+        if not (folder / PAGE).is_file():
+            inner = sorted(path.parent for path in folder.glob(f"[!.]*/{PAGE}"))
+        if not inner and not (folder / "result.json").is_file():
+            raise BadInput(
+                "FOLDER", str(folder), f"holds no results: neither it nor a folder in it has {PAGE}",
+                "give a folder that ribbonbench solve, compare, shell or another command has written",
+            )  # fmt: skip
+        found += inner or [folder]  # results without a page are of an older version: the reader says so
+    unique = {path.resolve(): path for path in reversed(found)}
+    return [path for path in found if unique.pop(path.resolve(), None) is not None]
+
+
+def read_part(folder: Path) -> Part:
+    """The page of a folder with its files; `BadInput` names one that is missing or damaged."""
+    page = read_page(folder)
+    pictures = {}
+    for picture in page.pictures:
+        content = inside(folder, picture.file).read_bytes()
+        if not content.startswith(_PNG):
+            raise BadInput("FOLDER", str(folder), f"{picture.file!r} is no PNG picture", "run the command again")
+        pictures[picture.file] = content
+    surfaces = tuple((surface, read_vtu(inside(folder, surface.file))) for surface in page.surfaces)
+    return Part(folder, folder.resolve().name, page, pictures, surfaces)

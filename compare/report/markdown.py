@@ -1,0 +1,63 @@
+"""The report in Markdown, as a forge shows it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from urllib.parse import quote
+
+from compare.page.page import as_markdown, markdown_text
+from compare.report.folders import Part
+from compare.report.words import provenance_rows, report_title, view_text
+
+
+def document(parts: Sequence[Part], links: Sequence[str], still: str) -> str:
+    """The report; links: for each part the folder with its pictures ("" : beside the report, otherwise ending in /);
+    still: name of the picture of the surfaces there."""
+    lines = [f"# {markdown_text(report_title(parts))}", ""]
+    if len(parts) > 1:
+        for number, part in enumerate(parts, start=1):
+            lines.append(f"{number}. [{markdown_text(part.page.title)}](#r{number}) ({_code(part.name)})")
+        lines.append("")
+    for number, (part, link) in enumerate(zip(parts, links, strict=True), start=1):
+        lines += _part(part, link, still, number if len(parts) > 1 else 0)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _part(part: Part, link: str, still: str, number: int) -> list[str]:
+    """One result; number: of its section, 0 where it is the only one."""
+    page, level = part.page, "###" if number else "##"
+    lines = [f'<a id="r{number}"></a>', "", f"## {markdown_text(page.title)}", ""] if number else []
+    if page.again:
+        lines += [_code(page.again), ""]
+    lines += [*(f"- {markdown_text(sentence)}" for sentence in page.verdict), ""]
+    for table in page.tables:
+        lines += [f"{level} {markdown_text(table.title)}", "", as_markdown(table)]
+    for picture in page.pictures:
+        lines += [f"![{markdown_text(picture.alt)}]({quote(link + picture.file)})", ""]
+        lines += [markdown_text(picture.caption), ""] if picture.caption else []
+    if page.surfaces:
+        lines += [f"{level} Surfaces", "", f"![{markdown_text(view_text(page))}]({quote(link + still)})", ""]
+        lines += ["To turn them: report.html.", ""]
+    if page.files:
+        lines += [f"{level} Files", ""]
+        lines += [f"- {_code(name)}: {markdown_text(what)}" for name, what in page.files.items()]
+        lines.append("")
+    lines += [f"{level} How it was made", ""]
+    lines += [f"- {name}: {markdown_text(text)}" for name, text in provenance_rows(page)]
+    lines.append("")
+    if page.scene:
+        lines += [*_fenced(page.scene.rstrip(), "toml"), ""]
+    return lines
+
+
+def _code(text: str) -> str:
+    """Text as code, whatever backticks are in it."""
+    ticks = "`" * (1 + max((len(run) for run in re.findall("`+", text)), default=0))
+    room = " " if text.startswith("`") or text.endswith("`") else ""
+    return f"{ticks}{room}{' '.join(text.split())}{room}{ticks}"
+
+
+def _fenced(text: str, language: str) -> list[str]:
+    ticks = "`" * max(3, 1 + max((len(run) for run in re.findall("`+", text)), default=0))
+    return [f"{ticks}{language}", text, ticks]

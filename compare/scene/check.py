@@ -1,0 +1,289 @@
+"""Do the sections of a scene go together? Impossible or contradictory geometry is found before anything is computed.
+
+Every fault is a `BadInput` that names the key, its value and what would be right. Distances here are in the scene's
+own unit of length l.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from compare.errors import BadInput
+from compare.scene.held import UNIT_TOLERANCE, show
+from compare.scene.spec import ClampSpec, WallSpec
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
+
+TOO_FAR = 1e-12
+"""How far, relatively, the two held points may be further apart than the length: rounding."""
+
+STRETCHED = 1e-9
+"""Difference of distance and length, relative to the length, below which the strip counts as stretched straight."""
+
+THROUGH_WALL = 1e-9
+"""How far a held point may stand behind a wall, in units of l: rounding."""
+
+UNSUPPORTED = 1e-8
+"""Part of the weight's direction that walls may leave without support: rounding of unit vectors."""
+
+MOEBIUS_WIDTH = 1.0 / math.sqrt(3.0)
+"""Bound of w / l for an embedded paper Moebius band (R. Schwartz 2023, doi:10.48550/arXiv.2308.12641)."""
+
+FEWEST_CLOSED = 3
+"""Smallest number of elements of a closed band."""
+
+
+def unit(vector: Any) -> NDArray[np.float64]:
+    """The vector normalised to rounding."""
+    array = np.array(vector, dtype=float)
+    return array / np.linalg.norm(array)
+
+
+def frame_of(clamp: ClampSpec | None) -> NDArray[np.float64] | None:
+    """The held frame, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding; None: not held."""
+    if clamp is None or clamp.tangent is None or clamp.normal is None:
+        return None
+    tangent = unit(clamp.tangent)
+    given = np.array(clamp.normal)
+    normal = unit(given - (given @ tangent) * tangent)
+    return np.column_stack([np.cross(normal, tangent), normal, tangent])
+
+
+def beyond_the_ribbon(scene: Scene) -> tuple[str, str] | None:
+    """The first key that only the planar elastica knows, and why not the ribbon; None: there is none."""
+    if scene.tip is not None:
+        return "tip", "has no load at the tip, and the scene has [tip]; the planar elastica has"
+    if scene.strip.second_moment is not None:
+        return (
+            "strip.second_moment",
+            "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods",
+        )
+    return None
+
+
+def beyond_the_shell(scene: Scene) -> tuple[str, str] | None:
+    """The first section that the shell cannot do, and what it cannot; None: there is none."""
+    if scene.tip is not None:
+        return "tip", "loads the tip, and the shell has no load there"
+    if scene.strip.second_moment is not None:
+        return "strip.second_moment", "makes the strip a rod, and the shell is a strip of section w x h"
+    if scene.closure is not None:
+        return "closure", f'closes the strip ("{scene.closure.kind}"), and the shell has no seam'
+    if scene.walls:
+        return "wall", "confines the strip, and the shell has no contact"
+    if scene.clamp_start is None:
+        return "clamp.start", "is absent: the start is free, and the shell is held there"
+    for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
+        if clamp is not None and not clamp.holds_all:
+            part = "position" if clamp.position is None else "frame"
+            return name, f"leaves the {part} free, and the shell's clamps hold position and frame"
+    return None
+
+
+def check_geometry(scene: Scene) -> None:
+    """Raise for the first combination of sections that cannot be, or that the chosen model cannot do."""
+    _check_closure(scene)
+    with np.errstate(over="ignore", invalid="ignore"):  # points at the end of the range of numbers
+        _check_distance(scene)
+        _check_room(scene)
+        for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
+            _check_clamp_and_walls(scene, name, clamp)
+    _check_support(scene)
+    _check_formulation(scene)
+    _check_elastica(scene)
+
+
+def _check_closure(scene: Scene) -> None:
+    closure = scene.closure
+    if closure is None:
+        return
+    if scene.clamp_end is not None:
+        raise BadInput(
+            "clamp.end",
+            None,
+            f'contradicts closure.kind = "{closure.kind}", which glues the end to the start',
+            "remove [clamp.end] (clamp.start can hold the seam) or [closure]",
+        )
+    strip, model = scene.strip, scene.model
+    if closure.kind == "moebius" and strip.width >= MOEBIUS_WIDTH * strip.length:
+        raise BadInput(
+            "strip.width",
+            strip.width,
+            f"is too wide for a Moebius band of length {strip.length}: without self-crossing the length must exceed "
+            "sqrt(3) widths (Schwartz 2023, doi:10.48550/arXiv.2308.12641)",
+            f"give a width below {MOEBIUS_WIDTH * strip.length:.6g}",
+        )
+    if model.elements < FEWEST_CLOSED:
+        key = "model.elements" if model.element_lengths is None else "model.element_lengths"
+        value = model.elements if model.element_lengths is None else list(model.element_lengths)
+        raise BadInput(
+            key,
+            value,
+            f"is too coarse for a closed band: {model.elements} elements cannot meet the closure",
+            f"give at least {FEWEST_CLOSED} elements, better 20",
+        )
+
+
+def _check_distance(scene: Scene) -> None:
+    """The two held points are no further apart than the strip is long; at that distance it is straight."""
+    start, end, length = scene.clamp_start, scene.clamp_end, scene.strip.length
+    if start is None or end is None or start.position is None or end.position is None:
+        return
+    distance = math.dist(start.position, end.position)
+    value = list(end.position)
+    if not distance <= length * (1.0 + TOO_FAR):
+        chord = np.array(end.position) - start.position
+        nearest = tuple(start.position + chord * (length / distance))
+        furthest = f"; in this direction the furthest is {show(nearest)}" if math.isfinite(distance) else ""
+        raise BadInput(
+            "clamp.end.position",
+            value,
+            f"is {distance:.12g} away from clamp.start.position, further than strip.length = {length}",
+            f"give a point within {length} of it{furthest}",
+        )
+    slack = max(0.0, 1.0 - distance / length)
+    if slack > STRETCHED:
+        return
+    # a tangent that leaves the chord by an angle costs some angle^2 / 15 of the length
+    tolerance = max(4.0 * UNIT_TOLERANCE, math.sqrt(slack))
+    chord = (np.array(end.position) - start.position) / distance
+    frames = [frame_of(start), frame_of(end)]
+    for name, frame in zip(("start", "end"), frames, strict=True):
+        if frame is not None and np.linalg.norm(frame[:, 2] - chord) > tolerance:
+            raise BadInput(
+                f"clamp.{name}.tangent",
+                list(frame[:, 2]),
+                f"is not along the chord, but the clamps stand strip.length = {length} apart and stretch the strip "
+                "straight",
+                f"give {show(tuple(chord))}, or move clamp.end.position closer",
+            )
+    if frames[0] is not None and frames[1] is not None and np.linalg.norm(frames[0] - frames[1]) > 2.0 * tolerance:
+        raise BadInput(
+            "clamp.end.normal",
+            list(frames[1][:, 1]),
+            f"is not clamp.start.normal, but the clamps stand strip.length = {length} apart and stretch the strip "
+            "straight",
+            f"give {show(tuple(frames[0][:, 1]))}, or move clamp.end.position closer",
+        )
+
+
+def wall_name(index: int, wall: WallSpec) -> str:
+    """How keys and errors name a wall: by its name, or by its number from 0."""
+    return f"wall.{index if wall.name is None else wall.name}"
+
+
+def _check_room(scene: Scene) -> None:
+    """Two rigid walls that face each other leave a gap."""
+    rigid = [(wall_name(i, wall), wall) for i, wall in enumerate(scene.walls) if wall.stiffness is None]
+    for (first_name, first), (second_name, second) in combinations(rigid, 2):
+        normal = unit(first.normal)
+        gap = float((np.array(second.point) - first.point) @ normal)
+        if normal @ unit(second.normal) < -1.0 + UNIT_TOLERANCE and gap < 0.0:
+            raise BadInput(
+                f"{second_name}.point",
+                list(second.point),
+                f"contradicts {first_name}: the walls face away from each other and leave no room "
+                f"(the gap is {gap:.6g})",
+                f"move it to the side of {first_name} where its normal points, or turn both normals round",
+            )
+
+
+def _check_clamp_and_walls(scene: Scene, name: str, clamp: ClampSpec | None) -> None:
+    """No rigid wall goes through a held point or, with the frame held, through the edge across it."""
+    if clamp is None or clamp.position is None:
+        return
+    frame = frame_of(clamp)
+    length, half = scene.strip.length, 0.5 * scene.strip.width
+    points = [np.array(clamp.position)]
+    if frame is not None:
+        points += [points[0] + half * frame[:, 0], points[0] - half * frame[:, 0]]
+    for index, wall in enumerate(scene.walls):
+        heights = [float((point - wall.point) @ unit(wall.normal)) for point in points]
+        lowest = min(heights)
+        if wall.stiffness is None and lowest < -THROUGH_WALL * length:
+            part = "the held point" if heights[0] == lowest else "a corner of the held edge"
+            wall_key = wall_name(index, wall)
+            raise BadInput(
+                f"{name}.position",
+                list(clamp.position),
+                f"is on the wrong side of {wall_key}: {part} stands {-lowest:.6g} behind the wall",
+                f"move it by {-lowest:.6g} along {wall_key}.normal, or move the wall back",
+            )
+
+
+def _check_support(scene: Scene) -> None:
+    """A strip with weight is held at a point, or walls carry it: up is a sum of their normals, none of them pulling.
+
+    Otherwise there is a direction along which it falls or slides for ever (Farkas' lemma).
+    """
+    held = any(clamp is not None and clamp.position is not None for clamp in (scene.clamp_start, scene.clamp_end))
+    up = scene.up
+    if up is None or scene.gravity is None or scene.gamma == 0.0 or held:
+        return
+    remedy = "add [clamp.start] with a position, or a [[wall]] whose normal is gravity.up"
+    value = list(scene.gravity.up)
+    if not any(normal @ up > UNIT_TOLERANCE for normal in scene.wall_normals):
+        raise BadInput("gravity.up", value, "makes the strip fall for ever: no clamp and no wall holds it", remedy)
+    if nnls(scene.wall_normals.T, up)[1] > UNSUPPORTED:
+        raise BadInput(
+            "gravity.up",
+            value,
+            "makes the strip slide away for ever: no clamp holds it, and walls without friction hold it only along "
+            "their normals",
+            f"{remedy}, or a second wall for it to lean on",
+        )
+
+
+def _check_formulation(scene: Scene) -> None:
+    """The chained model starts at a clamp and knows line gravity only."""
+    if scene.model.formulation != "chained":
+        return
+    reason = None
+    if scene.closure is not None:
+        reason = "closed bands ([closure])"
+    elif scene.walls:
+        reason = "walls ([[wall]])"
+    elif scene.gravity is not None and scene.gravity.exact:
+        reason = "weight over the surface (gravity.exact)"
+    elif not scene.start_clamped:
+        reason = "a start whose position or frame is free (clamp.start)"
+    if reason is not None:
+        raise BadInput(
+            "model.formulation",
+            "chained",
+            f"is not available for {reason}",
+            'choose formulation = "mixed" or "auto"',
+        )
+    if scene.model.held_by != "elimination":
+        raise BadInput(
+            "model.held_by",
+            scene.model.held_by,
+            'contradicts model.formulation = "chained", whose clamp is eliminated by construction',
+            'remove it, or choose formulation = "mixed"',
+        )
+
+
+def _check_elastica(scene: Scene) -> None:
+    """Loads at the tip and rods are the elastica's; its weight is along the centreline."""
+    if scene.model.energy == "elastica":
+        if scene.gravity is not None and scene.gravity.exact:
+            raise BadInput(
+                "model.energy",
+                "elastica",
+                "is not available in this version where gravity.exact puts the weight over the surface",
+                'choose energy = "wunderlich" or "auto"',
+            )
+    else:
+        beyond = beyond_the_ribbon(scene)
+        if beyond is not None:
+            raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')
+    held = scene.clamp_end
+    if scene.tip is not None and held is not None and held.position is not None:
+        raise BadInput("tip", None, "loads a point that clamp.end holds", "remove [tip], or clamp.end.position")

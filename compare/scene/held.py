@@ -1,0 +1,171 @@
+"""What holds the strip, as a scene gives it: clamps, closure and walls, each checked on its own.
+
+How they go together with each other and with the strip is checked by `compare.scene.check`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from compare.errors import BadInput
+from compare.scene import keys as contract
+from compare.scene.spec import ClampSpec, ClosureSpec, Vector, WallSpec
+from compare.scene.table import Key, Table, missing, reject_unknown
+
+UNIT_TOLERANCE = 1e-9
+"""How far a unit vector's length may be from 1, and a scalar product of two orthogonal ones from 0."""
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+"""A wall's name: usable in a dotted key, and never an index."""
+
+
+def read_clamp(table: Table, at_start: bool) -> ClampSpec:
+    """`[clamp.start]` or `[clamp.end]`. An absent position is the origin at the start, and free at the end."""
+    position: Vector | None = (0.0, 0.0, 0.0) if at_start else None
+    if "position" in table:
+        position = None if table.data["position"] == contract.FREE else table.vector("position")
+    if "frame" in table:
+        if table.text("frame") != contract.FREE:
+            raise table.bad("frame", 'is not "free"', 'give frame = "free", or tangent and normal to hold it')
+        for name in ("tangent", "normal", "across"):
+            if name in table:
+                raise table.bad(name, f'conflicts with {table.dotted("frame")} = "free"', f"remove {name} or frame")
+    tangent: Vector | None = None
+    normal: Vector | None = None
+    if "tangent" in table or "normal" in table:
+        tangent, normal = _axes(table)
+    elif "across" in table:
+        raise table.bad(
+            "across", "has no tangent and normal to be checked against", "add tangent and normal, or remove it"
+        )
+    ruling = table.choice("ruling", contract.RULINGS) if "ruling" in table else "free"
+    if position is None and tangent is None and ruling == "free":
+        raise BadInput(
+            table.path,
+            None,
+            "holds nothing: position, frame and ruling are free",
+            f"give position, tangent and normal, or remove [{table.path}]: the end is then free",
+        )
+    return ClampSpec(position, tangent, normal, ruling)
+
+
+def _axes(table: Table) -> tuple[Vector, Vector]:
+    """Tangent and normal, orthogonal to each other."""
+    for name, other in (("tangent", "normal"), ("normal", "tangent")):
+        if name not in table:
+            about = table.keys[table.dotted(name)]
+            raise missing(
+                table.dotted(name),
+                table.keys,
+                f"add e.g. {name} = {about.example} ({about.meaning}), or remove {other} too: the frame is then free",
+            )
+    tangent = read_unit(table, "tangent")
+    normal = read_unit(table, "normal")
+    product = _dot(tangent, normal)
+    if abs(product) > UNIT_TOLERANCE:
+        across = tuple(n - product * t for n, t in zip(normal, tangent, strict=True))
+        norm = math.sqrt(_dot(across, across))
+        remedy = (
+            f"the part of it orthogonal to the tangent is {show(tuple(c / norm for c in across))}"
+            if norm > 1e-6
+            else "give a unit vector orthogonal to the tangent"
+        )
+        raise table.bad(
+            "normal", f"is not orthogonal to {table.dotted('tangent')} (their product is {product:.6g})", remedy
+        )
+    if "across" in table:
+        _check_handedness(table, tangent, normal)
+    return tangent, normal
+
+
+def _check_handedness(table: Table, tangent: Vector, normal: Vector) -> None:
+    """t_x, when given, must be t_y x t_z."""
+    across = read_unit(table, "across")
+    expected = cross(normal, tangent)
+    if math.dist(across, expected) <= 4.0 * UNIT_TOLERANCE:
+        return
+    mirrored = math.dist(across, tuple(-c for c in expected)) <= 4.0 * UNIT_TOLERANCE
+    problem = "makes the frame left-handed" if mirrored else "is not t_x = t_y x t_z"
+    raise table.bad("across", problem, f"give {show(expected)} or leave it out: it follows from normal x tangent")
+
+
+def read_closure(table: Table) -> ClosureSpec:
+    """`[closure]`."""
+    kind = table.choice("kind", contract.CLOSURES)
+    ruling = table.choice("ruling", contract.RULINGS) if "ruling" in table else "free"
+    turns = 1
+    if "turns" in table:
+        if kind != "circle":
+            raise table.bad(
+                "turns", f'has no meaning for closure.kind = "{kind}"', "remove it: only a circle has turns"
+            )
+        turns = table.count("turns")
+    return ClosureSpec(kind, ruling, turns)
+
+
+def read_walls(data: Any) -> tuple[WallSpec, ...]:
+    """`[[wall]]`: `data` is what stands at `wall`."""
+    if not isinstance(data, list) or not all(isinstance(entry, Mapping) for entry in data):
+        raise BadInput(
+            "wall", None, "is not an array of tables", "write every wall as a section [[wall]] in double brackets"
+        )
+    walls: list[WallSpec] = []
+    for index, entry in enumerate(data):
+        wall = _wall(entry, index)
+        if wall.name is not None and wall.name in [other.name for other in walls]:
+            raise BadInput(
+                f"wall.{index}.name", wall.name, "is the name of an earlier wall too", "give every wall its own name"
+            )
+        walls.append(wall)
+    return tuple(walls)
+
+
+def _wall(data: Mapping[str, Any], index: int) -> WallSpec:
+    path = f"wall.{index}"
+    keys: dict[str, Key] = {
+        f"{path}.{name.partition('.')[2]}": about for name, about in contract.KEYS.items() if name.startswith("wall.")
+    }
+    reject_unknown(data, path, keys)
+    table = Table(data, path, keys)
+    point = table.vector("point")
+    normal = read_unit(table, "normal")
+    stiffness = table.positive("stiffness") if "stiffness" in table else None
+    name = table.text("name") if "name" in table else None
+    if name is not None and not NAME.fullmatch(name):
+        raise table.bad("name", "is not a name", 'give letters, digits and _, the first no digit, e.g. name = "roof"')
+    return WallSpec(point, normal, stiffness, name)
+
+
+def read_unit(table: Table, name: str) -> Vector:
+    """A unit vector, to UNIT_TOLERANCE; otherwise the error says what the normalised vector would be."""
+    vector = table.vector(name)
+    norm = math.hypot(*vector)
+    if norm == 0.0:
+        raise table.bad(name, "has no direction (zero vector)")
+    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
+        largest = max(abs(c) for c in vector)
+        scaled = tuple(c / largest for c in vector)
+        length = math.hypot(*scaled)
+        raise table.bad(
+            name,
+            f"is not a unit vector (its length is {norm:.10g})",
+            f"normalised it is {show(tuple(c / length for c in scaled))}",
+        )
+    return vector
+
+
+def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    return math.fsum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def show(vector: tuple[float, ...]) -> str:
+    """A vector as it can be pasted into a scene: all digits."""
+    return "[" + ", ".join(repr(float(c) + 0.0) for c in vector) + "]"

@@ -1,0 +1,85 @@
+"""Is a scene planar, and if not, what breaks it? The planar elastica is for those that are.
+
+The plane is that of t_y and t_z at the start clamp. A strip in it has eta = 0; every clamp and load has to stay in it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
+
+PLANAR_TOLERANCE = 1e-9
+"""Largest component along t_x, of a unit vector or of a distance over l, for which a scene counts as planar."""
+
+TAUT = 1.0 - 1e-9
+"""Distance of the clamps over l from which the strip between them is straight and its force not determined."""
+
+
+def nonplanar_reason(scene: Scene) -> str | None:
+    """Why the planar elastica cannot be asked: the clamp or load that leaves the plane of t_y and t_z with its
+    component along t_x, or what holds the strip otherwise; None: it can."""
+    if scene.closure is not None:
+        return f'[closure] kind = "{scene.closure.kind}" closes the strip, and the elastica has two ends'
+    if scene.walls:
+        return "[[wall]] confines the strip, and the elastica knows no contact"
+    frame, position = scene.start_frame, scene.start_position
+    if frame is None or position is None:
+        return "the frame or the position at s = 0 is free, and the elastica is clamped there"
+    found = _load_out_of_plane(scene, frame)
+    return found if found is not None else _end_out_of_plane(scene, frame, position)
+
+
+def _axis(across: NDArray[np.float64]) -> str:
+    listed = ", ".join(f"{c + 0.0:.4g}" for c in across)
+    return f"t_x = clamp.start.normal x clamp.start.tangent = [{listed}]"
+
+
+def _load_out_of_plane(scene: Scene, frame: NDArray[np.float64]) -> str | None:
+    """The weight and the load at the tip, both along gravity.up."""
+    up = scene.up
+    if up is None or (scene.gamma == 0.0 and scene.tip_load == 0.0):
+        return None
+    component = float(up @ frame[:, 0])
+    if abs(component) <= PLANAR_TOLERANCE:
+        return None
+    what = "weight" if scene.gamma else "load at the tip"
+    return (
+        f"gravity.up has the component {component:.4g} along {_axis(frame[:, 0])}, so the {what} pulls the strip out "
+        "of the plane of t_y and t_z"
+    )
+
+
+def _end_out_of_plane(scene: Scene, frame: NDArray[np.float64], position: NDArray[np.float64]) -> str | None:
+    """The clamp at s = l: its point lies in the plane, its t_x is that of the start."""
+    across = frame[:, 0]
+    held, end_frame = scene.end_position, scene.end_frame
+    if held is not None:
+        component = float((held - position) @ across)
+        if abs(component) > PLANAR_TOLERANCE:
+            return (
+                f"clamp.end.position stands {component:.4g} l out of the plane of t_y and t_z at the start, along "
+                f"{_axis(across)}"
+            )
+        distance = float(np.linalg.norm(held - position))
+        if distance >= TAUT:
+            return f"the clamps stand {distance:.6g} l apart: the strip is straight and its force not determined"
+    if end_frame is None:
+        return None
+    for name, column in (("tangent", 2), ("normal", 1)):
+        component = float(end_frame[:, column] @ across)
+        if abs(component) > PLANAR_TOLERANCE:
+            return (
+                f"clamp.end.{name} has the component {component:.4g} along {_axis(across)}, so the clamp turns the "
+                "strip out of the plane of t_y and t_z"
+            )
+    if float(end_frame[:, 0] @ across) < 0.0:
+        return (
+            "clamp.end has t_x = clamp.end.normal x clamp.end.tangent against that of clamp.start, so the strip has "
+            "half a turn of twist between them"
+        )
+    return None

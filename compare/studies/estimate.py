@@ -1,0 +1,196 @@
+"""How far a shell would be from the ribbon, from the ribbon alone: an estimate before any shell is solved.
+
+Five effects that an inextensible ribbon leaves out, each from the ribbon's own curvatures and loads:
+
+- edges: across its width the strip bends and, near its free edges, stretches (`ribbon.energies.edge_layer`, no constant
+  is fitted);
+- shear: the twisting moment ends in transverse shear there; the ribbon softened by both says how far the shape moves;
+- in-plane bending, M_y^2 / (2 (1 - nu^2) w^2 / h^2) per length, M_y the moment about the surface's normal;
+- tension, N^2 h^2 / (24 (1 - nu^2)) per length;
+- clamps: what holds the edge, or two corners, stretches the strip over a length of about w / 2. Nothing here predicts
+  how much: EDGE_CLAMP, EDGE_SHIFT, CORNER_CLAMP and CORNER_TURN are fitted to shells of section 7.3 (results/limits
+  measures how often the verdict is right, on those and on others).
+
+In-plane bending and tension follow from the weight beyond each section, and from the support at s = l.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.measure.distance import grid_hausdorff
+from compare.models.shell_build import natural_constant
+from compare.scene.scene import Scene
+from ribbon import Equilibrium
+from ribbon.energies.edge_layer import Section, membrane, shear, softening
+from ribbon.energies.softened import soften
+
+FloatArray = NDArray[np.float64]
+
+#: Share of the elastic energy: EDGE_CLAMP x / (1 - x), x = |eta'| w / 2 near the clamp; CORNER_CLAMP f sqrt(w h) / c, c
+#: the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
+EDGE_CLAMP = 3e-4
+CORNER_CLAMP = 2.4e-2
+#: Distance over l by which a held edge moves the strip: times the share at the clamp and w / l. The largest of the
+#: fitted rows, not their mean: an estimate is to err towards caution.
+EDGE_SHIFT = 9.0
+#: Distance over l by which two held corners let the strip turn at the clamp: the smaller of CORNER_TURN[0] kappa l and
+#: CORNER_TURN[1], times w / l.
+CORNER_TURN = (0.1, 0.6)
+_SAMPLES = 1000
+_ALONG, _ACROSS = 200, 4
+#: Closest that |eta'| w / 2 is taken to 1 (where rulings cross on an edge).
+_NEAREST = 0.02
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What the ribbon says about the shell of this w/h.
+
+    parts: share of the elastic energy that would be stretching and shear, by cause ("edges", "shear", "in_plane",
+    "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the softened ribbon was
+    not found; scale: z of the strip's edges at the mean curvature (below about 2 the layers of both edges meet);
+    seconds: for the estimate, the ribbon's solve not included.
+    """
+
+    width_to_thickness: float
+    parts: Mapping[str, float]
+    distance: float | None
+    scale: float
+    seconds: float
+
+    @property
+    def share(self) -> float:
+        """Estimated share of membrane and shear energy in the elastic energy."""
+        return float(sum(self.parts.values()))
+
+    @property
+    def cause(self) -> str:
+        """The part that is largest."""
+        return max(self.parts, key=lambda name: self.parts[name])
+
+
+@dataclass(frozen=True)
+class _State:
+    """A ribbon on a grid s (k,): curvatures, natural curvature, frames; M_y and N (k,), zero where not known."""
+
+    s: FloatArray
+    omega: FloatArray
+    eta: FloatArray
+    natural: FloatArray
+    normal: FloatArray
+    position: FloatArray
+    moment: FloatArray
+    tension: FloatArray
+
+
+def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
+    """The estimate for a scene whose ribbon is `equilibrium`."""
+    clock = time.perf_counter()
+    h = scene.width / width_to_thickness
+    nu = scene.strip.poisson
+    section = Section(nu, scene.width, h)
+    softened = soften(equilibrium, h)
+    there = softened if softened is not None else equilibrium
+    state = _state(scene, there)
+    arguments = state.omega, state.eta, state.natural, section
+    elastic = _elastic(scene, there) + float(softening(*arguments)[0].mean())
+    in_plane = state.moment**2 * (h / scene.width) ** 2 / (2.0 * (1.0 - nu**2))
+    tension = (state.tension * h) ** 2 / (24.0 * (1.0 - nu**2))
+    whole = elastic + float(in_plane.mean()) + float(tension.mean())
+    whole = whole if whole > 0.0 else 1.0
+    parts = {
+        "edges": float(membrane(*arguments).mean()) / whole,
+        "shear": float(shear(state.omega, state.eta, section).mean()) / whole,
+        "in_plane": float(in_plane.mean()) / whole,
+        "tension": float(tension.mean()) / whole,
+        "clamps": _clamps(scene, there, state, h),
+    }
+    distance = None if softened is None else _distance(scene, equilibrium, softened, state, h, parts["clamps"])
+    mean = float(np.sqrt(np.mean(state.omega**2)))
+    return Estimate(width_to_thickness, parts, distance, section.scale * mean**0.5, time.perf_counter() - clock)
+
+
+def _elastic(scene: Scene, e: Equilibrium) -> float:
+    """Elastic energy of the ribbon's own density, D w / l, with the constant of the natural curvature."""
+    bending, natural = e.problem.energy_parts(e.x)[:2]  # type: ignore[attr-defined]
+    return float(bending + natural) + natural_constant(scene)
+
+
+def _state(scene: Scene, e: Equilibrium) -> _State:
+    s = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    frame, position = e.frame(s), e.position(s)
+    start, end = scene.curvature
+    force, moment = np.zeros((s.size, 3)), np.zeros((s.size, 3))
+    if scene.up is not None and scene.gamma:
+        weight = -scene.gamma * scene.up
+        beyond = (1.0 - s)[:, None]
+        centre = (np.cumsum(position[::-1], axis=0)[::-1] - 0.5 * position) / _SAMPLES  # int of r beyond s
+        force = force + beyond * weight
+        moment = moment + np.cross(centre - beyond * position, weight)
+    support = e.end_support
+    if support is not None:
+        force = force + support.force
+        moment = moment + support.moment + np.cross(e.position(np.array([1.0])) - position, support.force)
+    known = not scene.walls and scene.closure is None
+    return _State(
+        s=s,
+        omega=e.omega(s),
+        eta=e.eta(s),
+        natural=start + (end - start) * s,
+        normal=frame[:, :, 1],
+        position=position,
+        moment=np.einsum("ki,ki->k", moment, frame[:, :, 1]) * known,
+        tension=np.einsum("ki,ki->k", force, frame[:, :, 2]) * known,
+    )
+
+
+def _ends(scene: Scene) -> list[float]:
+    """Abscissae of the clamps that hold a frame."""
+    clamps = ((0.0, scene.clamp_start), (1.0, scene.clamp_end))
+    return [at for at, clamp in clamps if clamp is not None and clamp.tangent is not None]
+
+
+def _clamps(scene: Scene, e: Equilibrium, state: _State, h: float) -> float:
+    """Share of the elastic energy that the clamps stretch."""
+    density = 0.5 * state.omega**2 * (1.0 + state.eta**2) ** 2 - state.natural * state.omega + 0.5 * state.natural**2
+    total = float(density.mean())
+    if not total > 0.0:
+        return 0.0
+    lengths = e.problem.lengths
+    middles = np.cumsum(lengths) - 0.5 * lengths
+    slope = np.abs(e.parameters[:, 2]) * 0.5 * scene.width
+    share = 0.0
+    for at in _ends(scene):
+        if scene.shell.clamp == "corners":
+            near = float(density[np.abs(state.s - at) < 0.5 * scene.width].sum()) / (_SAMPLES * total)
+            corner = scene.shell_corner or scene.width / 8.0
+            share += CORNER_CLAMP * near * (scene.width * h) ** 0.5 / corner
+        else:
+            steep = float(slope[np.abs(middles - at) < scene.width].max(initial=0.0))
+            share += EDGE_CLAMP * steep / max(1.0 - steep, _NEAREST)
+    return min(share, 1.0)
+
+
+def _distance(scene: Scene, e: Equilibrium, softened: Equilibrium, state: _State, h: float, clamps: float) -> float:
+    """Hausdorff distance over l of the ribbon to its softened shape, bent in its plane too, with what clamps add."""
+    here, there = e.surface(_ALONG, _ACROSS).grid, softened.surface(_ALONG, _ACROSS).grid
+    free_end = scene.clamp_end is None
+    if free_end:
+        bend = state.moment * (h / scene.width) ** 2 / (1.0 - scene.strip.poisson**2)
+        s = np.linspace(0.0, 1.0, _ALONG + 1)
+        turn = (bend[:, None] * state.normal) / _SAMPLES
+        angle = np.vstack([np.zeros(3), np.cumsum(turn, axis=0)])
+        first = np.vstack([np.zeros(3), np.cumsum(np.cross(turn, state.position), axis=0)])
+        at = np.minimum((s * _SAMPLES).astype(int), _SAMPLES)
+        there = there + np.cross(angle[at][:, None], there) - first[at][:, None]
+    distance = grid_hausdorff(here, there)
+    if scene.shell.clamp == "edge":
+        return distance + EDGE_SHIFT * clamps * scene.width
+    kappa = max(abs(float(state.omega[0 if at == 0.0 else -1])) for at in _ends(scene))
+    return max(distance, min(CORNER_TURN[0] * kappa, CORNER_TURN[1]) * scene.width)

@@ -1,0 +1,347 @@
+"""Where the inextensible model stops being true (thesis, chapter 7): ribbon against shell, with a verdict in words.
+
+For one scene, or each point of a grid: the shell's energies by kind and where on the strip they are, its distance to
+the ribbon, and beside it what the ribbon alone had estimated (`compare.studies.estimate`). Three levels:
+
+    good   distance and share of stretching (membrane + shear, of the elastic energy) within the thresholds
+    fair   both within FAIR times the thresholds
+    poor   beyond
+
+The thresholds are 1 % of l and 1 % of the energy: the thesis calls a scene safe when the share is well under 1 %.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.models.ribbon_run import RibbonRun, run_ribbon
+from compare.models.shell_process import ShellCase
+from compare.scene.scene import Scene
+from compare.store.progress import Reporter
+from compare.store.store import CaseStore
+from compare.studies.compare import Comparison, Row, compare
+from compare.studies.estimate import Estimate, estimate
+
+FloatArray = NDArray[np.float64]
+
+LEVELS = ("good", "fair", "poor")
+#: Times the thresholds up to which a scene is "fair".
+FAIR = 5.0
+#: Size of held corners over l where the scene gives none (thesis, 7.3: triangles of 0.01), at most this part of w.
+CORNER = 0.01
+_CORNER_OF_WIDTH = 0.25
+#: Part of the share by which it may differ from that on the coarser mesh without a word.
+_SHARE_CHANGE = 0.25
+#: Layers along free edges are counted over this many times sqrt(h / curvature).
+_LAYERS = 2.0
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Up to which the model is "good": Hausdorff distance over l, share of the elastic energy."""
+
+    distance: float = 0.01
+    share: float = 0.01
+
+    def level(self, distance: float | None, share: float | None) -> str | None:
+        """The level of a distance and a share; None when one of them is not known and the other is not beyond."""
+        ratios = [value / most for value, most in ((distance, self.distance), (share, self.share)) if value is not None]
+        if not ratios:
+            return None
+        worst = max(ratios)
+        if len(ratios) < 2 and worst <= FAIR:
+            return None
+        return "good" if worst <= 1.0 else "fair" if worst <= FAIR else "poor"
+
+
+@dataclass(frozen=True)
+class Maps:
+    """Energy of the shell over the flat strip: knots s (k + 1,) and v (m + 1,) in l, density (k, m, 3) of bending,
+    membrane and shear in D / l^2; points (n, q, 3) of the deformed surface in l."""
+
+    s: FloatArray
+    v: FloatArray
+    density: FloatArray
+    points: FloatArray
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One scene at one w/h.
+
+    values: the varied keys; row: of the comparison, None for an estimate alone; share_of_total: bending, membrane,
+    shear and gravity over elastic + |gravity|; zones: where the stretching is, as parts of 1 ("clamps": within w/2 of
+    them, "edges": beside the long edges, "rest"); parts: by cause, of the elastic energy; level, cause and sentence:
+    the verdict.
+    """
+
+    values: Mapping[str, Any]
+    scene: Scene
+    width_to_thickness: float
+    ribbon: RibbonRun
+    ribbon_error: float | None
+    row: Row | None
+    estimate: Estimate
+    share_of_total: Mapping[str, float] | None
+    zones: Mapping[str, float] | None
+    parts: Mapping[str, float]
+    distance: float | None
+    share: float | None
+    level: str | None
+    estimated_level: str | None
+    sentence: str
+    maps: Maps | None
+
+    @property
+    def ok(self) -> bool:
+        """Every solve behind it converged to a stable state."""
+        return self.ribbon.equilibrium.ok and (self.row is None or self.row.status == "converged")
+
+    @property
+    def cause(self) -> str:
+        """What stretches most."""
+        return max(self.parts, key=lambda name: self.parts[name])
+
+    @property
+    def false_safe(self) -> bool | None:
+        """The estimate says "good" and the shell does not; None when one of them does not say."""
+        if self.row is None or self.level is None or self.estimated_level is None:
+            return None
+        return self.estimated_level == "good" and self.level != "good"
+
+
+def with_clamp(scene: Scene, clamp: str) -> Scene:
+    """The scene held by "edge" (the ribbon's ruling straight there) or "corners" (its ruling free)."""
+    ruling = "straight" if clamp == "edge" else "free"
+    keys: dict[str, Any] = {"shell.clamp": clamp}
+    for name, held in (("start", scene.clamp_start), ("end", scene.clamp_end)):
+        if held is not None:
+            keys[f"clamp.{name}.ruling"] = ruling
+    model = scene.model
+    graded = model.tolerance is None and model.element_lengths is None and scene.clamp_end is None
+    if clamp == "edge" and graded and scene.clamp_start is not None:
+        keys["model.grading"] = "clamp"
+    if clamp == "corners" and scene.shell.corner is None:
+        keys["shell.corner"] = scene.strip.length * min(CORNER, _CORNER_OF_WIDTH * scene.width)
+    return scene.replace(keys)
+
+
+def require_limits(scene: Scene) -> None:
+    """Refuses a scene that no shell can stand beside, before anything is computed."""
+    scene.require_shell()
+    if scene.model.energy == "elastica":
+        raise BadInput(
+            "model.energy", "elastica", "is planar and has no rulings to estimate from", 'choose "wunderlich"'
+        )
+
+
+def quick(scene: Scene, thresholds: Thresholds, values: Mapping[str, Any] | None = None) -> list[Finding]:
+    """The estimates from the ribbon alone, one per w/h."""
+    require_limits(scene)
+    ribbon = run_ribbon(scene, repeat=False)
+    return [_estimated(scene, ribbon, ratio, thresholds, values or {}) for ratio in scene.require_shell()]
+
+
+def _estimated(
+    scene: Scene, ribbon: RibbonRun, ratio: float, thresholds: Thresholds, values: Mapping[str, Any]
+) -> Finding:
+    found = estimate(scene, ribbon.equilibrium, ratio)
+    level = thresholds.level(found.distance, found.share) if ribbon.equilibrium.ok else None
+    bare = Finding(
+        values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
+        estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance, share=found.share,
+        level=level, estimated_level=level, sentence="", maps=None,
+    )  # fmt: skip
+    return replace(bare, sentence=sentence(bare))
+
+
+def study(
+    scene: Scene,
+    store: CaseStore,
+    reporter: Reporter,
+    thresholds: Thresholds,
+    values: Mapping[str, Any] | None = None,
+    *,
+    leave_saddle: bool = False,
+) -> tuple[list[Finding], Comparison]:
+    """The findings of a scene, one per w/h, with the comparison behind them; finished shells come from `store`."""
+    require_limits(scene)
+    comparison = compare(scene, store, reporter, leave_saddle=leave_saddle)
+    found = [
+        _found(comparison, row, case, thresholds, values or {})
+        for row, case in zip(comparison.rows, comparison.shells, strict=True)
+    ]
+    return found, comparison
+
+
+def _found(
+    comparison: Comparison, row: Row, case: ShellCase, thresholds: Thresholds, values: Mapping[str, Any]
+) -> Finding:
+    from compare.pictures.shell import density_on_grid  # with matplotlib, which an estimate does not wait for
+
+    scene, ratio = comparison.scene, row.width_to_thickness
+    bare = _estimated(scene, comparison.ribbon, ratio, thresholds, values)
+    bare = replace(bare, row=row, ribbon_error=comparison.ribbon_error, level=None, distance=None, share=None)
+    if not case.ok or row.share is None or row.energy is None:
+        return replace(bare, sentence=sentence(bare))
+    energy = row.energy
+    whole = energy["elastic"] + abs(energy["gravity"])
+    of_total = {name: abs(energy[name]) / whole for name in ("bending", "membrane", "shear", "gravity")}
+    share = row.share["membrane"] + row.share["shear"]
+    surface = case.surface
+    k = surface.degree
+    maps = Maps(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(case), surface.points)
+    zones, shear_there = stretching_zones(scene, maps, ratio)
+    level = thresholds.level(row.hausdorff, share) if comparison.ribbon.equilibrium.ok else None
+    full = replace(
+        bare,
+        share_of_total=of_total,
+        zones=zones,
+        parts=_by_cause(bare.estimate, zones, share, row.share["shear"], shear_there),
+        distance=row.hausdorff,
+        share=share,
+        level=level,
+        maps=maps,
+    )
+    return replace(full, sentence=sentence(full))
+
+
+def stretching_zones(scene: Scene, maps: Maps, width_to_thickness: float) -> tuple[dict[str, float], float]:
+    """Parts of the stretching energy near the clamps, beside the free edges and elsewhere; the part of the shear energy
+    that is not near a clamp.
+
+    Near a clamp: within w / 2; beside an edge: within twice sqrt(h / kappa), kappa the curvature that would store the
+    strip's bending energy.
+    """
+    s, v = 0.5 * (maps.s[1:] + maps.s[:-1]), 0.5 * (maps.v[1:] + maps.v[:-1])
+    area = np.diff(maps.s)[:, None] * np.diff(maps.v)[None, :]
+    energy = np.nan_to_num(maps.density) * area[..., None]
+    stretching = energy[..., 1] + energy[..., 2]
+    total = float(stretching.sum()) or 1.0
+    near = np.zeros(s.size, dtype=bool)
+    for at, clamp in ((0.0, scene.clamp_start), (1.0, scene.clamp_end)):
+        if clamp is not None and clamp.tangent is not None:
+            near |= np.abs(s - at) < 0.5 * scene.width
+    bending = float(energy[..., 0].sum()) / scene.width
+    curvature = max(math.sqrt(2.0 * bending), 1e-6)
+    layer = _LAYERS * math.sqrt(scene.width / width_to_thickness / curvature)
+    beside = (np.abs(v) > 0.5 * scene.width - layer)[None, :] & ~near[:, None]
+    clamps, edges = float(stretching[near].sum()) / total, float(stretching[beside].sum()) / total
+    shear = float(energy[..., 2].sum()) or 1.0
+    zones = {"clamps": clamps, "edges": edges, "rest": max(1.0 - clamps - edges, 0.0)}
+    return zones, float(energy[~near, :, 2].sum()) / shear
+
+
+def _by_cause(
+    found: Estimate, zones: Mapping[str, float], share: float, shear: float, shear_away: float
+) -> dict[str, float]:
+    """The shell's stretching by cause: clamps and shear as measured, in-plane bending and tension as estimated (they
+    cannot be told apart in a map of energy), the edges' layers the rest."""
+    parts = {
+        "clamps": zones["clamps"] * share,
+        "shear": shear * shear_away,
+        "in_plane": found.parts["in_plane"],
+        "tension": found.parts["tension"],
+    }
+    return {"edges": max(share - sum(parts.values()), 0.0), **parts}
+
+
+# -- words ------------------------------------------------------------------------------------------------------------
+
+
+def reason(finding: Finding) -> str:
+    """Why the strip stretches, in words with the number behind it."""
+    scene, cause = finding.scene, finding.cause
+    h = scene.width / finding.width_to_thickness
+    whole = sum(finding.parts.values())
+    portion = f" ({finding.parts[cause] / whole:.0%} of the stretching)" if whole > 0.0 else ""
+    curvature = float(np.sqrt(np.mean(finding.ribbon.equilibrium.omega(np.linspace(0.0, 1.0, 401)) ** 2)))
+    layer = math.sqrt(h / curvature) if curvature > 0.0 else math.inf
+    if cause == "edges":
+        if finding.estimate.scale < 2.0:
+            text = f"that the whole width curves across (sqrt(h / kappa) = {layer:.2g} l, w = {scene.width:g} l)"
+        else:
+            text = f"the layers along the free edges, sqrt(h / kappa) = {layer:.2g} l wide, that curve and stretch"
+    elif cause == "shear":
+        text = f"transverse shear where the strip is twisted (h/w = {1 / finding.width_to_thickness:.2g})"
+    elif cause == "in_plane":
+        text = "bending in the strip's own plane under the load"
+    elif cause == "tension":
+        text = "tension under the load"
+    elif scene.shell.clamp == "corners":
+        text = "the clamp: held at two corners only, the strip bulges between them"
+    else:
+        steep = finding.ribbon.equilibrium.max_abs_eta_prime_w_half
+        text = f"the clamp: the held edge straightens the rulings, which crowd there (|eta'| w/2 = {steep:.2g})"
+    return text + portion
+
+
+def sentence(finding: Finding) -> str:
+    """The verdict with the numbers behind it."""
+    scene = finding.scene
+    held = "corners" if scene.shell.clamp == "corners" else "whole edge"
+    where = f"w/h = {finding.width_to_thickness:g}, {held} held"
+    if finding.values:
+        where = ", ".join(f"{key.split('.', 1)[-1]} = {_plain(value)}" for key, value in finding.values.items()) + (
+            f", {where}"
+        )
+    if not finding.ribbon.equilibrium.ok:
+        return f"No verdict for {where}: the ribbon is {finding.ribbon.equilibrium.status.code}."
+    if finding.row is not None and finding.share is None:
+        return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
+    distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"
+    by = "By estimate from the ribbon alone: inextensible" if finding.row is None else "Inextensible"
+    level = f": {finding.level}" if finding.level else ""
+    text = (
+        f"{by} model good to {distance} of l and {100 * (finding.share or 0.0):.2g} % of energy here ({where}){level}; "
+        f"the reason is {reason(finding)}."
+    )
+    return text + _doubt(finding)
+
+
+def _doubt(finding: Finding) -> str:
+    """What keeps the distance from being claimed, or nothing."""
+    row = finding.row
+    if row is None or row.hausdorff is None:
+        return ""
+    said = ""
+    if row.share_error is not None and finding.share and row.share_error > _SHARE_CHANGE * finding.share:
+        said = (
+            f" On half as fine a mesh the share differs by {100 * row.share_error:.2g} %: refine shell.elements before "
+            "quoting it."
+        )
+    if row.claimed:
+        return said
+    if row.shell_error is None or row.ribbon_error is None:
+        return said + " The discretisation error of one model is unknown: the distance is no claim."
+    return said + (
+        f" The distance is not above the discretisation errors (ribbon {row.ribbon_error:.1e} l, shell "
+        f"{row.shell_error:.1e} l)."
+    )
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def hits(findings: Sequence[Finding]) -> dict[str, int]:
+    """How often the estimate's level is the shell's: "same", "cautious" (worse than the shell's), "bold" (better),
+    "false_safe" (good, and the shell is not), "good" (by the shell), "known" (both say something)."""
+    known = [f for f in findings if f.false_safe is not None]
+    rank = {name: place for place, name in enumerate(LEVELS)}
+    gap = [rank[str(f.estimated_level)] - rank[str(f.level)] for f in known]
+    return {
+        "known": len(known),
+        "same": sum(g == 0 for g in gap),
+        "cautious": sum(g > 0 for g in gap),
+        "bold": sum(g < 0 for g in gap),
+        "false_safe": sum(bool(f.false_safe) for f in known),
+        "good": sum(f.level == "good" for f in known),
+    }

@@ -1,0 +1,280 @@
+"""A finished sweep as files: cases.csv (tidy), cases.json (provenance per case), result.json, page.json, a picture."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from compare.errors import BadInput
+from compare.page.page import Cell, Page, Picture, Table, write_page
+from compare.store.made_by import provenance
+from compare.store.store import atomic_write_json, atomic_write_text, case_key, jsonable
+from compare.sweep.file import Sweep
+from compare.sweep.run import Finished, summary
+
+CASES_FORMAT = 1
+"""Of cases.json."""
+
+#: Rows of the page's table; all of them are in cases.csv.
+ROWS_SHOWN = 20
+#: What is shown when nothing is asked for.
+SHOWN = {"ribbon": "energy.total", "elastica": "energy.total", "shell": "energy.total", "compare": "hausdorff"}
+_FIRST = ("case", "gamma", "width", "width_to_thickness", "status", "stable", "message")
+_PARTS = ("bending", "membrane", "shear")
+_COLUMNS = (
+    *_FIRST[:-1], "ribbon.status", "ribbon.stable", "hausdorff", "centreline", "ribbon_error", "shell_error", "claimed",
+    "residual", "iterations", "segments", "elements", "lowest_eigenvalue", "max_abs_eta",
+    *(f"energy.{name}" for name in (*_PARTS, "elastic", "gravity", "total")), *(f"share.{name}" for name in _PARTS),
+    *(f"{name}.{axis}" for name in ("end", "middle", "shell_end") for axis in "xyz"), "y_over_x", "error",
+    "seconds.ribbon", "seconds.shell", "seconds", "message",
+)  # fmt: skip
+
+_WORDS = ("status", "stable", "ribbon.status", "ribbon.stable", "claimed", "elements", "message")
+
+Rows = list[dict[str, Any]]
+
+
+def rows_of(finished: Finished) -> Rows:
+    """One row per case and w/h: `case`, the varied keys, gamma, width (w / l), what the solver found, status, message.
+
+    A case without a result has a row too.
+    """
+    found: Rows = []
+    for case in finished.cases:
+        scene, record = case.point.scene, case.record
+        base = {"case": case.point.number, **case.point.values, "gamma": scene.gamma, "width": scene.width}
+        for row in record["rows"] or [{}]:
+            own = {"status": record["status"], "stable": None, **row}
+            found.append({**base, **own, "seconds": record["seconds"], "message": record["message"]})
+    return found
+
+
+def columns(finished: Finished, rows: Rows) -> list[str]:
+    """The columns that have a value in some row: number, varied keys, then in the order of `_COLUMNS`."""
+    known = [name for name in _COLUMNS if any(row.get(name) is not None for row in rows)]
+    return ["case", *finished.sweep.keys, *(name for name in known if name != "case")]
+
+
+def cases_csv(finished: Finished, rows: Rows) -> str:
+    """The rows as CSV; empty where nothing is known, lists as JSON."""
+    names = columns(finished, rows)
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(names)
+    for row in rows:
+        writer.writerow([_cell(row.get(name)) for name in names])
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return json.dumps(jsonable(value)) if isinstance(value, list | tuple | dict) else value
+
+
+def cases_json(finished: Finished) -> str:
+    """The cases with their provenance: key, hash of the scene, status, time, worker, rows; one line for each.
+
+    What all have in common (versions, the scene before it is varied, solver) stands once, at the top: a case is only
+    reused under the very same versions and sources.
+    """
+    sweep = finished.sweep
+    head = {
+        "format": CASES_FORMAT,
+        "sweep": sweep.name,
+        "title": sweep.title,
+        "solver": sweep.solver,
+        "options": {"errors": sweep.errors, "leave_saddle": sweep.leave_saddle},
+        "axes": [{"keys": axis.keys, "values": axis.values} for axis in sweep.axes],
+        "provenance": provenance(sweep.scene),
+    }
+    lines = [
+        {
+            "case": case.point.number,
+            "key": case.key,
+            "scene_hash": case_key(case.point.scene.canonical()),
+            "values": dict(case.point.values),
+            "reused": case.reused,
+            **{name: case.record.get(name) for name in ("status", "message", "seconds", "time", "worker", "rows")},
+        }
+        for case in finished.cases
+    ]
+    top = json.dumps(jsonable(head), indent=2, ensure_ascii=False, allow_nan=False).rstrip().removesuffix("}").rstrip()
+    body = ",\n".join("    " + json.dumps(jsonable(line), ensure_ascii=False, allow_nan=False) for line in lines)
+    return f'{top},\n  "cases": [\n{body}\n  ]\n}}\n'
+
+
+def result(finished: Finished, rows: Rows) -> dict[str, Any]:
+    """`result.json`: the summary, with the contract's keys over all cases (worst residual, lowest eigenvalue)."""
+    numbers = summary(finished)
+    stable = [row["stable"] for row in rows]
+    bad = next((case.status for case in finished.cases if not case.ok), "converged")
+    return {
+        "sweep": finished.sweep.name,
+        "title": finished.sweep.title,
+        "solver": finished.sweep.solver,
+        "status": bad if bad != "converged" or finished.ok else "unstable",
+        "stable": False if False in stable else None if None in stable else True,
+        "lowest_eigenvalue": _extreme(rows, "lowest_eigenvalue", min),
+        "residual": _extreme(rows, "residual", max),
+        "iterations": sum(int(row.get("iterations") or 0) for row in rows),
+        "complete": finished.ok,
+        **numbers,
+        "axes": [{"keys": axis.keys, "values": axis.values} for axis in finished.sweep.axes],
+        "failed": [
+            {"case": case.point.number, "values": dict(case.point.values), "status": case.status,
+             "message": case.record["message"]}
+            for case in finished.cases if not case.ok
+        ],
+        "provenance": provenance(finished.sweep.scene, {"solver": finished.sweep.solver}),
+    }  # fmt: skip
+
+
+def _extreme(rows: Rows, name: str, pick: Any) -> float | None:
+    values = [float(row[name]) for row in rows if row.get(name) is not None]
+    return pick(values) if values else None
+
+
+def quantity(finished: Finished, rows: Rows, name: str, option: str) -> str:
+    """The name of a column that holds numbers; `BadInput` lists them otherwise."""
+    able = [c for c in columns(finished, rows) if any(is_number(row.get(c)) for row in rows)]
+    if name not in able and any(row.get("residual") is not None for row in rows):
+        raise BadInput(option, name, "is no column of numbers in cases.csv", f"choose from {', '.join(able)}")
+    return name
+
+
+def check_shown(sweep: Sweep) -> None:
+    """`BadInput` for a quantity to show that no result can have, before anything is computed."""
+    for option, name in (("--show", sweep.show), ("--against", sweep.against)):
+        able = [*sweep.keys, *(c for c in _COLUMNS if c not in _WORDS)]
+        if name and name not in able:
+            close = difflib.get_close_matches(name, able, n=1)
+            hint = f"did you mean {close[0]}? " if close else ""
+            raise BadInput(option, name, "is no quantity of a sweep", f"{hint}choose from {', '.join(able)}")
+
+
+def is_number(value: Any) -> bool:
+    """Finite and no truth value."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def verdict(finished: Finished) -> list[str]:
+    """Sentences: how many converged, what failed, times, the sampled error when it was measured."""
+    n = summary(finished)
+    keys = " x ".join(str(len(axis.values)) for axis in finished.sweep.axes)
+    first = f"{n['ok']} of {n['cases']} cases ({keys}) converged"
+    others = {status: count for status, count in n["statuses"].items() if status != "converged"}
+    if others:
+        first += "; " + ", ".join(f"{count} {status}" for status, count in others.items())
+    sentences = [first + "."]
+    failed = [case for case in finished.cases if not case.ok]
+    for case in failed[:3]:
+        where = ", ".join(f"{key} = {_brief(value)}" for key, value in case.point.values.items())
+        sentences.append(f"Case {case.point.number} ({where}): {case.record['message']}.")
+    if len(failed) > 3:
+        sentences.append(f"{len(failed) - 3} more are in cases.csv.")
+    errors = [row["error"] for row in rows_of(finished) if is_number(row.get("error"))]
+    if errors:
+        errors.sort()
+        sentences.append(f"Discretisation errors: median {errors[len(errors) // 2]:.1e} l, largest {errors[-1]:.1e} l.")
+    spent = n["seconds"]
+    if n["new"] and spent["median"] is not None:
+        more = f", {n['cases'] - n['new']} were finished before" if n["new"] < n["cases"] else ""
+        sentences.append(
+            f"{n['new']} cases in {spent['wall']:.3g} s of wall time with {n['workers']} at once ({n['rate']:.3g} a "
+            f"second{more}); a case takes {_time(spent['median'])} in the median, {_time(spent['slowest'])} at most."
+        )
+    elif not n["new"]:
+        sentences.append(f"All {n['cases']} were finished before.")
+    return sentences
+
+
+def _time(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def _brief(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def tables(finished: Finished, rows: Rows, show: str) -> list[Table]:
+    """The quantity along each axis (smallest, median, largest, failed), and the first rows."""
+    sweep = finished.sweep
+    by_axis: list[tuple[Cell, ...]] = []
+    for axis in sweep.axes:
+        for value in _ends(axis.values):
+            here = [row for row in rows if all(row[k] == v for k, v in zip(axis.keys, value, strict=True))]
+            numbers = sorted(row[show] for row in here if is_number(row.get(show)) and row["status"] == "converged")
+            name = ", ".join(f"{k} = {_brief(v)}" for k, v in zip(axis.keys, value, strict=True))
+            bad = sum(row["status"] != "converged" or row.get("stable") is False for row in here)
+            some = (numbers[0], numbers[len(numbers) // 2], numbers[-1]) if numbers else (None, None, None)
+            by_axis.append((name, len(here), bad, *some))
+    headings = ("at", "rows", "not converged", "smallest", "median", "largest")
+    found = [Table(f"{show} along the axes", headings, tuple(by_axis), ("", "", "", ".4g", ".4g", ".4g"), LEGEND)]
+    brief = ["width_to_thickness", "status", "stable", "iterations", show, "hausdorff", "y_over_x", "error", "seconds"]
+    names = ["case", *sweep.keys, *(n for n in dict.fromkeys(brief) if any(row.get(n) is not None for row in rows))]
+    shown = rows[:ROWS_SHOWN]
+    cells = tuple(tuple(_shown(row.get(name)) for name in names) for row in shown)
+    title = "All rows" if len(shown) == len(rows) else f"The first {len(shown)} of {len(rows)} rows"
+    formats = tuple("" if name in ("case", "iterations") else ".5g" for name in names)
+    formats = tuple("" if any(isinstance(r[k], str) for r in cells) else f for k, f in enumerate(formats))
+    found.append(Table(title, tuple(names), cells, formats, "All rows and columns are in cases.csv."))
+    return found
+
+
+LEGEND = "Lengths in l, energies in D w / l; failed cases are counted, and left out of the numbers."
+
+
+def _ends(values: tuple[tuple[Any, ...], ...]) -> list[tuple[Any, ...]]:
+    """All values, or seven of many, the ends included."""
+    if len(values) <= 9:
+        return list(values)
+    return [values[round(k * (len(values) - 1) / 6)] for k in range(7)]
+
+
+def _shown(value: Any) -> Cell:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    return json.dumps(jsonable(value))
+
+
+def write(out: Path, finished: Finished, again: str) -> Page:
+    """Writes everything, each file atomically; returns the page."""
+    from compare.sweep import picture as sweep_picture
+
+    sweep = finished.sweep
+    rows = rows_of(finished)
+    atomic_write_text(out / "cases.csv", cases_csv(finished, rows))
+    atomic_write_text(out / "cases.json", cases_json(finished))
+    data: Mapping[str, Any] = result(finished, rows)
+    atomic_write_json(out / "result.json", data)
+    show = quantity(finished, rows, sweep.show or SHOWN[sweep.solver], "--show")
+    against = quantity(finished, rows, sweep.against, "--against") if sweep.against else ""
+    alt = sweep_picture.draw(out / "sweep.png", finished, rows, show, against)
+    page = Page(
+        command="sweep",
+        title=sweep.title,
+        verdict=tuple(verdict(finished)),
+        tables=tuple(tables(finished, rows, show)),
+        pictures=(Picture("sweep.png", alt, f"{show} over the sweep"),),
+        files={
+            "cases.csv": "one row per case (and w/h): varied keys, status, what the solver found",
+            "cases.json": "the same with provenance per case",
+            "result.json": "summary: counts by status, times, failed cases",
+            "journal.jsonl": "the finished cases as they came, from which the same command goes on",
+        },
+        scene=sweep.scene.to_toml(),
+        up=None if sweep.scene.up is None else tuple(float(c) for c in sweep.scene.up),  # type: ignore[arg-type]
+        provenance=data["provenance"],
+        again=again,
+    )
+    write_page(out, page)
+    return page

@@ -1,0 +1,194 @@
+"""Running a sweep: what is finished is found again, the rest goes to the workers, each end is kept at once."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from compare.errors import BadInput, Missing
+from compare.scene.axes import Point, points
+from compare.store.progress import Reporter
+from compare.store.provenance import software
+from compare.store.store import case_key
+from compare.sweep.case import PASSING, Record, Task
+from compare.sweep.file import Sweep
+from compare.sweep.journal import FORMAT, Journal
+from compare.sweep.workers import Crew
+
+
+@dataclass(frozen=True)
+class Case:
+    """A point of the grid with its end; reused: found among the finished cases."""
+
+    point: Point
+    key: str
+    record: Record
+    reused: bool
+
+    @property
+    def status(self) -> str:
+        """The solver's word, or "refused", "crashed", "error", "missing"."""
+        return str(self.record["status"])
+
+    @property
+    def ok(self) -> bool:
+        """Converged, and not known to be unstable."""
+        rows = self.record["rows"]
+        return self.status == "converged" and bool(rows) and all(row.get("stable") is not False for row in rows)
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A sweep's cases in the order of the grid; seconds: wall time of this run, workers: how many it had."""
+
+    sweep: Sweep
+    cases: tuple[Case, ...]
+    seconds: float
+    workers: int
+
+    @property
+    def ok(self) -> bool:
+        """Every case converged to a state that is not known to be unstable."""
+        return all(case.ok for case in self.cases)
+
+
+def check(sweep: Sweep) -> list[Point]:
+    """The points of a sweep; `BadInput` names the first one that its solver cannot take, before anything runs."""
+    if sweep.leave_saddle and sweep.solver not in ("ribbon", "compare"):
+        raise BadInput("--leave-saddle", None, f"is for the ribbon, and the solver is {sweep.solver}", "leave it out")
+    found = points(sweep.scene, sweep.axes)
+    for point in found:
+        try:
+            _check_point(sweep, point)
+        except BadInput as error:
+            where = ", ".join(f"{key} = {value}" for key, value in point.values.items())
+            problem = f"{error.problem} (point {point.number}: {where})"
+            raise BadInput(error.key, error.value, problem, error.remedy) from None
+    return found
+
+
+def _check_point(sweep: Sweep, point: Point) -> None:
+    scene = point.scene
+    if sweep.solver in ("ribbon", "compare") and scene.model.energy == "elastica" and "model.energy" in sweep.keys:
+        raise BadInput("model.energy", "elastica", "is no ribbon", "leave it out, or choose solver elastica")
+    if sweep.solver == "elastica":
+        reason = scene.nonplanar_reason()
+        if reason is not None:
+            raise BadInput("solver", "elastica", f"is planar, but {reason}", "choose another solver")
+    if sweep.solver in ("shell", "compare"):
+        from compare.models.shell_build import shell_elements, shell_problem
+
+        for ratio in scene.require_shell():
+            shell_problem(scene, ratio, shell_elements(scene), way=sweep.solver == "shell")
+
+
+def software_digest() -> str:
+    """What stands for versions and sources in a case's key."""
+    return case_key(software())
+
+
+def key_of(sweep: Sweep, point: Point, digest: str) -> str:
+    """The key of a case: all that determines it."""
+    options = {"errors": sweep.errors, "leave_saddle": sweep.leave_saddle}
+    return case_key("sweep", FORMAT, sweep.solver, options, point.scene.canonical(), digest)
+
+
+def run(
+    sweep: Sweep, grid: Sequence[Point], out: Path, crew: Crew, reporter: Reporter, fresh: bool = False
+) -> Finished:
+    """Runs what is not finished yet. The folder must be held (`compare.store.store.occupied`).
+
+    fresh: forget what is finished. Raises OSError when the disk is full and `Missing` when every case lacks a library;
+    all else that happens to a case is its status.
+    """
+    clock = time.perf_counter()
+    digest = software_digest()
+    keys = [key_of(sweep, point, digest) for point in grid]
+    journal = Journal(out, digest, fresh)
+    _say_found(journal, set(keys), reporter)
+    ends: dict[str, tuple[Record, bool]] = {key: (journal.found[key], True) for key in keys if key in journal.found}
+    todo = [(key, point) for key, point in zip(keys, grid, strict=True) if key not in ends]
+    tasks = [
+        Task(key, point.scene, sweep.solver, sweep.errors, sweep.leave_saddle, os.path.abspath(out))
+        for key, point in todo
+    ]
+    kept = f", {len(grid) - len(tasks)} of them finished before" if len(tasks) < len(grid) else ""
+    workers = min(crew.size, len(tasks))
+    at_once = f", {workers} at once" if workers else ""
+    reporter.step(f"sweep: {len(grid)} cases, solver {sweep.solver}{kept}{at_once}")
+    with journal:
+        failed = 0
+        with contextlib.closing(crew.run(tasks)) as results:  # type: ignore[type-var]
+            for done, (index, record) in enumerate(results, start=1):
+                if "disk_full" in record:
+                    raise OSError(record["disk_full"], os.strerror(record["disk_full"]))
+                key = tasks[index].key
+                if record["status"] not in PASSING:
+                    journal.add(key, record)
+                failed += record["status"] != "converged"
+                ends[key] = (record, False)
+                reporter.detail(progress(done, len(tasks), failed, time.perf_counter() - clock))
+    cases = tuple(Case(point, key, *ends[key]) for key, point in zip(keys, grid, strict=True))
+    missing = [case for case in cases if case.status == "missing"]
+    if missing and len(missing) == len(cases):
+        raise Missing(str(missing[0].record["message"]).removesuffix(" is missing"), "")
+    return Finished(sweep, cases, time.perf_counter() - clock, workers)
+
+
+def progress(done: int, total: int, failed: int, seconds: float) -> str:
+    """The progress line: how far, how many failed, time left from the mean so far."""
+    left = seconds / done * (total - done)
+    words = f"{done} of {total} cases" + (f", {failed} not converged" if failed else "")
+    return f"{words}, about {duration(left)} left"
+
+
+def duration(seconds: float) -> str:
+    """E.g. "40 s", "5 min", "2.5 h"."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _say_found(journal: Journal, wanted: set[str], reporter: Reporter) -> None:
+    if journal.aside is not None:
+        reporter.step(f"the finished cases here have another format: put aside as {journal.aside}, not used")
+    strangers = len(journal.found) - len(wanted & set(journal.found))
+    if journal.others:
+        reporter.step(
+            f"{journal.others} finished cases here were made by another version, or other sources, of ribbonbench: "
+            "not used"
+        )
+    elif strangers:
+        reporter.step(f"{strangers} finished cases here belong to another grid, solver or option: kept, not shown")
+    if journal.damaged:
+        reporter.step(f"{journal.damaged} damaged lines in the journal: their cases are made again")
+
+
+def summary(finished: Finished) -> dict[str, Any]:
+    """Numbers of a sweep: counts by status, times (s), the slowest case."""
+    statuses: dict[str, int] = {}
+    for case in finished.cases:
+        statuses[case.status] = statuses.get(case.status, 0) + 1
+    times = sorted(case.record["seconds"] for case in finished.cases if case.record["seconds"] is not None)
+    new = sum(not case.reused for case in finished.cases)
+    slowest = max(finished.cases, key=lambda case: case.record["seconds"] or 0.0)
+    return {
+        "cases": len(finished.cases),
+        "ok": sum(case.ok for case in finished.cases),
+        "new": new,
+        "statuses": statuses,
+        "seconds": {
+            "wall": finished.seconds,
+            "sum": sum(times),
+            "median": times[len(times) // 2] if times else None,
+            "slowest": times[-1] if times else None,
+        },
+        "rate": new / finished.seconds if new and finished.seconds > 0.0 else None,
+        "slowest": {"case": slowest.point.number, "values": dict(slowest.point.values)},
+        "workers": finished.workers,
+    }

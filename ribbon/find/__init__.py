@@ -1,0 +1,1 @@
+"""Finding equilibria: seeds, solving, stability, refinement, continuation."""

@@ -1,0 +1,178 @@
+"""Segments placed by an error estimate, so that a user asks for a tolerance instead of a number of segments.
+
+Every round solves on the segments and on their halves. The distance d between the two surfaces estimates the error of
+the halved ones: it is at most d when halving all segments at least halves the error (measured orders are 1 at a
+Wunderlich event that is not resolved and 2 to 4 elsewhere). Where d is too large, the segments that turn the ribbon
+most by their error are cut: ``e_i = int |d omega| + |d (omega eta)| ds`` over segment i, d being the difference of the
+two solutions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.spatial
+from numpy.typing import NDArray
+
+from ribbon.boundary import Closure
+from ribbon.errors import RibbonInputError
+from ribbon.find.continuation import switch
+from ribbon.find.solve import build, joint_values, solve
+from ribbon.problems.mixed import MixedProblem
+from ribbon.result import Equilibrium, Status
+
+FloatArray = NDArray[np.float64]
+
+#: Segments of the first round, most segments of the last one, most rounds.
+FIRST_SEGMENTS = 24
+MOST_SEGMENTS = 6000
+ROUNDS = 30
+#: Share of the sum of e_i that the cut segments carry; a segment this many times above the threshold is quartered.
+BULK = 0.8
+QUARTERED = 16.0
+#: Points along the ribbon for the distance.
+_ALONG = 2000
+
+
+def solve_to_tolerance(*arguments: Any, tolerance: float, **keywords: Any) -> Equilibrium:
+    """As `ribbon.solve` (without `segments`), on segments placed so that the surface's error is below `tolerance` * l.
+
+    tolerance: Hausdorff distance over l to the limit of many segments, in (0, 0.1). The estimate is the result's
+    `tolerance_error`. Raises `RibbonInputError` on bad input.
+    """
+    if not 0.0 < tolerance < 0.1:
+        raise RibbonInputError("tolerance", tolerance, "a distance over l in (0, 0.1)")
+    if "segments" in keywords:
+        raise RibbonInputError("segments", keywords["segments"], "give a tolerance or segments, not both")
+    closure = keywords.get("closure")
+    pinned, free_seam = keywords, False
+    if closure is not None and closure.ruling == "free" and closure.sign < 0:
+        pinned, free_seam = {**keywords, "closure": Closure(closure.kind, "straight", closure.turns)}, True
+    if pinned.get("formulation", "auto") in ("auto", "chained"):
+        pinned = {**pinned, "formulation": "mixed"}
+    first = solve(*arguments, segments=FIRST_SEGMENTS, **pinned)
+    found = refine_to_tolerance(first, tolerance, leave_saddle=bool(keywords.get("leave_saddle", False)))
+    if free_seam and found.status in (Status.CONVERGED, Status.SADDLE):
+        names = ("end", "walls", "energy", "held_by")
+        chosen = {key: keywords[key] for key in names if key in keywords}
+        lengths = found.problem.lengths
+        loose = build(*arguments, closure=closure, segments=lengths, formulation="mixed", **chosen)
+        slid = switch(loose, found)
+        found = replace(slid, tolerance_error=found.tolerance_error)
+    return found
+
+
+def refine_to_tolerance(
+    equilibrium: Equilibrium,
+    tolerance: float,
+    *,
+    leave_saddle: bool = False,
+    report: Callable[[int, float], None] | None = None,
+) -> Equilibrium:
+    """The same scene on segments placed for `tolerance`, started from `equilibrium`; report(segments, estimate)."""
+    current = equilibrium
+    if not isinstance(current.problem, MixedProblem):
+        current = switch(_as_mixed(current), current)
+    estimate: float | None = None
+    for _ in range(ROUNDS):
+        if current.status not in (Status.CONVERGED, Status.SADDLE):
+            return replace(current, tolerance_error=estimate)
+        problem: Any = current.problem
+        halved = switch(problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2)), current)
+        if halved.status not in (Status.CONVERGED, Status.SADDLE):
+            return replace(halved, tolerance_error=estimate)
+        estimate = distance(current, halved)
+        if report is not None:
+            report(halved.problem.lengths.size, estimate)
+        if estimate <= tolerance:
+            done = halved
+            if leave_saddle and done.status is Status.SADDLE:
+                done = switch(problem.with_changes(lengths=halved.problem.lengths), halved, leave_saddle=True)
+            return replace(done, tolerance_error=estimate)
+        lengths = cut(problem.lengths, indicators(current, halved))
+        if lengths.size > MOST_SEGMENTS:
+            message = f"the tolerance {tolerance:g} needs more than {MOST_SEGMENTS} segments; reached {estimate:.2g}"
+            return replace(halved, status=Status.NOT_CONVERGED, stable=None, message=message, tolerance_error=estimate)
+        current = switch(problem.with_changes(lengths=lengths), halved)
+    message = f"the tolerance {tolerance:g} was not reached in {ROUNDS} rounds; reached {estimate:.2g}"
+    return replace(current, status=Status.NOT_CONVERGED, stable=None, message=message, tolerance_error=estimate)
+
+
+def _as_mixed(equilibrium: Equilibrium) -> MixedProblem:
+    old: Any = equilibrium.problem
+    fresh = build(
+        old.strip, old.clamp, old.gravity, energy=old.energy, segments=old.lengths, formulation="mixed"
+    )  # fmt: skip
+    assert isinstance(fresh, MixedProblem)
+    return fresh
+
+
+def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
+    """e_i (p,) of the coarse segments: how much the difference of the two solutions turns the ribbon on each (rad)."""
+    old: Any = coarse.problem
+    new: Any = fine.problem
+    omega, eta = joint_values(old, coarse.x)
+    omega_fine, eta_fine = joint_values(new, fine.x)
+    s = np.concatenate([[0.0], np.cumsum(old.lengths)])
+    s_fine = np.concatenate([[0.0], np.cumsum(new.lengths)])
+    omega_there, eta_there = np.interp(s_fine, s, omega), np.interp(s_fine, s, eta)
+    bend = np.abs(omega_fine - omega_there)
+    twist = np.abs(omega_fine * eta_fine - omega_there * eta_there)
+    local = 0.5 * new.lengths * ((bend + twist)[1:] + (bend + twist)[:-1])
+    return np.asarray(local.reshape(-1, 2).sum(axis=1))
+
+
+def cut(lengths: FloatArray, error: FloatArray) -> FloatArray:
+    """The lengths (p,), the segments that carry BULK of the error (p,) halved or, where it is large, quartered."""
+    order = np.argsort(error)[::-1]
+    share = np.cumsum(error[order]) / max(float(error.sum()), 1e-300)
+    marked = order[: int(np.searchsorted(share, BULK)) + 1]
+    threshold = error[marked].min()
+    parts = np.ones(lengths.size, dtype=int)
+    parts[marked] = np.where(error[marked] > QUARTERED * threshold, 4, 2)
+    return np.repeat(lengths / parts, parts)
+
+
+def distance(one: Equilibrium, other: Equilibrium) -> float:
+    """Hausdorff distance / l between the centrelines and edges of two shapes: points to polylines, both ways."""
+    s = np.unique(
+        np.concatenate([np.linspace(0.0, 1.0, _ALONG + 1), *(np.cumsum(e.problem.lengths)[:-1] for e in (one, other))])
+    )
+    lines = [_lines(one, s), _lines(other, s)]
+    problem: Any = one.problem
+    if isinstance(problem, MixedProblem) and sum(len(free) for free in problem.free_motions()) == 6:
+        lines[0] = _moved_onto(lines[0], lines[1])
+    return max(
+        max(_to_polyline(a, b), _to_polyline(b, a)) for a, b in zip(lines[0], lines[1], strict=True)
+    )  # fmt: skip
+
+
+def _lines(found: Equilibrium, s: FloatArray) -> list[FloatArray]:
+    """Centreline and both edges (k, 3) at abscissae s (k,), the edges as the ends of the rulings."""
+    r, frame, eta = found.position(s), found.frame(s), found.eta(s)
+    ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
+    half = found.problem.half_width
+    return [r, r + half * ruling, r - half * ruling]
+
+
+def _moved_onto(lines: list[FloatArray], target: list[FloatArray]) -> list[FloatArray]:
+    """The lines moved rigidly so that their first fits the target's, point by point (least squares, W. Kabsch 1976)."""
+    a, b = lines[0], target[0]
+    u, _, v = np.linalg.svd((a - a.mean(axis=0)).T @ (b - b.mean(axis=0)))
+    rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
+    return [(line - a.mean(axis=0)) @ rotation + b.mean(axis=0) for line in lines]
+
+
+def _to_polyline(points: FloatArray, line: FloatArray) -> float:
+    """Largest distance of `points` (k, 3) from the polyline `line` (m, 3), by the two pieces at the nearest vertex."""
+    _, nearest = scipy.spatial.cKDTree(line).query(points)
+    best = np.full(len(points), np.inf)
+    for shift in (-1, 0):
+        first = np.clip(nearest + shift, 0, len(line) - 2)
+        a, d = line[first], line[first + 1] - line[first]
+        t = np.clip(np.einsum("ij,ij->i", points - a, d) / np.maximum(np.einsum("ij,ij->i", d, d), 1e-300), 0.0, 1.0)
+        best = np.minimum(best, np.linalg.norm(points - a - t[:, None] * d, axis=1))
+    return float(best.max())

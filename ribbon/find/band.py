@@ -1,0 +1,79 @@
+"""Starting shapes of closed bands: a circle, and the way from it to a Moebius band (thesis, 6.1.1, algorithm 2).
+
+The circle is clamped at both ends, at the same place, and the frame of its end is turned about the tangent by half a
+turn in a few steps, each started from the last; then the clamps are replaced by the seam. The ruling is held straight
+at the clamps on the way, which pins the Wunderlich event to the seam. A small twist breaks the symmetry of the circle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.boundary import Clamp
+from ribbon.find import relax
+from ribbon.find.seeds import joints
+from ribbon.problems.mixed import MixedProblem
+from ribbon.solvers import ipopt
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, float, float], None]
+
+#: Steps of the half turn; doubled where one fails, up to the second number.
+TURN_STEPS = 6
+MOST_STEPS = 48
+#: Segments on which the way is gone at the most.
+MOST_SEGMENTS = 120
+#: eta of the twist that breaks the circle's symmetry.
+_TWIST = 1e-2
+_ITERATIONS = 300
+
+
+def circle(problem: MixedProblem) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (p + 1,) of a circle of the closure's turns, bent the way of the natural curvature, if any."""
+    turns = problem.closure.turns if problem.closure is not None else 1
+    natural = sum(problem.strip.curvature)
+    omega = math.copysign(2.0 * math.pi * turns, natural) if natural else -2.0 * math.pi * turns
+    count = problem.lengths.size + 1
+    return np.full(count, omega), np.zeros(count)
+
+
+def moebius(problem: MixedProblem, progress: Progress | None = None) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (p + 1,) of a weightless Moebius band with a straight ruling at the seam, near its equilibrium."""
+    lengths = problem.lengths
+    while lengths.size > MOST_SEGMENTS:
+        lengths = relax.merged(lengths)
+    coarse = problem.with_changes(lengths=lengths)
+    steps = TURN_STEPS
+    while True:
+        found = _turned(coarse, steps, progress)
+        if found is not None or steps >= MOST_STEPS:
+            break
+        steps *= 2
+    if found is None:
+        return circle(problem)
+    s, there = joints(lengths), joints(problem.lengths)
+    return np.interp(there, s, found[0]), np.interp(there, s, found[1])
+
+
+def _turned(problem: MixedProblem, steps: int, progress: Progress | None) -> tuple[FloatArray, FloatArray] | None:
+    start = Clamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0), "straight")
+    x: FloatArray | None = None
+    current = problem
+    for k in range(1, steps + 1):
+        angle = math.pi * k / steps
+        end = Clamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (-math.sin(angle), math.cos(angle), 0.0), "straight")
+        current = problem.with_changes(start=start, end=end, closure=None, walls=(), gravity=None, box=None)
+        if x is None:
+            omega, _ = circle(problem)
+            x = current.state(omega, _TWIST * np.sin(2.0 * math.pi * joints(problem.lengths)))
+        found = ipopt.minimise(current, x, {"mu_init": 1e-3, "max_iter": _ITERATIONS}, progress)
+        problem.counters.add(current.counters)
+        if found.residual > relax.RESIDUAL_TOLERANCE:
+            return None
+        x = found.x
+    assert x is not None
+    return relax.resample(current, x, problem.lengths)

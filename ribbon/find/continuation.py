@@ -1,0 +1,248 @@
+"""Following an equilibrium while a parameter varies (thesis, algorithms 2 and 3): predictor, warm corrector, cut-back.
+
+A way is a function t in [0, 1] -> problem: a clamp that moves, a weight that grows, a wall that sinks. Every step
+starts from the last equilibrium, unknowns and multipliers extrapolated through the last two (secant; docs/theory.md,
+eq. (6.3)), and is cut when the corrector fails or when the shape jumps; what is left at the smallest step is a real
+jump (a snap), recorded.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.find import relax
+from ribbon.find.solve import Problem, joint_values, solve_from, starting_shapes
+from ribbon.problems.chained import ChainedProblem
+from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.result import Equilibrium, Status
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, float, float], None]
+
+#: Growth of the step after an easy corrector, shrinking after a hard one, cut after a failure.
+GROW, SHRINK, CUT = 1.6, 0.7, 0.4
+EASY, HARD, MOST = 8, 25, 120
+#: A step is a jump when the shape moves this many times further than the last steps let expect, and by more than this
+#: share of its size.
+JUMP, LEAST_JUMP = 8.0, 0.05
+#: Smallest adaptive step.
+SMALLEST = 4e-3
+#: |omega| l below which a strip counts as straight.
+_STRAIGHT = 1e-9
+#: Segments up to which every step's stability is judged; beyond, only the last one's.
+CHECKED = 160
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """One step of a way.
+
+    t: where it ends; size; status: code of the result; accepted; iterations; residual; energy (D w / l);
+    lowest_eigenvalue (nan where it was not judged); seconds; jump: whether the shape snapped.
+    """
+
+    t: float
+    size: float
+    status: str
+    accepted: bool
+    iterations: int
+    residual: float
+    energy: float
+    lowest_eigenvalue: float
+    seconds: float
+    jump: bool
+
+
+def _record(t: float, size: float, found: Equilibrium, accepted: bool, seconds: float, jump: bool) -> StepRecord:
+    return StepRecord(
+        t, size, found.status.code, accepted, found.iterations, found.residual, found.energy.total,
+        found.lowest_eigenvalue, seconds, jump,
+    )  # fmt: skip
+
+
+def _shape(found: Equilibrium) -> FloatArray:
+    """omega and eta at the joints, for measuring how far a shape moved."""
+    problem: Any = found.problem
+    omega, eta = joint_values(problem, found.x)
+    return np.concatenate([omega, eta])
+
+
+def _same_structure(problem: MixedProblem, found: Equilibrium) -> bool:
+    old = found.problem
+    return (
+        isinstance(old, MixedProblem)
+        and type(old) is type(problem)
+        and np.array_equal(old.lengths, problem.lengths)
+        and old.size == problem.size
+        and list(old.blocks()) == list(problem.blocks())
+        and found.rows.size == problem.constraint_bounds()[0].size
+    )
+
+
+def anchored(problem: Problem, found: Equilibrium) -> Problem:
+    """The problem with its gauges and the signs of its quaternions referring to where `found` stands."""
+    if not isinstance(problem, MixedProblem) or not isinstance(found.problem, MixedProblem):
+        return problem
+    return problem.with_changes(reference=tuple(found.x[3:7].tolist()), origin=tuple(found.x[0:3].tolist()))
+
+
+def switch(
+    problem: Problem,
+    start: Equilibrium,
+    *,
+    leave_saddle: bool = False,
+    progress: Progress | None = None,
+    check: bool = True,
+    options: dict[str, Any] | None = None,
+) -> Equilibrium:
+    """Equilibrium of `problem` from the shape of `start`, whatever its segments, clamps, walls or formulation."""
+    keywords: dict[str, Any] = {
+        "leave_saddle": leave_saddle, "progress": progress, "check": check, "options": options,
+    }  # fmt: skip
+    old: Any = start.problem
+    if isinstance(problem, ChainedProblem) or isinstance(old, ChainedProblem):
+        omega, eta = joint_values(old, start.x)
+        s_old = np.concatenate([[0.0], np.cumsum(old.lengths)])
+        s_new = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+        shape = np.interp(s_new, s_old, omega), np.interp(s_new, s_old, eta)
+        if isinstance(problem, ChainedProblem):
+            return solve_from(problem, problem.shape(*shape), **keywords)
+        return solve_from(problem, problem.state(*shape), **keywords)
+    problem = anchored(problem, start)
+    assert isinstance(problem, MixedProblem)
+    if problem.end is not None and float(np.abs(start.x[7 : old.last + 9 : STRIDE]).max()) < _STRAIGHT:
+        # nothing tells which way a straight strip bends
+        best: Equilibrium | None = None
+        for omega, eta in starting_shapes(problem, "natural", 0.0):
+            found = solve_from(problem, problem.state(omega, eta), **keywords)
+            if found.ok:
+                return found
+            best = best or found
+        assert best is not None
+        return best
+    x = relax.transferred(old, start.x, problem)
+    minimum = relax.from_near(problem, x, options, progress)
+    if minimum.residual > relax.RESIDUAL_TOLERANCE:
+        return solve_from(problem, x, **keywords)
+    return solve_from(problem, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
+
+
+def _corrected(
+    problem: Problem, found: Equilibrium, before: Equilibrium | None, factor: float, keywords: dict[str, Any]
+) -> Equilibrium:
+    """The next equilibrium: from the secant's prediction with multipliers, else from the last one without."""
+    options = {"max_iter": MOST}
+    if isinstance(problem, ChainedProblem):
+        x = found.x if before is None else found.x + factor * (found.x - before.x)
+        return solve_from(problem, x, options={**options, "mu_init": 1e-6}, **keywords)
+    if _same_structure(problem, found):
+        x, rows = found.x, found.rows
+        if before is not None and before.x.size == x.size and before.rows.size == rows.size:
+            x = x + factor * (x - before.x)
+            rows = rows + factor * (rows - before.rows)
+        tried = solve_from(problem, x, warm=(rows, found.multipliers), options=options, **keywords)
+        if tried.residual <= relax.RESIDUAL_TOLERANCE:
+            return tried
+    return switch(problem, found, options=options, **keywords)
+
+
+def follow(
+    problem_at: Callable[[float], Problem],
+    start: Equilibrium,
+    *,
+    steps: int | None = None,
+    first: float = 0.25,
+    smallest: float | None = None,
+    leave_saddle: bool = False,
+    on_step: Callable[[StepRecord, Equilibrium], None] | None = None,
+    begin: float = 0.0,
+    progress: Progress | None = None,
+) -> Equilibrium:
+    """The equilibrium at t = 1 on the way ``t -> problem_at(t)`` from `start`, the one at t = `begin`.
+
+    steps: equal ones (cut where one fails); None: adaptive, from the size `first`; never cut below `smallest` (default
+    SMALLEST, or a fifth of an equal step).
+    leave_saddle: unstable equilibria met on the way are left along their unstable mode. on_step: called after every
+    accepted step. The log (dictionaries of `StepRecord`, rejected steps too) is on the result; when the way cannot be
+    gone to its end the last good equilibrium is returned with the status of what stopped it.
+    """
+    size = 1.0 / steps if steps else min(first, 1.0)
+    if smallest is None:
+        smallest = 0.2 * size if steps else SMALLEST
+    t = begin
+    found, before, t_before = start, None, 0.0
+    speed: float | None = None
+    log: list[dict[str, Any]] = []
+    last_bad: Equilibrium | None = None
+    while t < 1.0 - 1e-12:
+        target = min(1.0, t + size)
+        if 1.0 - target < 0.1 * size:
+            target = 1.0
+        step = target - t
+        problem = anchored(problem_at(target), found)
+        check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
+        clock = time.perf_counter()
+        factor = step / (t - t_before) if before is not None and t > t_before else 0.0
+        new = _corrected(problem, found, before, factor, {"check": check, "progress": progress})
+        if leave_saddle and new.status is Status.SADDLE:
+            better = solve_from(problem, new.x, warm=(new.rows, new.multipliers), leave_saddle=True)
+            new = better if better.status in (Status.CONVERGED, Status.SADDLE) else new
+        seconds = time.perf_counter() - clock
+        good = new.status in (Status.CONVERGED, Status.SADDLE)
+        moved, expected, jump = 0.0, None, False
+        if good:
+            moved, jump, expected = _movement(found, new, speed, step)
+        if not good or (jump and step > 4.0 * smallest and not leave_saddle):
+            log.append(asdict(_record(target, step, new, False, seconds, jump)))
+            size = CUT * step
+            last_bad = new
+            before = None
+            if size < smallest:
+                return _stopped(found, last_bad, t, start, log)
+            continue
+        record = _record(target, step, new, True, seconds, jump)
+        log.append(asdict(record))
+        before, t_before = (None, t) if jump else (found, t)
+        if expected is not None or moved > 0:
+            speed = None if jump else moved / step
+        found, t = new, target
+        if on_step is not None:
+            on_step(record, found)
+        if steps:
+            size = min(1.0 / steps, max(size, step) * GROW)
+        elif new.iterations <= EASY:
+            size = step * GROW
+        elif new.iterations >= HARD:
+            size = step * SHRINK
+    return replace(found, log=(*start.log, *log))
+
+
+def _movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: float) -> tuple[float, bool, float | None]:
+    """How far the shape moved (root mean square over the joints), whether that is a jump, what was expected."""
+    a, b = _shape(old), _shape(new)
+    if a.size != b.size:
+        return 0.0, False, None
+    moved = float(np.sqrt(np.mean((a - b) ** 2)))
+    scale = float(np.sqrt(np.mean(b**2))) + 1e-12
+    if speed is None:
+        return moved, False, None
+    return moved, moved > JUMP * speed * step and moved > LEAST_JUMP * scale, speed * step
+
+
+def _stopped(
+    found: Equilibrium, bad: Equilibrium, t: float, start: Equilibrium, log: list[dict[str, Any]]
+) -> Equilibrium:
+    status = bad.status if bad.status not in (Status.CONVERGED, Status.SADDLE) else Status.NOT_CONVERGED
+    return replace(
+        found,
+        status=status,
+        stable=None,
+        message=f"the way stopped at t = {t:.6g}: the next step ended with: {bad.message}",
+        log=(*start.log, *log),
+    )

@@ -1,0 +1,220 @@
+"""From a starting shape to a stationary point of a glued problem: coarse to fine, boxed first, several barriers.
+
+A minimiser far from the constraints may turn the rulings along the strip (|eta| in the tens) and stop there, in a local
+minimum that no ribbon of this width is meant to have. So eta and omega are boxed first; a point that touches the box is
+no solution and is followed without it. Many segments from a far start are reached over a few (the shapes nest).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.loads import Gravity
+from ribbon.problems.chained import ChainedProblem
+from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.solvers import ipopt
+from ribbon.solvers.problem import Minimum
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, float, float], None]
+
+#: Residual (unscaled) of an equilibrium, and below which no further attempt is made.
+RESIDUAL_TOLERANCE = 1e-8
+#: Bounds of |eta| and, over the largest of the start, of |omega| l in the first attempt.
+ETA_BOX = 3.0
+OMEGA_BOX = 30.0
+#: Segments on which the chained model starts a ribbon of more segments that is held at s = 0 only.
+CHAINED_START = 100
+#: Misfit (l, rad) up to which a start is near: it is relaxed where it stands.
+NEAR = 0.02
+#: Segments above which a far start is first solved on fewer.
+COARSE = 40
+#: Barriers tried in turn, from a far start.
+ATTEMPTS: tuple[dict[str, Any], ...] = (
+    {"mu_init": 1e-3},
+    {"mu_init": 0.1},
+    {"mu_strategy": "adaptive"},
+    {"mu_init": 1e-4},
+)
+_ATTEMPT_ITERATIONS = 250
+
+
+def is_far(problem: MixedProblem) -> bool:
+    """Whether rows beside the glue make a start infeasible: an end held, a seam, walls."""
+    return problem.end is not None or problem.closure is not None or bool(problem.walls)
+
+
+def misfit(problem: MixedProblem, x: FloatArray) -> float:
+    """How far the shape is from where it is held: largest violation of end or seam (l, rad) and of the walls (l)."""
+    worst = 0.0
+    for name, rows in problem.blocks().items():
+        if name.startswith(("end_", "wall_")):
+            c = rows.values(x)
+            worst = max(worst, float(np.max(np.maximum(rows.lower - c, c - rows.upper), initial=0.0)))
+    return worst
+
+
+def touches_box(problem: MixedProblem, x: FloatArray) -> bool:
+    """Whether omega or eta lie on the problem's box."""
+    if problem.box is None:
+        return False
+    omega = np.abs(x[7 : problem.last + 9 : STRIDE]).max()
+    eta = np.abs(x[8 : problem.last + 9 : STRIDE]).max()
+    return bool(omega > 0.999 * problem.box[0] or eta > 0.999 * problem.box[1])
+
+
+def merged(lengths: FloatArray) -> FloatArray:
+    """Neighbouring segments joined in pairs."""
+    pairs = lengths[: lengths.size // 2 * 2].reshape(-1, 2).sum(axis=1)
+    if lengths.size % 2:
+        pairs[-1] += lengths[-1]
+    return pairs
+
+
+def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (k + 1,) of the shape x at the joints of other `lengths` (k,)."""
+    old = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    new = np.concatenate([[0.0], np.cumsum(lengths)])
+    omega, eta = x[7 : problem.last + 9 : STRIDE], x[8 : problem.last + 9 : STRIDE]
+    return np.interp(new, old, omega), np.interp(new, old, eta)
+
+
+def placed(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> FloatArray:
+    """State of the shape with omega, eta (p + 1,); one whose ends are free is put on the free side of the walls."""
+    x = problem.state(omega, eta)
+    if problem.start_position is None and problem.end_position is None:
+        for wall in problem.walls:
+            normal = np.asarray(wall.normal)
+            positions = np.append(x[: problem.last + 9], 0.0).reshape(-1, STRIDE)[:, :3]
+            depth = float(np.min((positions - np.asarray(wall.point) / problem.strip.length) @ normal))
+            shift = max(0.0, problem.half_width - depth)
+            for k in range(3):
+                x[k : problem.last + 9 : STRIDE] += shift * normal[k]
+    return x
+
+
+def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatArray:
+    """The shape x of `old` as unknowns of `fresh`, whatever its segments, walls and clamps; left where it was."""
+    if np.array_equal(old.lengths, fresh.lengths):
+        y = np.zeros(fresh.size)
+        y[: old.last + 9] = x[: old.last + 9]
+        return y
+    omega, eta = resample(old, x, fresh.lengths)
+    anchored = fresh.with_changes(
+        reference=tuple(x[3:7]) if fresh.start_quaternion is None else fresh.reference, origin=tuple(x[0:3])
+    )
+    start = fresh.start_position
+    y = anchored.state(omega, eta)
+    if start is None:
+        shift = x[0:3] - y[0:3]
+        for k in range(3):
+            y[k : fresh.last + 9 : STRIDE] += shift[k]
+    return y
+
+
+def minimum(
+    problem: MixedProblem,
+    x: FloatArray,
+    options: dict[str, Any] | None = None,
+    progress: Progress | None = None,
+    warm: tuple[FloatArray, FloatArray] | None = None,
+) -> Minimum:
+    """Stationary point from x; `warm`: multipliers of rows and bounds of a neighbouring problem, same structure."""
+    if warm is not None:
+        return ipopt.minimise(problem, x, options, progress, warm)
+    if not is_far(problem):
+        plain = problem.start is not None and problem.start.is_whole
+        if plain and problem.lengths.size > CHAINED_START:
+            return _through_chained(problem, x, options, progress)
+        direct = ipopt.minimise(problem, x, options, progress)
+        if plain and direct.residual > RESIDUAL_TOLERANCE:
+            other = _through_chained(problem, x, options, progress)
+            return other if other.residual < direct.residual else direct
+        return direct
+    if problem.lengths.size > COARSE:
+        if misfit(problem, x) <= NEAR:  # few segments would lose a delicate state, such as a band on its edge
+            near = from_near(problem, x, options, progress)
+            if near.residual <= RESIDUAL_TOLERANCE:
+                return near
+        lengths = merged(problem.lengths)
+        coarse = problem.with_changes(lengths=lengths)
+        first = minimum(coarse, transferred(problem, x, coarse), options, progress)
+        if first.residual <= RESIDUAL_TOLERANCE:
+            y = transferred(coarse, first.x, problem)
+            near = from_near(problem, y, options, progress)
+            if near.residual <= RESIDUAL_TOLERANCE:
+                return replace(
+                    near, iterations=near.iterations + first.iterations, seconds=near.seconds + first.seconds
+                )
+    return from_far(problem, x, options, progress)
+
+
+def _through_chained(
+    problem: MixedProblem, x: FloatArray, options: dict[str, Any] | None, progress: Progress | None
+) -> Minimum:
+    """Many segments held at s = 0 only: the chained model on few of them first, which has no constraints to violate."""
+    lengths = problem.lengths
+    while lengths.size > CHAINED_START:
+        lengths = merged(lengths)
+    assert problem.start is not None
+    gravity = None if problem.gravity is None else Gravity(problem.gravity.up)
+    few = ChainedProblem(problem.strip, problem.start, gravity, problem.energy, lengths, problem.exponent_limit)
+    shape = resample(problem, x, lengths)
+    first = ipopt.minimise(few, few.shape(*shape), options, progress)
+    if first.residual > RESIDUAL_TOLERANCE and not np.any(shape[1]):
+        first = ipopt.minimise(replace(few, planar=True, _cache={}), few.shape(*shape), options, progress)
+    problem.counters.add(few.counters)
+    if first.residual > RESIDUAL_TOLERANCE:
+        return ipopt.minimise(problem, x, options, progress)
+    q = few.parameters(first.x)
+    s = np.concatenate([[0.0], np.cumsum(lengths)])
+    there = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    omega = np.append(q[:, 1], q[-1, 1] + q[-1, 0] * lengths[-1])
+    eta = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * lengths[-1])
+    near = from_near(problem, problem.state(np.interp(there, s, omega), np.interp(there, s, eta)), options, progress)
+    if near.residual > RESIDUAL_TOLERANCE:
+        return ipopt.minimise(problem, x, options, progress)
+    return replace(near, iterations=near.iterations + first.iterations, seconds=near.seconds + first.seconds)
+
+
+def from_near(
+    problem: MixedProblem, x: FloatArray, options: dict[str, Any] | None = None, progress: Progress | None = None
+) -> Minimum:
+    """From a shape close to the solution: small barrier, boxed, one attempt."""
+    return _boxed(problem, x, {"mu_init": 1e-5, **(options or {})}, progress)
+
+
+def from_far(
+    problem: MixedProblem, x: FloatArray, options: dict[str, Any] | None = None, progress: Progress | None = None
+) -> Minimum:
+    """Attempts with different barriers until one converges; otherwise the one with the smallest residual."""
+    best: Minimum | None = None
+    iterations, seconds = 0, 0.0
+    for attempt in ATTEMPTS:
+        found = _boxed(problem, x, {**attempt, "max_iter": _ATTEMPT_ITERATIONS, **(options or {})}, progress)
+        iterations += found.iterations
+        seconds += found.seconds
+        if best is None or not best.residual <= found.residual:
+            best = found
+        if found.residual <= RESIDUAL_TOLERANCE:
+            break
+    assert best is not None
+    return replace(best, iterations=iterations, seconds=seconds)
+
+
+def _boxed(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress: Progress | None) -> Minimum:
+    """Boxed minimum; where it touches the box, the minimum without it from there."""
+    omega = max(OMEGA_BOX, 3.0 * float(np.abs(x[7 : problem.last + 9 : STRIDE]).max()))
+    eta = max(ETA_BOX, 2.0 * float(np.abs(x[8 : problem.last + 9 : STRIDE]).max()))
+    boxed = problem.with_changes(box=(omega, eta))
+    found = ipopt.minimise(boxed, x, options, progress)
+    problem.counters.add(boxed.counters)
+    if not touches_box(boxed, found.x):
+        return found
+    free = ipopt.minimise(problem, found.x, {**options, "mu_init": 1e-4}, progress)
+    return replace(free, iterations=free.iterations + found.iterations, seconds=free.seconds + found.seconds)

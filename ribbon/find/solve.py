@@ -1,0 +1,419 @@
+"""From a strip, what holds it and its loads to an `Equilibrium`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ribbon.boundary import Clamp, Closure
+from ribbon.contact import Wall
+from ribbon.errors import RibbonInputError
+from ribbon.find import band, relax, seeds, stability, stretched
+from ribbon.find.relax import RESIDUAL_TOLERANCE
+from ribbon.loads import Gravity
+from ribbon.problems import formulation
+from ribbon.problems.chained import ChainedProblem, Counters, segment_lengths
+from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.result import Energy, Equilibrium, Status
+from ribbon.solvers import ipopt
+from ribbon.solvers.problem import FloatArray, Minimum, approach, kkt_residual, polish, violation
+from ribbon.strip import Strip, finite
+from ribbon.thesis import other_models
+
+Progress = Callable[[int, float, float], None]
+Values = float | tuple[float, ...] | list[float]
+Problem = ChainedProblem | MixedProblem
+
+#: Violation of the rows above which a stationary point is called infeasible.
+_INFEASIBLE = 1e-6
+_IPOPT_INFEASIBLE = (2, -10)
+
+
+def solve(
+    strip: Strip,
+    clamp: Clamp | None = None,
+    gravity: Gravity | None = None,
+    *,
+    end: Clamp | None = None,
+    closure: Closure | None = None,
+    walls: tuple[Wall, ...] | list[Wall] = (),
+    energy: str = "wunderlich",
+    segments: int | ArrayLike = 20,
+    seed_curvature: Values | str = "natural",
+    seed_ruling: Values = 0.0,
+    formulation: str = "auto",
+    held_by: str = "elimination",
+    leave_saddle: bool = False,
+    options: dict[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Equilibrium:
+    """Equilibrium of a ribbon (thesis, chapters 3, 5 and 6).
+
+    Parameters
+    ----------
+    strip, gravity: what it is and which way is up; no `gravity`, no weight.
+    clamp, end: how s = 0 and s = l are held. `clamp` None: at the origin, tangent e_z, normal e_y, unless there is a
+        `closure`; a `Clamp` that holds nothing (all parts None) is a free end. `end` None: free.
+    closure: of a band; walls: planes that the ribbon cannot cross.
+    energy: "wunderlich" (finite width) or "sadowsky".
+    segments: how many equal ones, or their lengths in units of l (they add up to 1).
+    seed_curvature, seed_ruling: omega (in 1/length) and eta to start from: a number, or values at equally spaced
+        abscissae from s = 0 to s = l, linear between them; "natural" is the stress-free shape, and where that says
+        nothing (a flat strip held at both ends, a band) one is chosen.
+    formulation: "auto", "chained", "mixed", or "matrix" (the thesis's own mixed unknowns); held_by: "elimination" of
+        the start clamp's unknowns or "constraints" (thesis, 5.3.3; mixed models).
+    leave_saddle: follow the unstable direction of a saddle to a stable state.
+    options: Ipopt's options, over `ribbon.solvers.ipopt.DEFAULT_OPTIONS`.
+    progress: called with (iteration, energy, dual infeasibility).
+
+    Raises `RibbonInputError` on bad input. Whatever the minimiser meets is a status of the result.
+    """
+    problem = build(
+        strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
+        formulation=formulation, held_by=held_by,
+    )  # fmt: skip
+    if (
+        isinstance(problem, MixedProblem)
+        and stretched.ends_apart(strip, problem.start, problem.end) >= stretched.STRETCHED
+    ):
+        return stretched.straight(problem)
+    starts = starting_shapes(problem, seed_curvature, seed_ruling, progress)
+    best: Equilibrium | None = None
+    for omega, eta in starts:
+        found = solve_shape(problem, omega, eta, options=options, progress=progress, leave_saddle=leave_saddle)
+        if best is None or _rank(found) < _rank(best):
+            best = found
+        if found.ok:
+            break
+    assert best is not None
+    return best
+
+
+def _rank(found: Equilibrium) -> tuple[int, float]:
+    order = {Status.CONVERGED: 0, Status.SADDLE: 1, Status.NOT_CONVERGED: 2}
+    return order.get(found.status, 3), found.residual if np.isfinite(found.residual) else np.inf
+
+
+def _nothing(clamp: Clamp | None) -> bool:
+    return clamp is None or (clamp.position is None and not clamp.holds_frame and clamp.ruling == "free")
+
+
+def build(
+    strip: Strip,
+    clamp: Clamp | None = None,
+    gravity: Gravity | None = None,
+    *,
+    end: Clamp | None = None,
+    closure: Closure | None = None,
+    walls: tuple[Wall, ...] | list[Wall] = (),
+    energy: str = "wunderlich",
+    segments: int | ArrayLike = 20,
+    formulation: str = "auto",
+    held_by: str = "elimination",
+) -> Problem:
+    """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`."""
+    lengths = segment_lengths(segments)
+    if clamp is None and closure is None:
+        clamp = Clamp()
+    start = None if _nothing(clamp) else clamp
+    end = None if _nothing(end) else end
+    walls = tuple(walls)
+    chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size)
+    if chosen == "chained" and end is None:
+        assert start is not None
+        return ChainedProblem(strip, start, gravity, energy, lengths)
+    if closure is not None and lengths.size < 3:
+        raise RibbonInputError("segments", lengths.size, "a closed band needs at least three segments")
+    stretched.check_distance(strip, start, end)
+    if chosen == "matrix" and gravity is not None and gravity.exact:
+        raise RibbonInputError("formulation", chosen, 'the weight of the surface needs "mixed"')
+    frame = None if start is None or not start.holds_frame else start
+    reference = (1.0, 0.0, 0.0, 0.0)
+    if frame is not None:
+        from ribbon.element.quaternion import from_matrix
+
+        reference = tuple(from_matrix(frame.frame).tolist())
+    arguments: dict[str, Any] = {
+        "strip": strip, "start": start, "end": end, "closure": closure, "walls": walls, "gravity": gravity,
+        "energy": energy, "lengths": lengths, "held_by": held_by, "reference": reference, "model": chosen,
+    }  # fmt: skip
+    return MixedProblem(**arguments)
+
+
+_formulation = formulation.choose
+
+
+def starting_shapes(
+    problem: Problem, curvature: Values | str, ruling: Values, progress: Progress | None = None
+) -> list[tuple[FloatArray, FloatArray]]:
+    """omega and eta (p + 1,) at the joints to start from, the most promising first; several only if none was given."""
+    s = seeds.joints(problem.lengths)
+    eta = seeds.sampled(_values("seed_ruling", ruling), s)
+    slopes = np.abs(np.diff(eta)) / problem.lengths * problem.half_width
+    if slopes.max(initial=0.0) >= 1.0:
+        raise RibbonInputError(
+            "seed_ruling", ruling, "rulings of the starting shape cross inside the strip: keep |eta'| below 2 / width"
+        )
+    if not isinstance(curvature, str):
+        given = np.array(_values("seed_curvature", curvature)) * problem.strip.length
+        return [(seeds.sampled(tuple(given), s), eta)]
+    if curvature != "natural":
+        raise RibbonInputError("seed_curvature", curvature, 'a number, a list of numbers, or "natural"')
+    natural = seeds.sampled(problem.strip.curvature, s)
+    if isinstance(problem, ChainedProblem):
+        return [(natural, eta)]
+    if problem.closure is not None:
+        if problem.closure.sign < 0:
+            return [band.moebius(problem, progress)]
+        omega, _ = band.circle(problem)
+        return [(omega, eta)]
+    if problem.end is None:
+        return [(natural, eta)]
+    shapes = [(natural, eta)] if problem.has_natural_curvature else seeds.guesses(problem)
+    fitted = [seeds.fitted(problem, *shape) for shape in shapes]
+    fitted.sort(key=lambda f: f[2] > 1e-2)
+    return [(omega, turned) for omega, turned, _ in fitted[:3]]
+
+
+def _values(key: str, value: Values) -> tuple[float, ...]:
+    if isinstance(value, (tuple, list)):
+        if not value:
+            raise RibbonInputError(key, value, "one number, or values from s = 0 to s = l")
+        return tuple(finite(key, v) for v in value)
+    return (finite(key, value),)
+
+
+def solve_shape(problem: Problem, omega: FloatArray, eta: FloatArray, **keywords: Any) -> Equilibrium:
+    """Equilibrium of `problem` from omega and eta (p + 1,) at the joints; keywords as in `solve_from`."""
+    if isinstance(problem, ChainedProblem):
+        return solve_from(problem, problem.shape(omega, eta), **keywords)
+    return solve_from(problem, relax.placed(problem, omega, eta), **keywords)
+
+
+def solve_from(
+    problem: Problem,
+    x: np.ndarray,
+    *,
+    warm: tuple[FloatArray, FloatArray] | None = None,
+    options: dict[str, Any] | None = None,
+    progress: Progress | None = None,
+    leave_saddle: bool = False,
+    check: bool = True,
+    near: bool = False,
+) -> Equilibrium:
+    """Equilibrium of `problem` from the unknowns x; residual and stability are not taken from Ipopt.
+
+    warm: multipliers of rows and bounds (of a neighbouring problem of the same structure); check: whether stability is
+    judged (otherwise `stable` is None); near: x may be the solution already, and is kept if it is.
+    """
+    found = _solve_once(problem, x, warm, options, progress, check, near)
+    if leave_saddle:
+        for _ in range(_DEPARTURES):
+            if found.status is not Status.SADDLE:
+                break
+            better = _depart(found, options, progress)
+            if better is None:
+                break
+            found = better
+    return found
+
+
+#: Saddles that are left in turn, and sizes of the first step along the unstable mode (largest change of omega or eta,
+#: relative to 1 + the largest omega).
+_DEPARTURES = 6
+_KICKS = (0.03, 0.3)
+
+
+def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progress | None) -> Equilibrium | None:
+    """The equilibrium of lower energy reached from a saddle along its unstable mode, either way, or None."""
+    problem: Any = saddle.problem
+    omega, eta = joint_values(problem, saddle.at if saddle.at is not None else saddle.x)
+    d_omega, d_eta = joint_values(problem, saddle.mode)
+    size = max(np.abs(d_omega).max() / (1.0 + np.abs(omega).max()), np.abs(d_eta).max(), 1e-300)
+    best: Equilibrium | None = None
+    for kick in _KICKS:
+        for sign in (1.0, -1.0):
+            step = sign * kick / size
+            shape = omega + step * d_omega, np.clip(eta + step * d_eta, -5.0, 5.0)
+            chained = isinstance(problem, ChainedProblem)
+            start = problem.shape(*shape) if chained else problem.state(*shape)
+            found = _solve_once(problem, start, None, options, progress, True)
+            lower = found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
+            if found.status in (Status.CONVERGED, Status.SADDLE) and lower:
+                if best is None or (found.ok and not best.ok):
+                    best = found
+                if best.ok:
+                    return best
+    return best
+
+
+def joint_values(problem: Problem, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
+    if isinstance(problem, ChainedProblem):
+        steps = np.concatenate([[0.0], np.cumsum(x[2::2] * problem.lengths)])
+        turns = np.concatenate([[0.0], np.cumsum(x[3::2] * problem.lengths)])
+        return x[0] + steps, x[1] + turns
+    return x[7 : problem.last + 9 : STRIDE].copy(), x[8 : problem.last + 9 : STRIDE].copy()
+
+
+def _minimum(
+    problem: Problem,
+    x: FloatArray,
+    warm: tuple[FloatArray, FloatArray] | None,
+    options: dict[str, Any] | None,
+    progress: Progress | None,
+) -> Minimum:
+    if isinstance(problem, MixedProblem):
+        if problem.model != "mixed":
+            return other_models.minimum(problem, x, options, progress)
+        return relax.minimum(problem, x, options, progress, warm)
+    minimum = ipopt.minimise(problem, x, options, progress)
+    if not minimum.finished and minimum.residual > RESIDUAL_TOLERANCE and np.all(np.isfinite(minimum.x)):
+        none = np.zeros_like(minimum.x)
+        polished = polish(problem, minimum.x)
+        residual = kkt_residual(problem, polished, none)
+        if residual < minimum.residual:
+            minimum = replace(minimum, x=polished, multipliers=none, residual=residual)
+    if minimum.residual > RESIDUAL_TOLERANCE and not np.any(x[1::2]):
+        # a start without torsion stays without it to rounding: the planar state is stationary, if hardly a minimum
+        none = np.zeros_like(x)
+        flat = ipopt.minimise(_fresh(problem, planar=True), x, options, progress)
+        residual = kkt_residual(problem, flat.x, none)
+        if residual <= RESIDUAL_TOLERANCE:
+            return replace(flat, multipliers=none, residual=residual, iterations=flat.iterations + minimum.iterations)
+    return minimum
+
+
+def _fresh(problem: ChainedProblem, **changes: Any) -> ChainedProblem:
+    """The problem with fields replaced and nothing counted or cached."""
+    return replace(problem, counters=Counters(), _cache={}, **changes)
+
+
+def _kept(problem: Problem, x: FloatArray) -> Minimum | None:
+    """x itself when it is stationary with no bound active (chained model), else None."""
+    if not isinstance(problem, ChainedProblem):
+        return None
+    clock = time.perf_counter()
+    none = np.zeros_like(x)
+    residual = kkt_residual(problem, x, none)
+    if not residual <= RESIDUAL_TOLERANCE:
+        return None
+    return Minimum(x, none, np.empty(0), residual, 0, 0, "stationary from the start", True, time.perf_counter() - clock)
+
+
+def _solve_once(
+    problem: Problem,
+    x: FloatArray,
+    warm: tuple[FloatArray, FloatArray] | None,
+    options: dict[str, Any] | None,
+    progress: Progress | None,
+    want_check: bool,
+    near: bool = False,
+) -> Equilibrium:
+    minimum = (_kept(problem, x) if near else None) or _minimum(problem, x, warm, options, progress)
+    evaluations = {k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")}
+    parts = problem.energy_parts(minimum.x)
+    clock = time.perf_counter()
+    judged = want_check and bool(np.all(np.isfinite(minimum.x)) and np.all(np.isfinite(parts)))
+    judged = judged and (isinstance(problem, ChainedProblem) or minimum.residual <= RESIDUAL_TOLERANCE)
+    check = None
+    if judged:
+        if isinstance(problem, ChainedProblem):
+            check = stability.check(problem, minimum.x)
+        else:
+            check = stability.check_glued(problem, minimum.x, minimum.multipliers, minimum.rows)
+    steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
+    status = _status(problem, minimum, check, parts, steepest, want_check)
+    known = status in (Status.CONVERGED, Status.SADDLE)
+    message = status.value if known else f"{status.value} (Ipopt: {minimum.message})"
+    if known and check is not None and check.stable is None:
+        message += "; stability could not be judged"
+    if known and check is not None and check.indifferent:
+        message += "; indifferent to at least one mode (eigenvalue zero to rounding)"
+    return Equilibrium(
+        problem=problem,
+        status=status,
+        message=message,
+        x=minimum.x,
+        multipliers=minimum.multipliers,
+        rows=minimum.rows,
+        residual=minimum.residual,
+        iterations=minimum.iterations,
+        evaluations=evaluations,
+        energy=Energy(*(float(v) for v in parts)),
+        stable=check.stable if known and check is not None else None,
+        lowest_eigenvalue=check.eigenvalue if check is not None else float("nan"),
+        mode=check.mode if check is not None else np.zeros_like(minimum.x),
+        at=check.at if check is not None else None,
+        active_bounds=check.active if check is not None else 0,
+        seconds={"solve": minimum.seconds, "stability": time.perf_counter() - clock},
+        options={**ipopt.DEFAULT_OPTIONS, **(options or {})},
+    )
+
+
+def _status(
+    problem: Problem,
+    minimum: Minimum,
+    check: stability.Stability | None,
+    parts: FloatArray,
+    steepest: float,
+    wanted: bool,
+) -> Status:
+    if not np.all(np.isfinite(minimum.x)) or not np.all(np.isfinite(parts)) or not np.isfinite(minimum.residual):
+        return Status.FAILED
+    if minimum.code == other_models.FLIPPED:
+        return Status.FLIPPED
+    if steepest > 1.0:
+        return Status.RULINGS_CROSS
+    if minimum.residual > RESIDUAL_TOLERANCE:
+        if minimum.code in _IPOPT_INFEASIBLE or violation(problem, minimum.x) > _INFEASIBLE:
+            return Status.INFEASIBLE
+        return Status.NOT_CONVERGED
+    if check is None and wanted:
+        return Status.FAILED
+    return Status.SADDLE if check is not None and check.stable is False else Status.CONVERGED
+
+
+def split_state(lengths: np.ndarray, x: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Segments cut into `parts` equal pieces and the unknowns of the same shape on them (exactly the same ribbon)."""
+    finer = np.repeat(lengths / parts, parts)
+    y = np.empty(2 * finer.size + 2)
+    y[:2] = x[:2]
+    y[2::2] = np.repeat(x[2::2], parts)
+    y[3::2] = np.repeat(x[3::2], parts)
+    return finer, y
+
+
+def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilibrium:
+    """The same scene on segments cut into `parts`, started from `equilibrium`: the same branch, a smaller error.
+
+    The distance to the coarser result estimates the coarser result's discretisation error.
+    """
+    if parts < 1:
+        raise RibbonInputError("parts", parts, "cut every segment into at least one piece")
+    old: Any = equilibrium.problem
+    if isinstance(old, ChainedProblem):
+        lengths, x = split_state(old.lengths, equilibrium.x, parts)
+        fresh = _fresh(old, lengths=lengths)
+        # a few steps of Newton's from so near; a minimiser with a barrier loses the start
+        clock = time.perf_counter()
+        x, steps = approach(fresh, x, 0.01 * RESIDUAL_TOLERANCE)
+        spent = time.perf_counter() - clock
+        found = solve_from(fresh, x, near=True, **keywords)
+        seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}
+        return replace(found, iterations=found.iterations + steps, seconds=seconds)
+    return on_segments(equilibrium, np.repeat(old.lengths / parts, parts), **keywords)
+
+
+def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equilibrium:
+    """The same scene on segments of other `lengths` (k,), started from `equilibrium`, in the mixed model."""
+    old: Any = equilibrium.problem
+    fresh = old.with_changes(lengths=lengths)
+    x = relax.transferred(old, equilibrium.x, fresh)
+    minimum = relax.from_near(fresh, x, keywords.get("options"), keywords.get("progress"))
+    return solve_from(fresh, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)

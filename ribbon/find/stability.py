@@ -1,0 +1,264 @@
+"""Second-order check: is the stationary point a minimum (thesis, 7.1: Ipopt may stop on a saddle)?
+
+Where the normal curvature vanishes the ruling moves nothing: the Hessian has null modes in eta, and the point is a
+whole family of points that are one shape. Its second variation by omega does depend on which ruling is taken (a
+straight strip on edge under its weight is a minimum for eta = 0 and a saddle for an oblique ruling), so that the shape
+is stable only if no ruling of the family gives a negative eigenvalue. `check` looks for the worst one (docs/theory.md,
+eq. (6.1), (6.2)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+
+from ribbon.find import reduction, relax
+from ribbon.problems.chained import ChainedProblem
+from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.solvers.problem import FloatArray
+
+#: A bound counts as active when the point is this close to it, relative to the bound's size.
+ACTIVE_DISTANCE = 1e-7
+#: Eigenvalues within INDIFFERENT * (largest eigenvalue, at least 1) of zero count as zero: rounding, or a null mode.
+INDIFFERENT = 1e-11
+#: The same for a glued problem, whose multipliers carry rounding of their own.
+GLUED_INDIFFERENT = 1e-10
+_MOST_TOLERANCE = 1e-5
+#: |omega| l below which a joint counts as straight.
+_STRAIGHT = 1e-7
+#: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
+_CHAINED_LIMIT = 400
+#: Segments up to which the dense check of a glued ribbon is made; more are joined first.
+GLUED_LIMIT = 600
+#: Change of the energy (relative, at least 1) below which a move along null modes is no change of shape.
+_SAME_ENERGY = 1e-11
+#: Largest component of the gradient there: still a stationary point.
+_STATIONARY = 1e-8
+#: Rulings (eta) from which the search starts, where they are free to choose; pieces on which eta is linear in it; share
+#: of the eigenvalue at eta = 0 below zero at which the search is over.
+_RULINGS = (0.6, -0.6)
+_PIECES = 12
+_CLEARLY = 1e-3
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Lowest eigenvalue of the Hessian on the unknowns that no active bound holds.
+
+    eigenvalue: in the metric ``int (domega^2 + deta^2) ds`` (units D w / l), so that it hardly depends on the segments,
+    and for the worst ruling where rulings are free to choose; mode: its eigenvector (n,), zero on held unknowns; at:
+    the unknowns (n,) with that ruling (the same shape); stable: not negative beyond rounding, None: not known;
+    indifferent: zero to rounding; active: number of held bounds.
+    """
+
+    eigenvalue: float
+    mode: FloatArray
+    at: FloatArray
+    stable: bool | None
+    indifferent: bool
+    active: int
+
+
+@dataclass(frozen=True)
+class _Spectrum:
+    values: FloatArray
+    vectors: FloatArray
+    tolerance: float
+
+    @property
+    def null(self) -> FloatArray:
+        """Modes (free, k) whose eigenvalue is zero to rounding."""
+        return self.vectors[:, np.abs(self.values) <= self.tolerance]
+
+
+def _spectrum(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: FloatArray) -> _Spectrum:
+    values, vectors = scipy.linalg.eigh(problem.hessian(x)[np.ix_(free, free)], metric)
+    return _Spectrum(values, vectors, INDIFFERENT * max(1.0, float(np.abs(values).max())))
+
+
+def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
+    """Second-order check of a stationary point of the mixed model on the tangent of its active constraints.
+
+    x, multipliers (n,); rows (m,). A ribbon held at s = 0 only is checked in the unknowns of the chained model, null
+    modes of the ruling included.
+    """
+    plain = problem.start is not None and problem.start.is_whole and problem.end is None and problem.closure is None
+    exact = problem.gravity is not None and problem.gravity.exact
+    plain = plain and set(problem.blocks()) <= {"start_position", "start_frame"}  # nothing else holds it
+    if plain and not exact and problem.lengths.size <= _CHAINED_LIMIT:
+        assert problem.start is not None
+        twin = ChainedProblem(
+            problem.strip, problem.start, problem.gravity, problem.energy, problem.lengths, problem.exponent_limit
+        )
+        joints = slice(7, problem.last + 9, STRIDE), slice(8, problem.last + 9, STRIDE)
+        found = check(twin, twin.shape(x[joints[0]], x[joints[1]]))
+        mode = np.zeros(problem.size)
+        mode[joints[0]] = np.concatenate([[0.0], np.cumsum(found.mode[2::2] * problem.lengths)]) + found.mode[0]
+        mode[joints[1]] = np.concatenate([[0.0], np.cumsum(found.mode[3::2] * problem.lengths)]) + found.mode[1]
+        q = twin.parameters(found.at)
+        at = x.copy()
+        at[joints[1]] = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * problem.lengths[-1])
+        return replace(found, mode=mode, at=at)
+    if problem.lengths.size > GLUED_LIMIT:
+        return _on_fewer(problem, x, reduction.tangent(problem, x, multipliers, rows).bounds)
+    held = reduction.tangent(problem, x, multipliers, rows)
+    best = _glued_once(problem, x, rows, held)
+    if best.stable is True:
+        for y in _other_rulings(problem, x):
+            other = _glued_once(problem, y, rows, held)
+            if other.eigenvalue < best.eigenvalue:
+                best = other
+            if not best.stable:
+                break
+    return best
+
+
+def _on_fewer(problem: MixedProblem, x: FloatArray, active: int) -> Stability:
+    """The check on neighbouring segments joined until they are few enough for dense matrices, the shape relaxed there.
+
+    Eigenvalues hardly depend on the segments. Where the joined ones do not converge stability stays open (None).
+    """
+    lengths = problem.lengths
+    while lengths.size > GLUED_LIMIT:
+        lengths = relax.merged(lengths)
+    few = problem.with_changes(lengths=lengths, reference=tuple(x[3:7].tolist()), origin=tuple(x[0:3].tolist()))
+    start = relax.transferred(problem, x, few)
+    found = relax.from_near(few, start)
+    if found.residual > relax.RESIDUAL_TOLERANCE:
+        return Stability(np.nan, np.zeros(problem.size), x, None, False, active)
+    check = check_glued(few, found.x, found.multipliers, found.rows)
+    mode = np.zeros(problem.size)
+    s, there = np.concatenate([[0.0], np.cumsum(lengths)]), np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    at = x.copy()
+    for local in (7, 8):
+        fine, coarse = slice(local, problem.last + 9, STRIDE), slice(local, few.last + 9, STRIDE)
+        mode[fine] = np.interp(there, s, check.mode[coarse])
+        if local == 8:
+            at[fine] = np.interp(there, s, check.at[coarse])
+    return replace(check, mode=mode, at=at, active=active)
+
+
+def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
+    small = reduction.reduce(problem, x, rows, held)
+    if small.basis.shape[1] == 0:
+        return Stability(np.inf, np.zeros(problem.size), x, True, False, held.bounds)
+    values, modes = small.spectrum()
+    lowest, mode = float(values[0]), modes[:, 0]
+    tolerance = min(GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max())), _MOST_TOLERANCE)
+    return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
+
+
+def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
+    """The same shape with other rulings where the normal curvature vanishes and they move nothing."""
+    joints = STRIDE * np.arange(problem.lengths.size + 1)
+    straight = np.abs(x[joints + 7]) < _STRAIGHT
+    if straight.sum() < 2:
+        return []
+    # a joint's ruling is free when both its neighbours are straight too
+    inner = straight.copy()
+    inner[1:] &= straight[:-1]
+    inner[:-1] &= straight[1:]
+    lower, upper = problem.bounds()
+    inner &= lower[joints + 8] < upper[joints + 8]
+    if not inner.any():
+        return []
+    found = []
+    for ruling in (*_RULINGS, 0.2, -0.2):
+        eta = x[joints + 8].copy()
+        eta[inner] = ruling
+        slope = np.diff(eta) / problem.lengths
+        steep = 0.9 / problem.half_width
+        for i in range(1, eta.size):  # no crossing rulings between the straight part and the rest
+            if abs(slope[i - 1]) > steep and inner[i]:
+                eta[i] = eta[i - 1] + np.clip(eta[i] - eta[i - 1], -steep, steep) * problem.lengths[i - 1]
+        slope = np.diff(eta) / problem.lengths
+        if np.abs(slope).max() * problem.half_width >= 1.0:
+            continue
+        y = x.copy()
+        y[joints + 8] = eta
+        y[joints[:-1] + 9] = slope
+        found.append(y)
+    return found
+
+
+def check(problem: ChainedProblem, x: FloatArray) -> Stability:
+    """Lowest eigenvalue at the stationary point x (n,)."""
+    lower, upper = problem.bounds()
+    fixed = lower == upper
+    reach = np.where(np.isfinite(upper), ACTIVE_DISTANCE * np.maximum(np.abs(upper), np.abs(lower)), -1.0)
+    held = fixed | (np.minimum(x - lower, upper - x) <= reach)
+    free = ~held
+    active = int(held.sum() - fixed.sum())
+    mode = np.zeros(x.size)
+    if not free.any():
+        return Stability(np.inf, mode, x, True, False, active)
+    metric = problem.metric()[np.ix_(free, free)]
+    spectrum = _spectrum(problem, metric, x, free)
+    at = x
+    if spectrum.values[0] >= -spectrum.tolerance and spectrum.null.shape[1] > 0:
+        at, spectrum = _worst_ruling(problem, metric, x, free, spectrum)
+    lowest = float(spectrum.values[0])
+    mode[free] = spectrum.vectors[:, 0]
+    tolerance = spectrum.tolerance
+    return Stability(lowest, mode, at, lowest >= -tolerance, abs(lowest) <= tolerance, active)
+
+
+def _worst_ruling(
+    problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: FloatArray, spectrum: _Spectrum
+) -> tuple[FloatArray, _Spectrum]:
+    """Among points of the same energy along the null modes, the one with the lowest eigenvalue found, and its spectrum.
+
+    The ruling eta(s), piecewise linear on a few equal pieces, is projected on the null modes and chosen to make the
+    lowest eigenvalue of the Hessian in omega least (quasi-Newton from a constant ruling of either sign; the search ends
+    as soon as the eigenvalue is negative beyond rounding).
+    """
+    null = spectrum.null
+    dual = null.T @ metric
+    energy = problem.value(x)
+    allowed = _SAME_ENERGY * max(1.0, abs(energy))
+    lower, upper = problem.bounds()
+    bending = free & (np.arange(x.size) % 2 == 0)
+    bending_metric = problem.metric()[np.ix_(bending, bending)]
+    joints = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    pieces = np.linspace(0.0, 1.0, min(problem.lengths.size, _PIECES) + 1)
+
+    def moved(values: FloatArray) -> FloatArray:
+        """x with the ruling through `values` at `pieces`, as far as null modes can take it there."""
+        eta = np.interp(joints, pieces, values)
+        if not free[1]:
+            eta[0] = x[1]
+        target = x.copy()
+        target[1], target[3::2] = eta[0], np.diff(eta) / problem.lengths
+        y = x.copy()
+        y[free] += null @ (dual @ (target - x)[free])
+        return np.clip(y, 0.9 * lower, 0.9 * upper)
+
+    def same_shape(y: FloatArray) -> bool:
+        slope = float(np.abs(problem.gradient(y)[free]).max())
+        return abs(problem.value(y) - energy) <= allowed and slope <= _STATIONARY
+
+    def softest(values: FloatArray) -> float:
+        y = moved(values)
+        if not same_shape(y):
+            return level  # not better than no ruling at all
+        return float(_spectrum(problem, bending_metric, y, bending).values[0])
+
+    def stop(values: FloatArray) -> None:
+        if softest(values) < -_CLEARLY * scale:
+            raise StopIteration
+
+    level = float(_spectrum(problem, bending_metric, x, bending).values[0])
+    scale = max(1.0, abs(level))
+    best = x, spectrum
+    for ruling in _RULINGS:
+        values = np.full(pieces.size, ruling)
+        found = scipy.optimize.minimize(softest, values, method="L-BFGS-B", callback=stop, options={"maxiter": 60})
+        y = moved(found.x)
+        worst = _spectrum(problem, metric, y, free)
+        if same_shape(y) and worst.values[0] < best[1].values[0] - worst.tolerance:
+            best = y, worst
+            break
+    return best

@@ -1,0 +1,226 @@
+"""Chained problem: the clamped-free ribbon in 2 p + 2 unknowns (thesis, chapter 3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ribbon.boundary import Clamp
+from ribbon.element.series import EXPONENT_LIMIT
+from ribbon.energies import CODES
+from ribbon.errors import RibbonInputError
+from ribbon.loads import Gravity
+from ribbon.problems import chained_kernels as kernels
+from ribbon.strip import Strip
+
+FloatArray = NDArray[np.float64]
+
+
+def segment_lengths(segments: int | ArrayLike) -> FloatArray:
+    """Lengths (p,) of the segments as fractions of l: `segments` equal ones, or the lengths themselves (any, sum 1).
+
+    Raises `RibbonInputError` for no segments, lengths that are not positive, or a sum that is not 1 to 1e-9.
+    """
+    if isinstance(segments, (int, np.integer)) and not isinstance(segments, bool):
+        if segments < 1:
+            raise RibbonInputError("segments", segments, "at least one segment is needed")
+        return np.full(int(segments), 1.0 / int(segments))
+    lengths = np.asarray(segments, dtype=float)
+    if lengths.ndim != 1 or lengths.size == 0 or not np.all(np.isfinite(lengths)) or np.any(lengths <= 0):
+        raise RibbonInputError("segments", segments, "a number of segments, or their positive lengths in units of l")
+    total = float(lengths.sum())
+    if abs(total - 1.0) > 1e-9:
+        raise RibbonInputError("segments", segments, f"the lengths add up to {total:.12g}, not to 1 (units of l)")
+    return lengths / total
+
+
+#: Turn of a segment (rad) beyond which a trial point has no value: its series would take for ever.
+FURTHEST = 1e4
+
+
+def too_far(q: FloatArray, lengths: FloatArray) -> bool:
+    """Whether a segment with parameters q (p, 4) = (a, b, n, m) turns by more than FURTHEST, or is not finite."""
+    bend = np.abs(q[:, 1]) + np.abs(q[:, 0]) * lengths
+    slant = 1.0 + np.abs(q[:, 3]) + np.abs(q[:, 2]) * lengths
+    return not bool(np.max(bend * slant * lengths) <= FURTHEST)
+
+
+@dataclass
+class Counters:
+    """How often the problem was evaluated; an effect that is off has no count."""
+
+    value: int = 0
+    gradient: int = 0
+    hessian: int = 0
+    series: int = 0
+
+    def add(self, other: Counters) -> None:
+        """Adds the counts of another problem's evaluations."""
+        self.value += other.value
+        self.gradient += other.gradient
+        self.hessian += other.hessian
+        self.series += other.series
+
+
+@dataclass(frozen=True)
+class ChainedProblem:
+    """Energy of the chained ribbon with gradient and Hessian, as a bounded minimisation problem.
+
+    Unknowns x (2 p + 2,): ``b_1, m_1, a_1, n_1, ... a_p, n_p`` (order and formulas: `ribbon.problems.chained_kernels`),
+    bounds ``|n_i| <= 2 l / w``: rulings do not cross inside the strip (thesis, eq. 2.7, 3.5; docs/theory.md, eq.
+    (1.5)); their energy: docs/theory.md, eq. (2.11); a straight clamp fixes m_1 = 0, `planar` every ruling.
+    """
+
+    strip: Strip
+    clamp: Clamp
+    gravity: Gravity | None
+    energy: str
+    lengths: FloatArray
+    exponent_limit: float = EXPONENT_LIMIT
+    planar: bool = False
+    counters: Counters = field(default_factory=Counters, compare=False)
+    _cache: dict[str, object] = field(default_factory=dict, repr=False, compare=False)
+
+    formulation = "chained"
+
+    def __post_init__(self) -> None:
+        if self.energy not in CODES:
+            raise RibbonInputError("energy", self.energy, f"use one of {', '.join(sorted(CODES))}")
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns, 2 p + 2."""
+        return 2 * self.lengths.size + 2
+
+    @property
+    def has_gravity(self) -> bool:
+        """Whether weight acts; otherwise no series is evaluated during a solve."""
+        return self.gravity is not None and self.strip.gamma > 0
+
+    @property
+    def has_natural_curvature(self) -> bool:
+        """Whether the strip is naturally curved; otherwise the term is absent."""
+        return self.strip.curvature != (0.0, 0.0)
+
+    @property
+    def half_width(self) -> float:
+        """w / (2 l)."""
+        return 0.5 * self.strip.relative_width
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds (2 p + 2,) of the unknowns."""
+        upper = np.full(self.size, np.inf)
+        upper[3::2] = 1.0 / self.half_width
+        lower = -upper
+        if self.clamp.ruling == "straight":
+            lower[1] = upper[1] = 0.0
+        if self.planar:
+            lower[1::2] = upper[1::2] = 0.0
+        return lower, upper
+
+    def natural_state(self) -> FloatArray:
+        """The stress-free shape omega = K(s), eta = 0 as unknowns (2 p + 2,)."""
+        return self.state(self.strip.curvature, (0.0, 0.0))
+
+    def state(self, curvature: tuple[float, float], ruling: tuple[float, float]) -> FloatArray:
+        """Unknowns of omega and eta linear along the whole ribbon, from their values at both ends (omega in 1/l)."""
+        x = np.empty(self.size)
+        x[0], x[1] = curvature[0], ruling[0]
+        x[2::2] = curvature[1] - curvature[0]
+        x[3::2] = ruling[1] - ruling[0]
+        return x
+
+    def shape(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
+        """Unknowns of the shape with omega and eta (p + 1,) at the joints, linear between them."""
+        x = np.empty(self.size)
+        x[0], x[1] = omega[0], eta[0]
+        x[2::2] = np.diff(omega) / self.lengths
+        x[3::2] = np.diff(eta) / self.lengths
+        return x
+
+    def parameters(self, x: FloatArray) -> FloatArray:
+        """(a, b, n, m) of every segment, (p, 4)."""
+        q = np.empty((self.lengths.size, 4))
+        kernels.unpack(np.ascontiguousarray(x, dtype=float), self.lengths, q)
+        return q
+
+    def _gravity_arguments(self) -> tuple[float, FloatArray]:
+        if self.gravity is None:
+            return 0.0, np.zeros(3)
+        return float(self.strip.gamma), np.asarray(self.gravity.up)
+
+    def energy_parts(self, x: FloatArray) -> FloatArray:
+        """Bending, natural-curvature and gravity energy (3,), units D w / l."""
+        gamma, up = self._gravity_arguments()
+        parts = np.empty(3)
+        self.counters.value += 1
+        q = self.parameters(x)
+        if too_far(q, self.lengths):
+            return np.full(3, np.nan)
+        self.counters.series += self.lengths.size * (gamma != 0.0)
+        position = np.asarray(self.clamp.position) / self.strip.length
+        kernels.energy_parts(
+            q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+            np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, position, self.clamp.frame,
+            self.exponent_limit, parts,
+        )  # fmt: skip
+        return parts
+
+    def value(self, x: FloatArray) -> float:
+        """Total energy, units D w / l."""
+        return float(self.energy_parts(x).sum())
+
+    def _derivatives(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        key = np.ascontiguousarray(x, dtype=float).tobytes()
+        if self._cache.get("key") != key:
+            p = self.lengths.size
+            gamma, up = self._gravity_arguments()
+            q = self.parameters(x)
+            local = np.empty((p, 15))
+            if too_far(q, self.lengths):
+                return np.full((p, 15), np.nan), np.zeros((p, 4, 3)), np.zeros((p, 4, 3))
+            kernels.local_derivatives(
+                q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+                np.asarray(self.strip.curvature), self.strip.poisson, local,
+            )  # fmt: skip
+            u = v = np.zeros((1, 4, 3))
+            if gamma != 0.0:
+                u, v = np.empty((p, 4, 3)), np.empty((p, 4, 3))
+                kernels.gravity_derivatives(
+                    q, self.lengths, gamma, up, self.clamp.frame, self.exponent_limit, local, u, v
+                )
+                self.counters.series += p
+            self._cache["key"], self._cache["jets"] = key, (local, u, v)
+        return self._cache["jets"]  # type: ignore[return-value]
+
+    def gradient(self, x: FloatArray) -> FloatArray:
+        """Gradient (2 p + 2,) of the total energy."""
+        self.counters.gradient += 1
+        local, _, _ = self._derivatives(x)
+        gradient = np.empty(self.size)
+        kernels.assemble_gradient(self.lengths, local, gradient)
+        return gradient
+
+    def hessian(self, x: FloatArray) -> FloatArray:
+        """Exact Hessian (2 p + 2, 2 p + 2) of the total energy, symmetric."""
+        self.counters.hessian += 1
+        local, u, v = self._derivatives(x)
+        hessian = np.empty((self.size, self.size))
+        kernels.assemble_hessian(self.lengths, local, self.has_gravity, u, v, hessian)
+        return hessian
+
+    def metric(self) -> FloatArray:
+        """Gram matrix of ``int (domega^2 + deta^2) ds`` in the unknowns; eigenvalues of the Hessian are taken in it."""
+        mass = np.empty((self.size, self.size))
+        kernels.mass_matrix(self.lengths, mass)
+        return mass
+
+    def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (p + 1, 3) in units of l and frames (p + 1, 3, 3) at the joints."""
+        p = self.lengths.size
+        points, frames = np.empty((p + 1, 3)), np.empty((p + 1, 3, 3))
+        position = np.asarray(self.clamp.position) / self.strip.length
+        kernels.walk(self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames)
+        return points, frames

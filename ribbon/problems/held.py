@@ -1,0 +1,318 @@
+"""What a glued problem is made of and what holds it: fields, held parts, free rigid motions, rows and bounds.
+
+The rows stand beside the glue (`ribbon.problems.conditions`); `ribbon.problems.mixed` adds energies and derivatives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.boundary import Clamp, Closure
+from ribbon.contact import Wall
+from ribbon.element import quaternion
+from ribbon.element.series import EXPONENT_LIMIT
+from ribbon.energies import CODES
+from ribbon.errors import RibbonInputError
+from ribbon.loads import Gravity
+from ribbon.problems import mixed_kernels as kernels
+from ribbon.problems.chained import Counters
+from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
+from ribbon.strip import Strip
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+STRIDE = kernels.STRIDE
+POSITION = np.arange(3)
+FRAME = np.arange(3, 7)
+OMEGA, ETA, SLOPE = 7, 8, 9
+#: Quaternion of half a turn about the tangent: the seam of a Moebius band.
+HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Held:
+    """Fields of a glued ribbon and what holds it.
+
+    strip, gravity, energy, lengths: as in `ribbon.problems.chained.ChainedProblem`; start, end: clamps or None (free
+    end); closure: of a band, then `end` is None; walls: planes; held_by: "elimination" or "constraints"; reference:
+    quaternion (4,) to which the gauge of free rotations refers, the start's of the seed, and origin (3,) the same for
+    positions; box: bounds on |omega| and |eta| that keep a far start from running away; a solution must not touch them;
+    model: "mixed", or the formulation that finds the point ("matrix", "chained"), for comparison.
+    """
+
+    strip: Strip
+    start: Clamp | None
+    end: Clamp | None
+    closure: Closure | None
+    walls: tuple[Wall, ...]
+    gravity: Gravity | None
+    energy: str
+    lengths: FloatArray
+    held_by: str = "elimination"
+    reference: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    exponent_limit: float = EXPONENT_LIMIT
+    box: tuple[float, float] | None = None
+    model: str = "mixed"
+    counters: Counters = field(default_factory=Counters, compare=False)
+    _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def formulation(self) -> str:
+        """The model's name."""
+        return self.model
+
+    def __post_init__(self) -> None:
+        if self.energy not in CODES:
+            raise RibbonInputError("energy", self.energy, f"use one of {', '.join(sorted(CODES))}")
+        if self.held_by not in ("elimination", "constraints"):
+            raise RibbonInputError("held_by", self.held_by, 'use "elimination" or "constraints"')
+        if self.closure is not None and self.end is not None:
+            raise RibbonInputError("closure", self.closure.kind, "a closed band has no clamp at its end; remove one")
+
+    # -- sizes and switches -------------------------------------------------------------------------------------------
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns, 10 p + 9 and one for every pressure plate."""
+        return STRIDE * self.lengths.size + 9 + len(self.plates)
+
+    @property
+    def plates(self) -> tuple[int, ...]:
+        """Indices of the walls that are pressure plates."""
+        return tuple(k for k, wall in enumerate(self.walls) if wall.stiffness is not None)
+
+    @property
+    def has_gravity(self) -> bool:
+        """Whether weight acts."""
+        return self.gravity is not None and self.strip.gamma > 0
+
+    @property
+    def has_natural_curvature(self) -> bool:
+        """Whether the strip is naturally curved; otherwise the term is absent."""
+        return self.strip.curvature != (0.0, 0.0)
+
+    @property
+    def half_width(self) -> float:
+        """w / (2 l)."""
+        return 0.5 * self.strip.relative_width
+
+    @property
+    def last(self) -> int:
+        """First column of the last joint."""
+        return STRIDE * self.lengths.size
+
+    @property
+    def _level(self) -> int:
+        if not self.has_gravity:
+            return 0
+        return 2 if self.gravity is not None and self.gravity.exact else 1
+
+    def _gravity_arguments(self) -> tuple[float, FloatArray, bool]:
+        if self.gravity is None or not self.has_gravity:
+            return 0.0, np.zeros(3), False
+        return float(self.strip.gamma), np.asarray(self.gravity.up), self.gravity.exact
+
+    def with_changes(self, **changes: Any) -> Self:
+        """The same problem with fields replaced and nothing cached."""
+        return replace(self, counters=Counters(), _cache={}, **changes)
+
+    # -- what holds the ribbon ----------------------------------------------------------------------------------------
+
+    def _scaled(self, clamp: Clamp) -> FloatArray | None:
+        return None if clamp.position is None else np.asarray(clamp.position) / self.strip.length
+
+    @property
+    def start_position(self) -> FloatArray | None:
+        """r (3,) held at s = 0, units of l, or None."""
+        return None if self.start is None else self._scaled(self.start)
+
+    @property
+    def start_quaternion(self) -> FloatArray | None:
+        """Quaternion (4,) held at s = 0, of the sign of the reference, or None."""
+        if self.start is None or not self.start.holds_frame:
+            return None
+        q = quaternion.from_matrix(self.start.frame)
+        return -q if q @ np.asarray(self.reference) < 0 else q
+
+    @property
+    def end_position(self) -> FloatArray | None:
+        """r (3,) held at s = l, units of l, or None."""
+        return None if self.end is None else self._scaled(self.end)
+
+    @property
+    def end_quaternion(self) -> FloatArray | None:
+        """Quaternion (4,) held at s = l, or None."""
+        return quaternion.from_matrix(self.end.frame) if self.end is not None and self.end.holds_frame else None
+
+    @property
+    def seam(self) -> FloatArray:
+        """Quaternion delta (4,) of the seam: q_p = +- q_0 o delta."""
+        return HALF_TURN if self.closure is not None and self.closure.sign < 0 else np.array([1.0, 0.0, 0.0, 0.0])
+
+    @property
+    def slides(self) -> bool:
+        """Whether the seam of a Moebius band may slide along it without changing anything (thesis, 6.1.1).
+
+        The ruling is straight somewhere on every such band, as eta(l) = -eta(0): the middle of the first segment is put
+        there, where a segment's linear eta serves a Wunderlich event best.
+        """
+        return (
+            self.closure is not None
+            and self.closure.sign < 0
+            and self.closure.ruling == "free"
+            and not self.walls
+            and not self.has_gravity
+            and not self.has_natural_curvature
+        )
+
+    @property
+    def start_straight(self) -> bool:
+        """Whether eta = 0 at s = 0."""
+        return (self.start is not None and self.start.ruling == "straight") or (
+            self.closure is not None and self.closure.ruling == "straight"
+        )
+
+    @property
+    def end_straight(self) -> bool:
+        """Whether eta = 0 at s = l."""
+        return (self.end is not None and self.end.ruling == "straight") or (
+            self.closure is not None and self.closure.ruling == "straight"
+        )
+
+    def free_motions(self) -> tuple[FloatArray, FloatArray]:
+        """Unit translations (k, 3) and axes of rotation (m, 3) that change neither energy nor constraints."""
+        fixed = [] if self.gravity is None or not self.has_gravity else [np.asarray(self.gravity.up)]
+        fixed += [np.asarray(wall.normal) for wall in self.walls]
+        directions = np.array(fixed).reshape(-1, 3)
+        points = [r for r in (self.start_position, self.end_position) if r is not None]
+        translations = np.empty((0, 3))
+        if not points:
+            translations = np.eye(3) if not len(directions) else _complement(directions)
+        frames = self.start_quaternion is not None or self.end_quaternion is not None
+        if frames:
+            return translations, np.empty((0, 3))
+        if len(points) == 2 and np.linalg.norm(points[1] - points[0]) > 1e-12:
+            chord = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+            directions = np.vstack([directions, chord])
+        if not len(directions):
+            return translations, np.eye(3)
+        axis = directions[0]
+        parallel = np.linalg.norm(np.cross(directions, axis), axis=1).max() < 1e-9
+        return translations, axis[None, :] if parallel else np.empty((0, 3))
+
+    def blocks(self) -> dict[str, Rows]:
+        """The rows beside the glue, by name, in order."""
+        if "blocks" not in self._cache:
+            self._cache["blocks"] = self._make_blocks()
+        return self._cache["blocks"]  # type: ignore[no-any-return]
+
+    def _make_blocks(self) -> dict[str, Rows]:
+        found: dict[str, Rows] = {}
+        last = self.last
+        start, turned = self.start_position, self.start_quaternion
+        if self.held_by == "constraints":
+            if start is not None:
+                found["start_position"] = LinearRows(np.eye(3), POSITION, start)
+            if turned is not None:
+                found["start_frame"] = LinearRows(np.eye(4), FRAME, turned)
+        translations, axes = self.free_motions()
+        if turned is None and len(axes) < 3:
+            found["start_norm"] = UnitRow(FRAME)
+        if 0 < len(translations) < 3:
+            found["gauge_position"] = LinearRows(translations, POSITION, translations @ np.asarray(self.origin))
+        if len(axes) == 1:
+            spun = 0.5 * quaternion.compose(np.concatenate([[0.0], axes[0]]), self.reference)
+            found["gauge_frame"] = LinearRows(spun[None, :], FRAME, np.zeros(1))
+        end, held = self.end_position, self.end_quaternion
+        if end is not None:
+            found["end_position"] = LinearRows(np.eye(3), last + POSITION, end)
+        if held is not None:
+            found["end_frame"] = LinearRows(imaginary_part(held), last + FRAME, np.zeros(3))
+        if self.closure is not None:
+            both = np.hstack([-np.eye(3), np.eye(3)])
+            found["end_position"] = LinearRows(both, np.concatenate([POSITION, last + POSITION]), np.zeros(3))
+            found["end_frame"] = SeamRows(FRAME, last + FRAME, self.seam)
+            pair = np.array([[-float(self.closure.sign), 1.0]])
+            found["seam_omega"] = LinearRows(pair, np.array([OMEGA, last + OMEGA]), np.zeros(1))
+            if self.slides:
+                found["gauge_slide"] = LinearRows(np.ones((1, 2)), np.array([ETA, STRIDE + ETA]), np.zeros(1))
+            if self.closure.ruling == "free":
+                found["seam_eta"] = LinearRows(pair, np.array([ETA, last + ETA]), np.zeros(1))
+        found.update(self._wall_blocks())
+        return found
+
+    def _wall_blocks(self) -> dict[str, Rows]:
+        found: dict[str, Rows] = {}
+        joints = np.arange(self.lengths.size + 1)
+        if self.start is not None and self.start.is_whole and self.start_straight:
+            joints = joints[1:]  # constant there
+        if self.closure is not None or (self.end is not None and self.end.is_whole and self.end_straight):
+            joints = joints[:-1]
+        plate = STRIDE * self.lengths.size + 9
+        for k, wall in enumerate(self.walls):
+            column = -1
+            if wall.stiffness is not None:
+                column, plate = plate, plate + 1
+            point = np.asarray(wall.point) / self.strip.length
+            found[f"wall_{k}"] = WallRows(joints, STRIDE, point, np.asarray(wall.normal), self.half_width, column)
+        return found
+
+    # -- the problem --------------------------------------------------------------------------------------------------
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the unknowns; what is eliminated is fixed."""
+        upper = np.full(self.size, np.inf)
+        upper[SLOPE : self.last : STRIDE] = 1.0 / self.half_width
+        if self.box is not None:
+            upper[OMEGA : self.last + 9 : STRIDE] = self.box[0]
+            upper[ETA : self.last + 9 : STRIDE] = self.box[1]
+        lower = -upper
+        translations, axes = self.free_motions()
+        fixed: list[tuple[IntArray, FloatArray]] = []
+        if self.held_by == "elimination":
+            if self.start_position is not None:
+                fixed.append((POSITION, self.start_position))
+            if self.start_quaternion is not None:
+                fixed.append((FRAME, self.start_quaternion))
+        if len(translations) == 3:
+            fixed.append((POSITION, np.asarray(self.origin)))
+        if len(axes) == 3:
+            fixed.append((FRAME, np.asarray(self.reference)))
+        if self.start_straight:
+            fixed.append((np.array([ETA]), np.zeros(1)))
+        if self.end_straight:
+            fixed.append((np.array([self.last + ETA]), np.zeros(1)))
+        for columns, values in fixed:
+            lower[columns] = upper[columns] = values
+        return lower, upper
+
+    def constraint_bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the rows: the glue, then the blocks."""
+        lower = [np.zeros(kernels.ROWS * self.lengths.size)]
+        upper = [np.zeros(kernels.ROWS * self.lengths.size)]
+        for rows in self.blocks().values():
+            lower.append(np.full(rows.count, rows.lower))
+            upper.append(np.full(rows.count, rows.upper))
+        return np.concatenate(lower), np.concatenate(upper)
+
+    def block_slices(self) -> dict[str, slice]:
+        """Where the rows of each block stand."""
+        at = kernels.ROWS * self.lengths.size
+        found = {}
+        for name, rows in self.blocks().items():
+            found[name] = slice(at, at + rows.count)
+            at += rows.count
+        return found
+
+
+def _complement(directions: FloatArray) -> FloatArray:
+    """Orthonormal rows (k, 3) orthogonal to all `directions` (m, 3)."""
+    _, singular, rows = np.linalg.svd(directions)
+    rank = int((singular > 1e-9).sum())
+    return rows[rank:]

@@ -1,0 +1,225 @@
+"""Mixed (glued) problem: every segment on its own, glued by constraints; sparse, cost linear in p (thesis, 5.2).
+
+Nine unknowns a joint and one a segment (`ribbon.problems.mixed_kernels`), eight rows of glue a segment (docs/theory.md,
+eq. (4.5)), then the rows of what holds the ribbon (`ribbon.problems.conditions`). Position, frame and ruling that a
+clamp holds at s = 0 are eliminated (they are fixed unknowns), or held by rows when ``held_by = "constraints"`` (thesis,
+5.3.3). Rigid motions that nothing resists are removed by rows that fix the start (`gauge`), whose multipliers vanish at
+equilibrium.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from ribbon.element import quaternion
+from ribbon.element.body_series import body_jets_many
+from ribbon.energies import CODES
+from ribbon.problems import chained_kernels
+from ribbon.problems import mixed_kernels as kernels
+from ribbon.problems.chained import too_far
+from ribbon.problems.held import ETA, HALF_TURN, OMEGA, SLOPE, STRIDE, FloatArray, Held, IntArray
+
+__all__ = ["HALF_TURN", "STRIDE", "MixedProblem"]
+
+_ENDS = np.array([3, 4, 5, 6, ETA])
+
+
+@dataclass(frozen=True)
+class MixedProblem(Held):
+    """Energy of the glued ribbon with constraints, sparse Jacobian and Hessian of the Lagrangian.
+
+    Fields and what holds the ribbon: `ribbon.problems.held.Held`.
+    """
+
+    def energy_parts(self, x: FloatArray) -> FloatArray:
+        """Bending, natural-curvature and gravity energy and that of the pressure plates (4,), units D w / l."""
+        parts = np.append(self._parts_and_glue(x, False)[0], self._plate_energy(x))
+        parts[2] += sum(end[1] for end in self._oblique_ends(x))
+        return parts
+
+    def _oblique_ends(self, x: FloatArray) -> list[tuple[int, float, FloatArray, FloatArray]]:
+        """Of either end with an exact weight: first column, energy, derivatives (5,), second ones (15,) by q, eta."""
+        gamma, up, exact = self._gravity_arguments()
+        found: list[tuple[int, float, FloatArray, FloatArray]] = []
+        if not exact or self.closure is not None:
+            return found
+        factor = gamma * self.half_width**2 / 3.0
+        for column, sign in ((0, 1.0), (self.last, -1.0)):
+            by, second = np.empty(5), np.empty(15)
+            q = np.ascontiguousarray(x[column + 3 : column + 7])
+            energy = kernels.end_weight(q, x[column + ETA], up, sign * factor, by, second)
+            found.append((column, energy, by, second))
+        return found
+
+    def _plate_energy(self, x: FloatArray) -> float:
+        heights = x[STRIDE * self.lengths.size + 9 :]
+        return 0.5 * float(sum(self.walls[k].stiffness * h * h for k, h in zip(self.plates, heights, strict=True)))  # type: ignore[misc,operator]
+
+    def _parts_and_glue(self, x: FloatArray, want_glue: bool) -> tuple[FloatArray, FloatArray]:
+        gamma, up, exact = self._gravity_arguments()
+        parts = np.empty(3)
+        glue = np.empty(kernels.ROWS * self.lengths.size)
+        self.counters.value += 1
+        if too_far(self.parameters(x), self.lengths):
+            return np.full(3, np.nan), np.full(glue.size, np.nan)
+        self.counters.series += self.lengths.size * (want_glue or gamma != 0.0)
+        kernels.energy_and_glue(
+            np.ascontiguousarray(x, dtype=float), self.lengths, CODES[self.energy], self.half_width,
+            self.has_natural_curvature, np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, exact,
+            self.exponent_limit, want_glue, parts, glue,
+        )  # fmt: skip
+        return parts, glue
+
+    def _evaluated(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Energies and glue of x, one evaluation for both."""
+        key = np.ascontiguousarray(x, dtype=float).tobytes()
+        if self._cache.get("value_key") != key:
+            self._cache["values"] = self._parts_and_glue(x, True)
+            self._cache["value_key"] = key
+        return self._cache["values"]  # type: ignore[no-any-return]
+
+    def value(self, x: FloatArray) -> float:
+        """Total energy, units D w / l."""
+        ends = sum(end[1] for end in self._oblique_ends(x))
+        return float(self._evaluated(x)[0].sum() + self._plate_energy(x) + ends)
+
+    def constraints(self, x: FloatArray) -> FloatArray:
+        """The rows: the glue, then the blocks."""
+        return np.concatenate([self._evaluated(x)[1], *(rows.values(x) for rows in self.blocks().values())])
+
+    def parameters(self, x: FloatArray) -> FloatArray:
+        """(a, b, n, m) of every segment, (p, 4)."""
+        q = np.empty((self.lengths.size, 4))
+        kernels.parameters(np.ascontiguousarray(x, dtype=float), self.lengths, q)
+        return q
+
+    def _jets(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        key = np.ascontiguousarray(x, dtype=float).tobytes()
+        if self._cache.get("key") != key:
+            p = self.lengths.size
+            gamma, _, exact = self._gravity_arguments()
+            q = self.parameters(x)
+            if "jets" not in self._cache:
+                self._cache["jets"] = (
+                    np.empty((p, 15)), np.empty((p, 13, 15)), np.empty((p if gamma else 1, 3, 15))
+                )  # fmt: skip
+            local, jets, weight = self._cache["jets"]
+            if too_far(q, self.lengths):
+                self._cache.pop("key", None)
+                return np.full_like(local, np.nan), np.full_like(jets, np.nan), np.full_like(weight, np.nan)
+            chained_kernels.local_derivatives(
+                q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+                np.asarray(self.strip.curvature), self.strip.poisson, local,
+            )  # fmt: skip
+            body_jets_many(q, self.lengths, self.exponent_limit, self._level, jets)
+            self.counters.series += p
+            if gamma:
+                kernels.weight_jets(jets, q, self.lengths, self.half_width, exact, weight)
+            kernels.all_by_unknowns(self.lengths, local, jets, 7, weight, gamma != 0.0)
+            self._cache["key"] = key
+        return self._cache["jets"]  # type: ignore[no-any-return]
+
+    def gradient(self, x: FloatArray) -> FloatArray:
+        """Gradient (size,) of the energy."""
+        self.counters.gradient += 1
+        local, _, weight = self._jets(x)
+        gamma, up, _ = self._gravity_arguments()
+        out = np.empty(self.size)
+        kernels.gradient(x, self.lengths, local, gamma, up, weight, out)
+        for k, column in zip(self.plates, range(STRIDE * self.lengths.size + 9, self.size), strict=True):
+            out[column] = self.walls[k].stiffness * x[column]  # type: ignore[operator]
+        for column, _, by, _ in self._oblique_ends(x):
+            out[column + _ENDS] += by
+        return out
+
+    def jacobian_structure(self) -> tuple[IntArray, IntArray]:
+        """Rows and columns of the Jacobian's entries."""
+        if "jacobian" not in self._cache:
+            rows, columns = kernels.jacobian_structure(self.lengths.size)
+            parts = [(rows, columns)]
+            for name, where in self.block_slices().items():
+                r, c = self.blocks()[name].jacobian_structure()
+                parts.append((r + where.start, c))
+            self._cache["jacobian"] = tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+        return self._cache["jacobian"]  # type: ignore[no-any-return]
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """The Jacobian's entries in the order of the structure."""
+        _, jets, _ = self._jets(x)
+        out = np.empty(kernels.JACOBIAN_ENTRIES * self.lengths.size)
+        kernels.jacobian(x, self.lengths, jets, out)
+        return np.concatenate([out, *(rows.jacobian(x) for rows in self.blocks().values())])
+
+    def hessian_structure(self) -> tuple[IntArray, IntArray]:
+        """Rows and columns of the entries of the Hessian's lower triangle; entries of one place add up."""
+        if "hessian" not in self._cache:
+            parts = [kernels.hessian_structure(self.lengths.size)]
+            parts += [rows.hessian_structure() for rows in self.blocks().values()]
+            columns = np.arange(STRIDE * self.lengths.size + 9, self.size)
+            parts.append((columns, columns))
+            for column, *_ in self._oblique_ends(np.zeros(self.size)):
+                rows, places = np.tril_indices(5)
+                parts.append((column + _ENDS[rows], column + _ENDS[places]))
+            self._cache["hessian"] = tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+        return self._cache["hessian"]  # type: ignore[no-any-return]
+
+    def hessian(self, x: FloatArray, multipliers: FloatArray, factor: float = 1.0) -> FloatArray:
+        """Entries of the lower triangle of ``factor d2E + sum multipliers d2c`` in the order of the structure."""
+        self.counters.hessian += 1
+        local, jets, weight = self._jets(x)
+        gamma, up, _ = self._gravity_arguments()
+        out = np.empty(kernels.HESSIAN_ENTRIES * self.lengths.size)
+        kernels.hessian(x, self.lengths, multipliers, factor, local, jets, gamma, up, weight, out)
+        parts = [out]
+        for name, where in self.block_slices().items():
+            parts.append(self.blocks()[name].hessian(x, multipliers[where]))
+        parts.append(factor * np.array([self.walls[k].stiffness for k in self.plates], dtype=float))
+        parts.extend(factor * second for *_, second in self._oblique_ends(x))
+        return np.concatenate(parts)
+
+    # -- as sparse matrices -------------------------------------------------------------------------------------------
+
+    def jacobian_matrix(self, x: FloatArray) -> sp.csr_matrix:
+        """The Jacobian (rows, size)."""
+        rows, columns = self.jacobian_structure()
+        count = len(self.constraint_bounds()[0])
+        return sp.csr_matrix((self.jacobian(x), (rows, columns)), shape=(count, self.size))
+
+    def hessian_matrix(self, x: FloatArray, multipliers: FloatArray) -> sp.csr_matrix:
+        """Hessian (size, size) of the Lagrangian, both triangles."""
+        rows, columns = self.hessian_structure()
+        values = self.hessian(x, multipliers)
+        lower = sp.csr_matrix((values, (rows, columns)), shape=(self.size, self.size))
+        return lower + sp.tril(lower, -1).T
+
+    # -- states -------------------------------------------------------------------------------------------------------
+
+    def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
+        """Unknowns of the shape with omega, eta (p + 1,) at the joints, glued, put where something holds it."""
+        x = np.zeros(self.size)
+        x[3:7] = self.reference if self.start_quaternion is None else self.start_quaternion
+        x[0:3] = self.origin if self.start_position is None else self.start_position
+        x[OMEGA : self.last + 9 : STRIDE] = omega
+        x[ETA] = eta[0]
+        x[SLOPE : self.last : STRIDE] = np.diff(eta) / self.lengths
+        kernels.walk(x, self.lengths, self.exponent_limit)
+        x[ETA : self.last + 9 : STRIDE] = eta  # no rounding where a clamp holds it straight
+        turned = self.start_quaternion
+        if turned is None and self.end_quaternion is not None:
+            last = x[self.last + 3 : self.last + 7]
+            spin = quaternion.compose(self.end_quaternion, quaternion.conjugate(last))
+            x[3:7] = quaternion.compose(spin, x[3:7])
+            kernels.walk(x, self.lengths, self.exponent_limit)
+        if self.start_position is None and self.end_position is not None:
+            shift = self.end_position - x[self.last : self.last + 3]
+            for k in range(3):
+                x[k : self.last + 9 : STRIDE] += shift[k]
+        return x
+
+    def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (p + 1, 3) in units of l and frames (p + 1, 3, 3) at the joints."""
+        table = np.append(x[: self.last + 9], 0.0).reshape(-1, STRIDE)
+        return table[:, :3].copy(), quaternion.matrix(table[:, 3:7])

@@ -1,0 +1,1 @@
+"""Formulations and minimisers kept only for comparison with the thesis."""

@@ -1,0 +1,1 @@
+"""The planar elastica in scikit-fem; never imports dolfinx."""

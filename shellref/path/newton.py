@@ -1,0 +1,296 @@
+"""One equilibrium of the discrete shell: Newton on the free increments, at fixed load or on a plane of the path.
+
+The reduced tangent is P^T K P + constraint curvature (see director.py), over the free increments only: what is held is
+not in it, so its inertia counts the unstable directions of the supported shell. It is factored as L D L^T (MUMPS).
+
+Mixed integration point Newton (docs/theory.md, eq. (7.10)): at state u_j with stress sigma_j (an unknown of its own)
+solve
+
+    [ int T(u_j, .) C T(u_j, .) + sigma_j . T(., .) ] du = -dE/du(u_j) ,    sigma_{j+1} = C (E(u_j) + T(u_j, du))
+
+so the right-hand side, and the solution, are Newton's; only the geometric stiffness differs on the way. Where supports
+move, du at the held components is the way to their new place and enters the right-hand side as -K du_held: the strip
+follows its clamps within the first linear solve.
+
+Arc length (Riks 1979, doi:10.1016/0020-7683(79)90081-7): the load t is one more unknown and the state stays on the
+plane through the predictor (u*, t*) normal to the tangent (v, r):  <v, u - u*> + r (t - t*) = 0, where <a, b> is the
+mean over the surface of the product of positions (docs/theory.md, eq. (7.11)). Two solves with the same factors.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from shellref.fenics import dolfinx_api as api
+from shellref.fenics import petsc_api as petsc
+from shellref.shell.body import Stage, Supports
+from shellref.shell.director import Increments, retract
+from shellref.shell.naghdi import NaghdiModel, Stress
+from shellref.shell.options import ShellOptions
+
+THINNEST = 5e-6  # thickness over length at which rounding of the membrane stiffness hides the bending stiffness
+LARGEST_CORRECTION = 3.0  # a larger component (in the length of the surface, or radians) is a failed solve
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane of an arc-length step: predictor (nodes, 6) and its load, tangent (nodes, 3) and its load rate."""
+
+    state: np.ndarray
+    load: float
+    tangent: np.ndarray
+    rate: float
+
+
+@dataclass
+class Attempt:
+    """What a Newton solve came to; `negative` is the inertia of the last tangent, one correction before the state."""
+
+    converged: bool
+    state: np.ndarray
+    stress: Stress
+    iterations: int
+    correction: float
+    negative: int | None
+    load: float = 0.0
+    reason: str = ""  # why it failed, when more is known than that it did not converge
+
+
+class Equilibrium:
+    """Newton for one model; counts iterations, factorisations and seconds by part."""
+
+    def __init__(self, model: NaghdiModel, options: ShellOptions):
+        self.model, self.options = model, options
+        self.supports: Supports = model.body.supports(model.grid, model.nodes)
+        self.increments = Increments(self.supports.translations, self.supports.directors, model.owned)
+        everywhere = api.gather_rows(model.comm, np.array([[float(self.increments.unknowns)]]))[:, 0]
+        self.unknowns = int(everywhere.sum())
+        self._offset = int(everywhere[: model.comm.rank].sum())
+        self.held = self.increments.held
+        self.length = self._size()
+        self.iterations = self.factorisations = 0
+        self.seconds: dict[str, float] = {}
+        self.last_bases = self.last_sway = np.zeros(0)
+        self._full = model.create_tangent()
+        self._projection: Any = None
+        self._reduced: Any = None
+        self._factor: Any = None
+        weights = model.nodal_areas[:, None] * np.ones(3)
+        weights[model.owned :] = 0.0
+        self._weights = weights / float(api.sum_over(model.comm, weights[:, 0].sum()))
+        nodal, h = model.nodal_areas, model.body.thickness
+        self.mass = self.increments.nodal(nodal, h**2 / 12.0 * nodal)  # areal mass 1, rotary inertia h^2 / 12
+
+    def _size(self) -> float:
+        """Largest extent of the reference along an axis, to which corrections are compared."""
+        reference = self.model.reference[:, :3]
+        ends = [
+            api.max_over(self.model.comm, float(np.max(sign * reference[:, k]))) for k in range(3) for sign in (1, -1)
+        ]
+        return float(max(ends[0] + ends[1], ends[2] + ends[3], ends[4] + ends[5]))
+
+    def mean(self, a: np.ndarray, b: np.ndarray) -> float:
+        """Mean over the surface of a . b, fields (nodes, 3 or more) of positions first."""
+        return float(api.sum_over(self.model.comm, float(np.sum(self._weights * a[:, :3] * b[:, :3]))))
+
+    def total(self, field: np.ndarray) -> float:
+        """Sum of a nodal field (nodes, k) over all nodes."""
+        return float(api.sum_over(self.model.comm, float(np.sum(field[: self.model.owned]))))
+
+    def total_of(self, reduced: np.ndarray) -> float:
+        """Sum of reduced vectors (unknowns of this process,) over all processes."""
+        return float(api.sum_over(self.model.comm, float(np.sum(reduced))))
+
+    def largest(self, field: np.ndarray) -> float:
+        """Largest component of a field (nodes, 6) over all processes, lengths over the surface's size; infinite when
+        not finite.
+        """
+        size = np.abs(field / np.array([self.length] * 3 + [1.0] * 3))
+        value = float(np.max(size)) if np.all(np.isfinite(size)) else np.inf
+        return float(api.max_over(self.model.comm, value))
+
+    def target(self, stage: Stage, load: float, state: np.ndarray) -> np.ndarray:
+        """The state with everything held put in its place at this load of the stage (nodes, 6).
+
+        Outside [0, 1] (an arc-length step may go there) supports move on straight: at the ends of a stage the clamps'
+        path may have a corner, and what comes beyond belongs to another stage.
+        """
+        inside = min(max(load, 0.0), 1.0)
+        placed = self._placed(stage.at(inside).move, state)
+        if load == inside or not stage.rate().move:
+            return placed
+        ahead = retract(placed, (load - inside) * self._held_rate(state, stage, inside))
+        return np.where(self.held, ahead, state)
+
+    def _placed(self, move: float, state: np.ndarray) -> np.ndarray:
+        placement = self.supports.placement
+        place = self.model.reference if placement is None else placement(move)
+        return np.where(self.held, place, state)
+
+    def _held_rate(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
+        """d(target)/dload (nodes, 6): a difference within the stage."""
+        below, above = max(min(load, 1.0) - 1e-5, 0.0), min(max(load, 0.0) + 1e-5, 1.0)
+        ahead, back = (self._placed(stage.at(x).move, state) for x in (above, below))
+        return (ahead - back) / (above - below)
+
+    def reduced_residual(self, state: np.ndarray) -> np.ndarray:
+        """P^T dE/du on the free increments (unknowns of this process,)."""
+        return self.increments.reduce(self.model.residual(state), self.increments.bases(state[:, 3:]))
+
+    def factor(self, state: np.ndarray, stress: Stress, force: np.ndarray, shift: float = 0.0) -> np.ndarray:
+        """Factorise the reduced tangent + shift * mass; force (nodes, 6): the residual that belongs to `stress`.
+
+        Returns the bases (nodes, 3, 2) of its unknowns. Raises petsc_api.FactorisationFailed.
+        """
+        bases = self.assemble(state, stress, force, shift)
+        start = time.perf_counter()
+        self._factor.factor()
+        self.factorisations += 1
+        self.spend("factor", time.perf_counter() - start)
+        return bases
+
+    def assemble(
+        self,
+        state: np.ndarray,
+        stress: Stress,
+        force: np.ndarray,
+        shift: float = 0.0,
+        bases: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """The reduced tangent, not factored; as `factor`. bases (nodes, 3, 2): other tangent vectors than usual."""
+        start = time.perf_counter()
+        self.model.tangent(self._full, state, stress)
+        tangent = time.perf_counter()
+        bases = self.increments.bases(state[:, 3:]) if bases is None else bases
+        csr = self.increments.projection(bases, self._offset)
+        if self._projection is None:
+            shape = (6 * self.model.owned, self.increments.unknowns)
+            self._projection = petsc.sparse_matrix(self.model.comm, shape, csr)
+            self._reduced = petsc.ptap(self._full, self._projection)
+            self._factor = petsc.SymmetricFactor(self._reduced)
+        else:
+            petsc.refill(self._projection, csr)
+            petsc.ptap(self._full, self._projection, self._reduced)
+        diagonal = self.increments.constraint_curvature(state, force)
+        petsc.add_diagonal(self._reduced, diagonal + shift * self.mass)
+        self.spend("tangent", tangent - start)
+        self.spend("reduce", time.perf_counter() - tangent)
+        return bases
+
+    def spend(self, part: str, seconds: float) -> None:
+        """Count seconds under a name."""
+        self.seconds[part] = self.seconds.get(part, 0.0) + seconds
+
+    @property
+    def matrix(self) -> Any:
+        """The reduced tangent last assembled (PETSc)."""
+        return self._reduced
+
+    @property
+    def factors(self) -> Any:
+        """Its factors (petsc_api.SymmetricFactor)."""
+        return self._factor
+
+    def back(self, full: np.ndarray, bases: np.ndarray) -> np.ndarray:
+        """Nodal increments (nodes, 6) = P K^-1 P^T full."""
+        return self.expand(self._factor.solve(self.increments.reduce(full, bases)), bases)
+
+    def expand(self, reduced: np.ndarray, bases: np.ndarray) -> np.ndarray:
+        """P q on all local nodes, ghosts included (nodes, 6)."""
+        step = self.increments.expand(reduced, bases)
+        api.update_ghosts(self.model.space, step)
+        return step
+
+    def _stiff(self, step: np.ndarray) -> np.ndarray:
+        """K step, (nodes, 6), with the full tangent last assembled."""
+        out = np.zeros_like(step)
+        owned = self.model.owned
+        out[:owned] = petsc.multiply(self._full, step[:owned].ravel()).reshape(-1, 6)
+        return out
+
+    def solve(
+        self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None = None
+    ) -> Attempt:
+        """Newton from `state` (with a stress of its own, when mixed) to equilibrium at `load`, or on a plane."""
+        try:
+            return self._solve(state, stress, stage, load, plane)
+        except petsc.FactorisationFailed as error:
+            reason = str(error)
+            if self.model.body.thickness < THINNEST * self.length:
+                reason += f"; thinner than about {THINNEST:g} of its length a shell is beyond double precision"
+            return Attempt(False, state, stress or self.model.stress(state), 1, np.inf, None, load, reason)
+
+    def _solve(
+        self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None
+    ) -> Attempt:
+        model = self.model
+        mixed = self.options.iteration == "mixed"
+        model.set_control(stage.at(load))
+        stress = stress or model.stress(state)
+        negative, correction = None, np.inf
+        for iteration in range(1, self.options.max_newton + 1):
+            start = time.perf_counter()
+            control = stage.at(load)
+            model.set_control(control)
+            gap = self.target(stage, load, state) - state
+            actual = model.stress(state)
+            residual = model.force(state, actual)
+            used, force = (stress, model.force(state, stress)) if mixed else (actual, residual)
+            self.spend("forces", time.perf_counter() - start)
+            bases = self.factor(state, used, force)
+            negative = self._factor.inertia()[0]
+            self.iterations += 1
+            moving = self.largest(gap) > 0.0
+            right = residual + (self._stiff(gap) if moving else 0.0)
+            step = gap - self.back(right, bases)
+            change = 0.0
+            if plane is not None:
+                sway = self.last_sway = self._sway(state, stage, load, bases)
+                miss = self.mean(plane.tangent, state + step - plane.state) + plane.rate * (load - plane.load)
+                change = -miss / (self.mean(plane.tangent, sway) + plane.rate)
+                step = step + change * sway
+            correction = max(self.largest(step), abs(change))
+            if not correction <= LARGEST_CORRECTION:
+                return Attempt(False, state, stress, iteration, correction, negative, load)
+            if change:
+                model.set_control(stage.at(load + change))
+            stress = model.stress(state, step)
+            state = retract(state, step)
+            load += change
+            if correction <= self.options.tolerance:
+                state = self._settled(state, stage, load)
+                return Attempt(True, state, stress, iteration, correction, negative, load)
+        return Attempt(False, state, stress, self.options.max_newton, correction, negative, load)
+
+    def _settled(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
+        """The state with held values exact (an arc step's last change of load moved them to first order)."""
+        self.model.set_control(stage.at(load))
+        return self.target(stage, load, state)
+
+    def _sway(self, state: np.ndarray, stage: Stage, load: float, bases: np.ndarray) -> np.ndarray:
+        """du/dload (nodes, 6) of the tangent last factored: dead loads, natural curvature and moving supports."""
+        rate = stage.rate()
+        force = self.model.residual_rate(state, rate)
+        step = np.zeros_like(state)
+        if rate.move:
+            step = self._held_rate(state, stage, load)
+            force = force + self._stiff(step)
+        return step - self.back(force, bases)
+
+    def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, int]:
+        """(du/dload (nodes, 6), number of negative eigenvalues) at an equilibrium."""
+        negative = self.negative_eigenvalues(state, stage, load)
+        self.last_sway = self._sway(state, stage, load, self.last_bases)
+        return self.last_sway, negative
+
+    def negative_eigenvalues(self, state: np.ndarray, stage: Stage, load: float) -> int:
+        """Negative (and zero) eigenvalues of the tangent at a state, by its own factorisation."""
+        self.model.set_control(stage.at(load))
+        stress = self.model.stress(state)
+        self.last_bases = self.factor(state, stress, self.model.force(state, stress))
+        negative, zero, _ = self._factor.inertia()
+        return negative + zero

@@ -1,0 +1,153 @@
+"""Stability of shell states: the lowest mode, and the way down from an unstable equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shellref.fenics import dolfinx_api as api
+from shellref.fenics import petsc_api as petsc
+from shellref.path.newton import LARGEST_CORRECTION, Attempt, Equilibrium
+from shellref.shell.body import Stage
+from shellref.shell.director import retract
+from shellref.shell.naghdi import NaghdiModel
+
+MOST_SHIFT = 1e12
+MOST_DESCENT = 120  # iterations of all kicks together
+KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)  # over the size of the surface
+
+
+@dataclass(frozen=True)
+class Mode:
+    """An eigenpair of tangent x = lambda mass x (docs/theory.md, eq. (7.13)).
+
+    value: squared angular frequency of a small vibration, in D / (areal mass l^4); negative = unstable. vector
+    (nodes, 6), largest component 1. value None: Lanczos did not converge.
+    """
+
+    value: float | None
+    vector: np.ndarray
+
+
+def lowest_mode(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> tuple[Mode, int]:
+    """The lowest mode at a state and the number of its negative eigenvalues (Lanczos on the inverse, SLEPc)."""
+    negative = equilibrium.negative_eigenvalues(state, stage, load)
+    count, end = (negative, "negative") if negative else (1, "positive")
+    values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, count, end)
+    if not len(values) and negative:
+        values, vectors = _shifted(equilibrium, state, stage, load)
+    if not len(values):
+        return Mode(None, np.zeros_like(state)), negative
+    field = equilibrium.expand(vectors[0], equilibrium.last_bases)
+    size = equilibrium.largest(field)
+    return Mode(float(values[0]), field / size * _sign(field)), negative
+
+
+def _shifted(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest pair with tangent + shift * mass positive definite: finds a mode whose eigenvalue is far below
+    zero.
+    """
+    model = equilibrium.model
+    model.set_control(stage.at(load))
+    stress = model.stress(state)
+    force, shift = model.force(state, stress), 1.0
+    while shift < MOST_SHIFT:
+        shift *= 10.0
+        equilibrium.last_bases = equilibrium.factor(state, stress, force, shift)
+        if equilibrium.factors.inertia()[0] == 0:
+            values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, 1, "positive")
+            return values - shift, vectors
+    return np.zeros(0), np.zeros((0, 0))
+
+
+def hourglass_hint(model: NaghdiModel, state: np.ndarray, c: float) -> str:
+    """A word when negative eigenvalues may belong to hourglass modes: where (kappa h_v)^2 / 12 > c.
+
+    kappa: normal curvature along S, h_v: the element's size across. A strip bent to kappa has the membrane stress
+    -kappa^2 (it cancels against the bending moment in smooth modes), which the stabilisation must outweigh.
+    """
+    k = model.gauss_points[0]
+    across = np.ptp(k[..., 1], axis=1)
+    curvature = np.max(np.abs(model.curvatures(state)), axis=1)
+    bound = float(api.max_over(model.comm, float(np.max((curvature * across) ** 2, initial=0.0)))) / 12.0
+    if bound <= c:
+        return ""
+    return (
+        f"; on this mesh these may be hourglass modes: (curvature times element width)^2 / 12 is {bound:.2g}, above the"
+        f" stabilisation {c:g}: use {np.sqrt(bound / c):.1f} times as many elements across"
+    )
+
+
+def _sign(field: np.ndarray) -> float:
+    """The same sign on every run: the largest entry of a serial field is positive."""
+    return 1.0 if field.flat[int(np.argmax(np.abs(field)))] > 0 else -1.0
+
+
+def leave_saddle(
+    equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float, max_iterations: int = 60
+) -> Attempt:
+    """From an unstable equilibrium down its most unstable mode to a stable one, at the same load.
+
+    Kicks along the mode, growing until one succeeds: the mode's strain is followed to first order only (the mixed
+    iteration's stress), so a large kick does not stretch a thin strip. Then mixed Newton with the tangent shifted by
+    mu * mass so that it is positive definite: every step goes down, and mu falls to zero as the state settles. The
+    attempt is converged only when it ends at a lower energy with a positive definite tangent.
+    """
+    model = equilibrium.model
+    mode, negative = lowest_mode(equilibrium, state, stage, load)
+    if mode.value is None:
+        return Attempt(False, state, model.stress(state), 0, np.inf, negative, load)
+    energy, spent, correction = _energy(equilibrium, state, stage, load), 0, np.inf
+    for size in KICKS:
+        attempt = _descend(equilibrium, state, size * mode.vector, abs(mode.value), stage, load, max_iterations)
+        spent, correction = spent + attempt.iterations, attempt.correction
+        lower = attempt.converged and _energy(equilibrium, attempt.state, stage, load) < energy
+        if lower and equilibrium.negative_eigenvalues(attempt.state, stage, load) == 0:
+            attempt.iterations, attempt.negative = spent, 0
+            return attempt
+        if spent > MOST_DESCENT:
+            break
+    return Attempt(False, state, model.stress(state), spent, correction, negative, load)
+
+
+def _energy(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> float:
+    """Elastic energy minus the work of the loads that act."""
+    model = equilibrium.model
+    model.set_control(stage.at(load))
+    dead = -model.control.load * equilibrium.total(model.dead_forces * state[:, :3])
+    return model.energies(state).total + dead
+
+
+def _descend(
+    equilibrium: Equilibrium,
+    state: np.ndarray,
+    kick: np.ndarray,
+    scale: float,
+    stage: Stage,
+    load: float,
+    max_iterations: int,
+) -> Attempt:
+    """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton."""
+    model = equilibrium.model
+    kick = kick * np.array([equilibrium.length] * 3 + [1.0] * 3)
+    stress, state = model.stress(state, kick), retract(state, kick)
+    shift, correction = 2.0 * scale, np.inf
+    for iteration in range(1, max_iterations + 1):
+        residual, force = model.residual(state), model.force(state, stress)
+        bases = equilibrium.factor(state, stress, force, shift)
+        equilibrium.iterations += 1
+        if equilibrium.factors.inertia()[0] > 0:
+            shift = max(4.0 * shift, scale)
+            continue
+        step = -equilibrium.back(residual, bases)
+        correction = equilibrium.largest(step)
+        if not correction < LARGEST_CORRECTION:
+            return Attempt(False, state, stress, iteration, correction, None, load)
+        stress, state = model.stress(state, step), retract(state, step)
+        if shift == 0.0 and correction < 1e-3:
+            attempt = equilibrium.solve(state, stress, stage, load)
+            attempt.iterations += iteration
+            return attempt
+        shift = 0.4 * shift if shift > 0.05 * scale else 0.0
+    return Attempt(False, state, stress, max_iterations, correction, None, load)

@@ -1,0 +1,300 @@
+"""Walking a shell along its stages: load steps with cut-back, arc length, instabilities. Status instead of exception.
+
+A point of the path is an equilibrium at a load of its stage (docs/theory.md, eq. (7.9), (7.11)). Every attempt is a
+`LoadStep` in the log; after every accepted one the journal may keep a checkpoint, from which an interrupted walk goes
+on.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from shellref.fenics import dolfinx_api as api
+from shellref.path.arc import Point, follow, switch
+from shellref.path.newton import Attempt, Equilibrium
+from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
+from shellref.shell.body import Control, Stage
+from shellref.shell.director import retract
+from shellref.shell.naghdi import MEMBRANE, Stress
+from shellref.shell.options import ShellOptions
+from shellref.shell.result import LoadStep, ShellStatus
+
+EASY_ITERATIONS = 7
+MOST_KICKS = 20
+STILL = 1e-3  # mean displacement of a stage, over the size of the surface, below which it is walked in load steps
+ARC_BELOW = 0.01  # load steps smaller than this (of a stage) are left to arc length, when that is allowed
+START_FAILED = "the starting shape did not converge in {} iterations: use more elements, or raise max_newton"
+Progress = Callable[[dict[str, Any]], None]
+Observe = Callable[[np.ndarray], dict[str, Any]]
+
+
+@dataclass
+class Walk:
+    """The walk so far: the last good point and the one before it, where it is, every attempt, what went wrong.
+
+    stage: number of the stage, len(stages) at the end. step: of the load; arc: this stage is followed by arc length.
+    kicks: unstable states left; left: the last attempt to leave one succeeded.
+    """
+
+    point: Point
+    older: Point | None = None
+    stage: int = 0
+    step: float | None = None
+    arc: bool = False
+    steps: list[LoadStep] = field(default_factory=list)
+    status: ShellStatus | None = None
+    message: str = ""
+    kicks: int = 0
+    left: bool = True
+
+    def stop(self, status: ShellStatus, message: str) -> None:
+        """End the walk here."""
+        self.status, self.message = status, message
+
+
+class Journal(Protocol):
+    """Where a walk is written down while it goes on."""
+
+    def step(self, step: LoadStep) -> None:
+        """One attempt."""
+        ...
+
+    def point(self, walk: Walk) -> None:
+        """An accepted point."""
+        ...
+
+
+class Silent:
+    """A journal that keeps nothing."""
+
+    def step(self, step: LoadStep) -> None:
+        """Ignored."""
+
+    def point(self, walk: Walk) -> None:
+        """Ignored."""
+
+
+class Walker:
+    """Moves a walk along its stages; see shellref.path.arc for the arc-length part."""
+
+    def __init__(
+        self,
+        equilibrium: Equilibrium,
+        stages: tuple[Stage, ...],
+        options: ShellOptions,
+        report: Progress | None = None,
+        observe: Observe | None = None,
+        journal: Journal | None = None,
+    ):
+        self.equilibrium, self.model, self.stages, self.options = equilibrium, equilibrium.model, stages, options
+        self.report = report or (lambda event: None)
+        self.observe = observe or (lambda state: {})
+        self.journal: Journal = journal or Silent()
+        self._clock, self._count = time.perf_counter(), equilibrium.factorisations
+
+    def log(self, walk: Walk, method: str, load: float, attempt: Attempt, accepted: bool, note: str = "") -> None:
+        """Write one attempt down, with what it cost since the last one."""
+        now, count = time.perf_counter(), self.equilibrium.factorisations
+        step = LoadStep(
+            stage=self.stages[walk.stage].name if self.stages else "start",
+            load=load,
+            accepted=accepted,
+            iterations=attempt.iterations,
+            correction=attempt.correction,
+            negative=attempt.negative,
+            note=note or attempt.reason,
+            method=method,
+            factorisations=count - self._count,
+            seconds=now - self._clock,
+            values=self.observe(attempt.state) if accepted else {},
+        )
+        self._clock, self._count = now, count
+        walk.steps.append(step)
+        self.journal.step(step)
+        self.report({"event": "step", **step.to_dict()})
+
+    def start(self, walk: Walk) -> None:
+        """Newton on the starting shape at the first stage's beginning."""
+        if self._begin(walk, 0.0, START_FAILED):
+            self.journal.point(walk)
+
+    def settle_at_end(self, walk: Walk) -> None:
+        """Newton from the walk's state at the end of the last stage: a start that is near the solution."""
+        walk.stage = max(len(self.stages) - 1, 0)
+        # the membrane stress of an interpolated thin shell is wrong by far: the mixed iteration begins with none
+        stress = self.model.no_stress() if self.options.iteration == "mixed" else None
+        self._begin(walk, 1.0 if self.stages else 0.0, "no equilibrium near the given start in {} iterations", stress)
+
+    def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:
+        """Newton from the walk's state at this load of its stage: its first point. False: the walk is stopped."""
+        attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
+        walk.point.stress = self.model.stress(walk.point.state)
+        if attempt.converged and self._stretched(walk, "start", attempt):
+            return False
+        self.log(walk, "start", load, attempt, attempt.converged)
+        if not attempt.converged:
+            why = f" ({attempt.reason})" if attempt.reason else ""
+            walk.stop(ShellStatus.NOT_CONVERGED, failure.format(attempt.iterations) + why)
+            return False
+        walk.point = Point(load, attempt.state, attempt.stress, attempt.negative)
+        self.settle(walk)
+        return True
+
+    def _stage(self, walk: Walk) -> Stage:
+        if self.stages:
+            return self.stages[min(walk.stage, len(self.stages) - 1)]
+        control = Control(self.model.control.natural, 0.0, 0.0, 0.0)
+        return Stage("start", control, control)
+
+    def run(self, walk: Walk) -> None:
+        """All stages from where the walk is."""
+        while walk.status is None and walk.stage < len(self.stages):
+            if walk.point.load < 1.0:
+                if walk.arc or (self.options.arc_length == "always" and self._moves(walk)):
+                    follow(self, walk)
+                else:
+                    self.load_steps(walk)
+            if walk.status is not None:
+                return
+            walk.stage, walk.older, walk.step, walk.arc = walk.stage + 1, None, None, False
+            if walk.stage < len(self.stages):
+                walk.point.load = 0.0
+                self.journal.point(walk)
+
+    def _moves(self, walk: Walk) -> bool:
+        """True when the stage's load moves the surface: where it does not, there is no arc to go along."""
+        sway, _ = self.equilibrium.tangent_of(walk.point.state, self._stage(walk), walk.point.load)
+        return float(np.sqrt(self.equilibrium.mean(sway, sway))) > STILL * self.equilibrium.length
+
+    def load_steps(self, walk: Walk) -> None:
+        """Bring the stage's load from where it is to 1."""
+        o, stage = self.options, self._stage(walk)
+        step, tried = walk.step or o.first_step, 0
+        smallest = max(o.min_step, ARC_BELOW) if o.arc_length == "auto" else o.min_step
+        while walk.point.load < 1.0 and walk.status is None:
+            tried += 1
+            if tried > o.max_steps:
+                walk.stop(ShellStatus.NOT_CONVERGED, f"{stage.name} took more than max_steps = {o.max_steps} steps")
+                return
+            load = min(1.0, walk.point.load + step)
+            if 1.0 - load < 0.2 * step:
+                load = 1.0
+            state, stress = self.predict(walk, load)
+            attempt = self.equilibrium.solve(state, stress, stage, load)
+            if not attempt.converged:
+                self.log(walk, "load", attempt.load, attempt, False)
+                walk.older = None
+                step = o.cut * (load - walk.point.load)
+                if step < smallest:
+                    self._stuck(walk)
+                continue
+            self.accept(walk, "load", attempt)
+            if walk.status is None and attempt.iterations <= EASY_ITERATIONS:
+                step = min(o.max_step, o.growth * step)
+            walk.step = step
+            self.journal.point(walk)
+
+    def _stuck(self, walk: Walk) -> None:
+        """Load steps became too small: go on by arc length when that is allowed."""
+        o, stage = self.options, self._stage(walk)
+        if o.arc_length == "auto":
+            follow(self, walk)
+            return
+        walk.stop(
+            ShellStatus.NOT_CONVERGED,
+            f"{stage.name} stopped at {walk.point.load:.6g} of its full value: the next step fell under min_step ="
+            f' {o.min_step:g}; a smaller min_step, a larger max_newton or a finer mesh may pass; arc_length = "auto"'
+            " passes limit points",
+        )
+
+    def predict(self, walk: Walk, load: float) -> tuple[np.ndarray, Stress]:
+        """Linear extrapolation of the last two points to `load`."""
+        point, older = walk.point, walk.older
+        if older is None or not self.options.predict or older.load == point.load:
+            return point.state, point.stress
+        ratio = (load - point.load) / (point.load - older.load)
+        state = retract(point.state, ratio * (point.state - older.state))
+        return state, point.stress.extrapolate(older.stress, ratio)
+
+    def accept(self, walk: Walk, method: str, attempt: Attempt, note: str = "", settle: bool = True) -> None:
+        """Take a converged attempt as the walk's new point; look at its strain, and at its stability when it should
+        settle (beyond a limit point the path is unstable, and stays so)."""
+        before = walk.point
+        if self._stretched(walk, method, attempt):
+            walk.older = None
+            return
+        self.log(walk, method, attempt.load, attempt, True, note)
+        walk.older = before
+        walk.point = Point(attempt.load, attempt.state, attempt.stress, attempt.negative)
+        if settle and self.settle(walk, before):
+            walk.older = None
+
+    def _stretched(self, walk: Walk, method: str, attempt: Attempt) -> bool:
+        """Stop the walk before an attempt whose membrane strain is over the limit."""
+        strain, limit = self.largest_strain(attempt), self.options.max_strain
+        if strain <= limit:
+            return False
+        self.log(walk, method, attempt.load, attempt, False, f"membrane strain {strain:.2g}")
+        walk.stop(
+            ShellStatus.STRETCHED,
+            f"the strip is stretched: its membrane strain reaches {strain:.2g} at {attempt.load:.6g} of"
+            f" {self._stage(walk).name} (limit max_strain = {limit:g}); a clamp path that is longer than the strip does"
+            f" that, or a mesh too coarse for its shape. Kept: the state at {walk.point.load:.6g}",
+        )
+        return True
+
+    def largest_strain(self, attempt: Attempt) -> float:
+        """Largest membrane strain component at the reduced Gauss points."""
+        strain = self.model.strains(attempt.state)[1][..., : MEMBRANE.stop - MEMBRANE.start]
+        return float(api.max_over(self.model.comm, float(np.max(np.abs(strain), initial=0.0))))
+
+    def settle(self, walk: Walk, before: Point | None = None) -> bool:
+        """What to do about an unstable point: switch branches, or kick, or stay. True when the state jumped."""
+        o, point = self.options, walk.point
+        if not o.stability or not point.negative:
+            return False
+        if walk.kicks >= MOST_KICKS or (before is not None and before.negative and point.load < 1.0):
+            return False
+        if o.switch and before is not None and before.negative == 0 and switch(self, walk, before):
+            return True
+        if not o.kick or self.model.couples is not None:  # couples have no potential: no way down
+            return False
+        walk.kicks += 1
+        attempt = leave_saddle(self.equilibrium, point.state, self._stage(walk), point.load)
+        moved = self.equilibrium.largest(attempt.state - point.state)
+        self.report({"event": "kick", "load": point.load, "converged": attempt.converged, "moved": moved})
+        note = f"left an unstable state with {point.negative} negative eigenvalue(s); moved by {moved:.3g}"
+        self.log(walk, "relax", attempt.load, attempt, attempt.converged, note)
+        if not attempt.converged:
+            walk.kicks = MOST_KICKS  # the path goes on along the unstable branch, and its end says so
+            walk.left = False
+            return False
+        walk.point = Point(point.load, attempt.state, attempt.stress, attempt.negative)
+        return True
+
+    def verdict(self, walk: Walk) -> tuple[ShellStatus, str, int | None, float | None]:
+        """Status, message, negative eigenvalues and lowest eigenvalue at the end; the inertia is checked afresh."""
+        if walk.status is not None:
+            return walk.status, walk.message, None, None
+        if not self.options.stability:
+            return ShellStatus.CONVERGED, "equilibrium at the full load; stability not checked", None, None
+        at = min(walk.stage, len(self.stages) - 1)
+        load = 1.0 if self.stages else 0.0
+        stage = self.stages[at] if self.stages else self._stage(walk)
+        mode, negative = lowest_mode(self.equilibrium, walk.point.state, stage, load)
+        if negative:
+            remedy = "set kick = true to leave it" if not self.options.kick else "try smaller steps (max_step)"
+            hint = hourglass_hint(self.model, walk.point.state, self.options.stabilisation)
+            return (
+                ShellStatus.UNSTABLE,
+                f"unstable equilibrium, {negative} negative eigenvalue(s): {remedy}{hint}",
+                negative,
+                mode.value,
+            )
+        note = f"; left {walk.kicks} unstable state(s) on the way" if walk.kicks and walk.left else ""
+        return ShellStatus.CONVERGED, f"equilibrium at the full load{note}", negative, mode.value

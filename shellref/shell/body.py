@@ -1,0 +1,134 @@
+"""A shell to be solved, whatever it stands for: surface, material, loads, supports, and how they vary on a path. NumPy.
+
+Lengths in any unit; bending stiffness D = 1 per unit width, so a force of F in a table is F / D here. Energies, forces
+and moments are divided by `normaliser` (the width of a strip, so that they come in D w / l).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from shellref.shell.director import FREE, HELD
+from shellref.shell.grid import Grid
+from shellref.shell.midsurface import MidSurface
+
+Placement = Callable[[float], np.ndarray]
+
+
+class Control(NamedTuple):
+    """How much of each action is there: natural curvature, weight, other loads (factors), and where the clamps are."""
+
+    natural: float = 1.0
+    weight: float = 1.0
+    load: float = 0.0
+    move: float = 0.0
+
+    def between(self, other: Control, t: float) -> Control:
+        """self + t (other - self)."""
+        return Control(*(a + t * (b - a) for a, b in zip(self, other, strict=True)))
+
+    def rate(self, other: Control) -> Control:
+        """other - self."""
+        return Control(*(b - a for a, b in zip(self, other, strict=True)))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A leg of the path: the controls go from `start` to `end` as the stage's load goes from 0 to 1."""
+
+    name: str
+    start: Control
+    end: Control
+
+    def at(self, load: float) -> Control:
+        """The controls at this load."""
+        return self.start.between(self.end, load)
+
+    def rate(self) -> Control:
+        """Their derivative."""
+        return self.start.rate(self.end)
+
+
+@dataclass(frozen=True)
+class Supports:
+    """What is held at each node, and where it is put.
+
+    translations (n, 3): components of the position that are held. directors (n,): director.FREE, HELD or an axis (0, 1,
+    2) to which the director stays normal. placement(move) -> (n, 6): values of everything held (other entries unused);
+    None: held where the reference surface is.
+    """
+
+    translations: np.ndarray
+    directors: np.ndarray
+    placement: Placement | None = None
+
+    @classmethod
+    def none(cls, n: int) -> Supports:
+        """Nothing held, n nodes."""
+        return cls(np.zeros((n, 3), dtype=bool), np.full(n, FREE))
+
+    def hold(self, where: np.ndarray, axes: str = "xyz", director: int | None = None) -> Supports:
+        """These supports and more: positions along `axes` where the mask is true; director HELD or normal to one."""
+        translations, directors = self.translations.copy(), self.directors.copy()
+        for axis in axes:
+            translations[where, "xyz".index(axis)] = True
+        if director is not None:
+            crossed = where & (directors != FREE) & (directors != director)
+            directors[where] = director
+            directors[crossed] = HELD  # normal to two axes at once: it cannot move
+        return Supports(translations, directors, self.placement)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A shell with its loads; functions of nodes (n, 2) in material coordinates, so that every process makes its own.
+
+    natural(s, v) -> (n, 3): natural curvature (11, 22, 2*12) at natural = 1; `natural_start` the same at natural = 0.
+    weight: force (3,) per area at weight = 1, minus the gradient of its potential.
+    forces(grid, nodes) -> (n, 3): nodal forces at load = 1; couples(grid, nodes) -> (n, 3): nodal couples m at load =
+    1, acting as m x d on the director (exact for couples normal to it).
+    supports(grid, nodes) -> Supports.
+    """
+
+    surface: MidSurface
+    grid: Grid
+    thickness: float
+    poisson: float
+    supports: Callable[[Grid, np.ndarray], Supports]
+    normaliser: float = 1.0
+    natural: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    natural_start: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    weight: tuple[float, float, float] | None = None
+    forces: Callable[[Grid, np.ndarray], np.ndarray] | None = None
+    couples: Callable[[Grid, np.ndarray], np.ndarray] | None = None
+    bends_along: bool = False  # h_e of the stabilisation: an element's length along S; else the root of its area
+
+
+def point_force(place: tuple[float, float], force: tuple[float, float, float]) -> Callable:
+    """`Body.forces` of one force at the node nearest to `place` (S, v)."""
+
+    def forces(grid: Grid, nodes: np.ndarray) -> np.ndarray:
+        row, column = grid.positions(np.array([place], dtype=float))
+        rows, columns = grid.positions(nodes)
+        result = np.zeros((len(nodes), 3))
+        result[(rows == row[0]) & (columns == column[0])] = force
+        return result
+
+    return forces
+
+
+def line_force(axis: int, place: float, per_length: tuple[float, float, float]) -> Callable:
+    """`Body.forces` (or `couples`) per length of the line S = place (axis 0) or v = place (axis 1)."""
+
+    def forces(grid: Grid, nodes: np.ndarray) -> np.ndarray:
+        positions = grid.positions(nodes)
+        at = (grid.s_nodes, grid.v_nodes)[axis]
+        on = positions[axis] == int(np.argmin(np.abs(at - place)))
+        share = grid.nodal_shares(1 - axis)[positions[1 - axis]]
+        return np.where(on, share, 0.0)[:, None] * np.asarray(per_length, dtype=float)
+
+    return forces

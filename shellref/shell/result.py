@@ -1,0 +1,167 @@
+"""What a shell solve returns."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shellref.shell.options import ShellOptions
+from shellref.shell.problem import ShellProblem
+from shellref.shell.surface import ShellSurface
+
+
+class ShellStatus(StrEnum):
+    """How a solve ended; the message of the result names what to try."""
+
+    CONVERGED = "converged"  # equilibrium at the full load; stable, when stability was checked
+    NOT_CONVERGED = "not_converged"  # steps fell under the minimum: the last good state and its load factor
+    LIMIT_POINT = "limit_point"  # the load cannot be carried: the path turned back, and was followed as far as allowed
+    STRETCHED = "stretched"  # membrane strain over `max_strain`: the clamps pull the strip beyond its length
+    UNSTABLE = "unstable"  # equilibrium at the full load whose tangent has negative eigenvalues
+    INVALID = "invalid"  # numerically converged but not a shell: folded over, or the director far from the normal
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """One attempted load step.
+
+    stage: its name ("natural", "gravity", "clamps", a waypoint's); load: the fraction of the stage aimed at; method:
+    "start", "load", "arc", "locate" (bisection on a bifurcation), "switch" (first point of a branch) or "relax"
+    (leaving an unstable state). correction: largest component of the last Newton correction; negative: negative
+    eigenvalues (None: not checked). factorisations, seconds: spent since the step before. values: what was observed of
+    an accepted state (for a strip: `middle` and `end` of its centreline, units l).
+    """
+
+    stage: str
+    load: float
+    accepted: bool
+    iterations: int
+    correction: float
+    negative: int | None = None
+    note: str = ""
+    method: str = "load"
+    factorisations: int = 0
+    seconds: float = 0.0
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values (a non-finite correction becomes null)."""
+        data = dict(self.__dict__)
+        data["correction"] = self.correction if np.isfinite(self.correction) else None
+        return data
+
+
+@dataclass(frozen=True)
+class ShellResult:
+    """A shell state with everything known about it.
+
+    Energies in D w / l, forces in D w / l^2, moments in D w / l (about the clamp's position), lengths in l.
+    elements: of the mesh that was used (refined when `accuracy` asked for it); discretisation: the estimated error.
+    load_factor, natural_factor: fractions of weight and natural curvature at this state; path_factor: of the stages.
+    clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
+    residual: `absolute` 2-norm of dE/du on the free unknowns (5 per node), `relative` the same over the 2-norm of the
+    nodal weight and clamp reactions (at least 1).
+    cell_midpoints (cells, 2), energy_density (cells, 3): bending, membrane, shear energy per area (D / l^2).
+    """
+
+    problem: ShellProblem
+    options: ShellOptions
+    status: ShellStatus
+    message: str
+    surface: ShellSurface
+    elements: tuple[int, int]
+    load_factor: float
+    natural_factor: float
+    path_factor: float
+    stable: bool | None
+    negative_eigenvalues: int | None
+    lowest_eigenvalue: float | None
+    residual: dict[str, float]
+    newton_iterations: int
+    factorisations: int
+    steps: tuple[LoadStep, ...]
+    energy: dict[str, float]
+    share: dict[str, float]
+    stabilisation: dict[str, float]
+    clamps: dict[str, dict[str, np.ndarray]]
+    cell_midpoints: np.ndarray
+    energy_density: np.ndarray
+    unknowns: int
+    seconds: dict[str, float] = field(default_factory=dict)
+    memory_mb: float = 0.0
+    provenance: dict[str, Any] = field(default_factory=dict)
+    discretisation: dict[str, Any] | None = None
+
+    @property
+    def clamp_force(self) -> np.ndarray:
+        """Force (3,) of the clamp at S = 0 on the strip, D w / l^2."""
+        return self.clamps["start"]["force"]
+
+    @property
+    def clamp_moment(self) -> np.ndarray:
+        """Its moment (3,) about the clamp's position, D w / l."""
+        return self.clamps["start"]["moment"]
+
+    def with_seconds(self, seconds: dict[str, float]) -> ShellResult:
+        """The same result with other times."""
+        return dataclasses.replace(self, seconds=seconds)
+
+    def section(self, s: float) -> dict[str, Any]:
+        """{position (3,), frame 3x3 with columns t_x t_y t_z} of the centreline at S = s, as lists."""
+        place, frame = self.surface.centreline(np.array(s)), self.surface.frames(np.array(s))
+        return {"position": place.tolist(), "frame": frame.tolist()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the fields on the surface, as plain values (shell.json)."""
+        return {
+            "status": self.status.value,
+            "message": self.message,
+            "stable": self.stable,
+            "negative_eigenvalues": self.negative_eigenvalues,
+            "lowest_eigenvalue": self.lowest_eigenvalue,
+            "residual": self.residual,
+            "newton_iterations": self.newton_iterations,
+            "factorisations": self.factorisations,
+            "load_factor": self.load_factor,
+            "natural_factor": self.natural_factor,
+            "energy": self.energy,
+            "share": self.share,
+            "stabilisation": self.stabilisation,
+            "end": self.section(1.0),
+            "middle": self.section(0.5),
+            "clamps": {
+                where: {name: vector.tolist() for name, vector in clamp.items()} for where, clamp in self.clamps.items()
+            },
+            "path_factor": self.path_factor,
+            "discretisation": self.discretisation,
+            "elements": list(self.elements),
+            "dofs": self.unknowns,
+            "seconds": self.seconds,
+            "memory_mb": self.memory_mb,
+            "steps": [step.to_dict() for step in self.steps],
+            "problem": self.problem.to_dict(),
+            "options": self.options.to_dict(),
+            "provenance": self.provenance,
+        }
+
+    def save(self, folder: str | os.PathLike[str], name: str = "shell", extra: dict[str, Any] | None = None) -> None:
+        """Write NAME.npz and then NAME.json (both atomic) into an existing folder; `extra` adds keys to the JSON."""
+        folder = Path(folder)
+        self.surface.save(
+            folder / f"{name}.npz", cell_midpoints=self.cell_midpoints, energy_density=self.energy_density
+        )
+        write_json(folder / f"{name}.json", {**self.to_dict(), **(extra or {})})
+
+
+def write_json(path: Path, data: dict[str, Any]) -> None:
+    """Write strict JSON (no NaN) through a temporary file in the same folder."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    os.replace(temporary, path)

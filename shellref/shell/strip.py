@@ -1,0 +1,269 @@
+"""From a strip (ShellProblem) to a body with supports, stages of its path and the state in which the path begins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from shellref.inputs import ShellInputError
+from shellref.shell.body import Body, Control, Placement, Stage, Supports
+from shellref.shell.clamps import PosePath, held_nodes
+from shellref.shell.director import HELD
+from shellref.shell.grid import Grid, knots_across, knots_along, snapped
+from shellref.shell.midsurface import Cylinder, flat_strip, natural_curve, natural_strip, turning_angle
+from shellref.shell.options import ShellOptions
+from shellref.shell.problem import Pose, ShellProblem
+
+LAYER_ELEMENTS = 2  # elements in an edge layer
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip ready to be solved: body, stages, and the clamps' poses along the path (None: no clamp there)."""
+
+    problem: ShellProblem
+    body: Body
+    stages: tuple[Stage, ...]
+    start_curvature: tuple[float, float]
+    start: PosePath | None
+    end: PosePath | None
+
+    def initial_state(self, nodes: np.ndarray) -> np.ndarray:
+        """Positions and directors (n, 6) where the path begins."""
+        p = self.problem
+        s, v = nodes.T
+        if self.start is None:
+            return self._at_rest(s, v)
+        pose = self.start.poses[0]
+        position, frame = np.array(pose.position), np.array(pose.frame)
+        if p.transverse_curvature:
+            points, directors = Cylinder(curvature_across=p.transverse_curvature).place(s, v)
+            return np.hstack([position + points @ frame.T, directors @ frame.T])
+        return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
+
+    def _at_rest(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Where a free strip begins (n, 6): its middle is where the supports of `_isostatic` hold it."""
+        if self.problem.transverse_curvature:
+            return np.hstack(self.body.surface.place(s, v))
+        law, nodes = self.start_curvature, self.body.grid.s_nodes
+        row, _ = _middle(self.body.grid)
+        points, directors = natural_strip(s, v, np.zeros(3), np.eye(3), law)
+        centre, ahead = natural_strip(nodes[row : row + 2], np.zeros(2), np.zeros(3), np.eye(3), law)[0]
+        back = _turned(np.eye(3), -math.atan2(centre[1] - ahead[1], ahead[2] - centre[2]))
+        return np.hstack([(points - centre) @ back.T + [0.0, 0.0, nodes[row]], directors @ back.T])
+
+
+def layer_width(problem: ShellProblem) -> float:
+    """Width sqrt(h / kappa) of the layer at edges and clamps (units l; docs/theory.md, eq. (7.14)), from the largest
+    curvature to be expected.
+
+    kappa: the natural curvature, that of the arc at the start, or that of a clamped strip under its weight:
+    Gamma / 2 when light, sqrt(2 Gamma) when heavy (planar elastica).
+    """
+    curvatures = (*problem.natural_curvature, problem.start_curvature or 0.0, problem.transverse_curvature)
+    kappa = max(abs(k) for k in curvatures)
+    if problem.loaded:
+        kappa = max(kappa, min(0.5 * problem.gamma, math.sqrt(2.0 * problem.gamma)))
+    if problem.end is not None:
+        kappa = max(kappa, math.pi)
+    return min(math.sqrt(problem.thickness / max(kappa, 1.0)), 0.25 * problem.width)
+
+
+def _ratio(knots, target: float) -> float:
+    """The grading ratio in [1e-3, 1] whose first element is as near as may be to `target`; knots(ratio) -> array."""
+    low, high = math.log(1e-3), 0.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        if np.diff(knots(math.exp(middle)))[0] > target:
+            high = middle
+        else:
+            low = middle
+    return math.exp(high)
+
+
+def strip_grid(problem: ShellProblem, refine: tuple[int, int] = (1, 1)) -> Grid:
+    """The mesh of a strip; every element cut in `refine` (along, across). Raises ShellInputError for held corners."""
+    (nx, ny), both = problem.elements, problem.end is not None
+    along, across = problem.grading
+    if problem.edge_layer is not None:
+        layer = layer_width(problem) if problem.edge_layer == "auto" else float(problem.edge_layer)
+        target = layer / LAYER_ELEMENTS
+        along = _ratio(lambda ratio: knots_along(nx, ratio, both), target)
+        across = _ratio(lambda ratio: knots_across(ny, ratio, problem.width), target)
+    s, v = knots_along(nx, along, both), knots_across(ny, across, problem.width)
+    if problem.corner is not None:
+        half, c = 0.5 * problem.width, problem.corner
+        try:
+            s = snapped(s, [c] + ([1.0 - c] if both else []))
+            v = snapped(v, [c - half, half - c])
+        except ValueError as error:
+            raise ShellInputError("elements", problem.elements, f"for corner = {c:g}: {error}") from None
+    return Grid(s, v, problem.degree).refined(*refine)
+
+
+def _turned(frame: np.ndarray, angle: float) -> np.ndarray:
+    """The frame after a planar curve has turned by `angle`: t_z' = -omega t_y."""
+    c, s = math.cos(angle), math.sin(angle)
+    tx, ty, tz = frame.T
+    return np.stack([tx, c * ty + s * tz, c * tz - s * ty], axis=1)
+
+
+def _arc_end(pose: Pose, curvature: tuple[float, float]) -> Pose:
+    """Where the end of the planar natural curve is, with its frame."""
+    at = np.array([1.0])
+    (z,), (y,) = natural_curve(at, curvature)
+    frame = np.array(pose.frame)
+    place = np.array(pose.position) + z * frame[:, 2] + y * frame[:, 1]
+    turned = _turned(frame, float(turning_angle(at, curvature)[0]))
+    return Pose(tuple(place.tolist()), tuple(map(tuple, turned.tolist())))  # type: ignore[arg-type]
+
+
+def _start_curvature(problem: ShellProblem, options: ShellOptions) -> tuple[float, float]:
+    """The curvature of the strip where its path begins."""
+    if problem.start_curvature is not None:
+        return problem.start_curvature, problem.start_curvature
+    flat = options.natural_path == "stepped" or problem.clamp == "corners" or problem.transverse_curvature
+    return (0.0, 0.0) if flat or problem.end is not None else problem.natural_curvature
+
+
+def build_strip(problem: ShellProblem, options: ShellOptions, refine: tuple[int, int] = (1, 1)) -> Strip:
+    """The body, the stages and the clamps of a strip."""
+    grid = strip_grid(problem, refine)
+    begin = _start_curvature(problem, options)
+    start, end, stages = _stages(problem, begin)
+
+    def law(ends: tuple[float, float]):
+        def natural(s: np.ndarray, v: np.ndarray) -> np.ndarray:
+            k = ends[0] + (ends[1] - ends[0]) * s
+            return np.stack([k, 0.0 * k, 0.0 * k], axis=1)
+
+        return natural
+
+    def supports(grid: Grid, nodes: np.ndarray) -> Supports:
+        return _supports(problem, strip_corner_knots(problem, refine), grid, nodes, start, end)
+
+    weight = None
+    if problem.loaded:
+        weight = tuple(-problem.gamma * x for x in problem.up or ())
+    body = Body(
+        surface=Cylinder(curvature_across=problem.transverse_curvature),
+        grid=grid,
+        thickness=problem.thickness,
+        poisson=problem.poisson,
+        supports=supports,
+        normaliser=problem.width,
+        natural=law(problem.natural_curvature),
+        natural_start=law(begin),
+        weight=weight,  # type: ignore[arg-type]
+        bends_along=True,
+    )
+    return Strip(problem, body, stages, begin, start, end)
+
+
+def strip_corner_knots(problem: ShellProblem, refine: tuple[int, int]) -> tuple[float, float]:
+    """(along S, along v) size of the held corner cells of a strip's own mesh, over l (not shrunk by `refine`)."""
+    if problem.clamp != "corners":
+        return 0.0, 0.0
+    if problem.corner is not None:
+        return problem.corner, problem.corner
+    grid = strip_grid(problem)
+    return float(grid.s_knots[1]), float(grid.v_knots[1] - grid.v_knots[0])
+
+
+def _stages(
+    problem: ShellProblem, begin: tuple[float, float]
+) -> tuple[PosePath | None, PosePath | None, tuple[Stage, ...]]:
+    """Poses of both clamps at every knot of the path, and the stages between the knots."""
+    natural = 1.0 if begin == problem.natural_curvature else 0.0
+    control = Control(natural, 0.0, 0.0, 0.0)
+    at_start = [problem.start]
+    at_end = [] if problem.end is None else [_arc_end(problem.start, begin)]
+    first = next((w.start for w in problem.path if w.start is not None), None)
+    if first is not None:  # the path moves the start: begin where it is first said to be
+        at_start = [first]
+        at_end = [] if problem.end is None else [_arc_end(first, begin)]
+    stages: list[Stage] = []
+
+    def leg(name: str, natural: float | None, gravity: float | None, start: Pose | None, end: Pose | None) -> None:
+        nonlocal control
+        place, other = start or at_start[-1], (end or at_end[-1]) if at_end else None
+        moves = place != at_start[-1] or (at_end and other != at_end[-1])
+        target = Control(
+            control.natural if natural is None else natural,
+            control.weight if gravity is None else gravity,
+            0.0,
+            control.move + 1.0 if moves else control.move,
+        )
+        if moves:
+            at_start.append(place)
+            if other is not None:
+                at_end.append(other)
+        if target != control:
+            stages.append(Stage(name, control, target))
+            control = target
+
+    if not problem.path:
+        leg("natural", 1.0, None, None, None)
+    for waypoint in problem.path:
+        leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end)
+    leg("clamps", None, None, problem.start, problem.end)
+    leg("natural", 1.0, None, None, None)
+    leg("gravity", None, 1.0 if problem.loaded else 0.0, None, None)
+    if problem.clamp == "free":
+        return None, None, tuple(stages)
+    return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, tuple(stages)
+
+
+def _supports(
+    problem: ShellProblem,
+    corner: tuple[float, float],
+    grid: Grid,
+    nodes: np.ndarray,
+    start: PosePath | None,
+    end: PosePath | None,
+) -> Supports:
+    """What is held of a strip and how it moves."""
+    if start is None:
+        return _isostatic(grid, nodes)
+    at_start = held_nodes(nodes, problem.clamp, 0.0, 0.5 * problem.width, corner)
+    at_end = np.zeros(len(nodes), dtype=bool)
+    if end is not None:
+        at_end = held_nodes(nodes, problem.clamp, 1.0, 0.5 * problem.width, corner)
+    k = problem.transverse_curvature
+
+    def rigid(path: PosePath, where: np.ndarray, origin: float, move: float, out: np.ndarray) -> None:
+        position, frame = path.at(move)
+        s, v = nodes[where, 0] - origin, nodes[where, 1]
+        if k:
+            points, directors = Cylinder(curvature_across=k).place(s, v)
+            out[where] = np.hstack([position + points @ frame.T, directors @ frame.T])
+        else:
+            out[where] = np.hstack(flat_strip(s, v, position, frame))
+
+    def placement(move: float) -> np.ndarray:
+        out = np.zeros((len(nodes), 6))
+        rigid(start, at_start, 0.0, move, out)
+        if end is not None:
+            rigid(end, at_end, 1.0, move, out)
+        return out
+
+    held: Placement = placement
+    base = Supports.none(len(nodes)).hold(at_start | at_end, "xyz", HELD)
+    return Supports(base.translations, base.directors, held)
+
+
+def _middle(grid: Grid) -> tuple[int, int]:
+    """Row and column of the node nearest the strip's middle."""
+    return int(np.argmin(np.abs(grid.s_nodes - 0.5))), int(np.argmin(np.abs(grid.v_nodes)))
+
+
+def _isostatic(grid: Grid, nodes: np.ndarray) -> Supports:
+    """Six components held at three nodes around the middle: no rigid motion is left, and nothing is resisted."""
+    row, column = _middle(grid)
+    rows, columns = grid.positions(nodes)
+    middle = (rows == row) & (columns == column)
+    side = (rows == row) & (columns == len(grid.v_nodes) - 1)
+    ahead = (rows == row + 1) & (columns == column)
+    return Supports.none(len(nodes)).hold(middle, "xyz").hold(side, "yz").hold(ahead, "y")

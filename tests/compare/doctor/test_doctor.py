@@ -1,0 +1,176 @@
+"""The doctor: everything here is seen, and whatever is absent, broken, crashing or hanging is a row with its remedy."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from compare.doctor import doctor
+from compare.doctor import probes as doctor_probes
+
+PARTS = {
+    "Python",
+    "numpy",
+    "scipy",
+    "numba",
+    "scikit-fem",
+    "meshio",
+    "matplotlib",
+    "cyipopt",
+    "Ipopt",
+    "Ipopt's linear solver",
+    "Ipopt's BLAS, LAPACK",
+    "dolfinx",
+    "PETSc",
+    "PETSc's linear solver",
+    "PETSc's BLAS, LAPACK",
+    "SLEPc",
+    "MPI",
+    "pyvista, VTK",
+    "off-screen pictures",
+    "C compiler",
+    "cores",
+    "cache of compiled forms",
+    "cache of compiled kernels",
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _patience():
+    """Other tests load the machine at the same time; the limit itself is tested below."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(doctor, "TIMEOUT", 60.0)
+        yield
+
+
+@pytest.fixture(scope="module")
+def here() -> doctor.Diagnosis:
+    return doctor.diagnose()
+
+
+def test_a_machine_after_make_setup_lacks_nothing(here):
+    assert here.missing == ()
+    assert here.exit_code == 0
+    assert {row.name for row in here.rows} == PARTS
+
+
+def test_both_linear_algebras_are_named(here):
+    rows = {row.name: row.what for row in here.rows}
+    assert "MUMPS (sequential: libdmumps_seq" in rows["Ipopt's linear solver"]
+    assert "MUMPS (libdmumps" in rows["PETSc's linear solver"]
+    for name in ("Ipopt's BLAS, LAPACK", "PETSc's BLAS, LAPACK"):
+        assert "blas" in rows[name].lower()
+        assert "none" not in rows[name]
+
+
+@pytest.mark.parametrize(
+    ("libraries", "expected"),
+    [
+        (["/usr/lib/x/blas/libblas.so.3.11.0", "/usr/lib/libc.so.6"], "reference libblas.so.3.11.0"),
+        (["/usr/lib/x/openblas-pthread/libblas.so.3"], "OpenBLAS libblas.so.3"),
+        (["/usr/lib/x/libopenblasp-r0.so"], "OpenBLAS libopenblasp-r0.so"),
+        (["/v/site-packages/numpy.libs/libopenblas64_.so"], "none found among the loaded libraries"),
+    ],
+)
+def test_linear_algebra_is_told_from_the_loaded_libraries(libraries, expected):
+    assert doctor_probes.linear_algebra([Path(name) for name in libraries]) == expected
+
+
+def _pretend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, body: str) -> None:
+    """Puts a module of this body before the real one of the same name, for the probes alone."""
+    package = tmp_path / module
+    package.mkdir()
+    (package / "__init__.py").write_text(body)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+
+
+ABSENT = "raise ModuleNotFoundError('No module named x')"
+
+
+@pytest.mark.parametrize(
+    ("probe", "module", "row", "remedy"),
+    [
+        ("dolfinx", "dolfinx", "dolfinx", "python3-dolfinx"),
+        ("dolfinx", "slepc4py", "SLEPc", "python3-slepc4py"),
+        ("ipopt", "cyipopt", "cyipopt", "coinor-libipopt-dev"),
+        ("pictures", "pyvista", "pyvista, VTK", "make setup"),
+        ("python", "skfem", "scikit-fem", "make setup"),
+    ],
+)
+def test_what_is_absent_is_named_with_its_remedy(tmp_path, monkeypatch, probe, module, row, remedy):
+    _pretend(tmp_path, monkeypatch, module, ABSENT)
+    rows = {entry.name: entry for entry in doctor._probe(probe)}
+    assert not rows[row].ok
+    assert rows[row].what == "not installed"
+    assert remedy in rows[row].remedy
+
+
+def test_the_rest_of_a_probe_is_still_seen(tmp_path, monkeypatch):
+    _pretend(tmp_path, monkeypatch, "dolfinx", ABSENT)
+    rows = {entry.name: entry.ok for entry in doctor._probe("dolfinx")}
+    assert rows["dolfinx"] is False
+    assert rows["PETSc"] is True
+
+
+def test_a_library_that_crashes_is_a_row(tmp_path, monkeypatch):
+    _pretend(tmp_path, monkeypatch, "cyipopt", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
+    (row,) = doctor._probe("ipopt")
+    assert not row.ok
+    assert "crashes (signal 9)" in row.what
+    assert "coinor-libipopt-dev" in row.remedy
+
+
+def test_a_library_that_hangs_is_a_row(tmp_path, monkeypatch):
+    _pretend(tmp_path, monkeypatch, "cyipopt", "import time; time.sleep(600)")
+    monkeypatch.setattr(doctor, "TIMEOUT", 2.0)
+    (row,) = doctor._probe("ipopt")
+    assert "does not answer within 2 s" in row.what
+
+
+def test_vtk_that_crashes_while_it_renders_is_a_row(tmp_path, monkeypatch):
+    body = "import os, signal\n__version__ = '0'\ndef Plotter(**_): os.kill(os.getpid(), signal.SIGSEGV)\n"
+    _pretend(tmp_path, monkeypatch, "pyvista", body)
+    rows = {entry.name: entry for entry in doctor._probe("pictures")}
+    assert not rows["off-screen pictures"].ok
+    assert "libegl1" in rows["off-screen pictures"].remedy
+
+
+def test_a_compiler_that_is_absent_or_fails(monkeypatch):
+    for command in ("no-such-compiler", "false"):
+        monkeypatch.setenv("CC", command)
+        (row,) = doctor._probe("compiler")
+        assert not row.ok
+        assert "gcc" in row.remedy
+
+
+def test_a_cache_that_cannot_be_written(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("RIBBONBENCH_CACHE", str(tmp_path / "file" / "cache"))
+    rows = {row.name: row for row in doctor._caches()}
+    assert not rows["cache of compiled forms"].ok
+    assert "RIBBONBENCH_CACHE" in rows["cache of compiled forms"].remedy
+
+
+ILL = doctor.Diagnosis((doctor.Row("a [b]", "1.0", True), doctor.Row("dolfinx", "not installed", False, "apt-get [x]")))
+
+
+@pytest.mark.parametrize("markup", [True, False])
+def test_the_report_and_its_exit_code(monkeypatch, markup):
+    monkeypatch.setattr(doctor, "diagnose", lambda: ILL)
+    text = io.StringIO()
+    assert doctor.main(Console(file=text, width=100, markup=markup)) == 3
+    assert "a [b]" in text.getvalue()
+    assert "dolfinx: not installed; mend it with:\n    apt-get [x]\n" in text.getvalue()
+    assert "[green]" not in text.getvalue()
+
+
+def test_json_is_the_same_in_machine_form(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "diagnose", lambda: ILL)
+    assert doctor.main(Console(), as_json=True) == 3
+    seen = json.loads(capsys.readouterr().out)
+    assert seen["ok"] is False
+    assert seen["rows"][1] == {"name": "dolfinx", "what": "not installed", "ok": False, "remedy": "apt-get [x]"}

@@ -1,0 +1,468 @@
+"""Every format of `ribbonbench export` read back by an independent reader and compared with the solver's numbers."""
+
+from __future__ import annotations
+
+import csv
+import json
+import struct
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
+from compare.errors import BadInput
+from compare.export import ribbon as export_ribbon
+from compare.export.formats import COLOURED_BY, pvd_bytes
+from compare.export.gltf import glb_bytes, turn
+from compare.export.source import FORMATS, chosen, read_source
+from compare.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
+from compare.models.ribbon_run import run_ribbon
+from compare.page.page import Page, Surface, read_page, write_page
+from compare.scene.scene import load, loads
+from compare.studies.compare import Grid
+from tests.compare.scene import held_scenes
+
+SCALARS = {"S", "v", "ruling_foot", "segment", "omega", "eta", "energy_density"}
+VECTORS = {"ruling", "tangent", "width_direction", "normal"}
+
+
+@pytest.fixture(scope="module")
+def solved():
+    """A ribbon of ten segments, as `ribbonbench export` solves it too."""
+    return run_ribbon(load("coil_10_100")).equilibrium
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The folder of an export of a scene in every format."""
+    out = tmp_path_factory.mktemp("export")
+    assert main(["export", "coil_10_100", "--out", str(out), "--quiet"]) == DONE
+    return out
+
+
+@pytest.fixture(scope="module")
+def surface(solved):
+    """The surface as the solver has it, on the grid of the export."""
+    scene = load("coil_10_100")
+    grid = Grid.for_shape(scene, float(np.abs(solved.omega(np.linspace(0, 1, 2001))).max()))
+    points = grid.ribbon(solved)
+    return grid, points.reshape(-1, 3), export_ribbon.fields(solved, grid.s, grid.v)
+
+
+def test_the_files_of_an_export(made):
+    names = {path.name for path in made.iterdir()}
+    wanted = {"ribbon.vtu", "surfaces.pvd", "ribbon.obj", "ribbon.ply", "surfaces.glb", "ribbon_points.csv",
+              "centreline.csv", "segments.csv", "ribbon.npz", "result.json", "page.json", "solve"}  # fmt: skip
+    assert names == wanted
+    page = read_page(made)
+    assert page.again == "ribbonbench export coil_10_100"
+    assert set(page.files) == wanted - {"result.json", "page.json", "solve"}
+    result = json.loads((made / "result.json").read_text())
+    assert result["status"] == "converged"
+    assert result["exported"] == dict(page.files)
+
+
+# --- the numbers that come along -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "energy"), [("coil_10_100", "sadowsky"), ("curl_4_3", "wunderlich")])
+def test_energy_per_length_integrates_to_the_elastic_energy(name, energy):
+    scene = load(name)
+    e = run_ribbon(scene).equilibrium
+    assert e.problem.energy == energy
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    lengths = e.problem.lengths
+    starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
+    s = (starts[:, None] + lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
+    total = (0.5 * lengths[:, None] * weights).ravel() @ export_ribbon.line_density(e, s)
+    assert total == pytest.approx(e.energy.elastic, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["coil_10_100", "curl_4_3"])
+def test_energy_per_area_integrates_to_the_elastic_energy(name):
+    """Over (s, v) with dS dv = (1 + v eta') ds dv: every ruling of the strip, energy in D = w / l times D w / l."""
+    scene = load(name)
+    e = run_ribbon(scene).equilibrium
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    lengths, width = e.problem.lengths, scene.width / scene.strip.length
+    starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
+    s = (starts[:, None] + lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
+    by_s = (0.5 * lengths[:, None] * weights).ravel()
+    slope = np.repeat(e.parameters[:, 2], len(nodes))
+    total = 0.0
+    for node, weight in zip(nodes, weights, strict=True):
+        v = np.full(len(s), 0.5 * width * node)
+        total += 0.5 * width * weight * (by_s * (1.0 + v * slope)) @ export_ribbon.area_density(e, s, v)
+    assert total == pytest.approx(width * e.energy.elastic, rel=1e-6)
+
+
+def test_the_exported_energy_density_integrates_over_the_triangles(made, solved):
+    """On the exported file itself: the triangles' areas in the flat strip, the mean of the corners' densities."""
+    mesh = meshio.read(made / "ribbon.vtu")
+    flat = np.column_stack([mesh.point_data["S"], mesh.point_data["v"]])[mesh.cells_dict["triangle"]]
+    (ax, ay), (bx, by) = (flat[:, 1] - flat[:, 0]).T, (flat[:, 2] - flat[:, 0]).T
+    area = 0.5 * np.abs(ax * by - ay * bx)
+    width = np.ptp(mesh.point_data["v"])
+    assert area.sum() == pytest.approx(width)
+    density = mesh.point_data["energy_density"][mesh.cells_dict["triangle"]].mean(axis=1)
+    assert area @ density / width == pytest.approx(solved.energy.elastic, rel=2e-3)
+
+
+def test_segment_numbers(solved):
+    joints = np.concatenate([[0.0], np.cumsum(solved.problem.lengths)])
+    middles = 0.5 * (joints[1:] + joints[:-1])
+    assert list(export_ribbon.segment_of(solved, middles)) == list(range(10))
+    assert list(export_ribbon.segment_of(solved, np.array([-0.1, 0.0, 1.0, 1.1]))) == [0, 0, 9, 9]
+
+
+def test_rulings_that_cross_have_no_energy_per_area(solved):
+    density = export_ribbon.area_density(solved, np.array([0.55, 0.55]), np.array([0.0, 1e6]))
+    slope = solved.parameters[export_ribbon.segment_of(solved, np.array([0.55])), 2]
+    assert np.isfinite(density[0])
+    assert np.isnan(density[1]) == (slope[0] < 0)
+    assert np.isnan(export_ribbon.area_density(solved, np.array([0.55]), -np.sign(slope) * 1e6)).all()
+
+
+# --- formats ---------------------------------------------------------------------------------------------------------
+
+
+def test_vtu(made, surface):
+    _, points, fields = surface
+    mesh = meshio.read(made / "ribbon.vtu")
+    assert mesh.points.shape == points.shape
+    assert np.abs(mesh.points - points).max() == 0.0
+    assert set(mesh.point_data) == SCALARS | VECTORS
+    for name, values in fields.items():
+        assert mesh.point_data[name].shape == values.reshape(len(points), *values.shape[2:]).shape
+        assert np.array_equal(mesh.point_data[name], values.reshape(mesh.point_data[name].shape))
+
+
+def test_pvd(made, surface):
+    import pyvista
+
+    reader = pyvista.get_reader(made / "surfaces.pvd")
+    reader.set_active_time_value(0.0)
+    block = reader.read()[0]
+    assert np.abs(np.asarray(block.points) - surface[1]).max() == 0.0
+    assert set(block.point_data.keys()) == SCALARS | VECTORS
+
+
+def test_pvd_has_a_time_step_for_each_ratio(tmp_path):
+    import pyvista
+
+    folder = tmp_path / "results"
+    sheets = []
+    for k, name in enumerate(("ribbon", "shell_w10", "shell_w50")):
+        grid = np.stack([*np.meshgrid(np.linspace(0, 1, 5), [0.0, 0.1, 0.2], indexing="ij"), np.full((5, 3), k)], 2)
+        s, v = np.meshgrid(np.linspace(0, 1, 5), [-0.1, 0.0, 0.1], indexing="ij")
+        write_vtu(folder / f"{name}.vtu", grid, {"S": s, "v": v})
+        ratio = float(name[7:]) if k else None
+        sheets.append(Surface(f"{name}.vtu", name, "shell" if k else "ribbon", width_to_thickness=ratio))
+    write_page(folder, Page("compare", 'A title with <&" quotes', surfaces=tuple(sheets)))
+    assert main(["export", str(folder), "--format", "pvd,gltf", "--quiet"]) == DONE
+    reader = pyvista.get_reader(folder / "export" / "surfaces.pvd")
+    assert reader.time_values == [10.0, 50.0]
+    for time, height in ((10.0, 1.0), (50.0, 2.0)):
+        reader.set_active_time_value(time)
+        blocks = reader.read()
+        assert [float(block.points[0, 2]) for block in blocks] == [0.0, height]
+    assert not (folder / "export" / "ribbon.obj").exists()
+    document = ET.fromstring(pvd_bytes([(1.0, 0, 'a "label" & <more>', "x.vtu")]))
+    assert document[0][0].attrib["name"] == 'a "label" & <more>'
+
+
+def test_obj(made, surface):
+    import pyvista
+
+    grid, points, _ = surface
+    mesh = meshio.read(made / "ribbon.obj")
+    assert mesh.points.shape == points.shape
+    assert np.abs(mesh.points - points).max() < 1e-8
+    assert np.array_equal(mesh.cells_dict["triangle"], triangles(grid.s.size, grid.v.size))
+    read = pyvista.read(made / "ribbon.obj")
+    texture = np.asarray(read.active_texture_coordinates)
+    assert texture.shape == (len(points), 2)
+    s, v = np.meshgrid(grid.s, (grid.v - grid.v[0]) / np.ptp(grid.v), indexing="ij")
+    assert np.abs(texture - np.column_stack([s.ravel(), v.ravel()])).max() < 1e-6
+
+
+def test_ply(made, surface):
+    _, points, fields = surface
+    mesh = meshio.read(made / "ribbon.ply")
+    assert mesh.points.shape == points.shape
+    assert np.abs(mesh.points - points).max() == 0.0
+    for name in SCALARS - {"v"}:
+        assert np.allclose(mesh.point_data[name], fields[name].ravel(), rtol=1e-6, atol=1e-7), name
+    for name in VECTORS:
+        stored = np.column_stack([mesh.point_data[f"{name}_{axis}"] for axis in "xyz"])
+        assert np.allclose(stored, fields[name].reshape(-1, 3), atol=1e-6), name
+    import pyvista
+
+    read = pyvista.read(made / "ribbon.ply")
+    assert read.n_points == len(points)
+    assert read.n_cells == len(mesh.cells_dict["triangle"])
+    assert read.point_data["RGB"].std() > 10
+
+
+def gltf(path: Path):
+    """JSON and binary chunk of a .glb file, its frame checked."""
+    raw = path.read_bytes()
+    magic, version, length = struct.unpack_from("<4sII", raw)
+    assert (magic, version, length) == (b"glTF", 2, len(raw))
+    size, kind = struct.unpack_from("<I4s", raw, 12)
+    assert kind == b"JSON"
+    assert size % 4 == 0
+    after = 20 + size
+    binary, kind = struct.unpack_from("<I4s", raw, after)
+    assert kind == b"BIN\0"
+    assert binary % 4 == 0
+    assert after + 8 + binary == len(raw)
+    return json.loads(raw[20:after]), raw[after + 8 :]
+
+
+KINDS = {5126: "<f4", 5125: "<u4", 5121: "u1"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+def accessor(document, binary, number):
+    """The values of an accessor; alignment, lengths and bounds checked as the specification (3.6.2) asks."""
+    entry = document["accessors"][number]
+    view = document["bufferViews"][entry["bufferView"]]
+    kind, width = np.dtype(KINDS[entry["componentType"]]), WIDTHS[entry["type"]]
+    assert (entry["byteOffset"] + view["byteOffset"]) % kind.itemsize == 0
+    assert view["byteOffset"] % 4 == 0
+    if view["target"] == 34962:  # vertex attributes: strides of whole words
+        assert kind.itemsize * width % 4 == 0
+    assert entry["count"] * width * kind.itemsize <= view["byteLength"]
+    assert view["byteOffset"] + view["byteLength"] <= document["buffers"][0]["byteLength"] <= len(binary)
+    values = np.frombuffer(binary, kind, entry["count"] * width, view["byteOffset"]).reshape(entry["count"], width)
+    if "min" in entry:
+        assert values.min(axis=0).tolist() == entry["min"]
+        assert values.max(axis=0).tolist() == entry["max"]
+    return values
+
+
+def test_gltf_keeps_the_rules(made, surface):
+    _, points, fields = surface
+    document, binary = gltf(made / "surfaces.glb")
+    assert document["asset"]["version"] == "2.0"
+    (primitive,) = document["meshes"][0]["primitives"]
+    attributes = primitive["attributes"]
+    position = accessor(document, binary, attributes["POSITION"])
+    assert {"min", "max"} <= set(document["accessors"][attributes["POSITION"]])
+    assert np.array_equal(position, points.astype("<f4"))
+    normal = accessor(document, binary, attributes["NORMAL"])
+    assert np.abs(np.linalg.norm(normal, axis=1) - 1.0).max() < 1e-6
+    colour = document["accessors"][attributes["COLOR_0"]]
+    assert colour["normalized"] is True
+    assert len({tuple(c) for c in accessor(document, binary, attributes["COLOR_0"])}) > 50
+    assert accessor(document, binary, attributes["TEXCOORD_0"]).shape == (len(points), 2)
+    for name in SCALARS:
+        stored = accessor(document, binary, attributes[f"_{name.upper()}"])
+        assert np.array_equal(stored[:, 0], fields[name].ravel().astype("<f4")), name
+    assert all(key.startswith("_") or key in ("POSITION", "NORMAL", "COLOR_0", "TEXCOORD_0") for key in attributes)
+    indices = accessor(document, binary, primitive["indices"])
+    assert indices.max() == len(points) - 1
+    assert len(indices) % 3 == 0
+    assert document["nodes"][0]["children"] == [1]
+
+
+def test_gltf_is_read_by_vtk(made, surface):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOGeometry import vtkGLTFReader
+
+    reader = vtkGLTFReader()
+    reader.SetFileName(str(made / "surfaces.glb"))
+    reader.ApplyDeformationsToGeometryOff()
+    reader.Update()
+    blocks = reader.GetOutput()
+    found = []
+    iterator = blocks.NewIterator()
+    iterator.InitTraversal()
+    while not iterator.IsDoneWithTraversal():
+        found.append(iterator.GetCurrentDataObject())
+        iterator.GoToNextItem()
+    (mesh,) = found
+    assert mesh.GetNumberOfPoints() == len(surface[1])
+    assert mesh.GetNumberOfCells() == len(triangles(surface[0].s.size, surface[0].v.size))
+    points = vtk_to_numpy(mesh.GetPoints().GetData())
+    up = load("coil_10_100").up
+    turned = points if np.abs(points - surface[1]).max() < 1e-6 else rotated(surface[1], turn(up))
+    assert np.abs(points - turned).max() < 1e-6
+
+
+def rotated(points, quaternion):
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(quaternion).apply(points)
+
+
+@pytest.mark.parametrize("up", [(1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0.6, 0.0, -0.8), (1e-9, -1, 0)])
+def test_gltf_turns_up_to_y(up):
+    assert np.abs(rotated(np.array(up, dtype=float), turn(up)) - [0, 1, 0]).max() < 1e-8
+    assert np.linalg.norm(turn(up)) == pytest.approx(1.0)
+
+
+def test_gltf_without_material_coordinates_and_with_unknown_values():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    plain = Sheet(points, np.array([[0, 1, 2], [1, 3, 2]]))
+    coloured = Sheet(points, plain.triangles, {COLOURED_BY[0]: np.array([0.0, np.nan, 1.0, 2.0])})
+    raw = glb_bytes([("a", plain), ("b", coloured)], None)
+    assert b"NaN" not in raw
+    size = struct.unpack_from("<I", raw, 12)[0]
+    document = json.loads(raw[20 : 20 + size])
+    first, second = (mesh["primitives"][0]["attributes"] for mesh in document["meshes"])
+    assert set(first) == {"POSITION", "NORMAL"}
+    assert {"COLOR_0", "_ENERGY_DENSITY"} <= set(second)
+
+
+def test_csv(made, solved, surface):
+    _, points, fields = surface
+    with (made / "ribbon_points.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == len(points)
+    for axis, column in zip("xyz", points.T, strict=True):
+        assert np.abs(np.array([float(row[axis]) for row in rows]) - column).max() < 1e-11
+    omega = np.array([float(row["omega"]) for row in rows])
+    assert np.allclose(omega, fields["omega"].ravel(), rtol=1e-10)
+    line = np.genfromtxt(made / "centreline.csv", delimiter=",", names=True)
+    assert line.shape == (401,)
+    position = solved.position(line["s"])
+    assert np.abs(np.column_stack([line[axis] for axis in "xyz"]) - position).max() < 1e-11
+    assert np.allclose(line["energy_density"], export_ribbon.line_density(solved, line["s"]), rtol=1e-9)
+    segments = np.genfromtxt(made / "segments.csv", delimiter=",", names=True)
+    assert segments.shape == (10,)
+    assert np.allclose(np.column_stack([segments[k] for k in "abnm"]), solved.parameters, rtol=1e-10)
+
+
+def test_npz(made, solved, surface):
+    grid, points, fields = surface
+    with np.load(made / "ribbon.npz", allow_pickle=False) as data:
+        assert np.array_equal(data["parameters"], solved.parameters)
+        assert np.array_equal(data["segment_lengths"], solved.problem.lengths)
+        assert data["joints"].shape == (solved.problem.lengths.size + 1,)
+        np.testing.assert_allclose(
+            data["joints"], np.concatenate([[0.0], np.cumsum(solved.problem.lengths)]), atol=1e-14
+        )
+        assert np.array_equal(data["joint_positions"], solved.joints[0])
+        assert np.array_equal(data["line_position"], solved.position(data["line_s"]))
+        assert data["line_frame"].shape == (401, 3, 3)
+        assert np.array_equal(data["points"], points)
+        assert tuple(data["shape"]) == (grid.s.size, grid.v.size)
+        assert np.array_equal(data["triangles"], triangles(grid.s.size, grid.v.size))
+        for name in SCALARS | VECTORS:
+            assert np.array_equal(data[f"point_{name}"], fields[name].reshape(data[f"point_{name}"].shape))
+        # a segment's own law, put together again from the file alone
+        k = 3
+        a, b, n, m = data["parameters"][k]
+        s = data["joints"][k] + 0.4 * data["segment_lengths"][k]
+        local = s - data["joints"][k]
+        assert solved.omega(s)[0] == pytest.approx(a * local + b)
+        assert solved.eta(s)[0] == pytest.approx(n * local + m)
+
+
+# --- surfaces --------------------------------------------------------------------------------------------------------
+
+
+def test_a_sheet_knows_its_grid():
+    s, v = np.meshgrid(np.linspace(0, 1, 4), np.linspace(-1, 1, 3), indexing="ij")
+    points = np.stack([s, v, 0 * s], axis=2)
+    sheet = grid_sheet(points, {"S": s, "v": v}, {"share": np.arange(6.0).reshape(3, 2)})
+    assert sheet.shape == (4, 3)
+    assert np.array_equal(sheet.normals(), np.tile([0.0, 0.0, 1.0], (12, 1)))
+    assert sheet.scalars()["share"].shape == (12,)
+    assert sheet.scalars()["share"][0] == 0.0
+    assert Sheet(sheet.points, sheet.triangles[::-1], sheet.fields).shape is None
+    assert Sheet(sheet.points, sheet.triangles).shape is None
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", b"<VTKFile/>", "half"])
+def test_a_damaged_surface(tmp_path, made, content):
+    whole = (made / "ribbon.vtu").read_bytes()
+    path = tmp_path / "ribbon.vtu"
+    path.write_bytes(whole[: len(whole) // 2] if content == "half" else content)
+    with pytest.raises(BadInput, match=r"ribbon\.vtu.*cannot be read"):
+        read_vtu(path)
+
+
+# --- sources and mistakes --------------------------------------------------------------------------------------------
+
+
+def run(capsys, *arguments):
+    code = main(["export", *map(str, arguments)])
+    said = capsys.readouterr()
+    assert said.err.count("ribbonbench:") <= 1
+    return code, said.out, said.err
+
+
+def test_an_unknown_format_names_the_known(capsys, tmp_path):
+    code, _, err = run(capsys, "coil_10_100", "--format", "vtu,stl", "--out", tmp_path / "o")
+    assert code == BAD_INPUT
+    assert "stl" in err
+    assert all(name in err for name in FORMATS)
+    assert not (tmp_path / "o").exists()
+    with pytest.raises(BadInput, match="names no format"):
+        chosen(" , ")
+    assert chosen("PLY, obj,ply") == ("ply", "obj")
+
+
+def test_a_folder_without_surfaces(capsys, tmp_path):
+    assert run(capsys, tmp_path, "--quiet")[0] == BAD_INPUT
+    write_page(tmp_path, Page("sweep", "numbers only"))
+    code, _, err = run(capsys, tmp_path)
+    assert code == BAD_INPUT
+    assert "no surfaces" in err
+    assert {path.name for path in tmp_path.iterdir()} == {"page.json"}
+
+
+@pytest.mark.parametrize("name", ["../ribbon.vtu", "/etc/hostname", "absent.vtu"])
+def test_a_page_that_names_other_files(tmp_path, name):
+    write_page(tmp_path, Page("solve", "x", surfaces=(Surface(name, "ribbon", "ribbon"),)))
+    with pytest.raises(BadInput, match=r"page\.json names"):
+        read_source(tmp_path)
+
+
+def test_neither_folder_nor_scene(capsys, tmp_path):
+    code, _, err = run(capsys, tmp_path / "absent", "--out", tmp_path / "o")
+    assert code == BAD_INPUT
+    assert "neither a folder nor a scene" in err
+    code, _, err = run(capsys, "cantilever", "--set", "model.energy=elastica", "--out", tmp_path / "o")
+    assert code == BAD_INPUT
+    assert "no surface" in err
+
+
+def test_options_that_do_not_fit_a_folder(capsys, made, tmp_path):
+    code, _, err = run(capsys, made / "solve", "--set", "strip.gamma=3")
+    assert code == BAD_INPUT
+    assert "--set" in err
+    code, _, err = run(capsys, made / "solve", "--out", made / "solve")
+    assert code == BAD_INPUT
+    assert "another folder" in err
+
+
+def test_a_folder_of_results_without_the_segments(capsys, made, tmp_path):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    for name in ("page.json", "result.json", "ribbon.vtu"):
+        (folder / name).write_bytes((made / "solve" / name).read_bytes())
+    code, out, _ = run(capsys, folder, "--format", "npz,csv")
+    assert code == DONE
+    assert "segments are left out" in out
+    assert {p.name for p in (folder / "export").glob("*.csv")} == {"ribbon_points.csv"}
+    (folder / "ribbon.npz").write_bytes(b"PK nonsense")
+    code, _, err = run(capsys, folder, "--format", "npz")
+    assert code == BAD_INPUT
+    assert "ribbon.npz" in err
+
+
+def test_a_ribbon_that_is_not_stable_is_exported_with_exit_code_1(capsys, tmp_path):
+    path = tmp_path / "edge.toml"
+    path.write_text(held_scenes.ON_EDGE)
+    assert loads(held_scenes.ON_EDGE).model.energy
+    code, _, _ = run(capsys, path, "--format", "ply", "--out", tmp_path / "o", "--quiet")
+    assert code == NOT_CONVERGED
+    assert (tmp_path / "o" / "ribbon.ply").is_file()
+    assert read_page(tmp_path / "o").again == "ribbonbench export edge.toml --format ply"

@@ -1,0 +1,322 @@
+"""The comparison layer on stored shells: rows, errors, claims, slope; tables, pictures and files made from them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import meshio
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from compare.export import surfaces as export
+from compare.measure.align import aligned
+from compare.measure.distance import centreline_distance
+from compare.models.ribbon_run import run_elastica, run_ribbon
+from compare.models.shell_process import ShellCase, shell_problem
+from compare.page.page import read_page
+from compare.pages import compare as report
+from compare.pages import comparison as tables
+from compare.pages.result import comparison_result
+from compare.pictures import comparison as figures
+from compare.pictures import ribbon as profile
+from compare.scene.scene import load, loads
+from compare.store.progress import Reporter
+from compare.store.store import CaseStore, jsonable
+from compare.studies.compare import (
+    Comparison,
+    Grid,
+    Row,
+    coarser,
+    compare,
+    fit_slope,
+    natural_constant,
+    ribbon_discretisation_error,
+)
+from ribbon.find.solve import solve
+from shellref.shell.surface import ShellSurface
+from tests.compare.scene import held_scenes
+
+FLOOR_BELOW = """
+[gravity]
+up = [0.0, 0.0, 1.0]
+[[wall]]
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+"""
+
+
+class Shells:
+    """Shells that are the ribbon itself, moved by (h/w) / 10 in space and by 1e-5 on the coarse mesh."""
+
+    def __init__(self, tmp_path, failing=()):
+        self.folder, self.failing, self.calls = tmp_path, failing, 0
+
+    def __call__(self, problem, store, options=None, progress=None, start=None):
+        self.calls += 1
+        ratio = round(problem.width / problem.thickness)
+        if ratio in self.failing:
+            data = {"status": "not_converged", "stable": None, "message": "stopped at load 0.4", "seconds": {}}
+            return ShellCase(data, None, False)
+        scene = load("curl_4_3")
+        from compare.models.ribbon_run import ribbon_clamp, ribbon_gravity, ribbon_strip
+
+        e = solve(ribbon_strip(scene), ribbon_clamp(scene), ribbon_gravity(scene), segments=scene.model.lengths)
+        shift = 0.1 / ratio + (1e-5 if problem.elements == (50, 4) else 0.0)
+        points = e.surface(200, 4).grid + np.array([0, 0, shift])
+        s, v = np.linspace(0, 1, 201), np.linspace(-0.015, 0.015, 5)
+        surface = ShellSurface(s, v, points, np.broadcast_to([0.0, 1.0, 0.0], points.shape).copy())
+        folder = self.folder / f"{ratio}-{problem.elements[0]}"
+        folder.mkdir(exist_ok=True)
+        surface.save(folder / "shell.npz")
+        data = {
+            "status": "converged", "stable": True, "message": "fine", "elements": list(problem.elements),
+            "energy": {"bending": 12.0, "membrane": 0.2, "shear": 0.1, "elastic": 12.3, "gravity": -16.0},
+            "share": {"bending": 12 / 12.3, "membrane": 0.2 / 12.3, "shear": 0.1 / 12.3}, "newton_iterations": 40,
+            "seconds": {"total": 7.5, "import": 0.5, "compile": 2.0}, "provenance": {"versions": {"dolfinx": "0.5.2"}},
+            "end": {"position": [0, 0, 0], "frame": np.eye(3).tolist()}, "middle": None,
+        }  # fmt: skip
+        return ShellCase(data, folder, False)
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    def run(failing=(), assignments=None) -> Comparison:
+        monkeypatch.setattr("compare.studies.compare.run_shell", Shells(tmp_path, failing))
+        scene = load("curl_4_3").replace({"shell.width_to_thickness": [10, 20, 100], **(assignments or {})})
+        return compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
+
+    return run
+
+
+def test_rows_carry_three_lengths_and_the_slope_is_found(made):
+    found = made()
+    assert found.ok
+    assert found.falls
+    for row, ratio in zip(found.rows, (10, 20, 100), strict=True):
+        assert row.centreline == pytest.approx(0.1 / ratio, abs=5e-6)  # the stored shell is interpolated
+        assert 0.2 * row.centreline < row.hausdorff <= row.centreline * 1.01
+        assert row.shell_error == pytest.approx(1e-5, rel=0.7)
+        assert row.ribbon_error == found.ribbon_error > 0
+        assert row.claimed
+        assert row.energy["elastic_ribbon"] == pytest.approx(12.3 - 50.0)
+        assert row.ratio == pytest.approx(5.0 / found.ribbon.warm)
+    assert found.slope.value == pytest.approx(1.0, abs=0.05)
+    assert found.slope.rows == 3
+
+
+def test_a_failed_shell_is_a_row_with_its_status_and_stops_nothing(made, tmp_path):
+    found = made(failing=(20,))
+    assert not found.ok
+    failed = found.rows[1]
+    assert (failed.status, failed.hausdorff, failed.claimed) == ("not_converged", None, False)
+    assert found.slope.rows == 2
+    assert any("stopped at load 0.4" in sentence for sentence in tables.verdict(found))
+    page = report.write(tmp_path / "out", found)
+    assert "not_converged" in page.read_text()
+    assert not (tmp_path / "out" / "shell_w20.vtu").exists()
+
+
+def test_no_difference_is_claimed_below_the_errors(made):
+    found = made(assignments={"shell.width_to_thickness": [10, 100000]})
+    assert found.ribbon_error > 1e-4
+    assert found.rows[0].claimed
+    assert not found.rows[1].claimed
+    assert found.slope is None
+    assert any("no difference is claimed" in sentence for sentence in tables.verdict(found))
+
+
+def row(ratio, distance, claimed=True):
+    return Row(ratio, "converged", True, "", distance, distance, 1e-5, 1e-5, claimed, None, None, None, None,
+               {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False)  # fmt: skip
+
+
+def test_slope_uses_claimed_rows_only():
+    rows = (row(10, 1e-1), row(100, 1e-2), row(1000, 5e-3, claimed=False))
+    assert fit_slope(rows).value == pytest.approx(1.0)
+    assert fit_slope(rows[:1]) is None
+    assert coarser((100, 4)) == (50, 2)
+    assert coarser((1, 1)) == (1, 1)
+
+
+def test_natural_constant():
+    scene = load("curl_4_3").replace({"strip.natural_curvature": [2.0, -1.0]})
+    s = (np.arange(100000) + 0.5) / 100000
+    assert natural_constant(scene) == pytest.approx(0.5 * np.mean((2 - 3 * s) ** 2), rel=1e-8)
+
+
+def test_shell_problem_keeps_d_and_gamma():
+    problem = shell_problem(load("curl_4_3"), 50.0, (10, 2))
+    assert problem.thickness == pytest.approx(0.03 / 50)
+    assert problem.gamma == 100.0
+    assert problem.natural_curvature == (10.0, 10.0)
+
+
+def test_tables_say_the_same_thing(made):
+    found = made()
+    rows = list(csv.DictReader(io.StringIO(tables.as_csv(found))))
+    assert [float(r["width_to_thickness"]) for r in rows] == [10, 20, 100]
+    assert float(rows[1]["hausdorff"]) == found.rows[1].hausdorff
+    markdown = tables.as_markdown(found).splitlines()
+    assert len(markdown) == 2 + 3 + 1
+    assert len({line.count("|") for line in markdown}) == 1
+    assert f"{found.rows[0].hausdorff:.2e}" in markdown[2]
+    assert tables.as_terminal(found).row_count == 4
+
+
+def test_result_json_keeps_the_contract(made):
+    result = json.loads(json.dumps(jsonable(comparison_result(made())), allow_nan=False))
+    keys = """status stable lowest_eigenvalue residual iterations energy end middle max_abs_eta max_abs_eta_prime_w_half
+        forces seconds model provenance rows"""
+    for key in keys.split():
+        assert key in result, key
+    assert {"elastic", "gravity", "total"} <= result["energy"].keys()
+    assert {"first", "warm"} <= result["seconds"].keys()
+    assert {"energy", "formulation", "elements"} <= result["model"].keys()
+    assert np.array(result["end"]["frame"]).shape == (3, 3)
+    for r in result["rows"]:
+        keys = "width_to_thickness hausdorff centreline ribbon_error shell_error share shell_end shell_middle seconds"
+        for key in keys.split():
+            assert key in r, key
+        assert {"bending", "membrane", "shear"} <= r["share"].keys()
+        assert {"ribbon", "shell"} <= r["seconds"].keys()
+
+
+def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
+    out = tmp_path / "out"
+    found = made()
+    page = report.write(out, found).read_text()
+    names = {path.name for path in out.iterdir()}
+    wanted = {"report.md", "report.html", "page.json", "surfaces.png", "ribbon.npz", "result.json", "table.csv",
+              "table.md", "convergence.png", "shapes.png", "ribbon.png",
+              "centreline.csv", "ribbon.vtu", "shell_w10.vtu", "shell_w20.vtu", "shell_w100.vtu"}  # fmt: skip
+    assert names == wanted
+    for name in ("convergence.png", "shapes.png", "ribbon.png"):
+        assert name in page
+        from matplotlib.image import imread
+
+        pixels = imread(out / name)[:, :, :3]
+        assert pixels.shape[0] > 300
+        assert pixels.std() > 0.02
+    stored = read_page(out)
+    assert stored.verdict == tuple(tables.verdict(found))
+    assert [(s.file, s.width_to_thickness) for s in stored.surfaces] == [
+        ("ribbon.vtu", None), ("shell_w10.vtu", 10.0), ("shell_w20.vtu", 20.0), ("shell_w100.vtu", 100.0),
+    ]  # fmt: skip
+    assert len(stored.tables[0].rows) == 3 + 1
+    assert set(stored.files) <= names
+    assert "Ribbon against shell" in (out / "report.html").read_text()
+
+
+def test_surfaces_read_back(made, tmp_path):
+    found = made()
+    export.write_ribbon(tmp_path / "r.vtu", found.ribbon.equilibrium, found.grid)
+    mesh = meshio.read(tmp_path / "r.vtu")
+    points = found.grid.ribbon(found.ribbon.equilibrium).reshape(-1, 3)
+    assert np.abs(mesh.points - points).max() == 0
+    assert mesh.cells_dict["triangle"].max() == len(points) - 1
+    for name in ("S", "v", "omega", "eta", "ruling_foot", "ruling", "normal"):
+        assert name in mesh.point_data
+    on_axis = mesh.point_data["v"] == 0
+    assert on_axis.sum() == found.grid.s.size
+    assert np.abs(mesh.point_data["ruling_foot"][on_axis] - mesh.point_data["S"][on_axis]).max() < 1e-14
+    line = np.loadtxt(io.StringIO(export.centreline_csv(found.ribbon.equilibrium)), delimiter=",", skiprows=1)
+    assert np.allclose(line[:, 1:4], found.ribbon.equilibrium.position(line[:, 0]), atol=1e-11)
+
+
+def test_rendering_falls_back_when_vtk_cannot(made, tmp_path, monkeypatch):
+    def broken(*_):
+        raise RuntimeError("no GL")
+
+    monkeypatch.setattr(figures, "_render", broken)
+    assert figures.shapes(tmp_path / "s.png", made()).stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(("elements", "grading"), [(20, "clamp"), (20, "uniform"), (40, "uniform"), (200, "uniform")])
+def test_the_ribbons_error_is_not_underestimated(elements, grading):
+    """Against the elastica, whose own error is far smaller: heavy flat cantilever, a layer of width Gamma^(-1/2)."""
+    scene = load("cantilever").replace(
+        {"strip.gamma": 1e4, "model.elements": elements, "model.grading": grading, "shell.width_to_thickness": 100}
+    )
+    elastica = run_elastica(scene)
+    assert elastica.result.error < 1e-6
+    e = run_ribbon(scene).equilibrium
+    grid = Grid.for_shape(scene, 150.0)
+    estimate = ribbon_discretisation_error(e, grid, Reporter(quiet=True))
+    true = centreline_distance(e.position(grid.s), elastica.centreline(grid.s))
+    surface = grid.ribbon(e)[:, grid.v.size // 2]
+    gap = min(
+        true, np.linalg.norm(surface[:, None, :] - elastica.centreline(np.linspace(0, 1, 4001)), axis=2).min(1).max()
+    )
+    assert 0.9 * gap - 2e-6 < estimate < 3.0 * true + 2e-6
+
+
+def test_a_ribbon_on_a_saddle_claims_nothing(made, tmp_path):
+    """Planar and unbent by its weight (omega between 0 and nu K): the row keeps its distance, without a claim."""
+    keys = {
+        "clamp.start.tangent": [0.0, 0.0, 1.0], "clamp.start.normal": [-1.0, 0.0, 0.0], "strip.gamma": 300.0,
+        "strip.natural_curvature": [-0.35, -0.49], "model.grading": "uniform",
+    }  # fmt: skip
+    found = made(assignments=keys)
+    assert found.ribbon.equilibrium.status.code == "saddle"
+    assert not found.ok
+    assert found.ribbon_error is None
+    assert not any(r.claimed for r in found.rows)
+    assert any("discretisation error is unknown" in sentence for sentence in tables.verdict(found))
+    assert report.write(tmp_path / "out", found).exists()
+    assert comparison_result(found)["complete"] is False
+
+
+@pytest.mark.parametrize("name", ["TWO_CLAMPS", "CIRCLE", "MOEBIUS", "FLOOR", "PATH"])
+def test_the_picture_shows_what_holds_the_ribbon(tmp_path, name):
+    """Clamps in their orange, walls in their grey, the ribbon in its blue; a closed band is no filled disc."""
+    from matplotlib.image import imread
+
+    scene = loads(getattr(held_scenes, name))
+    e = run_ribbon(scene).equilibrium
+    pixels = imread(profile.ribbon_profile(tmp_path / "r.png", e, scene.title))[:, :, :3]
+    orange = np.array([0xC2, 0x66, 0x2D]) / 255.0
+    shown = (np.abs(pixels - orange).max(axis=2) < 0.02).sum()
+    assert (shown > 100) == bool(profile.held(e))
+    assert len(profile.held(e)) == {"TWO_CLAMPS": 2, "PATH": 2, "FLOOR": 1}.get(name, 0)
+    grey = np.abs(pixels - 0x8A / 255.0).max(axis=2) < 0.02
+    assert (grey.sum() > 800) == bool(scene.walls)
+    blue = (pixels[:, :, 2] > pixels[:, :, 0] + 0.2).mean()
+    assert 0.005 < blue < 0.15
+
+
+def test_a_clipped_wall_covers_the_box_and_lies_in_its_plane():
+    """Every corner of the box, dropped onto the plane, lies in the rectangle, and some on each of its sides."""
+    normal = np.array([0.6, 0.0, 0.8])
+    point = np.array([0.1, 0.2, -0.3])
+    low, high = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.5, 2.0])
+    corners = profile.clipped(point, normal, low, high)
+    assert np.abs((corners - point) @ normal).max() < 1e-14
+    sides = np.array([corners[1] - corners[0], corners[3] - corners[0]])
+    assert abs(sides[0] @ sides[1]) < 1e-14
+    assert corners[2] == pytest.approx(corners[0] + sides.sum(axis=0))
+    box = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
+    parts = (box - corners[0]) @ (sides / (sides**2).sum(axis=1)[:, None]).T
+    assert parts.min(axis=0) == pytest.approx([0.0, 0.0], abs=1e-13)
+    assert parts.max(axis=0) == pytest.approx([1.0, 1.0])
+
+
+def test_free_motions_are_no_distance():
+    """A ring that nothing holds, turned and moved; a strip on a floor, moved along it; a clamped one, not moved."""
+    turn = Rotation.from_rotvec([0.3, -0.2, 0.5])
+    ring = run_ribbon(loads(held_scenes.CIRCLE)).equilibrium
+    points = ring.surface(100, 4).grid
+    moved = turn.apply(points.reshape(-1, 3)).reshape(points.shape) + np.array([0.1, 0.2, 0.3])
+    assert np.abs(aligned(moved, points, ring) - points).max() < 1e-12
+    lying = loads(held_scenes.CIRCLE.replace("poisson = 0.3", "poisson = 0.3\ngamma = 5.0") + FLOOR_BELOW)
+    e = run_ribbon(lying).equilibrium
+    points = e.surface(100, 4).grid
+    spun = Rotation.from_rotvec([0.0, 0.0, 0.4]).apply(points.reshape(-1, 3)).reshape(points.shape)
+    assert np.abs(aligned(spun + np.array([0.1, -0.2, 0.0]), points, e) - points).max() < 1e-12
+    lifted = aligned(points + np.array([0.0, 0.0, 0.01]), points, e)
+    assert np.abs(lifted - points).max() == pytest.approx(0.01)
+    clamped = run_ribbon(load("curl_4_3")).equilibrium
+    assert aligned(points + 0.1, points, clamped) is not points
+    assert np.array_equal(aligned(points + 0.1, points, clamped), points + 0.1)

@@ -1,0 +1,312 @@
+"""What accuracy costs: front and interpolation on made-up marks, ladders of real runs, bad input, the command."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare.cli import main
+from compare.measure.front import Mark, front, reach
+from compare.page.page import read_page
+from compare.pages import cost as cost_write
+from compare.scene.scene import load
+from compare.store.progress import Reporter
+from compare.studies.cost import available, measure
+from compare.studies.cost_plan import Cost, Plan, Reference, Row
+from compare.studies.cost_runs import Kept, Run, repeated, sized
+from compare.studies.cost_start import seconds_of_first
+
+QUICK = Plan(
+    solvers=("chained", "mixed", "elastica"), segments=(5, 10, 20), elastica_elements=(5, 10), reference="ribbon",
+    repeats=2,
+)  # fmt: skip
+
+
+# -- the front --------------------------------------------------------------------------------------------------------
+
+
+def test_the_front_has_what_no_other_run_beats():
+    marks = [Mark("a", 1.0, 1e-2), Mark("b", 2.0, 1e-3), Mark("slow", 3.0, 5e-3), Mark("c", 4.0, 1e-4),
+             Mark("same", 5.0, 0.995e-4)]  # fmt: skip
+    assert [m.label for m in front(marks[::-1])] == ["a", "b", "c"]
+    assert front([]) == []
+
+
+def test_times_are_interpolated_in_log_log_and_never_beyond():
+    marks = [Mark(f"{n}", 0.01 * n, n**-2.0) for n in (5, 10, 20, 40)]  # error = (time / 0.01)^-2
+    for target in (1e-2, 3e-3, 1e-3):
+        found = reach(marks, target)
+        assert found.seconds == pytest.approx(0.01 * target**-0.5, rel=1e-12)
+        assert found.between[0].error >= target >= found.between[-1].error
+        assert not found.bound
+    beyond = reach(marks, 1e-4)
+    assert beyond.seconds is None
+    assert beyond.best.label == "40"
+    easy = reach(marks, 0.5)
+    assert (easy.seconds, easy.bound, easy.between[0].label) == (0.05, True, "5")
+    assert reach([], 1e-3) is None
+
+
+def test_runs_off_the_front_do_not_count():
+    marks = [Mark("a", 1.0, 1e-2), Mark("bad", 50.0, 2e-2), Mark("b", 4.0, 1e-4)]
+    assert reach(marks, 1e-3).seconds == pytest.approx(2.0)
+
+
+# -- words from made-up runs ------------------------------------------------------------------------------------------
+
+
+def run(solver, label, seconds, points=None, ok=True, **changes) -> Run:
+    return Run(solver, label, 10, "converged" if ok else "not_converged", ok, seconds, None, points, **changes)
+
+
+def made(rows, plan=QUICK, common="shell") -> Cost:
+    points = np.zeros((3, 3, 3))
+    references = tuple(Reference(m, f"finest {m}", points, e, "check") for m, e in (("ribbon", 1e-6), ("shell", 1e-5)))
+    return Cost(
+        load("curl_4_3"), plan, None, None, tuple(rows), references, next(r for r in references if r.model == common),
+        (), ("elastica: not planar",), {"cpu": "a cpu", "cores": 2, "threads": {"OMP_NUM_THREADS": "1"}, "system": "x"},
+    )  # fmt: skip
+
+
+def row(solver, label, seconds, error, distance, ok=True) -> Row:
+    model = "shell" if solver == "shell" else "ribbon"
+    return Row(run(solver, label, seconds, ok=ok), model, error, error, error > 1e-5, distance, distance, True)
+
+
+ROWS = (
+    row("chained", "10", (0.01, 0.02, 0.03), 1e-2, 2.5e-2),
+    row("chained", "20", (0.04,), 1e-4, 1.6e-2),
+    row("chained", "40", (0.05,), 1.0, 1e-9, ok=False),
+    row("shell", "25 x 2", (1.0,), 1e-2, 1e-2),
+    row("shell", "50 x 4", (4.0,), 1e-4, 1e-4),
+)
+
+
+def test_the_sentence_names_times_sizes_and_the_factor():
+    cost = made(ROWS, replace(QUICK, targets=(1e-3,)))
+    said = cost_write.sentences(cost)
+    own = next(text for text in said if text.startswith("Discretisation"))
+    # medians: 0.02 and 0.04 s at 1e-2 and 1e-4, so sqrt(2) 0.02 at 1e-3; the shell 2 s: a factor 70.7
+    assert "to 1 permille of l" in own
+    assert "28.3 ms (chained 10 to chained 20)" in own
+    assert "2 s (shell 25 x 2 to shell 50 x 4)" in own
+    assert "a factor 70.7 from ribbon to shell" in own
+    against = next(text for text in said if text.startswith("Against one reference"))
+    assert "own error 1.0e-05 l" in against
+    assert "the ribbon does not reach it: 1.6e-02 at best" in against
+    assert "factor" not in against
+    assert any("however fine" in text and "1.6e-02" in text for text in said)
+    assert any("chained 40 (not_converged)" in text for text in said)
+    assert any("OMP_NUM_THREADS=1" in text and "a cpu" in text for text in said)
+    assert any("not planar" in text for text in said)
+
+
+def test_a_coarse_run_near_another_model_by_accident_does_not_count():
+    cost = made([row("chained", "5", (0.01,), 3e-2, 1e-7), row("shell", "a", (1.0,), 1e-3, 1e-3)])
+    (mark,) = cost.marks("ribbon", common=True)
+    assert mark.error == 3e-2
+
+
+def test_no_error_counts_below_that_of_its_reference():
+    cost = made([row("shell", "a", (1.0,), 1e-8, 1e-8)])
+    assert [m.error for m in cost.marks("shell")] == [1e-5]
+
+
+def test_tables_and_csv_hold_every_run():
+    cost = made(ROWS)
+    assert len(cost_write.table(cost).rows) == len(ROWS)
+    lines = cost_write.as_csv(cost).splitlines()
+    assert len(lines) == 1 + len(ROWS)
+    assert len({line.count(",") for line in lines}) == 1
+    assert lines[1].startswith("chained,10,10,converged,0.01,")
+    texts = cost_write.reach_table(cost).texts()
+    assert len(texts) == 2 * 2 * len(QUICK.targets)
+
+
+def test_the_picture_is_drawn(tmp_path):
+    from matplotlib.image import imread
+
+    pixels = imread(cost_write.picture(tmp_path / "c.png", made(ROWS)))[:, :, :3]
+    assert pixels.shape[1] > 1.5 * pixels.shape[0]  # two panels
+    assert pixels.std() > 0.05
+
+
+# -- real runs --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def flat(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cost")
+    return measure(load("cantilever"), QUICK, folder, Reporter(quiet=True)), folder
+
+
+def test_errors_fall_with_the_order_of_each_solver(flat):
+    cost, _ = flat
+    assert cost.ok
+    for solver, order in (("chained", 4), ("mixed", 4), ("elastica 1", 2), ("elastica 2", 4)):
+        errors = [r.error for r in cost.rows if r.run.solver == solver]
+        assert len(errors) in (2, 3)
+        orders = np.log2(np.array(errors[:-1]) / errors[1:])
+        assert np.all(np.abs(orders - order) < 0.5), (solver, orders)
+    assert all(r.shown for r in cost.rows)
+    assert all(r.run.warm > 0 and len(r.run.seconds) == 2 for r in cost.rows)
+
+
+def test_the_models_agree_where_they_are_one_and_their_references_state_errors(flat):
+    cost, _ = flat
+    assert {r.model for r in cost.references} == {"ribbon", "elastica"}
+    assert all(r.error < 1e-8 for r in cost.references)
+    # the flat ribbon is the elastica: the elastica's distance to the ribbon is its own discretisation error
+    for r in cost.rows:
+        if r.model == "elastica" and r.error > 1e-6:
+            assert r.distance == pytest.approx(r.error, rel=1e-2)
+    assert cost_write.plateau(cost, "elastica") is None
+
+
+def test_chained_and_glued_have_the_same_error(flat):
+    cost, _ = flat
+    errors = {name: [r.error for r in cost.rows if r.run.solver == name] for name in ("chained", "mixed")}
+    assert len(errors["chained"]) == 3
+    assert errors["chained"] == pytest.approx(errors["mixed"], rel=1e-4)
+
+
+def test_finished_runs_are_found_again_and_fresh_ones_made(flat):
+    cost, folder = flat
+    plan = replace(QUICK, segments=(5, 20), solvers=("chained",))
+    again = measure(load("cantilever"), plan, folder, Reporter(quiet=True))
+    assert [r.run.label for r in again.rows] == ["5", "20"]
+    assert all(r.run.reused for r in again.rows)
+    before = [r for r in cost.rows if r.run.solver == "chained" and r.run.label in ("5", "20")]
+    assert [r.run.seconds for r in again.rows] == [r.run.seconds for r in before]
+    assert [r.error for r in again.rows] == pytest.approx([r.error for r in before], rel=1e-3)
+    made_anew = measure(load("cantilever"), plan, folder, Reporter(quiet=True), fresh=True)
+    assert not any(r.run.reused for r in made_anew.rows)
+
+
+def test_an_interrupted_ladder_loses_nothing_that_was_finished(tmp_path):
+    kept = Kept(tmp_path)
+    kept.run(["a"], lambda: run("chained", "5", (1.0, 2.0), np.ones((2, 2, 3))))
+
+    def stopped() -> Run:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        kept.run(["b"], stopped)
+    found = Kept(tmp_path).run(["a"], stopped)
+    assert found.reused
+    assert found.seconds == (1.0, 2.0)
+    assert found.points.shape == (2, 2, 3)
+    without = Kept(tmp_path).run(["c"], lambda: run("chained", "5", ()))
+    assert without.points is None
+    assert Kept(tmp_path).run(["c"], stopped).warm is None
+
+
+def test_an_unstable_size_is_a_row_without_a_mark(flat):
+    cost, _ = flat
+    bad = replace(cost.rows[0], run=replace(cost.rows[0].run, status="saddle", ok=False))
+    changed = replace(cost, rows=(bad, *cost.rows[1:]))
+    assert len(changed.marks()) == len(cost.marks()) - 1
+    assert any("chained 5 (saddle)" in text for text in cost_write.sentences(changed))
+
+
+def test_repeats_are_as_many_as_asked_for():
+    calls = []
+    result, times = repeated(lambda: calls.append(1) or len(calls), 3)
+    assert (result, len(times), len(calls)) == (4, 3, 4)  # one more beforehand loads what is to be loaded
+
+
+def test_the_placed_ribbon_reaches_its_tolerance(tmp_path):
+    plan = Plan(solvers=("placed",), segments=(40,), tolerances=(1e-2, 1e-4), repeats=1, reference="own")
+    cost = measure(load("curl_4_3"), plan, tmp_path, Reporter(quiet=True))
+    assert [r.error < t for r, t in zip(cost.rows, (1e-2, 1e-4), strict=True)] == [True, True]
+    assert cost.common is None
+    assert all(r.distance is None for r in cost.rows)
+
+
+def test_sizes_replace_what_the_scene_says():
+    scene = load("curl_4_3")
+    assert len(sized(scene, "mixed", 40).model.lengths) == 40
+    assert sized(scene, "mixed", 40).model.formulation == "mixed"
+    placed = sized(scene, "placed", 1e-3)
+    assert placed.model.tolerance == 1e-3
+    assert len(sized(placed, "chained", 10).model.lengths) == 10
+
+
+def test_a_band_has_no_chained_ribbon_and_no_shell():
+    found, why = available(load("moebius_6_1"), Plan(solvers=("chained", "mixed", "shell", "elastica")))
+    assert found == ("mixed",)
+    assert len(why) == 3
+    assert "closed bands" in why[0]
+
+
+def test_a_first_call_in_a_fresh_process_is_timed():
+    text = load("cantilever").to_toml()
+    request = {"scene": text, "solver": "elastica", "elements": 5, "degree": 2, "formulation": ""}
+    assert seconds_of_first(request) > 0.0
+    assert seconds_of_first({**request, "scene": "nothing"}) is None
+
+
+# -- the command ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--solvers", "chain"], "chained, mixed, placed, elastica, shell"),
+        (["--segments", "1"], "--segments"),
+        (["--meshes", "50"], "--meshes"),
+        (["--meshes", "0x4"], "--meshes"),
+        (["--target", "0"], "--target"),
+        (["--tolerances", "0.5"], "--tolerances"),
+        (["--repeats", "0"], "--repeats"),
+        (["--budget", "-1"], "--budget"),
+        (["--reference", "elastic"], "shell, ribbon, elastica, own"),
+        (["--width-to-thickness", "0.5"], "--width-to-thickness"),
+    ],
+)
+def test_bad_input_is_one_line_before_anything_is_made(arguments, said, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["cost", "curl_4_3", "--out", str(out), *arguments]) == 2
+    error = capsys.readouterr().err.strip().splitlines()
+    assert said in error[-1]
+    assert not out.exists()
+
+
+def test_a_reference_that_is_not_run_is_refused(tmp_path, capsys):
+    arguments = ["cost", "curl_4_3", "--solvers", "chained", "--reference", "elastica", "--out", str(tmp_path)]
+    assert main(arguments) == 2
+    assert "not among the models" in capsys.readouterr().err
+
+
+@pytest.mark.shell
+def test_cost_from_the_command_line(tmp_path, capsys):
+    pytest.importorskip("dolfinx")
+    asked = "--solvers chained shell --segments 10 20 --meshes 10x2 20x2 --width-to-thickness 20.0 --target 0.01"
+    arguments = ["cost", "curl_4_3", *asked.split(), "--repeats", "1", "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    assert "permille of l" in capsys.readouterr().out
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert {"status", "energy", "provenance", "cost"} <= result.keys()
+    cost = result["cost"]
+    assert cost["common"] == "shell"
+    shells = [r for r in cost["rows"] if r["solver"] == "shell"]
+    assert [r["size"] for r in shells] == ["10 x 2", "20 x 2", "30 x 3"]
+    assert all(r["seconds"]["warm"] > 0 and r["seconds"]["start"] > 0 for r in shells)
+    reference = next(r for r in cost["references"] if r["model"] == "shell")
+    assert shells[-1]["error"] == pytest.approx(reference["error"])  # the mesh the reference is checked on
+    # the shell's distance is its own error, the ribbon's ends on the difference of the models
+    assert all(r["distance"] == r["error"] for r in shells)
+    ribbons = [r for r in cost["rows"] if r["model"] == "ribbon"]
+    assert all(r["distance"] > 0.05 for r in ribbons)
+    page = read_page(tmp_path)
+    assert page.again == f"ribbonbench cost curl_4_3 {asked} --repeats 1"
+    assert str(tmp_path) not in (tmp_path / "page.json").read_text() + (tmp_path / "result.json").read_text()
+    assert (tmp_path / page.pictures[0].file).exists()
+    # again: shells come from the store, with their times marked
+    assert main([*arguments, "--quiet"]) == 0
+    kept = [r for r in json.loads((tmp_path / "result.json").read_text())["cost"]["rows"] if r["solver"] == "shell"]
+    assert all(r["reused"] for r in kept)
+    assert [r["seconds"]["warm"] for r in kept] == [r["seconds"]["warm"] for r in shells]

@@ -1,0 +1,291 @@
+"""An effect that is off is not computed: kernels counted by name, rows, unknowns, procedures and processes.
+
+The kernels run interpreted here, every call counted: a kernel that is compiled into another one cannot be counted
+otherwise. What an effect brings must be called when it is on, and never when it is off.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections import Counter
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+import ribbon
+from compare.cli import DONE, main
+from compare.models import elastica_run, shell_process
+from compare.models import ribbon_run as run
+from compare.models import ribbon_way as way
+from compare.models.ribbon_build import ribbon_problem
+from compare.scene.scene import load, loads
+from compare.store.progress import Reporter
+from compare.studies import compare as comparison
+from compare.studies.effects import explain, explained_problem, starting_state
+from compare.studies.effects_measured import solves
+from compare.studies.effects_off import without
+from ribbon.problems.chained import ChainedProblem
+from tests.compare.scene import held_scenes
+
+QUIET = Reporter(quiet=True)
+NO_STORE = SimpleNamespace(root=Path("unused") / "cases")
+NATURAL = ("element.natural_value", "element.natural_jet", "energies.natural.density")
+WIDTH = ("energies.wunderlich.density", "energies.wunderlich.width_factor")
+BASE = load("curl_4_3").replace({"model.elements": 3, "model.grading": "uniform"})
+HELD = loads(held_scenes.TWO_CLAMPS).replace({"model.elements": 3, "strip.natural_curvature": 2.0})
+FLOOR = loads(held_scenes.FLOOR).replace({"model.elements": 3})
+PLATE = FLOOR.replace({"wall.floor.stiffness": 50.0})
+CIRCLE = loads(held_scenes.CIRCLE).replace({"model.elements": 3})
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Interpreted kernels; the calls of each, by "module.name"."""
+    calls: Counter[str] = Counter()
+    wrapped: dict[int, object] = {}
+
+    def interpreted(kernel):
+        name = f"{kernel.py_func.__module__.removeprefix('ribbon.')}.{kernel.py_func.__name__}"
+
+        def call(*arguments):
+            calls[name] += 1
+            return kernel.py_func(*arguments)
+
+        return call
+
+    for info in pkgutil.walk_packages(ribbon.__path__, "ribbon."):
+        module = importlib.import_module(info.name)
+        for name, value in list(vars(module).items()):
+            if isinstance(value, Dispatcher):
+                if id(value) not in wrapped:
+                    wrapped[id(value)] = interpreted(value)
+                monkeypatch.setattr(module, name, wrapped[id(value)])
+    return calls
+
+
+def evaluated(scene, calls):
+    """Calls of kernels, by name, in one evaluation of all that the minimiser asks for, and the problem."""
+    problem = ribbon_problem(scene)
+    x = starting_state(scene, problem) + 0.01
+    calls.clear()
+    problem.value(x)
+    problem.gradient(x)
+    if isinstance(problem, ChainedProblem):
+        problem.hessian(x)
+    else:
+        problem.constraints(x)
+        problem.jacobian(x)
+        problem.hessian(x, np.ones(problem.constraint_bounds()[0].size))
+    return Counter(calls), problem
+
+
+#: Effect, scene with it, keys without it, kernels that only it calls.
+KERNELS = {
+    "gravity, chained": (
+        BASE, {"gravity": None},
+        ("chained_kernels._height", "chained_kernels.gravity_derivatives", "series.segment_values", "series.walk"),
+    ),
+    "gravity, glued": (HELD, {"gravity": None}, ("mixed_kernels.weight_jets",)),
+    "exact gravity": (HELD.replace({"gravity.exact": True}), {"gravity.exact": None}, ("mixed_kernels.end_weight",)),
+    "natural curvature, chained": (BASE, {"strip.natural_curvature": 0.0}, NATURAL),
+    "natural curvature, glued": (HELD, {"strip.natural_curvature": 0.0}, NATURAL),
+    "finite width, chained": (BASE, {"model.energy": "sadowsky"}, WIDTH),
+    "finite width, glued": (HELD, {"model.energy": "sadowsky"}, WIDTH),
+    "contact": (FLOOR, {"wall": None}, ("conditions._distances", "conditions._slopes", "conditions._curvatures")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", KERNELS)
+def test_its_kernels_are_called_when_it_is_on_and_only_then(counted, case):
+    scene, keys, kernels = KERNELS[case]
+    keys = {**keys, "model.formulation": ribbon_problem(scene).formulation}
+    on, _ = evaluated(scene, counted)
+    off, _ = evaluated(scene.replace(keys), counted)
+    for kernel in kernels:
+        assert on[kernel] > 0, kernel
+        assert off[kernel] == 0, kernel
+    assert sum(off.values()) < sum(on.values())
+    assert off["element.bending_value"] == on["element.bending_value"] == 3
+
+
+@pytest.mark.parametrize(("exact", "weighed", "rows"), [(None, False, 12), (False, True, 15), (True, True, 18)])
+def test_integrals_that_only_weight_needs_are_left_alone(counted, monkeypatch, exact, weighed, rows):
+    """Jets of the glued ribbon's series: Q and p, with weight J, over the surface T too (rows of the states)."""
+    series = importlib.import_module("ribbon.element.body_series")
+    walked = []
+    kernel = series.walk
+    monkeypatch.setattr(
+        series, "walk", lambda q, lengths, limit, s: walked.append(s.shape[1]) or kernel(q, lengths, limit, s)
+    )
+    _, problem = evaluated(HELD.replace({"gravity": None} if exact is None else {"gravity.exact": exact}), counted)
+    assert walked == [rows]
+    assert problem.has_gravity is weighed
+
+
+def test_terms_of_the_series_of_values(counted):
+    """One recurrence (u) without weight, two (and c) with it, three (and t) over the surface."""
+    terms = []
+    for keys in ({"gravity": None}, {}, {"gravity.exact": True}):
+        found, _ = evaluated(HELD.replace({"strip.natural_curvature": 0.0, "seed.curvature": 2.0, **keys}), counted)
+        terms.append(found["series.next_term"])
+    assert terms[0] < terms[1] < terms[2]
+
+
+def test_the_whole_solve_without_weight_evaluates_no_series(counted):
+    off = BASE.replace({"gravity": None})
+    counted.clear()
+    result = ribbon.solve(**run.ribbon_arguments(off), options={"max_iter": 5})
+    assert result.evaluations["series"] == 0
+    assert counted["chained_kernels.gravity_derivatives"] == counted["chained_kernels._height"] == 0
+    assert counted["series.walk"] == 0
+
+
+# -- unknowns, rows, entries of the matrices ---------------------------------------------------------------------------
+
+
+def sizes(scene):
+    problem = explained_problem(scene)
+    lower, upper = problem.bounds()
+    entries = () if isinstance(problem, ChainedProblem) else (
+        problem.jacobian_structure()[0].size, problem.hessian_structure()[0].size,
+    )  # fmt: skip
+    rows = 0 if isinstance(problem, ChainedProblem) else problem.constraint_bounds()[0].size
+    return int(np.sum(lower < upper)), rows, *entries
+
+
+#: Effect, scene with it, change of (unknowns, rows, entries of Jacobian and Hessian) when it is off; p = 3.
+SIZES = {
+    "clamp at the end": (HELD, (0, -6, -15, 0)),
+    "contact": (FLOOR, (0, -8, -64, -56)),
+    "pressure plates": (PLATE, (-1, 0, -8, -1)),
+    "straight rulings": (CIRCLE.replace({"closure.ruling": "straight"}), (2, 1, 2, 0)),
+    "gravity over the surface": (HELD.replace({"gravity.exact": True}), (0, 0, 0, -30)),
+    "gravity": (HELD, (0, 0, 0, 0)),
+    "natural curvature": (HELD, (0, 0, 0, 0)),
+    "finite width (Wunderlich)": (HELD, (0, 0, 0, 0)),
+}
+
+
+@pytest.mark.parametrize("effect", SIZES)
+def test_what_goes_from_the_matrices(effect):
+    scene, change = SIZES[effect]
+    off = without(scene, effect, ribbon_problem(scene).formulation).scene
+    assert off is not None
+    found = tuple(b - a for a, b in zip(sizes(scene), sizes(off), strict=True))
+    assert found == change
+    told = next(e for e in explain(scene).effects if e.name == effect)
+    assert (told.unknowns, told.constraints) == (-change[0], -change[1])
+
+
+def test_blocks_of_rows_are_those_of_what_holds():
+    """Seam and gauge are there for bands and free motions only; the start has rows only when it is asked for."""
+    blocks = {
+        name: set(ribbon_problem(s).blocks()) for name, s in (("held", HELD), ("floor", FLOOR), ("circle", CIRCLE))
+    }
+    assert blocks == {
+        "held": {"end_position", "end_frame"},
+        "floor": {"wall_0"},
+        "circle": {"end_position", "end_frame", "seam_omega", "seam_eta"},
+    }
+    rows = set(ribbon_problem(HELD.replace({"model.held_by": "constraints"})).blocks())
+    assert rows == blocks["held"] | {"start_position", "start_frame"}
+    table = load("moebius_table_edge")
+    assert {"gauge_position", "gauge_frame"} <= set(ribbon_problem(table).blocks())
+    # a band that weight and a wall hold against all but sliding and turning on the table
+    assert "gauge_slide" not in ribbon_problem(table).blocks()
+    assert "gauge_slide" in ribbon_problem(load("moebius_6_1")).blocks()
+
+
+def test_bounds_are_those_of_the_rulings_alone():
+    problem = ribbon_problem(HELD)
+    lower, upper = problem.bounds()
+    bounded = np.isfinite(upper) & (lower < upper)
+    assert np.flatnonzero(bounded).tolist() == [9, 19, 29]
+    assert upper[9] == pytest.approx(1.0 / problem.half_width)
+
+
+# -- procedures and processes ------------------------------------------------------------------------------------------
+
+
+def _raise(*arguments, **keywords):
+    raise AssertionError("computed although it is off")
+
+
+def test_no_path_no_tolerance_no_elastica_no_process(monkeypatch, tmp_path):
+    """A scene without them solves with all of them broken."""
+    for name in ("run_way", "solve_to_tolerance", "run_elastica"):
+        monkeypatch.setattr(run, name, _raise)
+    for name in ("solve_elastica", "solve_near", "solve_along"):
+        monkeypatch.setattr(elastica_run, name, _raise)
+    monkeypatch.setattr(way, "follow", _raise)
+    monkeypatch.setattr(shell_process, "subprocess", SimpleNamespace(Popen=_raise))
+    assert main(["solve", "curl_4_3", "--out", str(tmp_path), "--quiet"]) == DONE
+
+
+@pytest.mark.parametrize(
+    ("scene", "broken", "name"),
+    [
+        (loads(held_scenes.PATH), way, "follow"),
+        (loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2")), run, "solve_to_tolerance"),
+    ],
+)
+def test_a_procedure_that_is_on_is_run(monkeypatch, scene, broken, name):
+    monkeypatch.setattr(broken, name, _raise)
+    with pytest.raises(AssertionError, match="although"):
+        run.run_ribbon(scene)
+
+
+def test_the_elastica_is_solved_for_planar_scenes_only(monkeypatch):
+    monkeypatch.setattr(comparison, "run_elastica", _raise)
+    monkeypatch.setattr(comparison, "run_shell", _shell_reached)
+    scene = load("curl_4_3").replace({"shell.width_to_thickness": [20]})
+    with pytest.raises(LookupError):
+        comparison.compare(scene, NO_STORE, QUIET)
+    with pytest.raises(AssertionError, match="although"):
+        comparison.compare(load("cantilever"), NO_STORE, QUIET)
+
+
+def _shell_reached(*arguments, **keywords):
+    raise LookupError
+
+
+# -- whole solves ------------------------------------------------------------------------------------------------------
+
+
+def test_whole_solves_without_each_effect():
+    """On the flat cantilever nothing leaves the plane: the finite width costs and changes nothing; weight does."""
+    scene = load("cantilever").replace({"model.elements": 8})
+    found = solves(scene, explain(scene), QUIET, always=True)
+    assert set(found.without) == {"gravity", "finite width (Wunderlich)", "straight rulings"}
+    assert all(off.status == "converged" for off in found.without.values())
+    assert all(off.iterations >= 0 and off.warm > 0.0 for off in found.without.values())
+    assert found.without["finite width (Wunderlich)"].moved < 1e-9
+    assert found.without["straight rulings"].moved < 1e-9
+    assert found.without["gravity"].moved > 0.3
+    assert solves(scene, explain(scene), QUIET, always=False).without == {}
+
+
+def test_what_cannot_be_off_says_why():
+    effects = {effect.name: effect for effect in explain(load("moebius_table_edge")).effects}
+    assert "fall for ever" in effects["contact"].fixed
+    assert "no switch" in effects["closure"].fixed
+    assert effects["contact"].unknowns is None
+    assert effects["gravity"].fixed == ""
+
+
+def test_a_path_loses_what_it_says_of_the_effect():
+    scene = loads(held_scenes.PATH)
+    off = without(scene, "clamp at the end", "mixed").scene
+    assert off.clamp_end is None
+    assert off.to_dict()["path"] == [{"gravity": False}]
+    assert without(scene, "gravity", "mixed").scene.to_dict()["path"][0] == {"clamp.end.position": [0.9, 0.0, 0.0]}
+    assert without(scene, "continuation path", "mixed").scene.path == ()
+    placed = loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2"))
+    equal = without(placed, "adaptive segments", "mixed", 48).scene
+    assert (equal.model.tolerance, len(equal.model.lengths)) == (None, 48)
+    with pytest.raises(ValueError):
+        without(placed, "adaptive segments", "mixed")

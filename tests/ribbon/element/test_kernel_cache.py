@@ -1,0 +1,68 @@
+"""Compiled kernels are kept between runs, and never outlive the sources they were made from."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+CODE = (
+    "from ribbon.element.element import bending_value, bending_jet; import ribbon.problems.chained_kernels as k; "
+    "print(bending_value(1, 0.0, 2.0, 0.5, 0.1, 1.0, 0.2), sum(bending_value.stats.cache_hits.values()))"
+)
+
+
+def run(source: Path, cache: Path) -> list[str]:
+    environment = {**os.environ, "PYTHONPATH": str(source), "RIBBONBENCH_CACHE": str(cache)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    done = subprocess.run(
+        [sys.executable, "-c", CODE], capture_output=True, text=True, env=environment, check=True, cwd=source
+    )
+    return done.stdout.split()
+
+
+def test_kernels_are_reused_until_any_source_changes(tmp_path):
+    source = tmp_path / "source"
+    shutil.copytree(ROOT / "ribbon", source / "ribbon", ignore=shutil.ignore_patterns("__pycache__"))
+    cache = tmp_path / "cache"
+    value, hits = run(source, cache)
+    assert hits == "0"
+    assert run(source, cache) == [value, "1"]
+    # a callee in another file changes: the caller must follow
+    callee = source / "ribbon" / "energies" / "wunderlich.py"
+    text = callee.read_text()
+    assert "            h = h * y + _COEFFICIENTS[k]" in text
+    callee.write_text(
+        text.replace("            h = h * y + _COEFFICIENTS[k]", "            h = h * y + 2 * _COEFFICIENTS[k]")
+    )
+    changed, hits = run(source, cache)
+    assert hits == "0"
+    assert float(changed) == 2 * float(value)
+    assert not list(source.rglob("*.nbi"))
+
+
+def test_other_users_of_numba_keep_their_cache_folder():
+    from numba.core import config
+
+    import ribbon.element.kernel_cache as kernel_cache
+
+    before = config.CACHE_DIR
+    with kernel_cache.in_use():
+        assert before != config.CACHE_DIR
+        assert kernel_cache.digest() in config.CACHE_DIR
+    assert before == config.CACHE_DIR
+
+
+def test_old_states_are_removed_but_never_the_present_one(tmp_path):
+    from ribbon.element.kernel_cache import KEPT, prune
+
+    for number in range(KEPT + 3):
+        (tmp_path / f"state{number}").mkdir()
+        os.utime(tmp_path / f"state{number}", (number, number))
+    prune(tmp_path, "state0")
+    left = {entry.name for entry in tmp_path.iterdir()}
+    assert left == {"state0", *(f"state{number}" for number in range(KEPT + 3 - (KEPT - 1), KEPT + 3))}
+    prune(tmp_path / "nowhere", "x")

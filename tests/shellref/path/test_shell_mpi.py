@@ -1,0 +1,110 @@
+"""mpirun -n 2 gives the serial result: the same positions, energies, reactions and log."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from shellref import Pose, ShellOptions, ShellProblem, ShellSurface, Waypoint
+
+pytest.importorskip("dolfinx")
+pytestmark = [
+    pytest.mark.shell,
+    pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is missing"),
+]
+
+from shellref.path.solve import solve  # noqa: E402
+
+FLAT = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # t_x = e_y, t_y = e_z, t_z = e_x
+PROBLEMS = {
+    "corners": ShellProblem(
+        width=0.1,
+        thickness=2e-3,
+        poisson=0.3,
+        natural_curvature=(2.0, 1.0),
+        gamma=4.0,
+        up=(0.6, 0.8, 0.0),
+        clamp="corners",
+        elements=(11, 3),
+    ),
+    "both clamps": ShellProblem(
+        width=0.05,
+        thickness=5e-4,
+        poisson=0.3,
+        start_curvature=-2.5,
+        end=Pose((0.5, 0.01, 0.0), FLAT),
+        path=(Waypoint(natural=1.0, name="release"),),
+        clamp_frame=FLAT,
+        elements=(15, 2),
+    ),
+    "branch": ShellProblem(
+        width=0.05, thickness=2.5e-3, poisson=0.35, gamma=21.7, up=(1.0, 0.0, 0.0), elements=(13, 2), grading=(0.3, 1.0)
+    ),
+    "free": ShellProblem(
+        width=0.05, thickness=5e-4, poisson=0.3, natural_curvature=(4.0, 4.0), clamp="free", elements=(13, 2)
+    ),
+}
+OPTIONS = ShellOptions(switch=True)
+CODE = """
+import json, sys
+from pathlib import Path
+from mpi4py import MPI
+from shellref import ShellOptions, ShellProblem
+from shellref.path.solve import solve
+folder = Path(sys.argv[1])
+for name, (problem, options) in json.loads((folder / "problems.json").read_text()).items():
+    result = solve(ShellProblem.from_dict(problem), ShellOptions.from_dict(options), processes="world",
+                   folder=folder / "log")
+    if MPI.COMM_WORLD.rank == 0:
+        (folder / name).mkdir()
+        result.save(folder / name)
+"""
+
+
+@pytest.fixture(scope="module")
+def parallel(tmp_path_factory):
+    """Folder with the results of all problems, each solved by two processes."""
+    folder = tmp_path_factory.mktemp("mpi")
+    requests = {name: (problem.to_dict(), OPTIONS.to_dict()) for name, problem in PROBLEMS.items()}
+    (folder / "problems.json").write_text(json.dumps(requests))
+    environment = {
+        **os.environ,
+        "OMP_NUM_THREADS": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    }
+    command = ["mpirun", "--oversubscribe", "-n", "2", sys.executable, "-c", CODE, str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_two_processes_give_the_serial_result(name, parallel):
+    serial = solve(PROBLEMS[name], OPTIONS)
+    data = json.loads((parallel / name / "shell.json").read_text())
+    surface = ShellSurface.load(parallel / name / "shell.npz")
+    assert data["provenance"]["processes"] == 2
+    assert data["status"] == serial.status.value == "converged"
+    assert (data["stable"], data["negative_eigenvalues"]) == (True, 0)
+    assert data["lowest_eigenvalue"] == pytest.approx(serial.lowest_eigenvalue, rel=1e-6)
+    np.testing.assert_allclose(surface.points, serial.surface.points, atol=1e-10)
+    np.testing.assert_allclose(surface.directors, serial.surface.directors, atol=1e-9)
+    for key, value in serial.energy.items():
+        assert data["energy"][key] == pytest.approx(value, abs=1e-10 * max(1.0, abs(serial.energy["elastic"])))
+    for where, clamp in serial.clamps.items():
+        for kind, vector in clamp.items():
+            np.testing.assert_allclose(data["clamps"][where][kind], vector, atol=1e-6)
+    steps = [(s["stage"], s["method"], s["accepted"], s["iterations"], s["negative"]) for s in data["steps"]]
+    assert steps == [(s.stage, s.method, s.accepted, s.iterations, s.negative) for s in serial.steps]
+    np.testing.assert_allclose([s["load"] for s in data["steps"]], [s.load for s in serial.steps], atol=1e-8)
+    with np.load(parallel / name / "shell.npz") as stored:
+        for key in ("cell_midpoints", "energy_density"):
+            mine = getattr(serial, key)
+            order = [np.lexsort(x["cell_midpoints"].T) for x in (stored, {"cell_midpoints": serial.cell_midpoints})]
+            scale = max(1.0, np.max(np.abs(mine)))
+            np.testing.assert_allclose(stored[key][order[0]], mine[order[1]], atol=1e-8 * scale)

@@ -1,0 +1,166 @@
+"""Weight of the surface against weight of the centreline (thesis, eq. 2.9, 2.10), and what eq. 2.9 leaves out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.models.ribbon_build import ribbon_arguments
+from compare.scene.scene import load
+from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
+from ribbon.find.solve import build, solve_shape
+from ribbon.problems.mixed import STRIDE
+from ribbon.surface import surface
+from tests.validation import page
+
+WIDTHS = (0.2, 0.1, 0.05, 0.025, 0.0125)
+#: Scene, values of Gamma.
+SCENES = (("hanging_5_3_1", (3.0, 30.0)), ("curl_4_3", (10.0, 100.0)), ("arc_5_1", (10.0, 100.0)))
+SEGMENTS = 40
+UP = (0.6, 0.0, 0.8)
+#: Cells of the flat strip over which the weight is integrated by Simpson's rule.
+ALONG, ACROSS = 6000, 8
+
+
+def _order(sizes: list[float]) -> float:
+    """Slope of log size against log w."""
+    return float(np.polyfit(np.log(WIDTHS), np.log(np.abs(sizes)), 1)[0])
+
+
+def _pair(name: str, gamma: float, width: float) -> tuple[Equilibrium, Equilibrium]:
+    """The equilibrium under the weight of the centreline, and from its shape that under the weight of the surface."""
+    scene = load(name).replace({"strip.gamma": gamma, "strip.width": width, "model.formulation": "mixed"})
+    arguments = {**ribbon_arguments(scene), "segments": SEGMENTS}
+    line = solve(**arguments)
+    gravity = arguments.pop("gravity")
+    for key in ("seed_curvature", "seed_ruling"):
+        del arguments[key]
+    problem = build(**arguments, gravity=Gravity(gravity.up, exact=True))
+    s = np.linspace(0.0, 1.0, SEGMENTS + 1)
+    return line, solve_shape(problem, line.omega(s), line.eta(s))
+
+
+def _differences() -> list[list[str]]:
+    rows = []
+    for name, gammas in SCENES:
+        for gamma in gammas:
+            moved, energy = [], []
+            for width in WIDTHS:
+                line, exact = _pair(name, gamma, width)
+                if not (line.ok and exact.ok):
+                    raise AssertionError(f"{name}, Gamma = {gamma:g}, w/l = {width:g}: {line.message}; {exact.message}")
+                s = np.linspace(0.0, 1.0, 201)
+                moved.append(float(np.linalg.norm(line.position(s) - exact.position(s), axis=1).max()))
+                energy.append(exact.energy.total - line.energy.total)
+            for what, sizes in (("position / l", moved), ("energy", energy)):
+                rows.append([name, f"{gamma:g}", what, *(f"{v:.1e}" for v in sizes), f"{_order(sizes):.2f}"])
+    return rows
+
+
+def _by_simpson(values: np.ndarray, steps: tuple[float, float]) -> float:
+    """Integral of values (ALONG + 1, ACROSS + 1) over the rectangle."""
+    weights = []
+    for n, step in zip(values.shape, steps, strict=True):
+        w = np.full(n, 2.0)
+        w[1::2] = 4.0
+        w[0] = w[-1] = 1.0
+        weights.append(w * step / 3.0)
+    return float(weights[0] @ values @ weights[1])
+
+
+def weights(problem: Any, x: np.ndarray) -> dict[str, float]:
+    """Weight energy of the shape x over Gamma: centreline, eq. 2.9 as printed, with the ends, over the rectangle."""
+    width = 2 * problem.half_width
+    up = np.asarray(problem.gravity.up)
+    points, frames = problem.joints(x)
+    q = problem.parameters(x)
+    grid = surface(q, problem.lengths, points, frames, problem.exponent_limit, width, ALONG, ACROSS).grid @ up
+    gamma = problem.strip.gamma
+    ours = problem.energy_parts(x)[2] / gamma
+    plain = problem.with_changes(gravity=replace(problem.gravity, exact=False))
+    ends = 0.0
+    for joint, sign in ((0, 1.0), (-1, -1.0)):
+        eta = x[problem.last * (joint != 0) + 8]
+        across, along = frames[joint, :, 0] @ up, frames[joint, :, 2] @ up
+        ends += sign * width**2 / 12 * (eta * across + eta**2 / 2 * along)
+    return {
+        "line": float(plain.energy_parts(x)[2]) / gamma,
+        "eq. 2.9": ours - ends,
+        "with the ends": ours,
+        "rectangle": _by_simpson(grid, (1.0 / ALONG, width / ACROSS)) / width,
+    }
+
+
+def _rectangle() -> tuple[list[list[str]], dict[str, float]]:
+    """The same smooth shape at every width: what each formula leaves of the integral over the flat strip."""
+    left: dict[str, list[float]] = {"line": [], "eq. 2.9": [], "with the ends": []}
+    for width in WIDTHS:
+        problem = build(
+            Strip(1.0, width, 0.5, 0.0, 1.0), Clamp(), Gravity(UP, exact=True), segments=SEGMENTS, formulation="mixed"
+        )
+        s = np.linspace(0.0, 1.0, SEGMENTS + 1)
+        found = weights(problem, problem.state(3.0 + np.sin(4.0 * s), 0.5 - 0.9 * s + 0.3 * np.cos(3.0 * s)))
+        for name, sizes in left.items():
+            sizes.append(abs(found[name] - found["rectangle"]))
+    orders = {name: _order(sizes) for name, sizes in left.items()}
+    return [[n, *(f"{v:.1e}" for v in sizes), f"{orders[n]:.2f}"] for n, sizes in left.items()], orders
+
+
+def _straight() -> tuple[list[list[str]], float]:
+    """A straight strip at rest: its elastic energy is zero whatever its rulings, and so must be what they weigh."""
+    width, gamma = 0.1, 100.0
+    problem: Any = build(
+        Strip(1.0, width, 0.5, 0.0, gamma), Clamp(), Gravity(UP, exact=True), segments=SEGMENTS, formulation="mixed"
+    )
+    rows, worst = [], 0.0
+    s = np.linspace(0.0, 1.0, SEGMENTS + 1)
+    for first in (0.0, -1.0, -10.0, -100.0, -1000.0):
+        eta = first + 0.9 * 2.0 / width * s
+        x = problem.state(np.zeros(s.size), eta)
+        assert np.array_equal(x[8 : problem.last + 9 : STRIDE], eta)
+        q = problem.joints(x)[1][:, :, 0] + eta[:, None] * problem.joints(x)[1][:, :, 2]
+        line = gamma * float(np.asarray(UP)[2]) / 2
+        # trapezium rule: exact, the integrand is linear
+        slopes = np.diff(eta) * (0.5 * (q[1:] + q[:-1]) @ np.asarray(UP))
+        literal = line + gamma * width**2 / 12 * float(slopes.sum())
+        parts = problem.energy_parts(x)
+        worst = max(worst, abs(float(parts[2]) - line) / (1.0 + abs(literal)))
+        rows.append([f"{first:g}", f"{parts[0]:.1e}", f"{line:.6f}", f"{literal:.6f}", f"{parts[2]:.6f}"])
+    return rows, worst
+
+
+def run(out: Path) -> None:
+    straight, worst = _straight()
+    rectangle, orders = _rectangle()
+    difference = _differences()
+    heads = [*(f"w/l = {w:g}" for w in WIDTHS), "order in w"]
+    page.write(
+        out / "exact_gravity.md", "Weight of the surface or of the centreline",
+        "python -m tests.validation exact_gravity",
+        "`gravity.exact = true` weighs the surface (thesis, eq. 2.9), false the centreline (eq. 2.10). Energies in "
+        "D w / l, lengths in l.",
+        f"## How much it changes\n\nThe same scene with either, {SEGMENTS} equal segments, the exact one started "
+        "from the other's shape: largest distance of the centrelines, and energy of the exact one minus the "
+        "other's (where its sign changes with w, the fitted order of its size means little).",
+        page.table(["scene", "Gamma", "difference of", *heads], difference),
+        "## Why eq. 2.9 needs its ends\n\nEq. 2.9 weighs `r(s) + u q(s)` for s from 0 to l: the surface between "
+        "the rulings of both ends. The strip is a rectangle: where an end's ruling is oblique, a triangle is "
+        "missing on one side and one too many on the other. A straight strip has no elastic energy whatever its "
+        "rulings are, and its weight does not depend on them; eq. 2.9 as printed does, by Gamma w^2/12 [eta <t_x, "
+        "e> + eta^2/2 <t_z, e>] between the ends, without bound. Below: w/l = 0.1, Gamma = 100, t_z inclined to "
+        "the vertical, eta = eta(0) + 0.9 (2/w) s, evaluated by hand. A minimiser would follow it: there is no "
+        "lowest energy. The end terms of `ribbon.problems.mixed_kernels.end_weight` take the triangles into account.",
+        page.table(["eta(0)", "elastic", "weight: centreline", "eq. 2.9 as printed", "with the ends"], straight),
+        "## Against the integral over the flat strip\n\nWeight energy over Gamma of one shape, omega l = 3 + sin 4s, "
+        f"eta = 0.5 - 0.9 s + 0.3 cos 3s, up = {UP}, minus the integral of <phi, e> over the material rectangle by "
+        f"Simpson's rule on {ALONG} x {ACROSS} cells of `Equilibrium.surface`'s points. Between the ends eq. 2.9 is "
+        "exact; what is left with the end terms is their own next order, from the triangles' second-order shape.",
+        page.table(["formula", *heads], rectangle),
+    )  # fmt: skip
+    if worst > 1e-10:
+        raise AssertionError(f"the weight of a straight strip depends on its rulings: {worst:.1e}")
+    if not (orders["line"] < 2.5 and orders["with the ends"] > 3.5):
+        raise AssertionError(f"orders in w: {orders}")

@@ -1,0 +1,196 @@
+"""The number that stands for each shipped scene on docs/gallery.md, and what it is measured against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from compare.models.ribbon_run import ElasticaRun
+from ribbon import Equilibrium
+
+
+@dataclass(frozen=True)
+class Headline:
+    """quantity: what the number is, with its unit; value: of an equilibrium; form: how it is written; source: what it
+    stands beside (Markdown)."""
+
+    quantity: str
+    value: Callable[[Any], float]
+    form: str
+    source: str
+
+    def text(self, equilibrium: Equilibrium | ElasticaRun) -> str:
+        """The number as the page has it."""
+        return format(self.value(equilibrium), self.form)
+
+
+def _total(e: Equilibrium) -> float:
+    return e.energy.total
+
+
+def _by_pi(e: Equilibrium) -> float:
+    return e.energy.total / math.pi**2
+
+
+def _roof(e: Equilibrium) -> float:
+    return float(np.linalg.norm(e.walls[-1].force))
+
+
+def _drop_over_reach(e: Equilibrium) -> float:
+    return -float(e.end.position[1]) / float(e.end.position[2])
+
+
+def _out_of_plane(e: Equilibrium) -> float:
+    """Largest distance over l of the centreline from the vertical plane of the clamp's tangent."""
+    r, frame = e.joints
+    return float(np.abs((e.position(np.linspace(0.0, 1.0, 401)) - r[0]) @ frame[0][:, 0]).max())
+
+
+def _middle_height(e: Equilibrium) -> float:
+    return float(e.middle.position[2])
+
+
+def _centre_height(e: Equilibrium) -> float:
+    """Of the weight's centre over the table."""
+    problem = e.problem
+    assert problem.gravity is not None
+    wall = problem.walls[0]  # type: ignore[attr-defined]
+    s = (np.arange(4000) + 0.5) / 4000
+    return float(((e.position(s) - np.asarray(wall.point)) @ np.asarray(wall.normal)).mean())
+
+
+def _side(e: Equilibrium) -> float:
+    return abs(float(e.end.position[1]))
+
+
+def _aside(run: ElasticaRun) -> float:
+    """In cm, of a stem 10 cm long."""
+    return 10.0 * float(run.centreline(np.array([1.0]))[0, 0])
+
+
+_ASIDE = "the flower's place to the side, cm"
+_DAISY = "the same by deflation, the other equilibria beside it: [daisy](../results/daisy.md)"
+_ENERGY = "total energy, D w / l"
+_COIL = "energy with the thesis's p; with 320 segments, and the thesis's iterations: [coils](../results/coils.md)"
+_START = "rows or elimination, quaternions or matrices give the same: [start_clamp](../results/start_clamp.md)"
+
+HEADLINES: dict[str, Headline] = {
+    "arc_5_1": Headline(
+        _ENERGY, _total, ".4f",
+        "all ten perturbed seeds end here: [seeds](../results/seeds.md)",
+    ),
+    "cantilever": Headline(
+        "drop over reach of the free end", _drop_over_reach, ".5f",
+        "planar elastica by collocation: 1.06680 (`tests/compare/scenes/test_scenes_shipped.py`)",
+    ),
+    "coil_10_100": Headline(_ENERGY, _total, ".4f", _COIL),
+    "coil_40_1200": Headline(_ENERGY, _total, ".4f", _COIL),
+    "coil_100_7500": Headline(
+        _ENERGY, _total, ".4f",
+        "20 segments, as in the thesis, are too few here: -5807.73 with 320 on the branch reached by cutting, "
+        "from another start -5791 on 20; [coils](../results/coils.md), [seeds](../results/seeds.md)",
+    ),
+    "curl_4_3": Headline(
+        _ENERGY, _total, ".4f",
+        "the shell of w/h = 200 has -54.4623 and is 1.6e-2 l away: [curl_4_3](../results/curl_4_3/README.md)",
+    ),
+    "curl_4_3_down": Headline(
+        _ENERGY, _total, ".4f",
+        "beside five shells: [curl_4_3_down](../results/curl_4_3_down/README.md)",
+    ),
+    "curl_4_4_long": Headline(
+        "largest distance from the plane of the clamp, l", _out_of_plane, ".3f",
+        "planar up to 29.0 cm with this clamp and energy, of 40 cm it is not: [curl_length](../results/curl_length.md)",
+    ),
+    "curl_4_4_short": Headline(
+        "largest distance from the plane of the clamp, l", _out_of_plane, ".3f",
+        "planar up to 29.0 cm with this clamp and energy, of 25 cm it is: [curl_length](../results/curl_length.md)",
+    ),
+    "daisy_5g": Headline(_ASIDE, _aside, ".5f", _DAISY),
+    "daisy_10g": Headline(_ASIDE, _aside, ".5f", _DAISY),
+    "daisy_straight": Headline(
+        _ASIDE, _aside, ".4f",
+        "one of both branches of the pitchfork, which begin at 3.161 g: [daisy](../results/daisy.md)",
+    ),
+    "figure_4_1": Headline(
+        _ENERGY, _total, ".3f",
+        "all ten perturbed seeds end here: [seeds](../results/seeds.md); on solve_bvp against the element: "
+        "[strong_form](../results/strong_form.md)",
+    ),
+    "hanging_5_3_1": Headline(
+        _ENERGY, _total, ".9f",
+        "p = 200: -0.206780080; chained, mixed and matrix model agree: [formulations](../results/formulations.md)",
+    ),
+    "lateral_7_1": Headline(
+        "the free end's place to the side, l", _side, ".4f",
+        "it has fallen over: the straight strip of this width loses stability at Gamma = 14.19 as a shell "
+        "([shell_lateral](../results/shell_lateral.md)), as a Sadowsky ribbon with a free ruling half as much again "
+        "later ([which model](which_model.md))",
+    ),
+    "limits_7_3": Headline(
+        _ENERGY, _total, ".4f",
+        "the shell held at corners of 0.01 has -31.500 and 2.2 % membrane energy, with its whole edge held -32.060 and "
+        "1.6 %: [shell_corners](../results/shell_corners.md)",
+    ),
+    "moebius_6_1": Headline(
+        "energy / pi^2", _by_pi, ".4f",
+        "equal segments, as in the thesis; 5.8518 with segments placed by a tolerance of 2e-5: "
+        "[moebius](../results/moebius.md)",
+    ),
+    "moebius_6_1_clamped": Headline(
+        "energy / pi^2", _by_pi, ".5f", "5.82160, without the event: [moebius](../results/moebius.md)"
+    ),
+    "moebius_6_1_straight": Headline(
+        "energy / pi^2", _by_pi, ".5f",
+        "5.87733 on these segments, 5.8518 at a tolerance of 2e-5: [moebius](../results/moebius.md)",
+    ),
+    "moebius_narrow": Headline(
+        "energy / pi^2", _by_pi, ".4f", "5.8269 at a tolerance of 2e-5: [moebius](../results/moebius.md)"
+    ),
+    "moebius_wide": Headline(
+        "energy / pi^2", _by_pi, ".4f", "8.1135 at a tolerance of 2e-5: [moebius](../results/moebius.md)"
+    ),
+    "moebius_table_edge": Headline(
+        "height of the centre of weight over the table, l", _centre_height, ".4f",
+        "0.1127 with 400 segments; on these a minimum, pushed hard enough it falls: "
+        "[moebius_table](../results/moebius_table.md)",
+    ),
+    "moebius_table_fallen": Headline(
+        "height of the centre of weight over the table, l", _centre_height, ".4f",
+        "0.0351 with 400 segments: [moebius_table](../results/moebius_table.md)",
+    ),
+    "roman_6_2": Headline(
+        "force of the roof, D w / l^2", _roof, ".2f",
+        "Roman's elastica with weight: 70.27; [roman](../results/roman.md)",
+    ),
+    "roman_folds": Headline(
+        "force of the roof, D w / l^2", _roof, ".0f",
+        "three folds; Roman's elastica with weight has 1224.1 and 2072.7 at roofs a little higher and a little lower: "
+        "[roman](../results/roman.md)",
+    ),
+    "roman_plate": Headline(
+        "force of the plate, D w / l^2", _roof, ".2f",
+        "the same as the rigid roof's at the same height, to 4e-12: [roman](../results/roman.md)",
+    ),
+    "shift_7_2": Headline(
+        "height of the middle over the clamps, l", _middle_height, ".4f",
+        "the shell's path up to both kinks: [shell_shift](../results/shell_shift.md)",
+    ),
+    **{f"start_5_3_3_{k}": Headline(_ENERGY, _total, ".5f", _START) for k in range(1, 6)},
+    "two_clamps_5_3_2": Headline(
+        _ENERGY, _total, ".5f",
+        "reading A of 5.3.2, where the chained model may fail: [formulations](../results/formulations.md)",
+    ),
+    "two_clamps_5_3_2_level": Headline(
+        _ENERGY, _total, ".5f",
+        "reading B, where the chained model fails every time: [formulations](../results/formulations.md)",
+    ),
+    "two_clamps_5_3_2_twist": Headline(
+        _ENERGY, _total, ".3f",
+        "one of many minima of nearly this energy (7.4 to 8.1): [formulations](../results/formulations.md)",
+    ),
+}  # fmt: skip
