@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from compare.export import ribbon as export_ribbon
 from compare.export.vtu import write_vtu
+from compare.measure.energy_map import by_name, density_on_grid
+from compare.measure.grid import Grid
+from compare.models.ribbon import RibbonShape
 from compare.models.shell_process import ShellCase
-from compare.pictures import shell as shell_figure
-from compare.studies.compare import Grid
 from ribbon import Equilibrium
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 def write_ribbon(path: Path, equilibrium: Equilibrium, grid: Grid) -> Path:
     """The ribbon's surface with its fields."""
-    return write_vtu(path, grid.ribbon(equilibrium), export_ribbon.fields(equilibrium, grid.s, grid.v))
+    return write_vtu(path, grid.of(RibbonShape(equilibrium)), export_ribbon.fields(equilibrium, grid.s, grid.v))
 
 
 def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:
@@ -32,14 +33,14 @@ def write_shell(path: Path, case: ShellCase, grid: Grid) -> Path:
     """A shell's surface with material coordinates and director, and by cell the energies of the element it lies in."""
     s, v = np.meshgrid(grid.s, grid.v, indexing="ij")
     fields = {"S": s, "v": v, "director": case.surface.director(s, v)}
-    return write_vtu(path, grid.shell(case), fields, _energies(case, grid))
+    return write_vtu(path, case.surface.grid(grid.s, grid.v), fields, _energies(case, grid))
 
 
 def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
     """Bending, membrane and shear energy per area (D / l^2) and their shares on the cells of the grid; none where the
     case has not kept them."""
     try:
-        density = shell_figure.density_on_grid(case)
+        density = density_on_grid(case)
     except KeyError:
         return {}
     surface = case.surface
@@ -49,7 +50,7 @@ def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
         for nodes, x in zip(ends, (grid.s, grid.v), strict=True)
     )
     density = density[np.ix_(rows, columns)]
-    return shell_figure.by_name(density)
+    return by_name(density)
 
 
 def centreline_csv(equilibrium: Equilibrium, points: int = 401) -> str:

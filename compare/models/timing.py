@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections.abc import Callable
 from typing import TypeVar
+
+from compare.models.base import Seconds
 
 T = TypeVar("T")
 
@@ -14,20 +15,25 @@ REPEATS = 5
 REPEAT_BUDGET = 2.0
 
 
-def timed(once: Callable[[], T], repeat: bool = True) -> tuple[T, float, float]:
-    """The result, the time of the first call (s) and the median time of repeated calls (s), at least one of them;
-    without `repeat` the first time again."""
+def clocked(once: Callable[[], T], repeats: int | None = None) -> tuple[T, Seconds]:
+    """The result of the first call of `once`, and the times (s) of all calls: nothing else is inside the clock.
+
+    repeats: calls beside the first; None: as many as `REPEATS` and `REPEAT_BUDGET` allow, at least one, but none after
+    a first call that took longer than the budget.
+    """
     clock = time.perf_counter()
     result = once()
     first = time.perf_counter() - clock
-    return result, first, repeated(once) if repeat else first
-
-
-def repeated(once: Callable[[], object]) -> float:
-    """Median time (s) of calls, repeated within the budget."""
+    most = REPEATS if repeats is None else repeats
     times: list[float] = []
-    while not times or (len(times) < REPEATS and sum(times) < REPEAT_BUDGET):
+    while len(times) < most and (repeats is not None or not times or sum(times) < REPEAT_BUDGET):
+        if repeats is None and first >= LONG:
+            break
         clock = time.perf_counter()
         once()
         times.append(time.perf_counter() - clock)
-    return statistics.median(times)
+    return result, Seconds(first, tuple(times))
+
+
+LONG = 2.0
+"""First calls that took as long (s) are not repeated without being asked for."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from compare.export import surfaces as export
@@ -9,9 +10,9 @@ from compare.page.page import Page, Picture, Surface, Table, write_page
 from compare.page.page import again as command_line
 from compare.pages import comparison as tables
 from compare.pages import result as results
-from compare.pages.solve import RIBBON_FILES, ribbon_picture, upwards
+from compare.pages.solve import upwards
+from compare.pages.written import Written, write_any
 from compare.pictures import comparison as figures
-from compare.pictures import ribbon as profile
 from compare.report.write import MARKDOWN, read_report, write_report
 from compare.store.store import atomic_write_json, atomic_write_text
 from compare.studies.compare import Comparison
@@ -28,25 +29,22 @@ def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
     atomic_write_json(out / "result.json", results.comparison_result(comparison))
     atomic_write_text(out / "table.csv", tables.as_csv(comparison))
     atomic_write_text(out / "table.md", tables.as_markdown(comparison))
-    equilibrium = comparison.ribbon.equilibrium
-    export.write_ribbon(out / "ribbon.vtu", equilibrium, comparison.grid)
-    export.write_arrays(out / "ribbon.npz", equilibrium)
-    atomic_write_text(out / "centreline.csv", export.centreline_csv(equilibrium))
-    surfaces = [Surface("ribbon.vtu", "ribbon", "ribbon")]
-    for row, case in zip(comparison.rows, comparison.shells, strict=True):
-        if case.ok:
+    own = results.presenter(comparison.fast)
+    written = (write_any if own is None else own.write)(out, comparison.scene, comparison.fast, comparison.grid)
+    surfaces = [replace(surface, colour="") for surface in written.surfaces]
+    for row, state in zip(comparison.rows, comparison.shells, strict=True):
+        if state.ok:
             ratio = row.width_to_thickness
             name = f"shell_w{ratio:g}.vtu"
-            export.write_shell(out / name, case, comparison.grid)
+            export.write_shell(out / name, state.native, comparison.grid)
             surfaces.append(Surface(name, f"shell, w/h = {ratio:g}", "shell", width_to_thickness=ratio))
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
-    profile.ribbon_profile(out / "ribbon.png", equilibrium, comparison.scene.title)
-    write_page(out, page(comparison, surfaces, again or command_line("compare", comparison.scene.name)))
+    write_page(out, page(comparison, written, surfaces, again or command_line("compare", comparison.scene.name)))
     return write_report(out, read_report([out])).markdown
 
 
-def page(comparison: Comparison, surfaces: list[Surface], again: str) -> Page:
+def page(comparison: Comparison, written: Written, surfaces: list[Surface], again: str) -> Page:
     """The page of a comparison whose surfaces have been written."""
     scene = comparison.scene
     result = results.comparison_result(comparison)
@@ -58,12 +56,12 @@ def page(comparison: Comparison, surfaces: list[Surface], again: str) -> Page:
         title=scene.title,
         verdict=tuple(tables.verdict(comparison)),
         tables=(Table("Ribbon against shell", tuple(c.heading for c in chosen), tuple(rows), legend=tables.LEGEND),),
-        pictures=(*_pictures(comparison), ribbon_picture(comparison.ribbon)),
+        pictures=(*_pictures(comparison), *written.pictures),
         surfaces=tuple(surfaces),
         files={
             "result.json": "all numbers",
             "table.csv": "the table with full digits",
-            **RIBBON_FILES,
+            **written.files,
             **{s.file: f"{s.label}: surface with fields (ParaView)" for s in surfaces if s.kind == "shell"},
         },
         scene=scene.to_toml(),

@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from compare.measure.distance import YARDSTICK
-from compare.models.elastica_run import BEGAN, PLANAR_RIBBON, out_of_plane
-from compare.models.ribbon_build import formulation_why
-from compare.models.ribbon_run import RibbonRun
+from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell_build import line_weight
-from compare.scene.scene import Scene
+from compare.pages.elastica import BEGAN, message
+from compare.pages.solve import sentences
 from compare.studies.compare import Comparison, Row
 
 FloatArray = NDArray[np.float64]
@@ -49,6 +47,16 @@ def _part(kind: str, name: str) -> Callable[[Row], Any]:
     return value
 
 
+def _energy(name: str) -> Callable[[Row], Any]:
+    """A part of the energy, in the convention of every model."""
+
+    def value(row: Row) -> Any:
+        found = None if row.energy is None else getattr(row.energy, name)
+        return None if found is None else found + 0.0
+
+    return value
+
+
 _COLUMNS = (
     Column("width_to_thickness", "w/h", lambda r: r.width_to_thickness, _number("g")),
     Column("status", "shell", lambda r: r.status, str),
@@ -60,9 +68,9 @@ _COLUMNS = (
     Column("claimed", "models differ", lambda r: r.claimed, lambda v: "yes" if v else "not shown"),
     Column("membrane_share", "membrane %", _part("share", "membrane"), _percent),
     Column("shear_share", "shear %", _part("share", "shear"), _percent),
-    Column("elastic", "elastic", _part("energy", "elastic_ribbon"), _number(".6g")),
-    Column("gravity", "gravity", lambda r: None if r.energy is None else r.energy["gravity"] + 0.0, _number(".6g")),
-    Column("total", "total", lambda r: _total(r), _number(".6g")),
+    Column("elastic", "elastic", _energy("elastic"), _number(".6g")),
+    Column("gravity", "gravity", _energy("gravity"), _number(".6g")),
+    Column("total", "total", _energy("total"), _number(".6g")),
     Column("seconds_ribbon", "ribbon s", lambda r: r.seconds["ribbon"], _number(".2g")),
     Column("seconds_shell", "shell s", lambda r: r.seconds["shell"], _number(".3g")),
     Column("ratio", "ratio", lambda r: r.ratio, lambda v: "-" if v is None else f"{v:.0f}"),
@@ -76,12 +84,6 @@ LEGEND = (
     "errors; ratio: shell time over ribbon time; start: where the shell's solve began, its path or the ribbon's "
     "surface (it then settles at the full load)."
 )
-
-
-def _total(row: Row) -> float | None:
-    if row.energy is None:
-        return None
-    return row.energy["elastic_ribbon"] + row.energy["gravity"]
 
 
 def columns(comparison: Comparison) -> tuple[Column, ...]:
@@ -115,15 +117,16 @@ def as_markdown(comparison: Comparison) -> str:
 
 def ribbon_cells(comparison: Comparison, chosen: tuple[Column, ...]) -> list[str]:
     """The cells of the ribbon, the limit h/w = 0 of the inextensible model."""
-    energy = comparison.ribbon.equilibrium.energy
+    energy = comparison.fast.energy
+    elastic, gravity, total = (None, None, None) if energy is None else (energy.elastic, energy.gravity, energy.total)
     cells = {
-        "width_to_thickness": "ribbon",
-        "status": comparison.ribbon.equilibrium.status.code,
-        "ribbon_error": _number(".1e")(comparison.ribbon_error),
-        "elastic": f"{energy.elastic:.6g}",
-        "gravity": f"{energy.gravity:.6g}",
-        "total": f"{energy.total:.6g}",
-        "seconds_ribbon": f"{comparison.ribbon.warm:.2g}",
+        "width_to_thickness": comparison.fast.model,
+        "status": comparison.fast.word,
+        "ribbon_error": _number(".1e")(comparison.fast.error),
+        "elastic": _number(".6g")(elastic),
+        "gravity": _number(".6g")(gravity),
+        "total": _number(".6g")(total),
+        "seconds_ribbon": f"{comparison.fast.seconds.warm:.2g}",
     }
     if comparison.elastica_distance is not None:
         cells["elastica"] = f"{comparison.elastica_distance:.2e}"
@@ -146,16 +149,8 @@ def as_terminal(comparison: Comparison) -> Table:
 def verdict(comparison: Comparison) -> list[str]:
     """What the table says, in sentences that its numbers bear out."""
     said: list[str] = []
-    ribbon = comparison.ribbon
-    e = ribbon.equilibrium
-    error = "unknown" if comparison.ribbon_error is None else f"{comparison.ribbon_error:.1e} l"
-    said.append(
-        f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {e.message}; residual {e.residual:.1e}, "
-        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {error}, "
-        f"{ribbon.warm * 1e3:.3g} ms."
-    )
-    advice = ribbon_advice(comparison.scene, comparison.ribbon_error)
-    said += [advice] if advice else []
+    fast = comparison.fast
+    said += sentences(comparison.scene, fast)
     if comparison.slope is not None:
         low, high = comparison.slope.spread
         word = "falls" if comparison.falls else "does not fall on every row"
@@ -173,20 +168,19 @@ def verdict(comparison: Comparison) -> list[str]:
         last = times[-1]
         said.append(
             f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
-            f"{last.shell_error:.1e} l), the ribbon {ribbon.warm:.2g} s (error {last.ribbon_error:.1e} l): a factor "
-            f"{last.ratio:.0f}"
+            f"{last.shell_error:.1e} l), the {fast.model} {fast.seconds.warm:.2g} s (error {last.ribbon_error:.1e} l): "
+            f"a factor {last.ratio:.0f}"
             + ("; the shell's time is from the run that stored it" if last.reused else "")
             + ("." if last.start.startswith("path") else "; the shell began at the ribbon's surface.")
         )
     weight = line_weight(comparison.scene)
     said += [weight] if weight else []
     if comparison.elastica is not None and comparison.elastica_distance is not None:
-        r = comparison.elastica.result
+        third = comparison.elastica
         said.append(
-            f"Elastica (the scene is planar; begun at {BEGAN[comparison.elastica.start]}): centreline "
-            f"{comparison.elastica_distance:.1e} l from the ribbon's; its own error {r.error or 0.0:.1e} l; {r.message}"
-            + "."
-            + _left_plane(comparison)
+            f"Elastica (the scene is planar; begun at {BEGAN[third.start]}): centreline "
+            f"{comparison.elastica_distance:.1e} l from the {fast.model}'s; its own error {third.error or 0.0:.1e} l; "
+            f"{message(third)}." + _left_plane(comparison)
         )
     said += [
         f"w/h = {row.width_to_thickness:g}: the shell is {row.status}: {row.message}"
@@ -198,8 +192,11 @@ def verdict(comparison: Comparison) -> list[str]:
 
 def _left_plane(comparison: Comparison) -> str:
     """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
-    across = out_of_plane(comparison.scene, comparison.ribbon.equilibrium, np.linspace(0.0, 1.0, 201))
-    if across <= PLANAR_RIBBON:
+    shape = comparison.fast.shape
+    if shape is None:
+        return ""
+    across = out_of_plane(comparison.scene, shape, np.linspace(0.0, 1.0, 201))
+    if across <= PLANAR:
         return ""
     return (
         f" The ribbon leaves the plane (its tangent by up to {across:.2g}): the planar shape is not the one it takes."
@@ -208,7 +205,7 @@ def _left_plane(comparison: Comparison) -> str:
 
 def _other_model(comparison: Comparison) -> list[str]:
     """What makes this ribbon another model than the limit of its shells."""
-    scene, energy = comparison.scene, comparison.ribbon.equilibrium.problem.energy
+    scene, energy = comparison.scene, comparison.scene.model.energy
     found = []
     for name, clamp in (("start", scene.clamp_start), ("end", scene.clamp_end)):
         if clamp is None:
@@ -220,69 +217,6 @@ def _other_model(comparison: Comparison) -> list[str]:
     if energy == "sadowsky":
         found.append('the shell has a finite width: model.energy = "wunderlich"')
     return [f"The ribbon need not be the shell's limit: {'; '.join(found)}."] if found else []
-
-
-def ribbon_advice(scene: Scene, error: float | None) -> str | None:
-    """What to do about a ribbon whose discretisation error (Hausdorff / l) is visible; None when it is not."""
-    if error is None or error <= YARDSTICK:
-        return None
-    clamp = scene.clamp_start
-    if scene.model.tolerance is not None:
-        remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
-    elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
-        remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)'
-    else:
-        remedy = "raise model.elements, or give model.tolerance in its place"
-    return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
-
-
-def _vector(values: FloatArray, form: str = ".6f") -> str:
-    """Components (3,) for a reader, those that are zero to rounding as 0."""
-    rounding = 1e-10 * max(1.0, float(np.abs(values).max()))
-    return " ".join(format(0.0 if abs(c) < rounding else c, form) for c in values)
-
-
-def solve_rows(scene: Scene, run: RibbonRun, error: float | None) -> list[tuple[str, str]]:
-    """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out."""
-    e = run.equilibrium
-    used = e.problem.formulation
-    parts = [f"elastic {e.energy.elastic:.6f}", f"gravity {e.energy.gravity:.6f}"]
-    if any(wall.stiffness is not None for wall in scene.walls):
-        parts.append(f"plates {e.energy.plates:.6f}")
-    rows = [
-        ("status", e.message),
-        ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
-        ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
-        ("energy / (D w / l)", ", ".join(parts)),
-        ("middle / l", _vector(e.middle.position)),
-        ("end / l" if scene.clamp_end or scene.closure else "free end / l", _vector(e.end.position)),
-        ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
-    ]
-    if scene.clamp_start is not None:
-        rows.append(("force at s = 0 / (D w / l^2)", _vector(e.start.force, ".6g")))
-    if e.end_support is not None:
-        rows.append(("force at s = l / (D w / l^2)", _vector(e.end_support.force, ".6g")))
-    if len(e.walls) == len(scene.walls):
-        for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True)):
-            plate = "" if found.height is None else f", plate at {found.height:.4g} l from rest"
-            rows.append(
-                (
-                    f"force of wall {number if wall.name is None else wall.name}",
-                    f"{_vector(found.force, '.6g')}; {found.contacts.size} joints in contact{plate}",
-                )
-            )
-    rows.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
-    rows.append((f"why {used}", formulation_why(scene, used)))
-    if run.way is not None:
-        accepted = sum(bool(entry["accepted"]) for entry in e.log)
-        resumed = ", continued from an interrupted run" if run.way.resumed else ""
-        rows.append(
-            ("path", f"{run.way.stages} stages, {accepted} steps, {len(e.log) - accepted} rejected{resumed}: path.csv")
-        )
-    how = "extrapolated from two and four times the segments" if e.tolerance_error is None else "of the placed segments"
-    rows.append(("discretisation error", "unknown" if error is None else f"{error:.1e} l ({how})"))
-    rows.append(("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve"))
-    return rows
 
 
 def _undecided(comparison: Comparison) -> list[str]:

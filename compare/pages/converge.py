@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.export import surfaces as export
+from compare.export.vtu import write_vtu
 from compare.measure.distance import YARDSTICK
 from compare.page.page import Cell, Page, Picture, Surface, Table, write_page
 from compare.pages import comparison as tables
@@ -230,8 +231,8 @@ def _curve(axes: Axes, one: Study, colour: str, name: str) -> None:
                 axes.axhline(
                     one.limit.d0.both[1], color=colour, lw=0.9, ls=(0, (1, 2)), label=f"limit: upper end, 95 %{name}"
                 )
-    if one.comparison.ribbon_error:
-        axes.axhline(one.comparison.ribbon_error, color=colour, lw=0.9, ls="--", label=f"ribbon's error{name}")
+    if one.comparison.fast.error:
+        axes.axhline(one.comparison.fast.error, color=colour, lw=0.9, ls="--", label=f"ribbon's error{name}")
 
 
 # -- files ------------------------------------------------------------------------------------------------------------
@@ -273,13 +274,15 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
     picture(out / "converge.png", found)
     surfaces = []
     for one in found:
-        name = f"ribbon_{one.ruling}.vtu" if several else "ribbon.vtu"
-        export.write_ribbon(out / name, one.comparison.ribbon.equilibrium, one.comparison.grid)
-        surfaces.append(Surface(name, f"{_head(one, several)}ribbon", "ribbon"))
-    for row, case in zip(first.rows, first.shells, strict=True):
-        if case.ok:
+        fast, grid = one.comparison.fast, one.comparison.grid
+        name = f"{fast.model}_{one.ruling}.vtu" if several else f"{fast.model}.vtu"
+        if fast.shape is not None:
+            write_vtu(out / name, grid.of(fast.shape), fast.shape.fields(grid.s, grid.v))
+            surfaces.append(Surface(name, f"{_head(one, several)}{fast.model}", "ribbon"))
+    for row, state in zip(first.rows, first.shells, strict=True):
+        if state.ok:
             name = f"shell_w{row.width_to_thickness:g}.vtu"
-            export.write_shell(out / name, case, first.grid)
+            export.write_shell(out / name, state.native, first.grid)
             surfaces.append(Surface(name, f"shell, w/h = {row.width_to_thickness:g}", "shell"))
     said = sentences(found)
     up = scene.up

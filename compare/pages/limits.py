@@ -29,24 +29,24 @@ def row_result(finding: Finding) -> dict[str, Any]:
     ribbon = finding.ribbon
     row = finding.row
     same: dict[str, Any] = (
-        {name: getattr(row, name) for name in row.__dataclass_fields__}
+        results.row_result(row)
         if row is not None
         else {
             "width_to_thickness": finding.width_to_thickness,
-            "status": ribbon.equilibrium.status.code,
+            "status": ribbon.word,
             "hausdorff": None,
             "centreline": None,
             "ribbon_error": None,
             "shell_error": None,
             "share": None,
-            "seconds": {"ribbon": ribbon.warm, "shell": None},
+            "seconds": {"ribbon": ribbon.seconds.warm, "shell": None},
         }
     )
     return {
         **finding.values,
         "clamp": finding.scene.shell.clamp,
         **same,
-        "ribbon_status": ribbon.equilibrium.status.code,
+        "ribbon_status": ribbon.word,
         "share_of_total": finding.share_of_total,
         "stretching": finding.share,
         "zones": finding.zones,
@@ -122,7 +122,7 @@ def _cells(finding: Finding, keys: Sequence[str], shells: bool) -> tuple[page.Ce
     cells += [finding.scene.shell.clamp, finding.width_to_thickness]
     if shells:
         share = (row.share if row is not None else None) or {}
-        energy = (row.energy if row is not None else None) or {}
+        energy = row.energy if row is not None else None
         zones = finding.zones or {}
         cells += [
             finding.level or (row.status if row is not None else None),
@@ -134,8 +134,8 @@ def _cells(finding: Finding, keys: Sequence[str], shells: bool) -> tuple[page.Ce
             _percent(share.get("shear")),
             _percent(row.share_error if row is not None else None),
             _percent(zones.get("clamps")),
-            energy.get("elastic"),
-            energy.get("gravity"),
+            None if energy is None else energy.elastic,
+            None if energy is None else energy.gravity,
         ]
     cells += [finding.estimated_level, _percent(found.distance), _percent(found.share), finding.cause]
     if shells:
@@ -225,7 +225,7 @@ def result(findings: Sequence[Finding], comparison: Comparison | None, threshold
     base = (
         results.comparison_result(comparison)
         if comparison is not None
-        else results.ribbon_result(last.scene, last.ribbon, last.ribbon_error)
+        else results.state_result(last.scene, last.ribbon)
     )
     return {
         **base,
@@ -277,13 +277,13 @@ def _surfaces(out: Path, comparison: Comparison) -> tuple[page.Surface, ...]:
     """Writes the surfaces of a scene; the shells begin coloured by the membrane's share."""
     from compare.export import surfaces as export
 
-    export.write_ribbon(out / "ribbon.vtu", comparison.ribbon.equilibrium, comparison.grid)
+    export.write_ribbon(out / "ribbon.vtu", comparison.fast.native, comparison.grid)
     found = [page.Surface("ribbon.vtu", "ribbon", "ribbon")]
-    for row, case in zip(comparison.rows, comparison.shells, strict=True):
-        if case.ok:
+    for row, state in zip(comparison.rows, comparison.shells, strict=True):
+        if state.ok:
             ratio = row.width_to_thickness
             name = f"shell_w{ratio:g}.vtu"
-            export.write_shell(out / name, case, comparison.grid)
+            export.write_shell(out / name, state.native, comparison.grid)
             label = f"shell, w/h = {ratio:g}"
             found.append(page.Surface(name, label, "shell", "membrane_share", width_to_thickness=ratio))
     return tuple(found)

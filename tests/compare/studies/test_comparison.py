@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from compare.export import surfaces as export
 from compare.measure.align import aligned
 from compare.measure.distance import centreline_distance
-from compare.models.ribbon_run import run_elastica, run_ribbon
+from compare.models import solve as solve_scene
+from compare.models.base import Options
 from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.page import read_page
 from compare.pages import compare as report
@@ -61,7 +62,7 @@ class Shells:
             data = {"status": "not_converged", "stable": None, "message": "stopped at load 0.4", "seconds": {}}
             return ShellCase(data, None, False)
         scene = load("curl_4_3")
-        from compare.models.ribbon_run import ribbon_clamp, ribbon_gravity, ribbon_strip
+        from compare.models.ribbon_build import ribbon_clamp, ribbon_gravity, ribbon_strip
 
         e = solve(ribbon_strip(scene), ribbon_clamp(scene), ribbon_gravity(scene), segments=scene.model.lengths)
         shift = 0.1 / ratio + (1e-5 if problem.elements == (50, 4) else 0.0)
@@ -240,9 +241,9 @@ def test_the_ribbons_error_is_not_underestimated(elements, grading):
     scene = load("cantilever").replace(
         {"strip.gamma": 1e4, "model.elements": elements, "model.grading": grading, "shell.width_to_thickness": 100}
     )
-    elastica = run_elastica(scene)
+    elastica = solve_scene(scene, "elastica", options=Options(error=True))
     assert elastica.result.error < 1e-6
-    e = run_ribbon(scene).equilibrium
+    e = solve_scene(scene, "ribbon").native
     grid = Grid.for_shape(scene, 150.0)
     estimate = ribbon_discretisation_error(e, grid, Reporter(quiet=True))
     true = centreline_distance(e.position(grid.s), elastica.centreline(grid.s))
@@ -275,7 +276,7 @@ def test_the_picture_shows_what_holds_the_ribbon(tmp_path, name):
     from matplotlib.image import imread
 
     scene = loads(getattr(held_scenes, name))
-    e = run_ribbon(scene).equilibrium
+    e = solve_scene(scene, "ribbon").native
     pixels = imread(profile.ribbon_profile(tmp_path / "r.png", e, scene.title))[:, :, :3]
     orange = np.array([0xC2, 0x66, 0x2D]) / 255.0
     shown = (np.abs(pixels - orange).max(axis=2) < 0.02).sum()
@@ -306,17 +307,17 @@ def test_a_clipped_wall_covers_the_box_and_lies_in_its_plane():
 def test_free_motions_are_no_distance():
     """A ring that nothing holds, turned and moved; a strip on a floor, moved along it; a clamped one, not moved."""
     turn = Rotation.from_rotvec([0.3, -0.2, 0.5])
-    ring = run_ribbon(loads(held_scenes.CIRCLE)).equilibrium
+    ring = solve_scene(loads(held_scenes.CIRCLE), "ribbon").native
     points = ring.surface(100, 4).grid
     moved = turn.apply(points.reshape(-1, 3)).reshape(points.shape) + np.array([0.1, 0.2, 0.3])
     assert np.abs(aligned(moved, points, ring) - points).max() < 1e-12
     lying = loads(held_scenes.CIRCLE.replace("poisson = 0.3", "poisson = 0.3\ngamma = 5.0") + FLOOR_BELOW)
-    e = run_ribbon(lying).equilibrium
+    e = solve_scene(lying, "ribbon").native
     points = e.surface(100, 4).grid
     spun = Rotation.from_rotvec([0.0, 0.0, 0.4]).apply(points.reshape(-1, 3)).reshape(points.shape)
     assert np.abs(aligned(spun + np.array([0.1, -0.2, 0.0]), points, e) - points).max() < 1e-12
     lifted = aligned(points + np.array([0.0, 0.0, 0.01]), points, e)
     assert np.abs(lifted - points).max() == pytest.approx(0.01)
-    clamped = run_ribbon(load("curl_4_3")).equilibrium
+    clamped = solve_scene(load("curl_4_3"), "ribbon").native
     assert aligned(points + 0.1, points, clamped) is not points
     assert np.array_equal(aligned(points + 0.1, points, clamped), points + 0.1)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.measure.distance import grid_hausdorff
-from compare.models.ribbon_run import run_ribbon
+from compare.models import solve as solve_scene
 from compare.scene.scene import Scene, load
 from compare.studies.compare import Grid
 from ribbon import Equilibrium, refine
@@ -48,8 +48,8 @@ def _nearest(coarse: Equilibrium, reference: Equilibrium) -> Equilibrium:
 
 def _row(scene: Scene, sign: int) -> list[str]:
     k = scene.curvature[0] * sign
-    run = run_ribbon(scene.replace({"strip.natural_curvature": k}))
-    e = run.equilibrium
+    run = solve_scene(scene.replace({"strip.natural_curvature": k}), "ribbon")
+    e = run.native
     grid = Grid.for_shape(scene, 1.5 * abs(k))
     reference, stayed = _reference(e, grid)
     error = grid_hausdorff(grid.ribbon(e), grid.ribbon(reference))
@@ -59,7 +59,7 @@ def _row(scene: Scene, sign: int) -> list[str]:
         raise AssertionError(f"{scene.name}, K = {k:g}: {e.message}")
     thesis, auto = THESIS[scene.name]
     return [
-        f"{k:g}", f"{scene.gamma:g}", str(e.problem.lengths.size), str(e.iterations), f"{run.warm * 1e3:.3g}",
+        f"{k:g}", f"{scene.gamma:g}", str(e.problem.lengths.size), str(e.iterations), f"{run.seconds.warm * 1e3:.3g}",
         f"{e.residual:.0e}", f"{e.lowest_eigenvalue:.3f}", f"{e.energy.total:.4f}", f"{reference.energy.total:.4f}",
         f"{error:.1e}" if stayed else f"({error:.1e})", "yes" if stayed else "no",
         f"{near_error:.1e}" if near.ok and near_error < JUMP else f"({near_error:.1e})", thesis, auto,

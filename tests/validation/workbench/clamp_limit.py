@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from compare.measure.distance import grid_hausdorff
-from compare.models.ribbon_run import run_ribbon
+from compare.models import solve as solve_scene
 from compare.models.shell_process import run_shell, shell_problem
 from compare.scene.scene import load
 from compare.store.store import CaseStore
@@ -24,7 +24,7 @@ def run(out: Path) -> None:
     for ruling in ("straight", "free"):
         for energy in ("wunderlich", "sadowsky"):
             keys = {"clamp.start.ruling": ruling, "model.energy": energy, "model.elements": 48}
-            ribbons[ruling, energy] = grid.ribbon(run_ribbon(scene.replace(keys)).equilibrium)
+            ribbons[ruling, energy] = grid.of(solve_scene(scene.replace(keys), "ribbon").shape)
     rows = []
     last: dict[tuple[str, str], float] = {}
     for ratio in RATIOS:
