@@ -19,10 +19,11 @@ from compare.export.formats import COLOURED_BY, pvd_bytes
 from compare.export.gltf import glb_bytes, turn
 from compare.export.source import FORMATS, chosen, read_source
 from compare.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
+from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.scene.scene import load, loads
-from compare.studies.compare import Grid
 from tests.compare.scene import held_scenes
 
 SCALARS = {"S", "v", "ruling_foot", "segment", "omega", "eta", "energy_density"}
@@ -48,7 +49,7 @@ def surface(solved):
     """The surface as the solver has it, on the grid of the export."""
     scene = load("coil_10_100")
     grid = Grid.for_shape(scene, float(np.abs(solved.omega(np.linspace(0, 1, 2001))).max()))
-    points = grid.ribbon(solved)
+    points = grid.of(RibbonShape(solved))
     return grid, points.reshape(-1, 3), export_ribbon.fields(solved, grid.s, grid.v)
 
 

@@ -66,7 +66,7 @@ def test_both_sides_of_the_pitchfork():
     upright = solve_scene(
         load("daisy_straight").replace({"seed.curvature": None}), "elastica", options=Options(error=True)
     )
-    assert upright.result.status.value == "unstable"
+    assert upright.native.status.value == "unstable"
     assert upright.start == "natural"
 
 
@@ -155,11 +155,11 @@ def test_a_path_back_under_the_limit_point_stops_and_offers_arc_length():
     assert 6.0 - 3.0 * run.native.load_factor == pytest.approx(3.74582, abs=2e-3)
     assert run.shape.centreline(np.array([1.0]))[0, 0] < -0.2
     followed = solve_scene(scene.replace({"model.arc_length": "always"}), "elastica", options=Options(error=True))
-    assert followed.result.status.value == "not_converged"
-    assert "turns round at a limit point" in followed.result.message
-    assert followed.result.limits == 1
+    assert followed.native.status.value == "not_converged"
+    assert "turns round at a limit point" in followed.native.message
+    assert followed.native.limits == 1
     there = solve_scene(scene.replace({"tip.mass": 0.0045}), "elastica", options=Options(error=True))
-    assert there.result.status.value == "converged"
+    assert there.native.status.value == "converged"
 
 
 def test_solve_writes_a_daisy(capsys, tmp_path):

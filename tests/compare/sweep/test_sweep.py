@@ -181,7 +181,7 @@ def test_crashes_are_tried_again_by_the_next_run(tmp_path, monkeypatch):
     last = run(sweep, grid, tmp_path, Crew({**run_case(Task("", grid[1].scene, "ribbon", False, False, ".")), "w": 1}),
                quiet)  # fmt: skip
     assert last.ok
-    monkeypatch.setattr("compare.sweep.run.software_digest", lambda: "1" * 64)
+    monkeypatch.setattr("compare.sweep.run.software_digest", lambda solver: "1" * 64)
     others = Crew(crashed("killed"))
     run(sweep, grid, tmp_path, others, quiet)
     assert others.count == 3  # another version's cases are not mixed in
