@@ -133,7 +133,7 @@ def elastica_result(scene: Scene, run: ElasticaRun) -> dict[str, Any]:
         "title": scene.title,
         "status": r.status.value,
         "message": r.message,
-        "stable": bool(r.stable) if known else None,
+        "stable": r.stable if known else None,
         "lowest_eigenvalue": r.lowest_eigenvalue,
         "residual": r.residual,
         "iterations": r.iterations,
@@ -197,7 +197,7 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
         result["elastica"] = {
             "status": r.status.value,
             "message": r.message,
-            "stable": bool(r.stable),
+            "stable": r.stable,
             "start": comparison.elastica.start,
             "energy": {"elastic": r.energy.bending, "gravity": r.energy.gravity, "total": r.energy.total},
             **elastica_supports(comparison.scene, comparison.elastica),

@@ -153,7 +153,7 @@ def _elastica(task: Task) -> Record:
     datum = 0.0 if scene.up is None else scene.gamma * float(scene.position @ scene.up)
     row: Row = {
         "status": r.status.value,
-        "stable": bool(r.stable) if known else None,
+        "stable": r.stable if known else None,
         "residual": float(r.residual),
         "iterations": int(r.iterations),
         "segments": len(r.nodes) - 1,

@@ -134,6 +134,10 @@ class System:
         side = self._side @ modes[: self.count]
         return values, np.where(side < 0.0, -1.0, 1.0) * modes
 
+    def rounding(self, z: Array, t: float) -> float:
+        """Bound of the rounding of `eigenpairs`' values, in D w / l."""
+        return self.discrete.rounding(z[: self.count], self.loads(z, t))
+
     def forces(self, z: Array, t: float) -> ElasticaForces:
         """Forces and couples on both ends; the couples from the balance of the ends' unknowns (order 2 p)."""
         loads = self.loads(z, t)
