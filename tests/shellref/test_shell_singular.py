@@ -20,13 +20,17 @@ pytest.importorskip("dolfinx")
 pytestmark = pytest.mark.shell
 
 from shellref import petsc_api as petsc  # noqa: E402
-from shellref.arc import follow  # noqa: E402
+from shellref.arc import Point, follow  # noqa: E402
+from shellref.body import Body, Supports  # noqa: E402
 from shellref.buckling import buckling  # noqa: E402
+from shellref.grid import Grid  # noqa: E402
+from shellref.midsurface import Cylinder  # noqa: E402
+from shellref.naghdi import NaghdiModel  # noqa: E402
 from shellref.newton import Equilibrium  # noqa: E402
 from shellref.solve import Solver, solve  # noqa: E402
 from shellref.stability import lowest_mode  # noqa: E402
 from shellref.strip import build_strip  # noqa: E402
-from shellref.walk import Walker  # noqa: E402
+from shellref.walk import Walk, Walker  # noqa: E402
 from shellref.worker import solved  # noqa: E402
 
 OPAQUE = {
@@ -298,3 +302,24 @@ def test_the_bound_holds_for_states_rounded_anew():
             other = state * (1.0 + np.finfo(float).eps * rng.uniform(-1.0, 1.0, state.shape))
             moved, _ = lowest_mode(solver.equilibrium, other, stage, 1.0)
             assert abs(moved.value - mode.value) < mode.rounding
+
+
+def test_a_surface_that_nothing_holds_is_no_stable_state():
+    """Six rigid motions cost nothing: pivots of zero, or what rounding makes of them."""
+    body = Body(
+        surface=Cylinder(),
+        grid=Grid(np.linspace(0, 1, 4), np.linspace(-0.1, 0.1, 3)),
+        thickness=0.02,
+        poisson=0.3,
+        supports=lambda grid, nodes: Supports.none(len(nodes)),
+    )
+    options = ShellOptions()
+    model = NaghdiModel(body, options.stabilisation)
+    walker = Walker(Equilibrium(model, options), (), options)
+    walk = Walk(Point(0.0, model.reference.copy(), model.stress(model.reference)))
+    walker.start(walk)
+    walker.run(walk)
+    verdict = walker.verdict(walk)
+    assert verdict.status in (ShellStatus.CONVERGED, ShellStatus.NOT_CONVERGED)
+    assert verdict.stable is None
+    assert not [step for step in walk.steps if step.method == "relax"]
