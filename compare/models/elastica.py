@@ -195,7 +195,7 @@ class ElasticaModel:
             size=Size(f"elastica {r.degree}", (float(elements),), r.degree),
             status=Status(r.status.value),
             word=r.status.value,
-            stable=bool(r.stable) if known else None,
+            stable=r.stable if known else None,
             message=r.message,
             energy=Energy(
                 elastic=r.energy.bending,

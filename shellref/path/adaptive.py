@@ -88,6 +88,8 @@ def refine(result: ShellResult, solver: Solver) -> ShellResult:
                     result = across
                 else:
                     result = solved(along, cuts)
+                    if result.status is not ShellStatus.CONVERGED:
+                        return result
                 continue
         found = {"accuracy": accuracy, "reached": done, "estimate": row["estimate"], "meshes": rows}
         note = "" if done else f"; accuracy {accuracy:g} not reached within max_cells = {options.max_cells}"

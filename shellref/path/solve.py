@@ -7,7 +7,7 @@ import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from shellref.shell.problem import ShellProblem
 from shellref.shell.result import ShellResult, ShellStatus
 from shellref.shell.strip import Strip, build_strip
 from shellref.shell.surface import ShellSurface
+
+if TYPE_CHECKING:
+    from shellref.path.walk import Verdict, Walk
 
 Progress = Callable[[dict[str, Any]], None]
 HOURGLASS = 0.02  # share of the elastic energy in the stabilisation, above which a state is no shell's
@@ -126,27 +129,19 @@ class Solver:
             self.equilibrium.iterations = sum(step.iterations for step in walk.steps)
             self.equilibrium.factorisations = sum(step.factorisations for step in walk.steps)
         walker.run(walk)
-        status, message, negative, eigenvalue = walker.verdict(walk)
+        verdict = walker.verdict(walk)
         if journal is not None and walk.status is None:
             self.unfinished = journal  # refinement may follow; until then the end of the walk is what is resumed
             journal.point(walk, now=True)
         seconds = {"first": first, **{name: round(value, 6) for name, value in self.equilibrium.seconds.items()}}
-        return self._result(walk, status, message, negative, eigenvalue, seconds)
+        return self._result(walk, verdict, seconds)
 
-    def _result(
-        self,
-        walk: Any,
-        status: ShellStatus,
-        message: str,
-        negative: int | None,
-        eigenvalue: float | None,
-        seconds: dict[str, float],
-    ) -> ShellResult:
+    def _result(self, walk: Walk, verdict: Verdict, seconds: dict[str, float]) -> ShellResult:
         """Collect everything known about the last good state of a walk."""
         from shellref.fenics import dolfinx_api as api
 
         problem, model, equilibrium, stages = self.strip.problem, self.model, self.equilibrium, self.strip.stages
-        state = walk.point.state
+        state, status, message = walk.point.state, verdict.status, verdict.message
         if stages:
             at = min(walk.stage, len(stages) - 1)
             model.set_control(stages[at].at(walk.point.load if walk.stage == at else 1.0))
@@ -182,9 +177,9 @@ class Solver:
             load_factor=control.weight if problem.loaded else (1.0 if walk.status is None else 0.0),
             natural_factor=control.natural,
             path_factor=(walk.stage + (walk.point.load if walk.stage < len(stages) else 0.0)) / max(len(stages), 1),
-            stable=None if negative is None else negative == 0,
-            negative_eigenvalues=negative,
-            lowest_eigenvalue=eigenvalue,
+            stable=verdict.stable,
+            negative_eigenvalues=verdict.negative,
+            lowest_eigenvalue=verdict.eigenvalue,
             residual={"absolute": absolute, "relative": absolute / max(1.0, scale)},
             newton_iterations=equilibrium.iterations,
             factorisations=equilibrium.factorisations,
