@@ -11,14 +11,13 @@ import scipy.linalg
 
 from shellref.elastica import arc as elastica_arc
 from shellref.elastica import path as elastica_path
-from shellref.elastica import solve
 from shellref.elastica import system as elastica_system
 from shellref.elastica.arc import Branch, point_at, trace
 from shellref.elastica.buckling import buckling_modes, strut
 from shellref.elastica.fem import ROUNDING, Discretisation
 from shellref.elastica.held import natural_state, suitable_bow, way_to
 from shellref.elastica.problem import Way
-from shellref.elastica.solve import ElasticaOptions, ElasticaProblem, ElasticaResult, ElasticaStatus
+from shellref.elastica.solve import ElasticaOptions, ElasticaProblem, ElasticaResult, ElasticaStatus, solve
 from shellref.elastica.start import solve_along
 from shellref.elastica.system import System, dense_pairs, solve_sparse, sparse_pairs
 from tests.reference import elastica_closed as closed

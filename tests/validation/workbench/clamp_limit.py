@@ -33,7 +33,8 @@ def run(out: Path) -> None:
         points = grid.of(ShellShape(fine))
         last = {key: grid_hausdorff(points, ribbon) for key, ribbon in ribbons.items()}
         rows.append([
-            f"{ratio:g}", f"{grid_hausdorff(points, grid.of(ShellShape(coarse))):.1e}", *(f"{d:.2e}" for d in last.values()),
+            f"{ratio:g}", f"{grid_hausdorff(points, grid.of(ShellShape(coarse))):.1e}",
+            *(f"{d:.2e}" for d in last.values()),
             f"{100 * fine.data['share']['membrane']:.3f}",
         ])  # fmt: skip
     page.write(
