@@ -19,18 +19,18 @@ from shellref import Pose, ShellOptions, ShellProblem, ShellStatus, Waypoint
 pytest.importorskip("dolfinx")
 pytestmark = pytest.mark.shell
 
-from shellref.fenics import petsc_api as petsc
-from shellref.path.arc import Point, follow
-from shellref.path.buckling import buckling
-from shellref.path.newton import Equilibrium
-from shellref.path.solve import Solver, solve
-from shellref.path.stability import lowest_mode
-from shellref.path.walk import Walk, Walker
-from shellref.shell.body import Body, Supports
-from shellref.shell.grid import Grid
-from shellref.shell.midsurface import Cylinder
-from shellref.shell.naghdi import NaghdiModel
-from shellref.shell.strip import build_strip
+from shellref.fenics import petsc_api as petsc  # noqa: E402
+from shellref.path.arc import Point, follow  # noqa: E402
+from shellref.path.buckling import buckling  # noqa: E402
+from shellref.path.newton import Equilibrium  # noqa: E402
+from shellref.path.solve import Solver, solve  # noqa: E402
+from shellref.path.stability import lowest_mode  # noqa: E402
+from shellref.path.walk import Walk, Walker  # noqa: E402
+from shellref.shell.body import Body, Supports  # noqa: E402
+from shellref.shell.grid import Grid  # noqa: E402
+from shellref.shell.midsurface import Cylinder  # noqa: E402
+from shellref.shell.naghdi import NaghdiModel  # noqa: E402
+from shellref.shell.strip import build_strip  # noqa: E402
 from shellref.worker import solved  # noqa: E402
 
 OPAQUE = {
