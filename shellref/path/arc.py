@@ -11,18 +11,14 @@ limit point (located on the path), else a bifurcation (located by bisection on t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shellref.path.newton import Attempt, Equilibrium, Plane
+from shellref.path.point import Point, Walk, Walker
 from shellref.path.stability import lowest_mode
 from shellref.shell.director import retract
-from shellref.shell.naghdi import Stress
 from shellref.shell.result import ShellStatus
-
-if TYPE_CHECKING:
-    from shellref.path.walk import Walk, Walker
 
 SMALLEST = 1e-4  # smallest arc-length step, over the first one
 TANGENT_AFTER = 2  # failed steps along a secant, after which the tangent shows the way
@@ -31,16 +27,6 @@ FARTHEST = 2.0  # loads outside [-FARTHEST, 1 + FARTHEST] end a path
 BISECTIONS = (0.5, 0.35, 0.65, 0.2, 0.8)  # shares of a bracket tried in turn
 MOST_LOCATES = 6  # solves to locate a limit point
 BRANCH_STEPS = (0.01, 0.02, 0.05, 0.005)  # first amplitudes on a bifurcated branch, over the surface's size
-
-
-@dataclass
-class Point:
-    """An equilibrium: load of its stage, nodal values (nodes, 6), stress, negative eigenvalues of its tangent."""
-
-    load: float
-    state: np.ndarray
-    stress: Stress
-    negative: int | None = None
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shellref.fenics import dolfinx_api as api
-from shellref.path.arc import Point, follow, switch
+from shellref.path.arc import follow, switch
 from shellref.path.newton import Attempt, Equilibrium
+from shellref.path.point import Journal, Point, Walk
 from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
 from shellref.shell.body import Control, Stage
 from shellref.shell.director import retract
@@ -33,30 +33,6 @@ Progress = Callable[[dict[str, Any]], None]
 Observe = Callable[[np.ndarray], dict[str, Any]]
 
 
-@dataclass
-class Walk:
-    """The walk so far: the last good point and the one before it, where it is, every attempt, what went wrong.
-
-    stage: number of the stage, len(stages) at the end. step: of the load; arc: this stage is followed by arc length.
-    kicks: unstable states left; left: the last attempt to leave one succeeded.
-    """
-
-    point: Point
-    older: Point | None = None
-    stage: int = 0
-    step: float | None = None
-    arc: bool = False
-    steps: list[LoadStep] = field(default_factory=list)
-    status: ShellStatus | None = None
-    message: str = ""
-    kicks: int = 0
-    left: bool = True
-
-    def stop(self, status: ShellStatus, message: str) -> None:
-        """End the walk here."""
-        self.status, self.message = status, message
-
-
 class Verdict(NamedTuple):
     """How a walk ended: negative eigenvalues and the lowest one of its last tangent, None where not known.
 
@@ -68,18 +44,6 @@ class Verdict(NamedTuple):
     negative: int | None = None
     eigenvalue: float | None = None
     stable: bool | None = None
-
-
-class Journal(Protocol):
-    """Where a walk is written down while it goes on."""
-
-    def step(self, step: LoadStep) -> None:
-        """One attempt."""
-        ...
-
-    def point(self, walk: Walk) -> None:
-        """An accepted point."""
-        ...
 
 
 class Silent:
