@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from compare.errors import BadInput
+from compare.scene.data import SceneData
 from compare.scene.keys import FREE, SECTIONS
 from compare.scene.spec import (
     ClampSpec,
@@ -17,9 +18,6 @@ from compare.scene.spec import (
     StripSpec,
     WallSpec,
 )
-
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
 
 EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
     (("strip.gamma",), ("strip.young", "strip.density", "strip.second_moment")),
@@ -40,7 +38,7 @@ OPTIONAL = ("model", "seed", "shell")
 """Sections that say nothing when they are empty."""
 
 
-def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
+def document_of(scene: SceneData, defaults: bool) -> dict[str, Any]:
     """The scene as the contract's keys without the title: what it gives; with `defaults`, all that can influence the
     result, where what came after the first version of the contract is left out when it has its default, so that the
     hash of an older scene stays what it was.
@@ -77,7 +75,7 @@ def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
     if defaults:
         return document
     document["model"] |= {"held_by": scene.model.held_by, "arc_length": scene.model.arc_length}
-    return {name: value for name, value in _kept(document, "", scene.keys).items() if name not in OPTIONAL or value}
+    return {name: value for name, value in _kept(document, "", scene.own_keys).items() if name not in OPTIONAL or value}
 
 
 def _kept(table: Mapping[str, Any], prefix: str, given: frozenset[str]) -> dict[str, Any]:
