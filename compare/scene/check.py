@@ -14,8 +14,8 @@ from scipy.optimize import nnls
 
 from compare.errors import BadInput
 from compare.scene.data import SceneData, frame_of, unit
-from compare.scene.held import UNIT_TOLERANCE, show
 from compare.scene.spec import ClampSpec, WallSpec
+from compare.scene.table import UNIT_TOLERANCE, show
 
 TOO_FAR = 1e-12
 """How far, relatively, the two held points may be further apart than the length: rounding."""

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
-from compare.scene.change import changed, document_of, given_keys
+from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import beyond_the_shell, check_geometry
 from compare.scene.data import SceneData
 from compare.scene.planar import nonplanar_reason
@@ -106,14 +106,14 @@ class Scene(SceneData):
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a nested dictionary of the contract's keys: what the scene says (`given`), and its title."""
-        return {"title": self.title, **document_of(self, defaults=False)}
+        return {"title": self.title, **document_of(self)}
 
     def canonical(self) -> dict[str, Any]:
         """All that can influence the result, defaults filled in, ready for JSON and hashing.
 
         Name, title and source are left out.
         """
-        return document_of(self, defaults=True)
+        return canonical_of(self)
 
     def to_toml(self) -> str:
         """TOML text with a comment on every key; `loads` gives back the same scene."""
