@@ -20,6 +20,8 @@ from compare.errors import BadInput
 from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import beyond_the_shell, check_geometry
 from compare.scene.data import SceneData
+from compare.scene.declare import Kind
+from compare.scene.keys import KEYS, contract_name
 from compare.scene.planar import nonplanar_reason
 from compare.scene.read import one_line, read_sections
 from compare.scene.spec import STANDARD_GRAVITY, StageSpec
@@ -169,7 +171,7 @@ def loads(text: str, source: str = "<text>") -> Scene:
 def parse_assignment(text: str) -> tuple[str, Any]:
     """`key=value` of a command line, e.g. `strip.gamma=50` -> ("strip.gamma", 50).
 
-    The value is TOML; a bare word is a text.
+    The value is TOML; a bare word is a text, and so is what stands at a key whose kind is text.
     """
     key, equals, value = text.partition("=")
     key, value = key.strip(), value.strip()
@@ -181,9 +183,13 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         parsed = {}
     if set(parsed) == {"value"}:
         return key, parsed["value"]
-    if re.fullmatch(r"[A-Za-z_]+", value):
+    about = KEYS.get(contract_name(key))
+    if re.fullmatch(r"[A-Za-z_]+", value) or (about is not None and about.kind is Kind.TEXT and value[0] not in "\"'["):
         return key, value
-    raise BadInput(key, value, "is not a TOML value", "give a number, a text in quotes or a list, e.g. [0.0, 1.0, 0.0]")
+    remedy = "a number, a text in quotes or a list, e.g. [0.0, 1.0, 0.0]"
+    if about is not None:
+        remedy = f"the {about.meaning}, e.g. {about.example}"
+    raise BadInput(key, value, "is not a TOML value", f"give {remedy}")
 
 
 def _file_text(path: Path, available: Mapping[str, Path]) -> str:
