@@ -308,6 +308,7 @@ def test_round_trip(scene):
     again = loads(scene.to_toml(), scene.source)
     assert again == scene
     assert again.canonical() == scene.canonical()
+    assert again.given() == scene.given()
     assert again.gamma == scene.gamma
     assert json.loads(json.dumps(scene.canonical())) == scene.canonical()
 
