@@ -68,15 +68,8 @@ def solve_ribbon(
         atomic_write_text(out / "path.csv", way.log_csv(e.log))
     profile.ribbon_profile(out / "ribbon.png", e, scene.title)
     atomic_write_json(out / "result.json", ribbon_result(scene, run, error))
-    write_page(out, ribbon_page(scene, run, error, _again(options)))
+    write_page(out, ribbon_page(scene, run, error, options.line))
     return run, error
-
-
-def _again(options: argparse.Namespace) -> str:
-    """The command line that remakes the results."""
-    from compare.page.page import again
-
-    return again("solve", options.scene, options.assignments, *(["--leave-saddle"] if options.leave_saddle else []))
 
 
 def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
@@ -104,7 +97,7 @@ def _elastica(options: argparse.Namespace, console: Console, reporter: Reporter,
     result = elastica_result(scene, run)
     elastica_picture(out / ELASTICA_PICTURE, scene, run)
     atomic_write_json(out / "result.json", result)
-    write_page(out, elastica_page(scene, run, result, _again(options)))
+    write_page(out, elastica_page(scene, run, result, options.line))
     if not options.quiet:
         _show(console, scene, [*elastica_rows(run, result), ("results", str(out))])
     return common.DONE if run.result.status.value == "converged" else common.NOT_CONVERGED

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.arrays import npz_bytes
 from compare.errors import BadInput
 from compare.export import formats as export_formats
 from compare.export import gltf as export_gltf
@@ -145,7 +146,7 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
         if "npz" in formats:
             arrays: dict[str, Any] = export_formats.sheet_arrays(sheet)
             arrays |= source.ribbon if found.kind == "ribbon" else {}
-            put(f"{stem}.npz", export_formats.npz_bytes(arrays), f"{label}: everything, NPZ")
+            put(f"{stem}.npz", npz_bytes(arrays), f"{label}: everything, NPZ")
     if "pvd" in formats:
         put("surfaces.pvd", export_formats.pvd_bytes(_steps(source.surfaces)), "the VTU files as a collection, PVD")
     if "gltf" in formats:

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.arrays import npz_bytes
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
@@ -98,12 +99,11 @@ class _Keeper:
             "seconds": e.seconds,
             "options": jsonable(e.options),
         }
-        buffer = io.BytesIO()
-        np.savez_compressed(
-            buffer, about=np.array(json.dumps(about)), lengths=e.problem.lengths, x=e.x, rows=e.rows,
-            multipliers=e.multipliers, mode=e.mode, at=np.empty(0) if e.at is None else e.at,
-        )  # fmt: skip
-        atomic_write_bytes(self.path, buffer.getvalue())
+        arrays = {
+            "about": np.array(json.dumps(about)), "lengths": e.problem.lengths, "x": e.x, "rows": e.rows,
+            "multipliers": e.multipliers, "mode": e.mode, "at": np.empty(0) if e.at is None else e.at,
+        }  # fmt: skip
+        atomic_write_bytes(self.path, npz_bytes(arrays))
 
     def load(self, problem_of: Callable[[int, float], Problem]) -> _Place | None:
         """The place kept by an interrupted run of the same scene and sources; None: none, or unusable."""
@@ -255,7 +255,7 @@ def _entry(stage: int, record: dict[str, Any]) -> dict[str, Any]:
 
 
 def _formulation(scene: Scene) -> str:
-    """The stage's own formulation; "auto" is the mixed model: its steps start warm (`compare.models.ribbon_build`)."""
+    """The stage's own formulation; "auto" is the mixed model, whose steps start warm (`compare.models.ribbon_build`)."""
     return "mixed" if scene.model.formulation == "auto" else scene.model.formulation
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from compare.export import surfaces as export
 from compare.page.page import Page, Picture, Surface, Table, write_page
-from compare.page.page import again as command_line
 from compare.pages import comparison as tables
 from compare.pages import result as results
 from compare.pages.solve import RIBBON_FILES, ribbon_picture, upwards
@@ -19,11 +18,11 @@ from compare.studies.compare import Comparison
 REPORT = MARKDOWN
 
 
-def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
+def write(out: Path, comparison: Comparison, again: str = "") -> Path:
     """Writes everything of a comparison into the folder `out`, each file atomically, and returns report.md's path.
 
     report.html, report.md, page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
-    surfaces.png, centreline.csv, ribbon.vtu, ribbon.npz and shell_wNNNN.vtu (NNNN: w/h). again: the command line.
+    surfaces.png, centreline.csv, ribbon.vtu, ribbon.npz and shell_wNNNN.vtu (NNNN: w/h). again: as of `Page`.
     """
     atomic_write_json(out / "result.json", results.comparison_result(comparison))
     atomic_write_text(out / "table.csv", tables.as_csv(comparison))
@@ -42,7 +41,7 @@ def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
     profile.ribbon_profile(out / "ribbon.png", equilibrium, comparison.scene.title)
-    write_page(out, page(comparison, surfaces, again or command_line("compare", comparison.scene.name)))
+    write_page(out, page(comparison, surfaces, again))
     return write_report(out, read_report([out])).markdown
 
 

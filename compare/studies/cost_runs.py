@@ -18,6 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.arrays import npz_bytes
 from compare.errors import BadInput
 from compare.measure.align import aligned
 from compare.models.ribbon_build import ribbon_arguments
@@ -28,7 +29,7 @@ from compare.models.shell_process import ShellCase, run_shell, shell_key, stored
 from compare.models.shell_start import ribbon_surface
 from compare.scene.scene import Scene
 from compare.store.provenance import software, versions
-from compare.store.store import CaseStore, atomic_write_json, case_key, read_json
+from compare.store.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, read_json
 from compare.studies.compare import Grid
 from ribbon import Equilibrium, solve
 from ribbon.find.adaptive import solve_to_tolerance
@@ -110,7 +111,8 @@ class Kept:
         def write(place: Path) -> None:
             names = ("solver", "label", "unknowns", "status", "ok", "seconds", "start")
             atomic_write_json(place / "run.json", {name: getattr(found, name) for name in names})
-            np.savez(place / "surface.npz", **({} if found.points is None else {"points": found.points}))
+            points = {} if found.points is None else {"points": found.points}
+            atomic_write_bytes(place / "surface.npz", npz_bytes(points))
 
         store.put(key, write)
         return found

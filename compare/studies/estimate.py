@@ -3,7 +3,8 @@
 Five effects that an inextensible ribbon leaves out, each from the ribbon's own curvatures and loads:
 
 - edges: across its width the strip bends and, near its free edges, stretches (`ribbon.energies.edge_layer`, no constant
-  is fitted);
+  is
+  fitted);
 - shear: the twisting moment ends in transverse shear there; the ribbon softened by both says how far the shape moves;
 - in-plane bending, M_y^2 / (2 (1 - nu^2) w^2 / h^2) per length, M_y the moment about the surface's normal;
 - tension, N^2 h^2 / (24 (1 - nu^2)) per length;

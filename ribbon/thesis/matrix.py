@@ -112,7 +112,9 @@ Part = LinearRows | SegmentWallRows | EndRows
 
 @dataclass(frozen=True)
 class MatrixProblem:
-    """Energy of the glued ribbon in the thesis's unknowns; fields, methods: `ribbon.problems.mixed.MixedProblem`."""
+    """Energy of the glued ribbon in the thesis's unknowns; fields and methods as in
+    `ribbon.problems.mixed.MixedProblem`.
+    """
 
     strip: Strip
     start: Clamp | None

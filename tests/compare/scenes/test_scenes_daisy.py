@@ -51,7 +51,7 @@ def test_numbers_of_the_stem(name):
 @pytest.mark.parametrize(("name", "mass"), [("daisy_5g", 0.005), ("daisy_10g", 0.010)])
 @pytest.mark.parametrize("kind", ["bending", "polar"])
 def test_the_equilibria_of_the_lab_sheet(name, mass, kind):
-    """On the side of the natural curvature; by deflation on another mesh (`tests/validation/elastica`)."""
+    """On the side of the natural curvature; by deflation on another mesh (`tests.validation.elastica.elastica_daisy`)."""
     state = next(s for s in stem_equilibria(lab_stem(-1.0, kind), mass) if s.stable and s.tip[0] > 0.0)
     x, y, z = 0.1 * at_the_tip(name, POLAR if kind == "polar" else {})
     assert (x, y) == pytest.approx(state.tip, abs=2e-8)

@@ -1,4 +1,6 @@
-"""The thesis's unknowns (full matrices) against finite differences and the quaternions of `ribbon.problems.mixed`."""
+"""The thesis's unknowns (full matrices) against finite differences and against the quaternions of
+`ribbon.problems.mixed`.
+"""
 
 from __future__ import annotations
 

@@ -247,8 +247,7 @@ def run(out: Path) -> None:
         out / "daisy.md", "The daisy: the lab sheet on the buckling of a stem", "python -m tests.validation daisy",
         f"A stem of L = {straight.length:g} m, r = 2 mm, E = {straight.young:.0e} Pa, upright and weightless, with a "
         "flower of mass M at its tip; natural curvature kappa_0 (seed: TP 2.2). "
-        "By `tests/validation/elastica/elastica_daisy.py`, 20 elements of degree 3. Scenes: `daisy_5g`, `daisy_10g`, "
-        "`daisy_straight`.",
+        "By `tests/validation/elastica/elastica_daisy.py`, 20 elements of degree 3. Scenes: `daisy_5g`, `daisy_10g`, `daisy_straight`.",
         "## Buckling loads and modes (2.2)",
         "lambda_i = (2 i - 1)^2 pi^2 / 4 on 10, 100 and 1000 elements; error: relative, in brackets its order (P1: 2, "
         "P2: 4; empty at rounding); dolfinx: largest relative difference of its loads (SLEPc) to scikit-fem's on the "

@@ -185,7 +185,7 @@ def run(out: Path) -> None:
         f"same branch refined to {FINEST} segments, that reference's own error in brackets; it is the element's error "
         "at this p, the same for all that converge to the branch. -: no reference, cutting the segments in two leaves "
         "the branch. In square brackets: a point on no branch, measured against branch A. Branch: A, B in the order of "
-        "the table. Lowest eigenvalue: of the Hessian in the metric of `ribbon.find.stability`; negative: no minimum. "
+        "the table. Lowest eigenvalue: of the Hessian in the metric of `ribbon.find.stability`; negative: not a minimum. "
         "The thesis's steps and times (its machine, its code) stand for scale. Where IPOPT-L-BFGS ends above its start "
         "(-5053.3 at K = -100), Ipopt itself accepted steps that climb: the energy falls for some hundred steps, "
         "jumps, and stays.",
