@@ -14,6 +14,7 @@ import sys
 import pytest
 
 from tests.docs_blocks import DOCS, ROOT, blocks
+from tests.patience import PATIENCE
 
 PAGE = (DOCS / "extend.md").read_text()
 
@@ -84,7 +85,7 @@ def test_the_energy_of_the_page_is_solved(copy, tmp_path):
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1"}
     environment["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")
     done = subprocess.run(
-        [sys.executable, "-c", SOLVES], cwd=copy, env=environment, capture_output=True, text=True, timeout=120
+        [sys.executable, "-c", SOLVES], cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 0, done.stderr[-3000:]
     assert "threaded" in done.stdout

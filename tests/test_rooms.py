@@ -1,4 +1,4 @@
-"""The rooms of the house: arrows between them go downward only, no circle, who may know a solver, how full a room is."""
+"""The rooms of the house: arrows go downward only, no circle, who may know a solver, how full a room is."""
 
 from __future__ import annotations
 

@@ -20,7 +20,6 @@ from compare.measure.energy_map import by_name, density_on_grid
 from compare.models.shell_build import natural_constant, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, event_text, shell_key, stored_case
 from compare.page.page import Surface, write_page
-from compare.page.page import again as command_line
 from compare.pages.shell import shell_page
 from compare.pictures import shell as shell_figure
 from compare.scene.scene import Scene
@@ -240,7 +239,7 @@ def write_surface(path: Path, case: ShellCase) -> Path:
 
 def write(out: Path, scene: Scene, runs: Sequence[ShellRun], again: str = "") -> None:
     """result.json, page.json, path.csv, shell.png; shell.npz and shell.vtu, where there are several runs shell_wNNNN.*
-    (w/h). again: the command line that remakes them."""
+    (w/h). again: as of `Page`."""
     surfaces = []
     for found in runs:
         name = "shell" if len(runs) == 1 else f"shell_w{found.width_to_thickness:g}"
@@ -253,7 +252,6 @@ def write(out: Path, scene: Scene, runs: Sequence[ShellRun], again: str = "") ->
     shell_figure.picture(out / "shell.png", scene, [(f.width_to_thickness, f.case) for f in runs])
     document = result(scene, runs)
     atomic_write_json(out / "result.json", document)
-    again = again or command_line("shell", scene.name)
     write_page(out, shell_page(scene, document, terminal_rows(scene, runs), surfaces, again))
 
 

@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from compare.measure.align import aligned
 from compare.measure.grid import Grid
 from compare.models.base import Reference, Size, State, Status
+from compare.store.arrays import npz_bytes
 from compare.store.provenance import versions
-from compare.store.store import CaseStore, atomic_write_json, case_key, read_json
+from compare.store.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, read_json
 
 FloatArray = NDArray[np.float64]
 
@@ -179,7 +180,8 @@ _NAMES = ("solver", "label", "unknowns", "status", "ok", "seconds", "start", "mo
 
 def _save(place: Path, run: Run, name: str = "run") -> None:
     atomic_write_json(place / f"{name}.json", {field: getattr(run, field) for field in _NAMES})
-    np.savez(place / f"{name}.npz", **({} if run.points is None else {"points": run.points}))
+    points = {} if run.points is None else {"points": run.points}
+    atomic_write_bytes(place / f"{name}.npz", npz_bytes(points))
 
 
 def _load(place: Path, name: str = "run") -> Run:

@@ -301,7 +301,7 @@ def scenes(draw) -> Scene:
     return loads(text()).replace(keys)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(scenes())
 def test_round_trip(scene):
     """TOML and back: the same scene to the last bit, and the same dimensionless numbers."""
