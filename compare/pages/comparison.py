@@ -19,6 +19,7 @@ from compare.models.ribbon_run import RibbonRun
 from compare.models.shell_build import line_weight
 from compare.scene.scene import Scene
 from compare.studies.compare import Comparison, Row
+from ribbon.energies import ENERGIES
 
 FloatArray = NDArray[np.float64]
 
@@ -217,7 +218,7 @@ def _other_model(comparison: Comparison) -> list[str]:
             found.append(f'the shell holds its whole edge: clamp.{name}.ruling = "straight" does the same')
         if scene.shell.clamp == "corners" and clamp.ruling == "straight":
             found.append(f'the shell is held at its corners only: clamp.{name}.ruling = "free" is nearer to that')
-    if energy == "sadowsky":
+    if not ENERGIES[energy].knows_width:
         found.append('the shell has a finite width: model.energy = "wunderlich"')
     return [f"The ribbon need not be the shell's limit: {'; '.join(found)}."] if found else []
 

@@ -13,7 +13,6 @@ from compare.scene.scene import Scene
 from compare.store.made_by import provenance
 from compare.studies.compare import Comparison
 from ribbon import Equilibrium, Pose
-from ribbon.problems.chained import ChainedProblem
 
 
 def _pose(pose: Pose) -> dict[str, Any]:
@@ -50,11 +49,6 @@ def path_result(way: Way) -> dict[str, Any]:
     }
 
 
-def _rows(problem: Any) -> int:
-    """How many constraints a problem has."""
-    return 0 if isinstance(problem, ChainedProblem) else int(problem.constraint_bounds()[0].size)
-
-
 def ribbon_result(scene: Scene, run: RibbonRun, error: float | None = None) -> dict[str, Any]:
     """The contract's keys of a ribbon solve; `error`: its discretisation error (Hausdorff / l) when measured."""
     e: Equilibrium = run.equilibrium
@@ -88,7 +82,7 @@ def ribbon_result(scene: Scene, run: RibbonRun, error: float | None = None) -> d
             "elements": int(e.problem.lengths.size),
             "element_lengths": e.problem.lengths,
             "unknowns": int(np.sum(lower < upper)),
-            "constraints": _rows(problem),
+            "constraints": problem.row_count,
         },
         "provenance": {**provenance(scene, e.options), "linear_solver": "MUMPS (sequential, in Ipopt)"},
     }

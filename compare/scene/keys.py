@@ -5,7 +5,26 @@ The reader takes its remedies from here, `Scene.to_toml` its comments: a key is 
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+from pathlib import Path
+from runpy import run_path
+
 from compare.scene.table import Key
+
+
+def _registered() -> tuple[str, ...]:
+    """The ribbon's registry of energies; its file alone is run, for a scene is read without numba and Ipopt."""
+    package = find_spec("ribbon")
+    if package is None or package.origin is None:
+        return ()
+    return tuple(run_path(str(Path(package.origin).parent / "energies" / "names.py"))["NAMES"])
+
+
+ENERGIES = ("auto", *_registered(), "elastica")
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"'
 
 
 def _clamp_keys(end: str, at: str) -> dict[str, Key]:
@@ -63,7 +82,9 @@ KEYS: dict[str, Key] = {
         "stiffness of the spring that holds the wall as a pressure plate, resting at point, > 0, in D w / l^3", "100.0"
     ),
     "wall.name": Key("name of the wall in keys and results: letters, digits and _, not a number", '"roof"'),
-    "model.energy": Key('energy of the strip: "auto", "sadowsky", "wunderlich" or "elastica"', '"wunderlich"'),
+    "model.energy": Key(
+        f"energy of the strip: {', '.join(map(_quoted, ENERGIES[:-1]))} or {_quoted(ENERGIES[-1])}", '"wunderlich"'
+    ),
     "model.elements": Key("number of elements of equal length, a whole number >= 1", "20"),
     "model.grading": Key(
         '"uniform", or "clamp": from 2.5 w / elements at the clamp growing by 1.5 each until they are equal',
@@ -139,8 +160,6 @@ FIXED_ON_PATH = ("title", "path", "shell")
 
 FREE = "free"
 """The value of `position` or `frame` of a clamp that does not hold it."""
-
-ENERGIES = ("auto", "sadowsky", "wunderlich", "elastica")
 LATER_ENERGIES = {
     name: f"choose from {', '.join(repr(energy) for energy in ENERGIES)}"
     for name in ("kirchhoff", "extensible", "sano")
