@@ -8,13 +8,16 @@ moving the held end by d changes the energy of the equilibrium by <force on the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion
 from ribbon.problems.conditions import WallRows
-from ribbon.problems.mixed import MixedProblem
+
+if TYPE_CHECKING:
+    from ribbon.problems.mixed import MixedProblem
 
 FloatArray = NDArray[np.float64]
 
@@ -53,8 +56,12 @@ def start(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force:
             counted[where] = 0.0
     slope = problem.gradient(x) + problem.jacobian_matrix(x).T @ counted
     held = problem.start
-    force = slope[0:3] if held is not None and held.position is not None else np.zeros(3)
-    moment = _moment(slope[3:7], x[3:7]) if held is not None and held.holds_frame else np.zeros(3)
+    first = problem.layout.joint(0)
+    force, moment = np.zeros(3), np.zeros(3)
+    if held is not None and held.position is not None:
+        force = slope[first.position]
+    if held is not None and held.holds_frame:
+        moment = _moment(slope[first.quaternion], x[first.quaternion])
     return Force(force, moment)
 
 
@@ -70,8 +77,9 @@ def end(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force | None:
         turning = np.zeros(4)
         frame = blocks["end_frame"]
         r, columns = frame.jacobian_structure()
-        np.add.at(turning, columns - problem.last - 3, frame.jacobian(x) * rows[slices["end_frame"]][r])
-        moment = -_moment(turning, x[problem.last + 3 : problem.last + 7])
+        q = problem.layout.joint(-1).quaternion
+        np.add.at(turning, columns - q[0], frame.jacobian(x) * rows[slices["end_frame"]][r])
+        moment = -_moment(turning, x[q])
     return Force(force, moment)
 
 

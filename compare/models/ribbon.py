@@ -341,6 +341,8 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
 
 def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:
     """A ribbon's equilibrium as a state; scene: names its walls."""
+    from ribbon.energies import ENERGIES
+
     lower, upper = e.problem.bounds()  # type: ignore[attr-defined]
     plates = any(wall.stiffness is not None for wall in scene.walls) if scene is not None else bool(e.energy.plates)
     lowest = e.lowest_eigenvalue
@@ -368,6 +370,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
         numbers={
             "segments": int(e.problem.lengths.size),
+            "knows_width": ENERGIES[e.problem.energy].knows_width,
             "max_abs_eta": float(e.max_abs_eta),
             "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
         },

@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -108,6 +108,7 @@ class Key:
     defaults : the default in single sections, where one dataclass is read in several.
     choices : the texts allowed, each with what it means (may be empty).
     later : texts known but not available in this version, each with what to do instead.
+    also : whether a text that is none of the choices is allowed all the same: the energy of a model from outside.
     words : texts allowed beside numbers, each with its meaning and the value that the field gets.
     absent : what an absent key means, where that is no value of the key.
     note : what else to know, in parentheses.
@@ -125,6 +126,7 @@ class Key:
     defaults: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     choices: Mapping[str, str] = dataclasses.field(default_factory=dict)
     later: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    also: Callable[[str], bool] = lambda value: False
     words: Mapping[str, tuple[str, Any]] = dataclasses.field(default_factory=dict)
     absent: str = ""
     note: str = ""

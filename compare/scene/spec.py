@@ -15,9 +15,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from compare import registry
 from compare.scene.declare import LENGTH, NONE, Key, Kind, declared, key
 
-ENERGIES = ("auto", "sadowsky", "wunderlich", "elastica")
+ENERGIES = tuple(energy for entry in registry.BUILT_IN for energy in entry.energies)
+"""Values of `model.energy` that are always there; models from outside bring their own (`compare.registry`)."""
 LATER_ENERGIES = {
     name: f"choose from {', '.join(repr(energy) for energy in ENERGIES)}"
     for name in ("kirchhoff", "extensible", "sano")
@@ -227,6 +229,7 @@ class ModelSpec:
 
     energy: str = key(
         Kind.CHOICE, "energy of the strip", example='"wunderlich"', choices=ENERGIES, later=LATER_ENERGIES,
+        also=registry.knows_energy,
         default="auto"
     )
     elements: int = key(

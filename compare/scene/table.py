@@ -204,7 +204,7 @@ class Table:
         """One of the choices; the words in `later` are known but not available yet."""
         if value in about.later:
             raise self.bad(name, "is not available in this version", about.later[value])
-        if value not in about.choices:
+        if value not in about.choices and not about.also(value):
             close = difflib.get_close_matches(value.lower(), about.choices, n=1, cutoff=0.6)
             hint = f"did you mean {close[0]!r}? " if close else ""
             listed = ", ".join(repr(choice) for choice in about.choices)
