@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ribbon import surface as _surface
+from ribbon.forces import Force, WallForce
 from ribbon.problems.protocol import Problem
-from ribbon.supports import Force, WallForce
 from ribbon.surface import Surface
 
 FloatArray = NDArray[np.float64]

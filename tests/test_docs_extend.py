@@ -42,7 +42,7 @@ import compare.studies.effects as timed
 import numpy as np
 from compare.studies.effects import explain
 from compare.studies.effects_off import without
-from compare.studies.estimate import CORNER_CLAMP, estimate
+from compare.models.ribbon_estimate import CORNER_CLAMP, estimate
 from compare.models.ribbon_run import run_ribbon
 from compare.scene import load
 from ribbon.energies import threaded

@@ -15,9 +15,9 @@ from tests.test_setup import ROOT, imported
 LEVELS = (
     ("compare.cli",),
     ("compare.commands",),
-    ("compare.doctor", "compare.check"),
+    ("compare.doctor",),
     ("compare.pages",),
-    ("compare.sweep", "compare.pictures"),
+    ("compare.sweep", "compare.pictures", "compare.check"),
     ("compare.studies",),
     ("compare.report",),
     ("compare.export",),

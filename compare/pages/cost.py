@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from compare.measure.distance import YARDSTICK
 from compare.measure.front import Reach, front, reach
+from compare.page.drawing import save
 from compare.page.page import Page, Picture, Table, write_page
 from compare.pages.result import state_result
-from compare.pictures.drawing import save
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_json, atomic_write_text
 from compare.studies.cost_plan import Cost, Reference, Row

@@ -1,7 +1,7 @@
 """Where the inextensible model stops being true (thesis, chapter 7): ribbon against shell, with a verdict in words.
 
 For one scene, or each point of a grid: the shell's energies by kind and where on the strip they are, its distance to
-the ribbon, and beside it what the ribbon alone had estimated (`compare.studies.estimate`). Three levels:
+the ribbon, and beside it what the ribbon alone had estimated (`compare.models.ribbon_estimate`). Three levels:
 
     good   distance and share of stretching (membrane + shear, of the elastic energy) within the thresholds
     fair   both within FAIR times the thresholds
@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.models.base import Options, State
 from compare.models.choice import beside_the_shell
+from compare.models.ribbon_estimate import Estimate, estimate
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import Comparison, Row, compare
-from compare.studies.estimate import Estimate, estimate
 
 FloatArray = NDArray[np.float64]
 

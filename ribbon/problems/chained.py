@@ -14,12 +14,12 @@ from ribbon.contact import Wall
 from ribbon.element.series import EXPONENT_LIMIT
 from ribbon.energies import CODES, chosen
 from ribbon.errors import RibbonInputError
+from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
 from ribbon.problems import chained_kernels as kernels
 from ribbon.problems.layout import ChainedLayout
 from ribbon.problems.protocol import Anchor
 from ribbon.strip import Strip
-from ribbon.supports import Force, WallForce
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

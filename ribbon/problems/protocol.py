@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
+from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
 from ribbon.strip import Strip
-from ribbon.supports import Force, WallForce
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

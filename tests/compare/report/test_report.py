@@ -12,8 +12,8 @@ from matplotlib.image import imread
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.export.vtu import Sheet, write_vtu
+from compare.page.drawing import save
 from compare.page.page import PAGE, Page, Picture, Surface, Table, read_page, write_page
-from compare.pictures.drawing import save
 from compare.report import surfaces as report_surfaces
 from compare.report.folders import folders_of
 from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
