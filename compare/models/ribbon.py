@@ -35,6 +35,7 @@ from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
 
 if TYPE_CHECKING:
+    from compare.models.ribbon_estimate import Estimate
     from compare.models.ribbon_way import Way
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -266,6 +267,12 @@ class RibbonModel:
                 return None
             shapes.append(aligned(grid.of(current.shape), shapes[-1], current.motions))
         return extrapolated(shapes)
+
+    def estimate(self, scene: Scene, state: State, width_to_thickness: float) -> Estimate:
+        """How far a shell of this w/h would be from the state (`compare.models.ribbon_estimate`)."""
+        from compare.models.ribbon_estimate import estimate
+
+        return estimate(scene, state.native, width_to_thickness)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """`compare.studies.effects` measures them; here their names and why they are on."""
