@@ -308,7 +308,8 @@ def result(cost: Cost) -> dict[str, Any]:
         "rows": [
             {
                 "solver": row.run.solver, "model": row.model, "size": row.run.label, "unknowns": row.run.unknowns,
-                "status": row.run.status, "ok": row.run.ok, "error": row.error, "error_end": row.error_end,
+                "status": row.run.status, "ok": row.run.ok, "energy": row.run.energy,
+                "error": row.error, "error_end": row.error_end,
                 "above_reference_error": row.shown, "distance": row.distance, "distance_end": row.distance_end,
                 "above_common_error": row.distance_shown, "reused": row.run.reused,
                 "seconds": {"warm": row.run.warm, "runs": row.run.seconds, "start": row.run.start},
