@@ -1,10 +1,11 @@
-"""A ribbon's shape as arrays: its own segments and its centreline, and the fields on its surface.
+"""A ribbon's shape as arrays: its own segments and its centreline.
 
 Stored beside the results as `ribbon.npz`, so that an export needs no solver. Lengths in l, curvatures in 1/l.
 """
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -13,89 +14,13 @@ from numpy.typing import NDArray
 from compare.export.formats import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
-from ribbon.energies import wunderlich
-from ribbon.surface import ruling_foot
+from ribbon.energies.along import line_density, segment_of
 
 FloatArray = NDArray[np.float64]
 
 ARRAYS = "ribbon.npz"
 #: Points of the stored centreline.
 LINE_POINTS = 401
-
-
-def segment_of(equilibrium: Equilibrium, s: FloatArray) -> NDArray[np.int64]:
-    """Number of the segment, from 0, on which each abscissa (k,) lies; beyond an end that of the end."""
-    joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
-    return np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(joints) - 2)
-
-
-def _local(equilibrium: Equilibrium, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """omega, eta, eta' and natural curvature K at abscissae (k,); beyond the ends eta' = 0 (the surface goes on so)."""
-    slope = equilibrium.parameters[segment_of(equilibrium, s), 2]
-    slope = np.where((s < 0.0) | (s > 1.0), 0.0, slope)
-    start, end = equilibrium.problem.strip.curvature
-    return equilibrium.omega(s), equilibrium.eta(s), slope, start + (end - start) * np.clip(s, 0.0, 1.0)
-
-
-def line_density(equilibrium: Equilibrium, s: FloatArray) -> FloatArray:
-    """Elastic energy per length (k,) in D w / l^2 at abscissae in [0, 1], without the constant K^2 / 2.
-
-    Its integral over [0, 1] is the ribbon's elastic energy in D w / l (thesis, eq. 2.11 and 2.12).
-    """
-    omega, eta, slope, curvature = _local(equilibrium, np.asarray(s, dtype=float))
-    density = 0.5 * omega**2 * (1.0 + eta**2) ** 2
-    if equilibrium.problem.energy == "wunderlich":
-        half = equilibrium.problem.half_width
-        density = density * np.array([wunderlich.width_factor(half * x)[0] for x in slope])
-    return density - curvature * omega * (1.0 + equilibrium.problem.strip.poisson * eta**2)
-
-
-def area_density(equilibrium: Equilibrium, foot: FloatArray, v: FloatArray) -> FloatArray:
-    """Elastic energy per material area (k,) in D / l^2 at particles on the rulings of `foot` (k,) at `v` (k,).
-
-    With j = 1 + v eta' (dS dv = j ds dv): Wunderlich ``1/2 omega^2 (1 + eta^2)^2 / j^2``; Sadowsky, which takes the
-    rulings as parallel, ``1/2 omega^2 (1 + eta^2)^2 / j``; both with ``- K omega (1 + nu eta^2) / j``. Over the width
-    either gives `line_density`; over the strip the elastic energy in D, which is w / l times that in D w / l (up to the
-    corners beyond the last rulings, where the end's own curvature goes on). NaN where rulings cross.
-    """
-    omega, eta, slope, curvature = _local(equilibrium, foot)
-    stretch = 1.0 + v * slope
-    stretch = np.where(stretch > 0.0, stretch, np.nan)
-    bending = 0.5 * omega**2 * (1.0 + eta**2) ** 2 / stretch
-    if equilibrium.problem.energy == "wunderlich":
-        bending = bending / stretch
-    return bending - curvature * omega * (1.0 + equilibrium.problem.strip.poisson * eta**2) / stretch
-
-
-def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
-    """Fields on the grid s (k,) x v (m,): numbers (k, m) and vectors (k, m, 3).
-
-    S, v: material coordinates; ruling_foot: abscissa of the ruling through the point; segment: its number, from 0;
-    omega, eta; energy_density: `area_density`; ruling, tangent, width_direction, normal: q = t_x + eta t_z, t_z, t_x,
-    t_y at the foot.
-    """
-    grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-    material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
-    foot = ruling_foot(equilibrium.parameters, equilibrium.problem.lengths, material)
-    eta = equilibrium.eta(foot)
-    frame = equilibrium.frame(foot)
-    shape = grid_s.shape
-    vectors = {
-        "ruling": frame[:, :, 0] + eta[:, None] * frame[:, :, 2],
-        "tangent": frame[:, :, 2],
-        "width_direction": frame[:, :, 0],
-        "normal": frame[:, :, 1],
-    }
-    return {
-        "S": grid_s,
-        "v": grid_v,
-        "ruling_foot": foot.reshape(shape),
-        "segment": segment_of(equilibrium, foot).astype(float).reshape(shape),
-        "omega": equilibrium.omega(foot).reshape(shape),
-        "eta": eta.reshape(shape),
-        "energy_density": area_density(equilibrium, foot, material[:, 1]).reshape(shape),
-        **{name: values.reshape(*shape, 3) for name, values in vectors.items()},
-    }
 
 
 def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
@@ -126,6 +51,21 @@ def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
         "line_energy_density": line_density(equilibrium, line),
         "width": np.array(2.0 * equilibrium.problem.half_width),
     }
+
+
+def centreline_csv(equilibrium: Equilibrium, points: int = LINE_POINTS) -> str:
+    """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
+    s = np.linspace(0.0, 1.0, points)
+    frame = equilibrium.frame(s)
+    table = np.column_stack(
+        [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
+        + [frame[:, :, column] for column in range(3)]
+    )
+    names = ["s", "x", "y", "z", "omega", "eta"]
+    names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
+    out = io.StringIO()
+    np.savetxt(out, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+    return out.getvalue()
 
 
 def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:
