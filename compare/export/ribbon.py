@@ -1,10 +1,11 @@
-"""A ribbon's shape as arrays: its own segments and its centreline, and the fields on its surface.
+"""A ribbon's shape as arrays: its own segments and its centreline.
 
 Stored beside the results as `ribbon.npz`, so that an export needs no solver. Lengths in l, curvatures in 1/l.
 """
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -13,45 +14,13 @@ from numpy.typing import NDArray
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
-from ribbon.energies.along import area_density, line_density, segment_of
-from ribbon.surface import ruling_foot
+from ribbon.energies.along import line_density, segment_of
 
 FloatArray = NDArray[np.float64]
 
 ARRAYS = "ribbon.npz"
 #: Points of the stored centreline.
 LINE_POINTS = 401
-
-
-def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
-    """Fields on the grid s (k,) x v (m,): numbers (k, m) and vectors (k, m, 3).
-
-    S, v: material coordinates; ruling_foot: abscissa of the ruling through the point; segment: its number, from 0;
-    omega, eta; energy_density: `area_density`; ruling, tangent, width_direction, normal: q = t_x + eta t_z, t_z, t_x,
-    t_y at the foot.
-    """
-    grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-    material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
-    foot = ruling_foot(equilibrium.parameters, equilibrium.problem.lengths, material)
-    eta = equilibrium.eta(foot)
-    frame = equilibrium.frame(foot)
-    shape = grid_s.shape
-    vectors = {
-        "ruling": frame[:, :, 0] + eta[:, None] * frame[:, :, 2],
-        "tangent": frame[:, :, 2],
-        "width_direction": frame[:, :, 0],
-        "normal": frame[:, :, 1],
-    }
-    return {
-        "S": grid_s,
-        "v": grid_v,
-        "ruling_foot": foot.reshape(shape),
-        "segment": segment_of(equilibrium, foot).astype(float).reshape(shape),
-        "omega": equilibrium.omega(foot).reshape(shape),
-        "eta": eta.reshape(shape),
-        "energy_density": area_density(equilibrium, foot, material[:, 1]).reshape(shape),
-        **{name: values.reshape(*shape, 3) for name, values in vectors.items()},
-    }
 
 
 def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
@@ -82,6 +51,21 @@ def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
         "line_energy_density": line_density(equilibrium, line),
         "width": np.array(2.0 * equilibrium.problem.half_width),
     }
+
+
+def centreline_csv(equilibrium: Equilibrium, points: int = LINE_POINTS) -> str:
+    """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
+    s = np.linspace(0.0, 1.0, points)
+    frame = equilibrium.frame(s)
+    table = np.column_stack(
+        [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
+        + [frame[:, :, column] for column in range(3)]
+    )
+    names = ["s", "x", "y", "z", "omega", "eta"]
+    names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
+    out = io.StringIO()
+    np.savetxt(out, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+    return out.getvalue()
 
 
 def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:

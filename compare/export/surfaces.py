@@ -1,42 +1,40 @@
-"""Surfaces as VTU files (ParaView), with the material coordinates and the ribbon's fields at the points."""
+"""Surfaces as VTU files (ParaView), with the material coordinates and the model's fields at the points."""
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export import ribbon as export_ribbon
 from compare.export.vtu import write_vtu
-from compare.measure.energy_map import by_name, density_on_grid
-from compare.measure.grid import Grid
-from compare.models.ribbon import RibbonShape
-from compare.models.shell_process import ShellCase
-from ribbon import Equilibrium
+from compare.measure.energy_map import Mapped, by_name, density_on_grid
+from compare.measure.grid import Grid, Surfaced
 
 FloatArray = NDArray[np.float64]
 
 
-def write_ribbon(path: Path, equilibrium: Equilibrium, grid: Grid) -> Path:
-    """The ribbon's surface with its fields."""
-    return write_vtu(path, grid.of(RibbonShape(equilibrium)), export_ribbon.fields(equilibrium, grid.s, grid.v))
+class Drawn(Surfaced, Protocol):
+    """A deformed strip that knows fields on its surface (`compare.models.base.Shape`)."""
+
+    def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]: ...
 
 
-def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:
-    """The ribbon's own segments and its centreline (`compare.export.ribbon.arrays`)."""
-    return export_ribbon.write_arrays(path, equilibrium)
+def write_surface(path: Path, shape: Drawn, grid: Grid) -> Path:
+    """The surface of any shape on a grid with material coordinates and its own fields."""
+    s, v = np.meshgrid(grid.s, grid.v, indexing="ij")
+    return write_vtu(path, grid.of(shape), {"S": s, "v": v, **shape.fields(grid.s, grid.v)})
 
 
-def write_shell(path: Path, case: ShellCase, grid: Grid) -> Path:
+def write_shell(path: Path, case: Mapped, grid: Grid) -> Path:
     """A shell's surface with material coordinates and director, and by cell the energies of the element it lies in."""
     s, v = np.meshgrid(grid.s, grid.v, indexing="ij")
     fields = {"S": s, "v": v, "director": case.surface.director(s, v)}
     return write_vtu(path, case.surface.grid(grid.s, grid.v), fields, _energies(case, grid))
 
 
-def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
+def _energies(case: Mapped, grid: Grid) -> dict[str, FloatArray]:
     """Bending, membrane and shear energy per area (D / l^2) and their shares on the cells of the grid; none where the
     case has not kept them."""
     try:
@@ -51,18 +49,3 @@ def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
     )
     density = density[np.ix_(rows, columns)]
     return by_name(density)
-
-
-def centreline_csv(equilibrium: Equilibrium, points: int = 401) -> str:
-    """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
-    s = np.linspace(0.0, 1.0, points)
-    frame = equilibrium.frame(s)
-    table = np.column_stack(
-        [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
-        + [frame[:, :, column] for column in range(3)]
-    )
-    names = ["s", "x", "y", "z", "omega", "eta"]
-    names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
-    out = io.StringIO()
-    np.savetxt(out, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
-    return out.getvalue()

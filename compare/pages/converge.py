@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.export import surfaces as export
-from compare.export.vtu import write_vtu
 from compare.measure.distance import YARDSTICK
 from compare.page.drawing import save
 from compare.page.page import Cell, Page, Picture, Surface, Table, write_page
@@ -277,7 +276,7 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
         fast, grid = one.comparison.fast, one.comparison.grid
         name = f"{fast.model}_{one.ruling}.vtu" if several else f"{fast.model}.vtu"
         if fast.shape is not None:
-            write_vtu(out / name, grid.of(fast.shape), fast.shape.fields(grid.s, grid.v))
+            export.write_surface(out / name, fast.shape, grid)
             surfaces.append(Surface(name, f"{_head(one, several)}{fast.model}", "ribbon"))
     for row, state in zip(first.rows, first.shells, strict=True):
         if state.ok:

@@ -277,8 +277,11 @@ def _surfaces(out: Path, comparison: Comparison) -> tuple[page.Surface, ...]:
     """Writes the surfaces of a scene; the shells begin coloured by the membrane's share."""
     from compare.export import surfaces as export
 
-    export.write_ribbon(out / "ribbon.vtu", comparison.fast.native, comparison.grid)
-    found = [page.Surface("ribbon.vtu", "ribbon", "ribbon")]
+    found = []
+    if comparison.fast.shape is not None:
+        name = f"{comparison.fast.model}.vtu"
+        export.write_surface(out / name, comparison.fast.shape, comparison.grid)
+        found.append(page.Surface(name, comparison.fast.model, "ribbon"))
     for row, state in zip(comparison.rows, comparison.shells, strict=True):
         if state.ok:
             ratio = row.width_to_thickness

@@ -1,49 +1,233 @@
-"""The page (page.json) of `ribbonbench shell`. Neither the ribbon nor its numba and Ipopt are imported."""
+"""What `ribbonbench shell` says, draws and writes of shells.
+
+Neither the ribbon nor its numba and Ipopt are imported.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from compare.page.page import Page, Picture, Surface, Table
-from compare.scene.scene import Scene
+import numpy as np
 
+from compare.export.vtu import write_vtu
+from compare.measure.energy_map import Mapped, by_name, density_on_grid
+from compare.measure.grid import Grid
+from compare.models.base import State
+from compare.page.page import Page, Picture, Surface, Table, write_page
+from compare.pages.solve import upwards
+from compare.pages.written import Written
+from compare.scene.scene import Scene
+from compare.store.made_by import provenance
+from compare.store.store import atomic_write_bytes, atomic_write_json, atomic_write_text
+
+PICTURE = "shell.png"
 LEGEND = (
     "Energies in D w / l without the constant of the natural curvature, positions in l; membrane and shear: shares of "
     "the elastic energy; error: estimated from the last two meshes where a tolerance refines (Hausdorff / l); s: "
     "seconds of the solve, compilation apart."
 )
+#: Columns of path.csv after the width to thickness.
+PATH_COLUMNS = (
+    "stage", "method", "load", "accepted", "iterations", "factorisations", "seconds", "correction", "negative", "note",
+)  # fmt: skip
+#: The columns that the command prints.
+HEADINGS = (
+    "w/h", "status", "membrane %", "shear %", "elastic", "gravity", "middle / l", "end / l", "elements", "error", "s",
+)  # fmt: skip
+_PLACES = tuple(f"{place}_{axis}" for place in ("middle", "end") for axis in "xyz")
 
 
-def shell_page(
-    scene: Scene, result: Mapping[str, Any], rows: Sequence[Sequence[str]], surfaces: Sequence[Surface], again: str
-) -> Page:
-    """result: its result.json; rows: what the command prints, headings first; surfaces: one per w/h, in order."""
-    entries = result.get("rows", [result])
-    headings, *lines = rows
-    said = [f"w/h = {entry['width_to_thickness']:g}: {entry['status']}: {entry['message']}" for entry in entries]
-    membrane = ", ".join(f"{100 * e['share']['membrane']:.3g} % at w/h = {e['width_to_thickness']:g}" for e in entries)
-    picture = Picture(
-        "shell.png",
+def ratio_of(state: State) -> float:
+    """w/h of a shell, as its problem has it."""
+    problem = state.native.data["problem"]
+    return float(f"{problem['width'] / problem['thickness']:.12g}")  # 50 and not 50.00000000000001
+
+
+# -- one shell --------------------------------------------------------------------------------------------------------
+
+
+def result(scene: Scene, state: State) -> dict[str, Any]:
+    """The contract's keys of one shell."""
+    data = state.native.data
+    problem, spent = data["problem"], data["seconds"]
+    start, end = (
+        None if found is None else {"force": found.force.tolist(), "moment": found.moment.tolist()}
+        for found in (state.supports.start, state.supports.end)
+    )
+    return {
+        "width_to_thickness": ratio_of(state),
+        "status": state.word,
+        "message": state.message,
+        "stable": state.stable,
+        "negative_eigenvalues": data["negative_eigenvalues"],
+        "lowest_eigenvalue": state.lowest_eigenvalue,
+        "residual": state.residual,
+        "residual_absolute": data["residual"]["absolute"],
+        "iterations": state.iterations,
+        "factorisations": data["factorisations"],
+        "energy": {
+            **({} if state.energy is None else state.energy.to_dict()),
+            "elastic_with_constant": data["energy"]["elastic"],
+        },
+        "share": data["share"],
+        "end": data["end"],
+        "middle": data["middle"],
+        "max_abs_eta": None,
+        "max_abs_eta_prime_w_half": None,
+        "forces": {"start": start and start["force"], "end": end and end["force"], "walls": []},
+        "moments": {"start": start and start["moment"], "end": end and end["moment"]},
+        "load_factor": data["load_factor"],
+        "path_factor": data["path_factor"],
+        "discretisation": data["discretisation"],
+        "seconds": {"first": spent["total"], "warm": state.seconds.warm, "parts": spent},
+        "memory_mb": data["memory_mb"],
+        "model": {
+            "energy": "naghdi",
+            "formulation": data["options"]["iteration"],
+            "elements": data["elements"],
+            "unknowns": state.unknowns,
+            "clamp": problem["clamp"],
+            "corner": problem["corner"],
+            "start_curvature": problem["start_curvature"],
+        },
+        "start": state.native.start,
+        "reused": state.reused,
+    }
+
+
+def cells(scene: Scene, state: State) -> tuple[str, ...]:
+    """What the command prints of one shell, in the order of `HEADINGS`."""
+    found = result(scene, state)
+
+    def number(value: float | None) -> str:
+        return "-" if value is None else f"{value + 0.0:.6g}"
+
+    return (
+        f"{found['width_to_thickness']:g}",
+        state.word,
+        f"{100 * found['share']['membrane']:.3g}",
+        f"{100 * found['share']['shear']:.3g}",
+        number(found["energy"].get("elastic")),
+        number(found["energy"].get("gravity")),
+        *(" ".join(f"{c + 0.0:.5f}" for c in found[name]["position"]) for name in ("middle", "end")),
+        " x ".join(map(str, found["model"]["elements"])),
+        "-" if state.error is None else f"{state.error:.1e}",
+        f"{state.seconds.warm:.3g}" + (" (kept)" if state.reused else ""),
+    )
+
+
+def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
+    """The same, name and text."""
+    return list(zip(HEADINGS, cells(scene, state), strict=True))
+
+
+def sentences(scene: Scene, state: State) -> list[str]:
+    """The state in a sentence."""
+    return [f"w/h = {ratio_of(state):g}: {state.word}: {state.message}"]
+
+
+def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
+    """shell.npz and shell.vtu at the nodes of the mesh, path.csv, shell.png."""
+    return write_states(out, scene, [state])
+
+
+# -- several shells ---------------------------------------------------------------------------------------------------
+
+
+def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
+    """`result.json`: the keys of the last shell, all of them in `rows` where there are several."""
+    entries = [result(scene, state) for state in states]
+    data = states[-1].native.data
+    shell = data["provenance"]
+    options = {**data["options"], "processes": shell["processes"]}
+    found = {"scene": scene.name, "title": scene.title, **entries[-1]}
+    if len(entries) > 1:
+        found["rows"] = entries
+    found["complete"] = all(state.ok for state in states)
+    found["provenance"] = {**provenance(scene, options), "shell": shell, "linear_solver": shell["linear_solver"]}
+    return found
+
+
+def path_csv(states: Sequence[State]) -> str:
+    """Every attempt on the paths, one line each: names of the columns first; empty where nothing is known."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("width_to_thickness", *PATH_COLUMNS, *_PLACES))
+    for state in states:
+        for step in state.native.data["steps"]:
+            places = [c for name in ("middle", "end") for c in step["values"].get(name, (None, None, None))]
+            texts = [ratio_of(state), *(step[name] for name in PATH_COLUMNS), *places]
+            writer.writerow(["" if c is None else str(c).lower() if isinstance(c, bool) else c for c in texts])
+    return out.getvalue()
+
+
+def write_surface(path: Path, case: Mapped) -> Path:
+    """The surface at the nodes of the mesh as VTU: material coordinates, director; energies and shares by cell."""
+    surface = case.surface
+    s, v = np.meshgrid(surface.s_nodes, surface.v_nodes, indexing="ij")
+    fields = {"S": s, "v": v, "director": surface.directors}
+    k = surface.degree  # k squared cells an element
+    density = np.repeat(np.repeat(density_on_grid(case), k, axis=0), k, axis=1)
+    return write_vtu(path, surface.points, fields, by_name(density))
+
+
+def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
+    """path.csv, shell.png; shell.npz and shell.vtu, where there are several states shell_wNNNN.* (w/h)."""
+    from compare.pictures import shell as shell_figure
+
+    files, surfaces = {"path.csv": "every step of the paths"}, []
+    for state in states:
+        ratio = ratio_of(state)
+        name = "shell" if len(states) == 1 else f"shell_w{ratio:g}"
+        label = f"shell, w/h = {ratio:g}"
+        case = state.native
+        atomic_write_bytes(out / f"{name}.npz", (case.folder / "shell.npz").read_bytes())
+        write_surface(out / f"{name}.vtu", case)
+        surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", ratio))
+        files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
+        files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
+    atomic_write_text(out / "path.csv", path_csv(states))
+    shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
+    return Written(files, (picture(states),), tuple(surfaces))
+
+
+def picture(states: Sequence[State]) -> Picture:
+    """`compare.pictures.shell` in words."""
+    shares = [(100 * state.native.data["share"]["membrane"], ratio_of(state)) for state in states]
+    membrane = ", ".join(f"{share:.3g} % at w/h = {ratio:g}" for share, ratio in shares)
+    return Picture(
+        PICTURE,
         "The deformed shells in space and from the side, and the flat strip, coloured by the membrane's local share of "
         f"the elastic energy. Share over the strip: {membrane}.",
         "Shape and local share of the membrane energy.",
     )
-    up = None if scene.up is None else tuple(float(c) for c in scene.up)
-    files = {"result.json": "all numbers", "path.csv": "every step of the paths"}
-    for surface in surfaces:
-        files[surface.file] = f"{surface.label}: surface with energies (ParaView)"
-        files[surface.file.removesuffix("vtu") + "npz"] = f"{surface.label}: nodes and directors (NumPy)"
-    return Page(
+
+
+def table(scene: Scene, states: Sequence[State]) -> Table:
+    """One row for each shell."""
+    return Table("Shells", HEADINGS, tuple(cells(scene, state) for state in states), legend=LEGEND)
+
+
+def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:
+    """result.json, page.json and the files of `write_states`. again: the command line that remakes them."""
+    written = write_states(out, scene, states)
+    found: Mapping[str, Any] = document(scene, states)
+    atomic_write_json(out / "result.json", found)
+    page = Page(
         command="shell",
         title=scene.title,
-        verdict=tuple(said),
-        tables=(Table("Shells", tuple(headings), tuple(map(tuple, lines)), legend=LEGEND),),
-        pictures=(picture,),
-        surfaces=tuple(surfaces),
-        files=files,
+        verdict=tuple(said for state in states for said in sentences(scene, state)),
+        tables=(table(scene, states),),
+        pictures=written.pictures,
+        surfaces=written.surfaces,
+        files={"result.json": "all numbers", **written.files},
         scene=scene.to_toml(),
-        up=up,  # type: ignore[arg-type]
-        provenance=result["provenance"],
+        up=upwards(scene),
+        provenance=found["provenance"],
         again=again,
     )
+    write_page(out, page)
