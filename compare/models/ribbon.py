@@ -415,9 +415,9 @@ def _constant(e: Equilibrium) -> float:
 def _motions(e: Equilibrium) -> Motions | None:
     """The rigid motions that nothing resists."""
     problem: Any = e.problem
-    if not hasattr(problem, "free_motions"):
-        return None
     translations, axes = problem.free_motions()
+    if not len(translations) + len(axes):
+        return None
     held = [r for r in (problem.start_position, problem.end_position) if r is not None]
     return Motions(translations, axes, held[0] if held else None)
 
