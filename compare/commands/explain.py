@@ -63,8 +63,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             effects_page.write(out, scene, found, solves, shell, again)
     if options.quiet:
         return _code(solves)
-    tables = [effects_page.effect_table(scene, found), effects_page.cost_table(found, solves)]
-    for table in tables + ([effects_page.shell_table(shell)] if shell else []):
+    for table in effects_page.tables(scene, found, solves, shell):
         print_table(console, table)
     for sentence in effects_page.sentences(found, solves):
         console.print(f"- {sentence}")
@@ -75,35 +74,21 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _elastica(options: argparse.Namespace, console: Console, scene: Scene) -> int:
     """Explains a scene that only the elastica can solve."""
-    from compare.page.page import Page, write_page
     from compare.page.terminal import command_line, print_table
-    from compare.pages.result import elastica_result
-    from compare.store.made_by import provenance
-    from compare.store.store import atomic_write_json
+    from compare.pages import explain as effects_page
     from compare.studies import effects_elastica
 
     out = None if options.out is None else common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter:
         found = effects_elastica.parts(scene)
         own, others = effects_elastica.solves(scene, found, reporter)
-    tables = effects_elastica.tables(scene, found, own, others)
-    said = effects_elastica.sentences(scene, own)
     if out is not None:
         with common.held(out):
-            rows = {"effects": found, "without": others}
-            atomic_write_json(out / "result.json", {**elastica_result(scene, own), "command": "explain", **rows})
-            write_page(
-                out,
-                Page(
-                    command="explain", title=f"{scene.title}: effects", verdict=tuple(said), tables=tuple(tables),
-                    files={"result.json": "all numbers"}, scene=scene.to_toml(), provenance=provenance(scene),
-                    again=command_line("explain", options),
-                ),
-            )  # fmt: skip
+            effects_page.write_elastica(out, scene, found, own, others, command_line("explain", options))
     if not options.quiet:
-        for table in tables:
+        for table in effects_page.elastica_tables(scene, found, own, others):
             print_table(console, table)
-        for sentence in said:
+        for sentence in effects_elastica.sentences(scene, own):
             console.print(f"- {sentence}")
     return common.DONE if own.result.status.value == "converged" else common.NOT_CONVERGED
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
+from dataclasses import replace
 
 from rich.console import Console
-from rich.table import Table
 
 from compare.commands import common
 from compare.store.progress import Reporter
@@ -39,6 +39,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
     from compare.models import shell_here as shell_run
     from compare.page.page import again as command_line
+    from compare.page.terminal import print_table
+    from compare.pages import shell as pages
     from compare.store.store import CaseStore
     from compare.store.world import world
 
@@ -64,18 +66,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
             if processes.first:
                 reporter.step("writing results")
             again = command_line("shell", options.scene, options.assignments, *(["--plain"] if options.plain else []))
-            processes.on_first(lambda: shell_run.write(out, scene, runs, again))
+            processes.on_first(lambda: pages.write(out, scene, runs, again))
         finally:
             if processes.first:
                 holder.__exit__(None, None, None)
     if processes.first and not options.quiet:
-        headings, *lines = shell_run.terminal_rows(scene, runs)
-        table = Table(title=scene.title, title_justify="left")
-        for heading in headings:
-            table.add_column(heading, justify="right", overflow="fold")
-        for line in lines:
-            table.add_row(*line)
-        console.print(table)
+        print_table(console, replace(pages.table(shell_run.result(scene, runs)), title=scene.title), legend=False)
         for found in runs:
             console.print(f"- w/h = {found.width_to_thickness:g}: {found.case.data['message']}")
         console.print(f"Results: {out}; as a page: ribbonbench report {out}")

@@ -47,13 +47,11 @@ def solve_ribbon(
 ) -> tuple[RibbonRun, float | None]:
     """Solves the ribbon and writes its files; the run, and its discretisation error (Hausdorff / l) when known."""
     from compare.export import surfaces as export
-    from compare.models import ribbon_way as way
     from compare.models.ribbon_run import run_ribbon
-    from compare.page.page import write_page
     from compare.pages.result import ribbon_result
-    from compare.pages.solve import ribbon_page
+    from compare.pages.solve import ribbon_study
     from compare.pictures import ribbon as profile
-    from compare.store.store import atomic_write_json, atomic_write_text
+    from compare.store.store import atomic_write_bytes
     from compare.studies.compare import Grid, ribbon_discretisation_error
 
     run = run_ribbon(scene, reporter.step, leave_saddle=options.leave_saddle, folder=out, detail=reporter.detail)
@@ -63,12 +61,9 @@ def solve_ribbon(
     reporter.step("writing results")
     export.write_ribbon(out / "ribbon.vtu", e, grid)
     export.write_arrays(out / "ribbon.npz", e)
-    atomic_write_text(out / "centreline.csv", export.centreline_csv(e))
-    if run.way is not None:
-        atomic_write_text(out / "path.csv", way.log_csv(e.log))
+    atomic_write_bytes(out / "centreline.csv", export.centreline_csv(e))
     profile.ribbon_profile(out / "ribbon.png", e, scene.title)
-    atomic_write_json(out / "result.json", ribbon_result(scene, run, error))
-    write_page(out, ribbon_page(scene, run, error, _again(options)))
+    ribbon_study(scene, run, error).write(out, ribbon_result(scene, run, error), _again(options), scene)
     return run, error
 
 
@@ -94,17 +89,14 @@ def _ribbon(options: argparse.Namespace, console: Console, reporter: Reporter, s
 
 def _elastica(options: argparse.Namespace, console: Console, reporter: Reporter, scene: Scene, out: Path) -> int:
     from compare.models.ribbon_run import run_elastica
-    from compare.page.page import write_page
     from compare.pages.result import elastica_result
-    from compare.pages.solve import ELASTICA_PICTURE, elastica_page, elastica_rows
+    from compare.pages.solve import ELASTICA_PICTURE, elastica_rows, elastica_study
     from compare.pictures.elastica import elastica_picture
-    from compare.store.store import atomic_write_json
 
     run = run_elastica(scene, reporter.step)
     result = elastica_result(scene, run)
     elastica_picture(out / ELASTICA_PICTURE, scene, run)
-    atomic_write_json(out / "result.json", result)
-    write_page(out, elastica_page(scene, run, result, _again(options)))
+    elastica_study(scene, run, result).write(out, result, _again(options), scene)
     if not options.quiet:
         _show(console, scene, [*elastica_rows(run, result), ("results", str(out))])
     return common.DONE if run.result.status.value == "converged" else common.NOT_CONVERGED

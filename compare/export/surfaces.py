@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.export import ribbon as export_ribbon
+from compare.export.formats import array_csv
 from compare.export.vtu import write_vtu
 from compare.models.shell_process import ShellCase
 from compare.pictures import shell as shell_figure
@@ -52,16 +52,11 @@ def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
     return shell_figure.by_name(density)
 
 
-def centreline_csv(equilibrium: Equilibrium, points: int = 401) -> str:
+def centreline_csv(equilibrium: Equilibrium, points: int = 401) -> bytes:
     """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
     s = np.linspace(0.0, 1.0, points)
     frame = equilibrium.frame(s)
-    table = np.column_stack(
-        [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
-        + [frame[:, :, column] for column in range(3)]
-    )
+    columns = [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
     names = ["s", "x", "y", "z", "omega", "eta"]
     names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
-    out = io.StringIO()
-    np.savetxt(out, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
-    return out.getvalue()
+    return array_csv(names, np.column_stack(columns + [frame[:, :, column] for column in range(3)]))

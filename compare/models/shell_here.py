@@ -1,45 +1,26 @@
-"""`ribbonbench shell`: the shell alone, in this very process (or all of an mpirun), resumable, with its files.
+"""`ribbonbench shell`: the shell alone, in this very process (or all of an mpirun), resumable, and its result.json.
 
 Neither the ribbon nor its numba and Ipopt are imported.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from compare.errors import BadInput, Missing
-from compare.export.vtu import write_vtu
 from compare.models.shell_build import natural_constant, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, event_text, shell_key, stored_case
-from compare.page.page import Surface, write_page
-from compare.page.page import again as command_line
-from compare.pages.shell import shell_page
-from compare.pictures import shell as shell_figure
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
 from compare.store.progress import Reporter
-from compare.store.store import CaseStore, atomic_write_bytes, atomic_write_json, atomic_write_text
+from compare.store.store import CaseStore
 from compare.store.world import World
 from shellref.inputs import ShellInputError
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
-
-#: Columns of path.csv after the width to thickness.
-PATH_COLUMNS = (
-    "stage", "method", "load", "accepted", "iterations", "factorisations", "seconds", "correction", "negative", "note",
-)  # fmt: skip
-#: The columns that the command prints.
-HEADINGS = (
-    "w/h", "status", "membrane %", "shear %", "elastic", "gravity", "middle / l", "end / l", "elements", "error", "s",
-)  # fmt: skip
-_PLACES = tuple(f"{place}_{axis}" for place in ("middle", "end") for axis in "xyz")
 
 
 @dataclass(frozen=True)
@@ -211,76 +192,4 @@ def result(scene: Scene, runs: Sequence[ShellRun]) -> dict[str, Any]:
     return document
 
 
-# -- files ------------------------------------------------------------------------------------------------------------
-
-
-def path_csv(runs: Sequence[ShellRun]) -> str:
-    """Every attempt on the paths, one line each: names of the columns first; empty where nothing is known."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("width_to_thickness", *PATH_COLUMNS, *_PLACES))
-    for found in runs:
-        for step in found.case.data["steps"]:
-            places = [c for name in ("middle", "end") for c in step["values"].get(name, (None, None, None))]
-            cells = [found.width_to_thickness, *(step[name] for name in PATH_COLUMNS), *places]
-            writer.writerow(["" if c is None else str(c).lower() if isinstance(c, bool) else c for c in cells])
-    return out.getvalue()
-
-
-def write_surface(path: Path, case: ShellCase) -> Path:
-    """The surface at the nodes of the mesh as VTU: material coordinates, director; energies and shares by cell."""
-    surface = case.surface
-    s, v = np.meshgrid(surface.s_nodes, surface.v_nodes, indexing="ij")
-    fields = {"S": s, "v": v, "director": surface.directors}
-    k = surface.degree  # k squared cells an element
-    density = np.repeat(np.repeat(shell_figure.density_on_grid(case), k, axis=0), k, axis=1)
-    return write_vtu(path, surface.points, fields, shell_figure.by_name(density))
-
-
-def write(out: Path, scene: Scene, runs: Sequence[ShellRun], again: str = "") -> None:
-    """result.json, page.json, path.csv, shell.png; shell.npz and shell.vtu, where there are several runs shell_wNNNN.*
-    (w/h). again: the command line that remakes them."""
-    surfaces = []
-    for found in runs:
-        name = "shell" if len(runs) == 1 else f"shell_w{found.width_to_thickness:g}"
-        assert found.case.folder is not None
-        atomic_write_bytes(out / f"{name}.npz", (found.case.folder / "shell.npz").read_bytes())
-        write_surface(out / f"{name}.vtu", found.case)
-        label = f"shell, w/h = {found.width_to_thickness:g}"
-        surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", found.width_to_thickness))
-    atomic_write_text(out / "path.csv", path_csv(runs))
-    shell_figure.picture(out / "shell.png", scene, [(f.width_to_thickness, f.case) for f in runs])
-    document = result(scene, runs)
-    atomic_write_json(out / "result.json", document)
-    again = again or command_line("shell", scene.name)
-    write_page(out, shell_page(scene, document, terminal_rows(scene, runs), surfaces, again))
-
-
-def terminal_rows(scene: Scene, runs: Sequence[ShellRun]) -> list[tuple[str, ...]]:
-    """The table that the command prints: headings first, one line per run."""
-    lines: list[tuple[str, ...]] = [HEADINGS]
-    for found in runs:
-        row = entry(scene, found)
-        mesh = row["discretisation"]
-
-        def number(value: float | None) -> str:
-            return "-" if value is None else f"{value + 0.0:.6g}"
-
-        lines.append(
-            (
-                f"{found.width_to_thickness:g}",
-                found.status,
-                f"{100 * row['share']['membrane']:.3g}",
-                f"{100 * row['share']['shear']:.3g}",
-                number(row["energy"]["elastic"]),
-                number(row["energy"]["gravity"]),
-                *(" ".join(f"{c + 0.0:.5f}" for c in row[name]["position"]) for name in ("middle", "end")),
-                " x ".join(map(str, row["model"]["elements"])),
-                "-" if mesh is None else f"{mesh['estimate']:.1e}",
-                f"{found.case.seconds:.3g}" + (" (kept)" if found.case.reused else ""),
-            )
-        )
-    return lines
-
-
-__all__ = ["ShellRun", "path_csv", "result", "run", "shell_elements", "terminal_rows", "write"]
+__all__ = ["ShellRun", "entry", "result", "run", "shell_elements"]

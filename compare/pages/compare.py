@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from compare.export import surfaces as export
-from compare.page.page import Page, Picture, Surface, Table, write_page
+from compare.page.page import Picture, Surface
 from compare.page.page import again as command_line
+from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
-from compare.pages.solve import RIBBON_FILES, ribbon_picture, upwards
+from compare.pages.solve import RIBBON_FILES, ribbon_picture
+from compare.pages.surfaces import write_ribbon, write_shells
 from compare.pictures import comparison as figures
 from compare.pictures import ribbon as profile
 from compare.report.write import MARKDOWN, read_report, write_report
-from compare.store.store import atomic_write_json, atomic_write_text
+from compare.store.store import atomic_write_bytes
 from compare.studies.compare import Comparison
 
 REPORT = MARKDOWN
@@ -25,51 +28,35 @@ def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
     report.html, report.md, page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
     surfaces.png, centreline.csv, ribbon.vtu, ribbon.npz and shell_wNNNN.vtu (NNNN: w/h). again: the command line.
     """
-    atomic_write_json(out / "result.json", results.comparison_result(comparison))
-    atomic_write_text(out / "table.csv", tables.as_csv(comparison))
-    atomic_write_text(out / "table.md", tables.as_markdown(comparison))
-    equilibrium = comparison.ribbon.equilibrium
-    export.write_ribbon(out / "ribbon.vtu", equilibrium, comparison.grid)
+    scene, equilibrium = comparison.scene, comparison.ribbon.equilibrium
+    surfaces = (write_ribbon(out, comparison), *write_shells(out, comparison))
     export.write_arrays(out / "ribbon.npz", equilibrium)
-    atomic_write_text(out / "centreline.csv", export.centreline_csv(equilibrium))
-    surfaces = [Surface("ribbon.vtu", "ribbon", "ribbon")]
-    for row, case in zip(comparison.rows, comparison.shells, strict=True):
-        if case.ok:
-            ratio = row.width_to_thickness
-            name = f"shell_w{ratio:g}.vtu"
-            export.write_shell(out / name, case, comparison.grid)
-            surfaces.append(Surface(name, f"shell, w/h = {ratio:g}", "shell", width_to_thickness=ratio))
+    atomic_write_bytes(out / "centreline.csv", export.centreline_csv(equilibrium))
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
-    profile.ribbon_profile(out / "ribbon.png", equilibrium, comparison.scene.title)
-    write_page(out, page(comparison, surfaces, again or command_line("compare", comparison.scene.name)))
+    profile.ribbon_profile(out / "ribbon.png", equilibrium, scene.title)
+    result = results.comparison_result(comparison)
+    study(comparison, surfaces).write(out, result, again or command_line("compare", scene.name), scene)
     return write_report(out, read_report([out])).markdown
 
 
-def page(comparison: Comparison, surfaces: list[Surface], again: str) -> Page:
-    """The page of a comparison whose surfaces have been written."""
-    scene = comparison.scene
-    result = results.comparison_result(comparison)
-    chosen = tables.columns(comparison)
-    rows = [tuple(c.text(c.value(row)) for c in chosen) for row in comparison.rows]
-    rows.append(tuple(tables.ribbon_cells(comparison, chosen)))
-    return Page(
-        command="compare",
-        title=scene.title,
-        verdict=tuple(tables.verdict(comparison)),
-        tables=(Table("Ribbon against shell", tuple(c.heading for c in chosen), tuple(rows), legend=tables.LEGEND),),
+def study(comparison: Comparison, surfaces: Sequence[Surface]) -> Study:
+    """A comparison whose surfaces have been written."""
+    table = tables.table(comparison)
+    return Study(
+        "compare",
+        comparison.scene.title,
+        tables=(table,),
+        sentences=tuple(tables.verdict(comparison)),
         pictures=(*_pictures(comparison), ribbon_picture(comparison.ribbon)),
         surfaces=tuple(surfaces),
+        data={"table.csv": table, "table.md": table},
         files={
             "result.json": "all numbers",
             "table.csv": "the table with full digits",
             **RIBBON_FILES,
             **{s.file: f"{s.label}: surface with fields (ParaView)" for s in surfaces if s.kind == "shell"},
         },
-        scene=scene.to_toml(),
-        up=upwards(scene),
-        provenance=result["provenance"],
-        again=again,
     )
 
 

@@ -3,94 +3,128 @@
 from __future__ import annotations
 
 import dataclasses
-import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from compare.measure.distance import YARDSTICK
-from compare.page.page import Cell, Page, Table, write_page
-from compare.pages.result import ribbon_result
+from compare.models.ribbon_run import ElasticaRun
+from compare.page.study import Study
+from compare.page.table import Column, ColumnOf, Table
+from compare.pages.result import elastica_result, ribbon_result
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_json
+from compare.studies import effects_elastica
 from compare.studies.effects import Effect, Explanation
-from compare.studies.effects_measured import CHEAP, ShellSolves, Solves, iterations
+from compare.studies.effects_elastica import Part, Without
+from compare.studies.effects_measured import CHEAP, ShellSolves, ShellWithout, Solves, iterations
 
+_EFFECTS: tuple[ColumnOf[Effect | Part], ...] = (
+    (Column("effect", "effect", kind="word"), lambda e: e.name),
+    (Column("on", "on", kind="truth"), lambda e: e.on),
+    (Column("why", "why", kind="word"), lambda e: e.why),
+    (Column("adds", "what it adds", kind="word"), lambda e: e.adds),
+)
+_COSTS = (
+    Column("effect", "effect", kind="word"),
+    Column("unknowns", "unknowns", kind="integer"),
+    Column("constraints", "constraints", kind="integer"),
+    Column("evaluation", "evaluation us", "s", "microseconds:1", legend="of all that the minimiser asks for, median of "
+           "differences timed in turns"),
+    Column("evaluation_share", "of it %", kind="percent:0"),
+    Column("status", "status without it", kind="word", legend="status, iterations, solve: of the whole solve, from the "
+           "scene's own seed, warm, median of repeats"),
+    Column("iterations", "iterations", kind="integer"),
+    Column("seconds", "solve ms", "s", "milliseconds:3"),
+    Column("moves", "moves", "l", "exponent:1", legend="Hausdorff distance between the shapes with and without it, in "
+           "l (of a strip that no clamp holds, after the best rigid motion)"),
+    Column("reason", "why not", kind="word"),
+)  # fmt: skip
 _COST_LEGEND = (
     "First row: with everything; below: differences to the same scene with this effect alone switched off, in the same "
-    "formulation. evaluation: of all that the minimiser asks for, median of differences timed in turns. status, "
-    "iterations, solve: of the whole solve without it, from the scene's own seed, warm, median of repeats; moves: "
-    "Hausdorff distance between the shapes with and without it, in l (of a strip that no clamp holds, after the best "
-    "rigid motion)."
-)
-_SHELL_LEGEND = (
-    "The whole solve along its path, without compilation, in one run. moves: Hausdorff distance to the shell with all "
-    "effects, in l; its own error is the distance to half the mesh."
+    "formulation."
 )
 
 
-def effect_table(scene: Scene, found: Explanation) -> Table:
+def effect_table(scene: Scene, found: Sequence[Effect | Part]) -> Table:
     """Which effects are on, and why."""
-    rows = tuple((e.name, e.on, e.why, e.adds) for e in found.effects)
-    return Table(f"{scene.title}: effects", ("effect", "on", "why", "what it adds"), rows)
+    return Table.of(f"{scene.title}: effects", _EFFECTS, found)
 
 
 def cost_table(found: Explanation, solves: Solves | None) -> Table:
     """What each effect that is on costs and changes; the whole scene in the first row."""
-    whole: tuple[Cell, ...] = (
-        "everything on", found.unknowns, found.constraints, found.evaluation * 1e6, None,
-        *_solve_cells(solves), None, "",
-    )  # fmt: skip
-    rows = [whole] + [_cost_row(effect, found, solves) for effect in found.effects if effect.on]
-    headings = (
-        "effect", "unknowns", "constraints", "evaluation us", "of it %", "status without it", "iterations", "solve ms",
-        "moves", "why not",
-    )  # fmt: skip
-    formats = ("", "d", "d", ".1f", ".0f", "", "d", ".3g", ".1e", "")
-    return Table("What each costs, and what changes without it", headings, tuple(rows), formats, _COST_LEGEND)
+    whole = {
+        "effect": "everything on",
+        "unknowns": found.unknowns,
+        "constraints": found.constraints,
+        "evaluation": found.evaluation,
+        "reason": "",
+    }
+    if solves is not None:
+        run = solves.run
+        whole |= {"status": run.equilibrium.status.code, "iterations": iterations(run), "seconds": run.warm}
+    rows = [whole, *(_cost_row(effect, found, solves) for effect in found.effects if effect.on)]
+    return Table.of_records("What each costs, and what changes without it", _COSTS, rows, _COST_LEGEND)
 
 
-def _solve_cells(solves: Solves | None) -> tuple[Cell, Cell, Cell]:
-    if solves is None:
-        return None, None, None
-    return solves.run.equilibrium.status.code, iterations(solves.run), solves.run.warm * 1e3
-
-
-def _cost_row(effect: Effect, found: Explanation, solves: Solves | None) -> tuple[Cell, ...]:
+def _cost_row(effect: Effect, found: Explanation, solves: Solves | None) -> dict[str, Any]:
     spared = effect.seconds
     off = None if solves is None else solves.without.get(effect.name)
-    return (
-        effect.name,
-        effect.unknowns,
-        effect.constraints,
-        None if spared is None else spared * 1e6,
-        None if spared is None else 100.0 * max(spared, 0.0) / found.evaluation,
-        None if off is None else off.status,
-        None if off is None else off.iterations,
-        None if off is None or off.warm is None else off.warm * 1e3,
-        None if off is None else off.moved,
-        effect.fixed or (off.reason if off is not None else ""),
-    )
+    row = {
+        "effect": effect.name,
+        "unknowns": effect.unknowns,
+        "constraints": effect.constraints,
+        "evaluation": spared,
+        "evaluation_share": None if spared is None else max(spared, 0.0) / found.evaluation,
+        "reason": effect.fixed,
+    }
+    if off is not None:
+        row |= {"status": off.status, "iterations": off.iterations, "seconds": off.warm, "moves": off.moved}
+        row["reason"] = effect.fixed or off.reason
+    return row
+
+
+_SHELLS: tuple[ColumnOf[ShellWithout], ...] = (
+    (Column("effect", "without", kind="word", words={"": "everything on"}), lambda r: r.name),
+    (Column("status", "status", kind="word"), lambda r: r.status),
+    (Column("iterations", "Newton iterations", kind="integer"), lambda r: r.iterations),
+    (Column("seconds", "solve s", "s", "seconds:3"), lambda r: r.seconds),
+    (Column("moves", "moves", "l", "exponent:1", legend="Hausdorff distance to the shell with all effects, in l"),
+     lambda r: r.moved),
+    (Column("error", "own error", "l", "exponent:1", legend="the distance to half the mesh"), lambda r: r.error),
+    (Column("reason", "why not", kind="word"), lambda r: r.reason),
+)  # fmt: skip
 
 
 def shell_table(measured: ShellSolves) -> Table:
     """The shell with and without its effects."""
     along, across = measured.elements
-    rows = tuple(
-        (r.name or "everything on", r.status, r.iterations, _known(r.seconds), r.moved, r.error, r.reason)
-        for r in measured.rows
-    )
-    return Table(
+    return Table.of(
         f"The shell, w/h = {measured.width_to_thickness:g}, {along} x {across} elements",
-        ("without", "status", "Newton iterations", "solve s", "moves", "own error", "why not"),
-        rows,
-        ("", "", "d", ".3g", ".1e", ".1e", ""),
-        _SHELL_LEGEND,
+        _SHELLS,
+        measured.rows,
+        "The whole solve along its path, without compilation, in one run.",
     )
 
 
-def _known(value: float | None) -> float | None:
-    return None if value is None or math.isnan(value) else value
+_ELASTICA: tuple[ColumnOf[Without], ...] = (
+    (Column("effect", "effect", kind="word"), lambda o: o.name),
+    (Column("status", "status", kind="word"), lambda o: o.status),
+    (Column("iterations", "iterations", kind="integer"), lambda o: o.iterations),
+    (Column("seconds", "solve ms", "s", "milliseconds:3"), lambda o: o.seconds),
+    (Column("moves", "moves / l", "l", "exponent:1", legend="largest distance between the centrelines"),
+     lambda o: o.moves),
+)  # fmt: skip
+
+
+def elastica_tables(scene: Scene, found: Sequence[Part], own: ElasticaRun, others: Sequence[Without]) -> list[Table]:
+    """The effects of a scene of the elastica, and what each costs and changes."""
+    whole = Without("everything on", own.result.status.value, own.result.iterations, own.warm, None)
+    legend = "First row: with everything; below: without this effect alone."
+    return [
+        effect_table(scene, found),
+        Table.of("What each costs, and what changes without it", _ELASTICA, [whole, *others], legend),
+    ]
 
 
 def sentences(found: Explanation, solves: Solves | None) -> list[str]:
@@ -154,19 +188,29 @@ def write(
     out: Path, scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None, again: str
 ) -> None:
     """Writes result.json and page.json into `out`."""
-    data = result(scene, found, solves, shell)
-    atomic_write_json(out / "result.json", data)
-    tables = [effect_table(scene, found), cost_table(found, solves)] + ([shell_table(shell)] if shell else [])
-    up = None if scene.up is None else tuple(float(c) for c in scene.up)
-    page = Page(
-        command="explain",
-        title=f"{scene.title}: effects",
-        verdict=tuple(sentences(found, solves)),
-        tables=tuple(tables),
+    Study(
+        "explain",
+        f"{scene.title}: effects",
+        tables=tuple(tables(scene, found, solves, shell)),
+        sentences=tuple(sentences(found, solves)),
         files={"result.json": "everything measured"},
-        scene=scene.to_toml(),
-        up=up,  # type: ignore[arg-type]
-        provenance=data["provenance"],
-        again=again,
-    )
-    write_page(out, page)
+    ).write(out, result(scene, found, solves, shell), again, scene)
+
+
+def tables(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> list[Table]:
+    """The effects, what each costs and changes, and the shell's where it was solved."""
+    known = [effect_table(scene, found.effects), cost_table(found, solves)]
+    return known + ([shell_table(shell)] if shell else [])
+
+
+def write_elastica(
+    out: Path, scene: Scene, found: Sequence[Part], own: ElasticaRun, others: Sequence[Without], again: str
+) -> None:
+    """The same of a scene that only the elastica can solve."""
+    measured = {"command": "explain", "effects": found, "without": others}
+    Study(
+        "explain",
+        f"{scene.title}: effects",
+        tables=tuple(elastica_tables(scene, found, own, others)),
+        sentences=tuple(effects_elastica.sentences(scene, own)),
+    ).write(out, {**elastica_result(scene, own), **measured}, again, scene)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from compare.models.elastica_run import BEGAN
 from compare.models.ribbon_run import ElasticaRun, RibbonRun
-from compare.page.page import Page, Picture, Surface, Table
+from compare.page.page import Picture, Surface
+from compare.page.study import Study
+from compare.page.table import Column, Table
 from compare.pages.comparison import ribbon_advice, solve_rows
 from compare.scene.scene import Scene
-from compare.store.made_by import provenance
 
 RIBBON_PICTURE = "ribbon.png"
 RIBBON_FILES = {
@@ -17,14 +19,6 @@ RIBBON_FILES = {
     "ribbon.npz": "segments and centreline as arrays (NumPy)",
     "centreline.csv": "centreline, curvature, ruling and frame",
 }
-
-
-def upwards(scene: Scene) -> tuple[float, float, float] | None:
-    """The scene's direction upwards; None without weight."""
-    if scene.up is None:
-        return None
-    x, y, z = (float(c) for c in scene.up)
-    return x, y, z
 
 
 def ribbon_picture(run: RibbonRun) -> Picture:
@@ -37,8 +31,34 @@ def ribbon_picture(run: RibbonRun) -> Picture:
     return Picture(RIBBON_PICTURE, alt, "The ribbon: normal curvature and ruling along it, and its side view.")
 
 
-def ribbon_page(scene: Scene, run: RibbonRun, error: float | None, again: str) -> Page:
-    """The page of a ribbon solve; `error`: its discretisation error (Hausdorff / l) when measured."""
+_PATH = (
+    Column("stage", "stage", kind="integer", legend="that was approached, from 1"),
+    Column("t", "t", kind="digits", legend="where the step ended, from 0 to 1 in each stage"),
+    Column("size", "size", kind="digits", legend="of the step"),
+    Column("status", "status", kind="word"),
+    Column("accepted", "accepted", kind="truth"),
+    Column("iterations", "iterations", kind="integer"),
+    Column("residual", "residual", kind="exponent:1"),
+    Column("energy", "energy", "D w / l", "digits:6"),
+    Column("lowest_eigenvalue", "lowest eigenvalue", kind="digits:4"),
+    Column("seconds", "s", "s", "seconds"),
+    Column("jump", "jump", kind="truth", legend="the shape snapped"),
+)
+
+
+def path_table(log: Sequence[Mapping[str, Any]]) -> Table:
+    """The log of a way, one row a step; nothing where nothing was judged."""
+    return Table.of_records("Steps of the path", _PATH, log)
+
+
+def _listed(title: str, rows: Sequence[tuple[str, str]]) -> Table:
+    """Names and texts as a table: each row has a unit, or several values, of its own."""
+    columns = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
+    return Table(title, columns, tuple(rows))
+
+
+def ribbon_study(scene: Scene, run: RibbonRun, error: float | None) -> Study:
+    """A ribbon solve; `error`: its discretisation error (Hausdorff / l) when measured."""
     e = run.equilibrium
     known = "unknown" if error is None else f"{error:.1e} l"
     said = [
@@ -46,21 +66,19 @@ def ribbon_page(scene: Scene, run: RibbonRun, error: float | None, again: str) -
         f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, {run.warm * 1e3:.3g} ms."
     ]
     advice = ribbon_advice(scene, error)
-    files = {"result.json": "all numbers", **RIBBON_FILES}
+    files, data = {"result.json": "all numbers", **RIBBON_FILES}, {}
     if run.way is not None:
         files["path.csv"] = "every step of the path"
-    return Page(
-        command="solve",
-        title=scene.title,
-        verdict=tuple(said + ([advice] if advice else [])),
-        tables=(Table("The ribbon", ("quantity", "value"), tuple(solve_rows(scene, run, error))),),
+        data["path.csv"] = path_table(e.log)
+    return Study(
+        "solve",
+        scene.title,
+        tables=(_listed("The ribbon", solve_rows(scene, run, error)),),
+        sentences=tuple(said + ([advice] if advice else [])),
         pictures=(ribbon_picture(run),),
         surfaces=(Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),),
+        data=data,
         files=files,
-        scene=scene.to_toml(),
-        up=upwards(scene),
-        provenance=provenance(scene, e.options),
-        again=again,
     )
 
 
@@ -88,14 +106,14 @@ def elastica_rows(run: ElasticaRun, result: dict[str, Any]) -> list[tuple[str, s
 ELASTICA_PICTURE = "elastica.png"
 
 
-def elastica_page(scene: Scene, run: ElasticaRun, result: dict[str, Any], again: str) -> Page:
-    """The page of an elastica solve: a planar curve, no surface."""
+def elastica_study(scene: Scene, run: ElasticaRun, result: dict[str, Any]) -> Study:
+    """An elastica solve: a planar curve, no surface."""
     error = "unknown" if run.result.error is None else f"{run.result.error:.1e} l"
-    return Page(
-        command="solve",
-        title=scene.title,
-        verdict=(f"Elastica: {run.result.message}; discretisation error {error}, {run.warm * 1e3:.3g} ms.",),
-        tables=(Table("The elastica", ("quantity", "value"), tuple(elastica_rows(run, result))),),
+    return Study(
+        "solve",
+        scene.title,
+        tables=(_listed("The elastica", elastica_rows(run, result)),),
+        sentences=(f"Elastica: {run.result.message}; discretisation error {error}, {run.warm * 1e3:.3g} ms.",),
         pictures=(
             Picture(
                 ELASTICA_PICTURE,
@@ -104,9 +122,4 @@ def elastica_page(scene: Scene, run: ElasticaRun, result: dict[str, Any], again:
                 "The elastica: angle of the tangent along it, and its shape in its plane.",
             ),
         ),
-        files={"result.json": "all numbers"},
-        scene=scene.to_toml(),
-        up=upwards(scene),
-        provenance=provenance(scene),
-        again=again,
     )

@@ -12,7 +12,6 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.models.elastica_run import ElasticaRun, run_elastica
-from compare.page.page import Table
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 
@@ -104,33 +103,6 @@ def solves(scene: Scene, found: list[Part], reporter: Reporter) -> tuple[Elastic
         r = run.result
         others.append(Without(part.name, r.status.value, r.iterations, run.warm, moved))
     return own, others
-
-
-def tables(scene: Scene, found: list[Part], own: ElasticaRun, others: list[Without]) -> list[Table]:
-    """The effects, and what each costs and changes."""
-    r = own.result
-    rows = [("everything on", r.status.value, r.iterations, 1e3 * own.warm, None)]
-    return [
-        Table(
-            f"{scene.title}: effects",
-            ("effect", "on", "why", "what it adds"),
-            tuple((part.name, "yes" if part.on else "no", part.why, part.adds) for part in found),
-        ),
-        Table(
-            "What each costs, and what changes without it",
-            ("effect", "status", "iterations", "solve ms", "moves / l"),
-            (
-                *rows,
-                *(
-                    (o.name, o.status, o.iterations, None if o.seconds is None else 1e3 * o.seconds, o.moves)
-                    for o in others
-                ),
-            ),
-            ("", "", "", ".3g", ".1e"),
-            "First row: with everything; below: without this effect alone. moves: largest distance between the "
-            "centrelines.",
-        ),
-    ]
 
 
 def sentences(scene: Scene, own: ElasticaRun) -> list[str]:

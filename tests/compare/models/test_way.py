@@ -13,7 +13,9 @@ from compare.errors import BadInput
 from compare.models import ribbon_way as way
 from compare.models.ribbon_build import ribbon_arguments
 from compare.models.ribbon_run import run_ribbon
-from compare.models.ribbon_way import COLUMNS, STATE_FILE, log_csv, run_key, run_way
+from compare.models.ribbon_way import COLUMNS, STATE_FILE, run_key, run_way
+from compare.page.csv import as_csv
+from compare.pages.solve import path_table
 from compare.scene.scene import loads
 from ribbon import Status, solve
 from tests.compare.scene import held_scenes
@@ -73,12 +75,14 @@ def test_the_log_has_every_step_of_every_stage(whole):
 
 
 def test_the_log_as_csv(whole):
-    rows = list(csv.DictReader(io.StringIO(log_csv(whole.equilibrium.log))))
+    rows = list(csv.DictReader(io.StringIO(as_csv(path_table(whole.equilibrium.log)))))
     assert len(rows) == len(whole.equilibrium.log)
     assert tuple(rows[0]) == COLUMNS
     assert [float(row["energy"]) for row in rows] == [entry["energy"] for entry in whole.equilibrium.log]
     assert {row["accepted"] for row in rows} <= {"true", "false"}
-    assert log_csv(({"stage": 1, "t": 1.0, "lowest_eigenvalue": None},)).splitlines()[1].count(",") == len(COLUMNS) - 1
+    assert as_csv(path_table([{"stage": 1, "t": 1.0, "jump": None}])).splitlines()[1] == "1,1.0" + "," * (
+        len(COLUMNS) - 2
+    )
 
 
 @pytest.mark.parametrize("after", [1, 2, 5])
