@@ -46,7 +46,7 @@ def solve_ribbon(
     options: argparse.Namespace, reporter: Reporter, scene: Scene, out: Path
 ) -> tuple[RibbonRun, float | None]:
     """Solves the ribbon and writes its files; the run, and its discretisation error (Hausdorff / l) when known."""
-    from compare.export import surfaces as export
+    from compare.export import ribbon as export
     from compare.models.ribbon_run import run_ribbon
     from compare.pages.result import ribbon_result
     from compare.pages.solve import ribbon_study
@@ -59,7 +59,7 @@ def solve_ribbon(
     grid = Grid.for_shape(scene, float(abs(e.omega([i / 2000 for i in range(2001)])).max()))
     error = ribbon_discretisation_error(e, grid, reporter)
     reporter.step("writing results")
-    export.write_ribbon(out / "ribbon.vtu", e, grid)
+    export.write_surface(out / "ribbon.vtu", e, grid.ribbon(e), grid.s, grid.v)
     export.write_arrays(out / "ribbon.npz", e)
     atomic_write_bytes(out / "centreline.csv", export.centreline_csv(e))
     profile.ribbon_profile(out / "ribbon.png", e, scene.title)

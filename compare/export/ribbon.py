@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.formats import npz_bytes
+from compare.export.formats import array_csv, npz_bytes
+from compare.export.vtu import write_vtu
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
 from ribbon.energies import wunderlich
@@ -131,3 +132,18 @@ def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
 def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:
     """`arrays` as a file."""
     return atomic_write_bytes(path, npz_bytes(arrays(equilibrium)))
+
+
+def write_surface(path: Path, equilibrium: Equilibrium, points: FloatArray, s: FloatArray, v: FloatArray) -> Path:
+    """The surface as VTU: its points (k, m, 3) at abscissae s (k,) and v (m,) across, with the fields there."""
+    return write_vtu(path, points, fields(equilibrium, s, v))
+
+
+def centreline_csv(equilibrium: Equilibrium) -> bytes:
+    """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
+    s = np.linspace(0.0, 1.0, LINE_POINTS)
+    frame = equilibrium.frame(s)
+    columns = [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
+    names = ["s", "x", "y", "z", "omega", "eta"]
+    names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
+    return array_csv(names, np.column_stack(columns + [frame[:, :, column] for column in range(3)]))

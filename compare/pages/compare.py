@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from compare.export import surfaces as export
+from compare.export.ribbon import centreline_csv, write_arrays
 from compare.page.page import Picture, Surface
 from compare.page.page import again as command_line
 from compare.page.study import Study
@@ -30,8 +30,8 @@ def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
     """
     scene, equilibrium = comparison.scene, comparison.ribbon.equilibrium
     surfaces = (write_ribbon(out, comparison), *write_shells(out, comparison))
-    export.write_arrays(out / "ribbon.npz", equilibrium)
-    atomic_write_bytes(out / "centreline.csv", export.centreline_csv(equilibrium))
+    write_arrays(out / "ribbon.npz", equilibrium)
+    atomic_write_bytes(out / "centreline.csv", centreline_csv(equilibrium))
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
     profile.ribbon_profile(out / "ribbon.png", equilibrium, scene.title)

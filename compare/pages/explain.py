@@ -32,8 +32,8 @@ _COSTS = (
     Column("evaluation", "evaluation us", "s", "microseconds:1", legend="of all that the minimiser asks for, median of "
            "differences timed in turns"),
     Column("evaluation_share", "of it %", kind="percent:0"),
-    Column("status", "status without it", kind="word", legend="status, iterations, solve: of the whole solve, from the "
-           "scene's own seed, warm, median of repeats"),
+    Column("status", "status without it", kind="word", legend="of the whole solve from the scene's own seed, as are "
+           "iterations and time (warm, median of repeats)"),
     Column("iterations", "iterations", kind="integer"),
     Column("seconds", "solve ms", "s", "milliseconds:3"),
     Column("moves", "moves", "l", "exponent:1", legend="Hausdorff distance between the shapes with and without it, in "

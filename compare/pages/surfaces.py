@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from compare.export import surfaces as export
+from compare.export.ribbon import write_surface
+from compare.export.surfaces import write_shell
 from compare.page.page import Surface
 from compare.studies.compare import Comparison
 
 
 def write_ribbon(out: Path, comparison: Comparison, name: str = "ribbon.vtu", label: str = "ribbon") -> Surface:
     """The ribbon's surface."""
-    export.write_ribbon(out / name, comparison.ribbon.equilibrium, comparison.grid)
+    equilibrium, grid = comparison.ribbon.equilibrium, comparison.grid
+    write_surface(out / name, equilibrium, grid.ribbon(equilibrium), grid.s, grid.v)
     return Surface(name, label, "ribbon")
 
 
@@ -22,6 +24,6 @@ def write_shells(out: Path, comparison: Comparison, colour: str = "") -> tuple[S
         if case.ok:
             ratio = row.width_to_thickness
             name = f"shell_w{ratio:g}.vtu"
-            export.write_shell(out / name, case, comparison.grid)
+            write_shell(out / name, case, comparison.grid)
             found.append(Surface(name, f"shell, w/h = {ratio:g}", "shell", colour, width_to_thickness=ratio))
     return tuple(found)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compare.export import surfaces as export
+from compare.export.ribbon import centreline_csv
 from compare.measure.align import aligned
 from compare.measure.distance import centreline_distance
 from compare.models.ribbon_run import run_elastica, run_ribbon
@@ -22,6 +22,7 @@ from compare.page.page import read_page
 from compare.pages import compare as report
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
+from compare.pages.surfaces import write_ribbon
 from compare.pictures import comparison as figures
 from compare.pictures import ribbon as profile
 from compare.scene.scene import load, loads
@@ -236,7 +237,7 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
 
 def test_surfaces_read_back(made, tmp_path):
     found = made()
-    export.write_ribbon(tmp_path / "r.vtu", found.ribbon.equilibrium, found.grid)
+    write_ribbon(tmp_path, found, "r.vtu")
     mesh = meshio.read(tmp_path / "r.vtu")
     points = found.grid.ribbon(found.ribbon.equilibrium).reshape(-1, 3)
     assert np.abs(mesh.points - points).max() == 0
@@ -246,7 +247,7 @@ def test_surfaces_read_back(made, tmp_path):
     on_axis = mesh.point_data["v"] == 0
     assert on_axis.sum() == found.grid.s.size
     assert np.abs(mesh.point_data["ruling_foot"][on_axis] - mesh.point_data["S"][on_axis]).max() < 1e-14
-    line = np.loadtxt(io.BytesIO(export.centreline_csv(found.ribbon.equilibrium)), delimiter=",", skiprows=1)
+    line = np.loadtxt(io.BytesIO(centreline_csv(found.ribbon.equilibrium)), delimiter=",", skiprows=1)
     assert np.allclose(line[:, 1:4], found.ribbon.equilibrium.position(line[:, 0]), atol=1e-11)
 
 
