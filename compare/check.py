@@ -29,13 +29,11 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, check_writable
 from compare.studies.compare import Comparison, Row, compare
 from compare.studies.pins import Pin, read_pins
-from ribbon import RibbonInputError
 
 __all__ = [
     "Claim", "Outcome", "Pin", "Verdict", "assert_agreement", "assert_pin", "cache_folder", "check", "read_pins",
@@ -118,10 +116,7 @@ def check(pin: Pin, store: CaseStore, reporter: Reporter | None = None) -> Outco
     Raises `BadInput` for a scene that cannot be, or has no shell, and `Missing` where there is no dolfinx.
     """
     scene = pin.scene
-    try:
-        found = compare(scene, store, reporter or Reporter(quiet=True), leave_saddle=pin.leave_saddle)
-    except RibbonInputError as error:
-        raise BadInput("scene", scene.name, str(error)) from None
+    found = compare(scene, store, reporter or Reporter(quiet=True), leave_saddle=pin.leave_saddle)
     claims: list[Claim] = []
     for row in found.rows:
         if pin.distance is not None:
@@ -176,11 +171,11 @@ def assert_pin(pin: Pin, cache: str | os.PathLike[str] | None = None) -> None:
 
 def _unsolved(what: str, bound: Any, row: Row | None, found: Comparison) -> Claim | None:
     """The claim where one of the models is no stable equilibrium, or None."""
-    e = found.ribbon.equilibrium
+    fast = found.fast
     ratio = None if row is None else row.width_to_thickness
     rows = found.rows if row is None else (row,)
-    if not e.ok:
-        return Claim(what, ratio, bound, None, None, Verdict.UNSOLVED, f"{what}: the ribbon is {e.message}")
+    if not fast.ok:
+        return Claim(what, ratio, bound, None, None, Verdict.UNSOLVED, f"{what}: the {fast.model} is {fast.message}")
     for r in rows:
         if r.status != "converged":
             says = f"{what} at w/h = {r.width_to_thickness:g}: the shell is {r.status}: {r.message}"

@@ -11,7 +11,8 @@ import pytest
 from PIL import Image
 
 from compare.cli import _parser
-from compare.models.ribbon_run import run_elastica, run_ribbon
+from compare.models import solve as solve_scene
+from compare.models.base import Options
 from compare.scene.scene import load, shipped
 from tests.docs_blocks import DOCS
 from tests.validation.workbench.gallery import LARGEST, PIXELS
@@ -68,10 +69,10 @@ def test_picture_command_and_source(name):
 def test_headline_numbers_are_still_so(name):
     e: Any
     if name.startswith("daisy"):
-        e = run_elastica(load(name))
-        assert e.result.status.value == "converged"
+        e = solve_scene(load(name), "elastica", options=Options(error=True))
+        assert e.word == "converged"
     else:
-        e = run_ribbon(load(name)).equilibrium
+        e = solve_scene(load(name), "ribbon").native
         assert e.ok
     printed = headline(name)[1]
     unit = 10.0 ** -len(printed.partition(".")[2])  # of the last digit

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from compare.models.ribbon_way import COLUMNS
-from compare.pages import comparison, cost, limits, shell, solve
+from compare.pages import comparison, cost, limits, ribbon, shell
 from compare.sweep import page as sweep
 from tests.docs_blocks import DOCS
 
@@ -29,7 +29,7 @@ def declared(columns) -> list[tuple[str, str]]:
         ("table.csv of compare and converge", (*comparison._COLUMNS, comparison._ELASTICA)),
         ("table.csv of cost", cost._COLUMNS),
         ("cases.csv of sweep", sweep._COLUMNS),
-        ("path.csv of solve", solve._PATH),
+        ("path.csv of solve", ribbon._PATH),
         ("path.csv of shell", shell._PATH),
     ],
 )
@@ -44,4 +44,4 @@ def test_columns_of_limits():
 
 
 def test_the_path_has_every_entry_of_its_log():
-    assert tuple(column.key for column in solve._PATH) == COLUMNS
+    assert tuple(column.key for column in ribbon._PATH) == COLUMNS

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from compare.studies.cost_plan import Plan
 
-HELP = "what accuracy costs: error against time for ribbon, elastica and shell"
+HELP = "what accuracy costs: error against time for every model of a scene"
 
 
 def register(parser: argparse.ArgumentParser) -> None:
@@ -99,12 +100,14 @@ def _asked(options: argparse.Namespace) -> list[str]:
 
 def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
     """The plan that the options ask for; `BadInput` names the option that cannot be."""
-    from compare.studies.cost_plan import REFERENCES, SOLVERS, Plan
+    from compare.models.choice import measure_of_all
+    from compare.registry import names
+    from compare.studies.cost_plan import OWN, Plan, chosen, families
 
     changes: dict[str, object] = {"leave_saddle": options.leave_saddle, "compilation": options.compilation}
-    _chosen("--solvers", options.solvers or [], SOLVERS)
-    if options.solvers:
-        changes["solvers"] = tuple(s for s in SOLVERS if s in options.solvers)
+    known = families(scene)
+    _chosen("--solvers", options.solvers or [], known)
+    changes["solvers"] = tuple(s for s in known if s in (options.solvers or known))
     for name, least, most in (("segments", 2, 2000), ("elastica_elements", 2, 5000)):
         values = getattr(options, name)
         if values is not None:
@@ -126,15 +129,13 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
         if not (math.isfinite(options.budget) and options.budget > 0.0):
             raise BadInput("--budget", options.budget, "is no time", "give seconds, above zero")
         changes["budget"] = options.budget
-    ratio = _ratio(options, scene)
-    if ratio is not None:
-        changes["ratio"] = ratio
-    with_shell = ratio is not None and (not options.solvers or "shell" in options.solvers)
-    ribbon_too = not options.solvers or {"chained", "mixed", "placed"} & set(options.solvers)
-    usual = "shell" if with_shell else "ribbon" if ribbon_too else "elastica"
-    changes["reference"] = usual if options.reference is None else options.reference
-    _chosen("--reference", [changes["reference"]], REFERENCES)
-    return Plan(**changes)  # type: ignore[arg-type]
+    changes["ratio"] = _ratio(options, scene)
+    if options.reference is not None:
+        _chosen("--reference", [options.reference], (*names(), OWN))
+    plan = Plan(**changes)  # type: ignore[arg-type]
+    entries, _ = chosen(scene, plan)
+    usual = measure_of_all([entry.model.name for entry in entries])
+    return replace(plan, reference=options.reference or usual)
 
 
 def _ratio(options: argparse.Namespace, scene: Scene) -> float | None:

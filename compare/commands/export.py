@@ -65,8 +65,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 
 def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]:
-    """The folder into which the ribbon of the scene was solved, and the exit code of that."""
-    from compare.commands.solve import solve_ribbon
+    """The folder into which the scene was solved, and the exit code of that."""
+    from compare.commands.solve import solve_into
     from compare.scene.check import beyond_the_ribbon
     from compare.scene.scene import load, parse_assignment, shipped
 
@@ -89,5 +89,5 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     options.scene, options.leave_saddle = options.source, False
     folder = common.out_folder(argparse.Namespace(out=parent), scene.name)
     with common.ribbon_input(scene.name), common.held(folder, reporter.step):
-        equilibrium = solve_ribbon(options, reporter, scene, folder)[0].equilibrium
-    return folder, common.DONE if equilibrium.ok else common.NOT_CONVERGED
+        state = solve_into(folder, scene, reporter, options)
+    return folder, common.DONE if state.ok else common.NOT_CONVERGED

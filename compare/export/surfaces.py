@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.export.vtu import write_vtu
+from compare.measure.energy_map import by_name, density_on_grid
+from compare.measure.grid import Grid
 from compare.models.shell_process import ShellCase
-from compare.pictures import shell as shell_figure
-from compare.studies.compare import Grid
 
 FloatArray = NDArray[np.float64]
 
@@ -19,14 +19,14 @@ def write_shell(path: Path, case: ShellCase, grid: Grid) -> Path:
     """A shell's surface with material coordinates and director, and by cell the energies of the element it lies in."""
     s, v = np.meshgrid(grid.s, grid.v, indexing="ij")
     fields = {"S": s, "v": v, "director": case.surface.director(s, v)}
-    return write_vtu(path, grid.shell(case), fields, _energies(case, grid))
+    return write_vtu(path, case.surface.grid(grid.s, grid.v), fields, _energies(case, grid))
 
 
 def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
     """Bending, membrane and shear energy per area (D / l^2) and their shares on the cells of the grid; none where the
     case has not kept them."""
     try:
-        density = shell_figure.density_on_grid(case)
+        density = density_on_grid(case)
     except KeyError:
         return {}
     surface = case.surface
@@ -36,4 +36,4 @@ def _energies(case: ShellCase, grid: Grid) -> dict[str, FloatArray]:
         for nodes, x in zip(ends, (grid.s, grid.v), strict=True)
     )
     density = density[np.ix_(rows, columns)]
-    return shell_figure.by_name(density)
+    return by_name(density)

@@ -8,32 +8,37 @@ those that change neither energy nor constraints.
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
-
-from ribbon import Equilibrium
 
 FloatArray = NDArray[np.float64]
 
 
-def aligned(points: FloatArray, reference: FloatArray, equilibrium: Equilibrium) -> FloatArray:
-    """`points` (k, m, 3) moved as close to `reference` (same particles) as the free motions of `equilibrium` allow.
+@dataclass(frozen=True)
+class Motions:
+    """Motions that change nothing: translations (k, 3) and axes (m, 3) of rotations, orthonormal; pivot (3,): a held
+    point that every rotation goes through, None: there is none."""
+
+    translations: FloatArray
+    axes: FloatArray
+    pivot: FloatArray | None = None
+
+
+def aligned(points: FloatArray, reference: FloatArray, motions: Motions | None) -> FloatArray:
+    """`points` (k, m, 3) moved as close to `reference` (same particles) as the free `motions` allow.
 
     Closest in the sense of least squares over the particles; units of l.
     """
-    problem: Any = equilibrium.problem
-    if not hasattr(problem, "free_motions"):
+    if motions is None or (not len(motions.translations) and not len(motions.axes)):
         return points
-    translations, axes = problem.free_motions()
+    from scipy.spatial.transform import Rotation  # not before it is needed: it loads half of scipy
+
+    translations, axes = motions.translations, motions.axes
     moved = points.reshape(-1, 3)
     target = reference.reshape(-1, 3)
-    if not len(translations) and not len(axes):
-        return points
-    held = [r for r in (problem.start_position, problem.end_position) if r is not None]
-    pivots = (moved.mean(axis=0), target.mean(axis=0)) if not held else (held[0], held[0])
+    pivots = (moved.mean(axis=0), target.mean(axis=0)) if motions.pivot is None else (motions.pivot, motions.pivot)
     a, b = moved - pivots[0], target - pivots[1]
     if len(axes) == 3:
         turn = Rotation.align_vectors(b, a)[0]

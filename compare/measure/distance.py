@@ -3,37 +3,20 @@
 Hausdorff distance (thesis, chapter 3, note 2): ``max(sup_P d(P, Z), sup_Q d(Q, S))``. The suprema are taken over the
 vertices, the distances to the *triangles* of the other surface (VTK's point-to-cell filter), so that the result is
 exact to the distance between a triangle and the curved surface it stands for: kappa ds^2 / 8, ds the grid's spacing.
-`cells_along` chooses the grid so that this stays below a hundredth of the thesis's yardstick.
+`compare.measure.grid` chooses the grid so that this stays below a hundredth of the thesis's yardstick.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.surface import grid_triangles
+from compare.measure.grid import triangles
 
 FloatArray = NDArray[np.float64]
 
 #: The thesis calls two shapes the same to the eye when their Hausdorff distance is below 1 permille of the length.
 YARDSTICK = 1e-3
-#: Largest distance between a triangle and the arc it stands for, in units of l.
-SAGITTA = 2e-6
-#: Fewest and most cells along the strip.
-CELLS = (400, 4000)
-
-
-def cells_along(largest_curvature: float) -> int:
-    """Cells along the strip so that ``kappa ds^2 / 8 <= SAGITTA``; `largest_curvature` in 1/l."""
-    wanted = math.sqrt(max(abs(largest_curvature), 1e-12) / (8.0 * SAGITTA))
-    return int(min(max(math.ceil(wanted / 50.0) * 50, CELLS[0]), CELLS[1]))
-
-
-def cells_across(width: float, along: int) -> int:
-    """Cells across the strip: as along, but between 4 and 12 (rulings are straight); `width` is w / l."""
-    return int(min(max(2 * round(0.25 * width * along), 4), 12))
 
 
 def _poly_data(points: FloatArray, triangles: NDArray[np.int64]):  # type: ignore[no-untyped-def]
@@ -74,9 +57,9 @@ def grid_hausdorff(grid_a: FloatArray, grid_b: FloatArray) -> float:
     """Symmetric Hausdorff distance of two surfaces given on material grids (along, across, 3) of any sizes."""
     return hausdorff(
         grid_a.reshape(-1, 3),
-        grid_triangles(*grid_a.shape[:2]),
+        triangles(*grid_a.shape[:2]),
         grid_b.reshape(-1, 3),
-        grid_triangles(*grid_b.shape[:2]),
+        triangles(*grid_b.shape[:2]),
     )
 
 

@@ -31,6 +31,11 @@ __all__ = ["DEFAULT_ELEMENTS", "ShellCase", "run_shell", "shell_elements", "shel
 
 Progress = Callable[[str], None]
 
+#: Our own sources that a shell's numbers depend on.
+SOURCES = (
+    "shellref/__init__.py", "shellref/inputs.py", "shellref/worker.py", "shellref/shell", "shellref/path",
+    "shellref/fenics",
+)  # fmt: skip
 #: Digits of a start that count in a case's key: a start only selects a branch.
 START_DIGITS = 6
 _BAD_REQUEST = 2
@@ -88,7 +93,7 @@ class ShellCase:
 
 def shell_key(problem: ShellProblem, options: ShellOptions, start: ShellSurface | None = None) -> str:
     """The key of a case: problem, options, software, the shell's sources, and the start to `START_DIGITS` digits."""
-    made_by = software("shellref", leave_out=("elastica", "stem"))  # which take no part in a shell
+    made_by = software(*SOURCES)
     parts: list[Any] = ["shell", problem.to_dict(), options.to_dict(), made_by]
     if start is not None:
         digest = hashlib.sha256()

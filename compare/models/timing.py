@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections.abc import Callable
 from typing import TypeVar
+
+from compare.models.base import Seconds
 
 T = TypeVar("T")
 
@@ -14,20 +15,30 @@ REPEATS = 5
 REPEAT_BUDGET = 2.0
 
 
-def timed(once: Callable[[], T], repeat: bool = True) -> tuple[T, float, float]:
-    """The result, the time of the first call (s) and the median time of repeated calls (s), at least one of them;
-    without `repeat` the first time again."""
+#: First calls that took as long (s) are not repeated without being asked for, and count as one that was asked for.
+LONG = 2.0
+
+
+def clocked(once: Callable[[], T], repeats: int | None = None) -> tuple[T, Seconds]:
+    """The result of the first call of `once`, and the times (s) of all calls: nothing else is inside the clock."""
     clock = time.perf_counter()
     result = once()
-    first = time.perf_counter() - clock
-    return result, first, repeated(once) if repeat else first
+    return result, repeated(once, time.perf_counter() - clock, repeats)
 
 
-def repeated(once: Callable[[], object]) -> float:
-    """Median time (s) of calls, repeated within the budget."""
-    times: list[float] = []
-    while not times or (len(times) < REPEATS and sum(times) < REPEAT_BUDGET):
+def repeated(once: Callable[[], object], first: float, repeats: int | None = None) -> Seconds:
+    """`first` (s), the time of a call that has been made, and the times of `once` called again.
+
+    repeats: calls beside the first, where one that took `LONG` or longer counts as the first of them: what it loads is
+    then little beside it. None: as many as `REPEATS` and `REPEAT_BUDGET` allow, at least one, but none after a `LONG`
+    first call.
+    """
+    if repeats is None and first >= LONG:
+        return Seconds(first)
+    most = REPEATS if repeats is None else repeats
+    times = [first] if repeats and first >= LONG else []
+    while len(times) < most and (repeats is not None or not times or sum(times) < REPEAT_BUDGET):
         clock = time.perf_counter()
         once()
         times.append(time.perf_counter() - clock)
-    return statistics.median(times)
+    return Seconds(first, tuple(times))

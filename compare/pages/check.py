@@ -10,6 +10,7 @@ from typing import Any
 from compare.check import Claim, Outcome, Verdict, up
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
+from compare.pages.result import row_result
 from compare.scene.scene import shipped
 from compare.store.made_by import provenance
 from compare.store.provenance import versions
@@ -131,14 +132,14 @@ def write(out: Path, outcomes: Sequence[Outcome], again: str, *, pinned: bool = 
 
 def _entry(outcome: Outcome) -> dict[str, Any]:
     pin, found = outcome.pin, outcome.comparison
-    e = found.ribbon.equilibrium
+    fast = found.fast
     return {
         "scene": pin.scene.name,
         "label": pin.label,
         "set": dict(pin.keys),
         "status": outcome.verdict.value,
         "claims": outcome.claims,
-        "ribbon": {"status": e.status.code, "stable": e.stable, "lowest_eigenvalue": e.lowest_eigenvalue},
-        "seconds": {"first": found.ribbon.first, "warm": found.ribbon.warm},
-        "rows": found.rows,
+        "ribbon": {"status": fast.word, "stable": fast.stable, "lowest_eigenvalue": fast.lowest_eigenvalue},
+        "seconds": {"first": fast.seconds.first, "warm": fast.seconds.warm},
+        "rows": [row_result(row) for row in found.rows],
     }

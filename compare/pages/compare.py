@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from compare.export.ribbon import centreline_csv, write_arrays
 from compare.page.page import Picture, Surface
 from compare.page.page import again as command_line
 from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
-from compare.pages.solve import RIBBON_FILES, ribbon_picture
-from compare.pages.surfaces import write_ribbon, write_shells
+from compare.pages.surfaces import write_shells
+from compare.pages.written import Written, write_any
 from compare.pictures import comparison as figures
-from compare.pictures import ribbon as profile
 from compare.report.write import MARKDOWN, read_report, write_report
-from compare.store.store import atomic_write_bytes
 from compare.studies.compare import Comparison
 
 REPORT = MARKDOWN
@@ -28,19 +26,18 @@ def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
     report.html, report.md, page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
     surfaces.png, centreline.csv, ribbon.vtu, ribbon.npz and shell_wNNNN.vtu (NNNN: w/h). again: the command line.
     """
-    scene, equilibrium = comparison.scene, comparison.ribbon.equilibrium
-    surfaces = (write_ribbon(out, comparison), *write_shells(out, comparison))
-    write_arrays(out / "ribbon.npz", equilibrium)
-    atomic_write_bytes(out / "centreline.csv", centreline_csv(equilibrium))
+    scene = comparison.scene
+    own = results.presenter(comparison.fast)
+    written = (write_any if own is None else own.write)(out, scene, comparison.fast, comparison.grid)
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
-    profile.ribbon_profile(out / "ribbon.png", equilibrium, scene.title)
     result = results.comparison_result(comparison)
-    study(comparison, surfaces).write(out, result, again or command_line("compare", scene.name), scene)
+    surfaces = [*(replace(surface, colour="") for surface in written.surfaces), *write_shells(out, comparison)]
+    study(comparison, written, surfaces).write(out, result, again or command_line("compare", scene.name), scene)
     return write_report(out, read_report([out])).markdown
 
 
-def study(comparison: Comparison, surfaces: Sequence[Surface]) -> Study:
+def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface]) -> Study:
     """A comparison whose surfaces have been written."""
     table = tables.table(comparison)
     return Study(
@@ -48,13 +45,13 @@ def study(comparison: Comparison, surfaces: Sequence[Surface]) -> Study:
         comparison.scene.title,
         tables=(table,),
         sentences=tuple(tables.verdict(comparison)),
-        pictures=(*_pictures(comparison), ribbon_picture(comparison.ribbon)),
+        pictures=(*_pictures(comparison), *written.pictures),
         surfaces=tuple(surfaces),
-        data={"table.csv": table, "table.md": table},
+        data={"table.csv": table, "table.md": table, **written.data},
         files={
             "result.json": "all numbers",
             "table.csv": "the table with full digits",
-            **RIBBON_FILES,
+            **written.files,
             **{s.file: f"{s.label}: surface with fields (ParaView)" for s in surfaces if s.kind == "shell"},
         },
     )

@@ -1,29 +1,38 @@
-"""The comparison as a table and as sentences, and what `ribbonbench solve` says of a ribbon."""
+"""The comparison as a table and as sentences."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.distance import YARDSTICK
-from compare.models.elastica_run import BEGAN, PLANAR_RIBBON, out_of_plane
-from compare.models.ribbon_build import formulation_why
-from compare.models.ribbon_run import RibbonRun
+from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell_build import line_weight
 from compare.page.table import Column, ColumnOf, Table
-from compare.scene.scene import Scene
+from compare.pages.elastica import BEGAN, message
+from compare.pages.solve import sentences
 from compare.studies.compare import Comparison, Row
 
 FloatArray = NDArray[np.float64]
 
 
-def _part(kind: str, name: str) -> Callable[[Row], float | None]:
-    def value(row: Row) -> float | None:
+def _part(kind: str, name: str) -> Callable[[Row], Any]:
+    def value(row: Row) -> Any:
         table = getattr(row, kind)
         return None if table is None else table.get(name)
+
+    return value
+
+
+def _energy(name: str) -> Callable[[Row], Any]:
+    """A part of the energy, in the convention of every model."""
+
+    def value(row: Row) -> Any:
+        found = None if row.energy is None else getattr(row.energy, name)
+        return None if found is None else found + 0.0
 
     return value
 
@@ -44,10 +53,9 @@ _COLUMNS: tuple[ColumnOf[Row], ...] = (
             legend="the distance exceeds the sum of both errors"), lambda r: r.claimed),
     (Column("membrane_share", "membrane %", kind="share"), _part("share", "membrane")),
     (Column("shear_share", "shear %", kind="share"), _part("share", "shear")),
-    (Column("elastic", "elastic", "D w / l", "digits:6"), _part("energy", "elastic_ribbon")),
-    (Column("gravity", "gravity", "D w / l", "digits:6"),
-     lambda r: None if r.energy is None else r.energy["gravity"] + 0.0),
-    (Column("total", "total", "D w / l", "digits:6"), lambda r: _total(r)),
+    (Column("elastic", "elastic", "D w / l", "digits:6"), _energy("elastic")),
+    (Column("gravity", "gravity", "D w / l", "digits:6"), _energy("gravity")),
+    (Column("total", "total", "D w / l", "digits:6"), _energy("total")),
     (Column("seconds_ribbon", "ribbon s", "s", "seconds:2"), lambda r: r.seconds["ribbon"]),
     (Column("seconds_shell", "shell s", "s", "seconds:3"), lambda r: r.seconds["shell"]),
     (Column("ratio", "ratio", kind="decimals:0", legend="shell time over ribbon time"), lambda r: r.ratio),
@@ -68,44 +76,29 @@ def columns(*keys: str) -> tuple[ColumnOf[Row], ...]:
     return tuple(by_key[key] for key in keys)
 
 
-def _total(row: Row) -> float | None:
-    if row.energy is None:
-        return None
-    return row.energy["elastic_ribbon"] + row.energy["gravity"]
-
-
 def table(comparison: Comparison) -> Table:
-    """One row per shell; below it the ribbon, the limit h/w = 0 of the inextensible model. The elastica's column is
+    """One row per shell; below it the model beside them, for the ribbon the limit h/w = 0. The elastica's column is
     absent where there is none."""
     columns = _COLUMNS if comparison.elastica is None else (*_COLUMNS, _ELASTICA)
     found = Table.of("Ribbon against shell", columns, comparison.rows, LEGEND)
-    ribbon, energy = comparison.ribbon, comparison.ribbon.equilibrium.energy
+    fast = comparison.fast
     cells = {
-        "width_to_thickness": "ribbon",
-        "status": ribbon.equilibrium.status.code,
-        "ribbon_error": comparison.ribbon_error,
-        "elastic": energy.elastic,
-        "gravity": energy.gravity,
-        "total": energy.total,
-        "seconds_ribbon": ribbon.warm,
+        "width_to_thickness": fast.model,
+        "status": fast.word,
+        "ribbon_error": fast.error,
+        "seconds_ribbon": fast.seconds.warm,
         "elastica": comparison.elastica_distance,
     }
+    if fast.energy is not None:
+        cells |= {name: getattr(fast.energy, name) for name in ("elastic", "gravity", "total")}
     return replace(found, below=(tuple(cells.get(key) for key in found.keys),))
 
 
 def verdict(comparison: Comparison) -> list[str]:
     """What the table says, in sentences that its numbers bear out."""
     said: list[str] = []
-    ribbon = comparison.ribbon
-    e = ribbon.equilibrium
-    error = "unknown" if comparison.ribbon_error is None else f"{comparison.ribbon_error:.1e} l"
-    said.append(
-        f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {e.message}; residual {e.residual:.1e}, "
-        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {error}, "
-        f"{ribbon.warm * 1e3:.3g} ms."
-    )
-    advice = ribbon_advice(comparison.scene, comparison.ribbon_error)
-    said += [advice] if advice else []
+    fast = comparison.fast
+    said += sentences(comparison.scene, fast)
     if comparison.slope is not None:
         low, high = comparison.slope.spread
         word = "falls" if comparison.falls else "does not fall on every row"
@@ -123,20 +116,19 @@ def verdict(comparison: Comparison) -> list[str]:
         last = times[-1]
         said.append(
             f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
-            f"{last.shell_error:.1e} l), the ribbon {ribbon.warm:.2g} s (error {last.ribbon_error:.1e} l): a factor "
-            f"{last.ratio:.0f}"
+            f"{last.shell_error:.1e} l), the {fast.model} {fast.seconds.warm:.2g} s (error {last.ribbon_error:.1e} l): "
+            f"a factor {last.ratio:.0f}"
             + ("; the shell's time is from the run that stored it" if last.reused else "")
             + ("." if last.start.startswith("path") else "; the shell began at the ribbon's surface.")
         )
     weight = line_weight(comparison.scene)
     said += [weight] if weight else []
     if comparison.elastica is not None and comparison.elastica_distance is not None:
-        r = comparison.elastica.result
+        third = comparison.elastica
         said.append(
-            f"Elastica (the scene is planar; begun at {BEGAN[comparison.elastica.start]}): centreline "
-            f"{comparison.elastica_distance:.1e} l from the ribbon's; its own error {r.error or 0.0:.1e} l; {r.message}"
-            + "."
-            + _left_plane(comparison)
+            f"Elastica (the scene is planar; begun at {BEGAN[third.start]}): centreline "
+            f"{comparison.elastica_distance:.1e} l from the {fast.model}'s; its own error {third.error or 0.0:.1e} l; "
+            f"{message(third)}." + _left_plane(comparison)
         )
     said += [
         f"w/h = {row.width_to_thickness:g}: the shell is {row.status}: {row.message}"
@@ -148,8 +140,11 @@ def verdict(comparison: Comparison) -> list[str]:
 
 def _left_plane(comparison: Comparison) -> str:
     """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
-    across = out_of_plane(comparison.scene, comparison.ribbon.equilibrium, np.linspace(0.0, 1.0, 201))
-    if across <= PLANAR_RIBBON:
+    shape = comparison.fast.shape
+    if shape is None:
+        return ""
+    across = out_of_plane(comparison.scene, shape, np.linspace(0.0, 1.0, 201))
+    if across <= PLANAR:
         return ""
     return (
         f" The ribbon leaves the plane (its tangent by up to {across:.2g}): the planar shape is not the one it takes."
@@ -158,7 +153,7 @@ def _left_plane(comparison: Comparison) -> str:
 
 def _other_model(comparison: Comparison) -> list[str]:
     """What makes this ribbon another model than the limit of its shells."""
-    scene, energy = comparison.scene, comparison.ribbon.equilibrium.problem.energy
+    scene, energy = comparison.scene, comparison.scene.model.energy
     found = []
     for name, clamp in (("start", scene.clamp_start), ("end", scene.clamp_end)):
         if clamp is None:
@@ -170,69 +165,6 @@ def _other_model(comparison: Comparison) -> list[str]:
     if energy == "sadowsky":
         found.append('the shell has a finite width: model.energy = "wunderlich"')
     return [f"The ribbon need not be the shell's limit: {'; '.join(found)}."] if found else []
-
-
-def ribbon_advice(scene: Scene, error: float | None) -> str | None:
-    """What to do about a ribbon whose discretisation error (Hausdorff / l) is visible; None when it is not."""
-    if error is None or error <= YARDSTICK:
-        return None
-    clamp = scene.clamp_start
-    if scene.model.tolerance is not None:
-        remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
-    elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
-        remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)'
-    else:
-        remedy = "raise model.elements, or give model.tolerance in its place"
-    return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
-
-
-def _vector(values: FloatArray, form: str = ".6f") -> str:
-    """Components (3,) for a reader, those that are zero to rounding as 0."""
-    rounding = 1e-10 * max(1.0, float(np.abs(values).max()))
-    return " ".join(format(0.0 if abs(c) < rounding else c, form) for c in values)
-
-
-def solve_rows(scene: Scene, run: RibbonRun, error: float | None) -> list[tuple[str, str]]:
-    """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out."""
-    e = run.equilibrium
-    used = e.problem.formulation
-    parts = [f"elastic {e.energy.elastic:.6f}", f"gravity {e.energy.gravity:.6f}"]
-    if any(wall.stiffness is not None for wall in scene.walls):
-        parts.append(f"plates {e.energy.plates:.6f}")
-    rows = [
-        ("status", e.message),
-        ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
-        ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
-        ("energy / (D w / l)", ", ".join(parts)),
-        ("middle / l", _vector(e.middle.position)),
-        ("end / l" if scene.clamp_end or scene.closure else "free end / l", _vector(e.end.position)),
-        ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
-    ]
-    if scene.clamp_start is not None:
-        rows.append(("force at s = 0 / (D w / l^2)", _vector(e.start.force, ".6g")))
-    if e.end_support is not None:
-        rows.append(("force at s = l / (D w / l^2)", _vector(e.end_support.force, ".6g")))
-    if len(e.walls) == len(scene.walls):
-        for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True)):
-            plate = "" if found.height is None else f", plate at {found.height:.4g} l from rest"
-            rows.append(
-                (
-                    f"force of wall {number if wall.name is None else wall.name}",
-                    f"{_vector(found.force, '.6g')}; {found.contacts.size} joints in contact{plate}",
-                )
-            )
-    rows.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
-    rows.append((f"why {used}", formulation_why(scene, used)))
-    if run.way is not None:
-        accepted = sum(bool(entry["accepted"]) for entry in e.log)
-        resumed = ", continued from an interrupted run" if run.way.resumed else ""
-        rows.append(
-            ("path", f"{run.way.stages} stages, {accepted} steps, {len(e.log) - accepted} rejected{resumed}: path.csv")
-        )
-    how = "extrapolated from two and four times the segments" if e.tolerance_error is None else "of the placed segments"
-    rows.append(("discretisation error", "unknown" if error is None else f"{error:.1e} l ({how})"))
-    rows.append(("time", f"{run.warm * 1e3:.3g} ms warm, {run.first:.3g} s for the first solve"))
-    return rows
 
 
 def _undecided(comparison: Comparison) -> list[str]:

@@ -16,7 +16,7 @@ from compare.page.page import Picture
 from compare.page.table import Cell, Column, ColumnOf, Table
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
-from compare.pages.surfaces import write_ribbon, write_shells
+from compare.pages.surfaces import write_fast, write_shells
 from compare.pictures.drawing import save
 from compare.studies.compare import Row
 from compare.studies.converge import LEAST_FOR_LIMIT, line_band
@@ -245,8 +245,8 @@ def _curve(axes: Axes, one: Study, colour: str, name: str) -> None:
                 axes.axhline(
                     one.limit.d0.both[1], color=colour, lw=0.9, ls=(0, (1, 2)), label=f"limit: upper end, 95 %{name}"
                 )
-    if one.comparison.ribbon_error:
-        axes.axhline(one.comparison.ribbon_error, color=colour, lw=0.9, ls="--", label=f"ribbon's error{name}")
+    if one.comparison.fast.error:
+        axes.axhline(one.comparison.fast.error, color=colour, lw=0.9, ls="--", label=f"ribbon's error{name}")
 
 
 # -- files ------------------------------------------------------------------------------------------------------------
@@ -284,14 +284,10 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
         data[name] = tables.table(one.comparison)
         files[name] = f"{_head(one, several)}rows with full digits"
     picture(out / "converge.png", found)
-    ribbons = [
-        write_ribbon(
-            out,
-            one.comparison,
-            f"ribbon_{one.ruling}.vtu" if several else "ribbon.vtu",
-            f"{_head(one, several)}ribbon",
-        )
+    fast = [
+        surface
         for one in found
+        for surface in write_fast(out, one.comparison, f"_{one.ruling}" if several else "", _head(one, several))
     ]
     said = sentences(found)
     page.Study(
@@ -307,7 +303,7 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
                 "Convergence as h/w falls",
             ),
         ),
-        surfaces=(*ribbons, *write_shells(out, first)),
+        surfaces=(*fast, *write_shells(out, first)),
         data=data,
         files=files,
     ).write(out, result(found), again, first.scene)

@@ -27,24 +27,24 @@ def row_result(finding: Finding) -> dict[str, Any]:
     ribbon = finding.ribbon
     row = finding.row
     same: dict[str, Any] = (
-        {name: getattr(row, name) for name in row.__dataclass_fields__}
+        results.row_result(row)
         if row is not None
         else {
             "width_to_thickness": finding.width_to_thickness,
-            "status": ribbon.equilibrium.status.code,
+            "status": ribbon.word,
             "hausdorff": None,
             "centreline": None,
             "ribbon_error": None,
             "shell_error": None,
             "share": None,
-            "seconds": {"ribbon": ribbon.warm, "shell": None},
+            "seconds": {"ribbon": ribbon.seconds.warm, "shell": None},
         }
     )
     return {
         **finding.values,
         "clamp": finding.scene.shell.clamp,
         **same,
-        "ribbon_status": ribbon.equilibrium.status.code,
+        "ribbon_status": ribbon.word,
         "share_of_total": finding.share_of_total,
         "stretching": finding.share,
         "zones": finding.zones,
@@ -76,7 +76,10 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
     def varied(key: str) -> ColumnOf[Finding]:
         return Column(key, key.split(".", 1)[-1]), lambda f: _cell(f.values[key])
 
-    share, energy = of_row("share"), of_row("energy")
+    def energy(name: str) -> Callable[[Finding], Any]:
+        return lambda f: None if f.row is None or f.row.energy is None else getattr(f.row.energy, name)
+
+    share = of_row("share")
     return [
         *(varied(key) for key in keys),
         (Column("clamp", "held", kind="word"), lambda f: f.scene.shell.clamp),
@@ -97,8 +100,8 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("zones.clamps", "at clamps %", kind="percent:0", terminal=False,
                 legend="part of that stretching within w/2 of a clamp"), part(lambda f: f.zones, "clamps")),
         (Column("energy.elastic", "elastic", "D w / l", "digits:4", terminal=False,
-                legend="with the constant of the natural curvature"), part(energy, "elastic")),
-        (Column("energy.gravity", "gravity", "D w / l", "digits:4", terminal=False), part(energy, "gravity")),
+                legend="without the constant of the natural curvature"), energy("elastic")),
+        (Column("energy.gravity", "gravity", "D w / l", "digits:4", terminal=False), energy("gravity")),
         (Column("estimate.level", "estimated level", kind="word", terminal=False), lambda f: f.estimated_level),
         (Column("estimate.distance", "estimated distance % l", "l", "percent:2"), lambda f: f.estimate.distance),
         (Column("estimate.share", "estimated stretching %", kind="percent:2"), lambda f: f.estimate.share),
@@ -203,7 +206,7 @@ def result(findings: Sequence[Finding], comparison: Comparison | None, threshold
     base = (
         results.comparison_result(comparison)
         if comparison is not None
-        else results.ribbon_result(last.scene, last.ribbon, last.ribbon_error)
+        else results.state_result(last.scene, last.ribbon)
     )
     return {
         **base,
@@ -241,9 +244,9 @@ def write(
 
 def _surfaces(out: Path, comparison: Comparison) -> tuple[Surface, ...]:
     """Writes the surfaces of a scene; the shells begin coloured by the membrane's share."""
-    from compare.pages.surfaces import write_ribbon, write_shells
+    from compare.pages.surfaces import write_fast, write_shells
 
-    return (write_ribbon(out, comparison), *write_shells(out, comparison, "membrane_share"))
+    return (*write_fast(out, comparison), *write_shells(out, comparison, "membrane_share"))
 
 
 def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[Picture]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from compare.export.vtu import write_vtu
+from compare.measure.energy_map import by_name, density_on_grid
 from compare.models.shell_here import ShellRun, result
 from compare.models.shell_process import ShellCase
 from compare.page.page import Picture, Surface
@@ -116,8 +117,8 @@ def write_surface(path: Path, case: ShellCase) -> Path:
     s, v = np.meshgrid(surface.s_nodes, surface.v_nodes, indexing="ij")
     fields = {"S": s, "v": v, "director": surface.directors}
     k = surface.degree  # k squared cells an element
-    density = np.repeat(np.repeat(shell_figure.density_on_grid(case), k, axis=0), k, axis=1)
-    return write_vtu(path, surface.points, fields, shell_figure.by_name(density))
+    density = np.repeat(np.repeat(density_on_grid(case), k, axis=0), k, axis=1)
+    return write_vtu(path, surface.points, fields, by_name(density))
 
 
 def write(out: Path, scene: Scene, runs: Sequence[ShellRun], again: str = "") -> Study:

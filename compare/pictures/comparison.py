@@ -44,8 +44,8 @@ def convergence(path: Path, comparison: Comparison) -> Path:
         if hollow:
             x_hollow, y_hollow = zip(*hollow, strict=True)
             axes.loglog(x_hollow, y_hollow, "o", mfc="white", mec=RIBBON_COLOUR, ms=9, label="not above the errors")
-    if comparison.ribbon_error:
-        axes.axhline(comparison.ribbon_error, color=RIBBON_COLOUR, lw=1, ls="--", label="ribbon's error")
+    if comparison.fast.error:
+        axes.axhline(comparison.fast.error, color=RIBBON_COLOUR, lw=1, ls="--", label="ribbon's error")
     if comparison.slope is not None:
         slope = comparison.slope
         claimed = [(1.0 / r.width_to_thickness, r.hausdorff) for r in comparison.rows if r.claimed and r.hausdorff]
@@ -67,11 +67,12 @@ def shapes(path: Path, comparison: Comparison) -> Path:
     """The ribbon (blue) over the shells (grey, darker as they get thinner): two side views, one in perspective."""
     figure = Figure(figsize=(14.0, 5.2), layout="constrained")
     shown = [
-        (row.width_to_thickness, comparison.grid.shell(case))
-        for row, case in zip(comparison.rows, comparison.shells, strict=True)
-        if case.ok
+        (row.width_to_thickness, comparison.grid.of(state.shape))
+        for row, state in zip(comparison.rows, comparison.shells, strict=True)
+        if state.ok and state.shape is not None
     ]
-    blue = comparison.grid.ribbon(comparison.ribbon.equilibrium)
+    assert comparison.fast.shape is not None
+    blue = comparison.grid.of(comparison.fast.shape)
     surfaces = [(_grey(i, len(shown)), f"shell, w/h = {ratio:g}", grid) for i, (ratio, grid) in enumerate(shown)]
     surfaces.append((RIBBON_COLOUR, "ribbon", blue))
     up = comparison.scene.up

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from compare.measure.energy_map import shares
 from compare.pictures.drawing import quads, save, screen_axes
-from compare.pictures.shell import shares
 from compare.studies.limits import Finding
 
 FloatArray = NDArray[np.float64]
@@ -240,7 +240,7 @@ def _shape(axes: Any, finding: Finding, turn: FloatArray, colour: str) -> None:
     step = max(1, (points.shape[0] - 1) // 60)
     cells = quads(points[::step, :: max(1, (points.shape[1] - 1) // 8)])
     axes.add_collection3d(Poly3DCollection(cells, facecolors=colour, edgecolors=colour, linewidths=0.1, alpha=0.75))
-    outline = finding.ribbon.equilibrium.surface(80, 2).grid @ turn.T
+    outline = finding.ribbon.native.surface(80, 2).grid @ turn.T
     for edge in (outline[:, 0], outline[:, -1], outline[-1]):
         axes.plot(*edge.T, color="black", lw=0.6)
 

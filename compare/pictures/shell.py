@@ -15,14 +15,13 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from compare.measure.energy_map import density_on_grid, shares
 from compare.models.shell_process import ShellCase
 from compare.pictures.drawing import quads, save, screen_axes
 from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
-#: Energy per area, over the largest on the strip, that is added before shares are taken: what stores nothing has none.
-FLOOR = 1e-6
 #: Smallest end of the colour scale: nearly nothing is not painted as much.
 LEAST_SCALE = 0.05
 #: Most rows of the picture: the first and the last runs are shown where there are more.
@@ -32,33 +31,6 @@ _COLOURS = "coolwarm"  # as in the thesis, figure 7.10: blue for none
 #: Light on the shape in space: its direction, and the shade of a cell seen along its surface.
 _LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 _DARK = 0.55
-
-
-def density_on_grid(case: ShellCase) -> FloatArray:
-    """Bending, membrane and shear energy per area (nx, ny, 3), D / l^2, in the order of the mesh."""
-    midpoints, density = case.density()
-    surface = case.surface
-    ends = surface.s_nodes[:: surface.degree], surface.v_nodes[:: surface.degree]
-    s, v = (0.5 * (x[1:] + x[:-1]) for x in ends)
-    rows = np.argmin(np.abs(midpoints[:, :1] - s), axis=1)
-    columns = np.argmin(np.abs(midpoints[:, 1:] - v), axis=1)
-    found = np.full((s.size, v.size, density.shape[1]), np.nan)
-    found[rows, columns] = density
-    return found
-
-
-def shares(density: FloatArray) -> FloatArray:
-    """Shares (..., 3) of the parts of an energy density (..., 3) in their sum, see `FLOOR`."""
-    whole = density.sum(axis=-1, keepdims=True)
-    floor = FLOOR * float(np.nanmax(whole, initial=0.0)) or 1.0
-    return np.asarray(density / (whole + floor))
-
-
-def by_name(density: FloatArray) -> dict[str, FloatArray]:
-    """An energy density (..., 3) and its shares under the names of the fields of a surface file."""
-    names, part = ("bending", "membrane", "shear"), shares(density)
-    energies = {f"{name}_energy": density[..., k] for k, name in enumerate(names)}
-    return energies | {f"{name}_share": part[..., k] for k, name in enumerate(names)}
 
 
 def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) -> Path:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from compare.errors import BadInput
 from compare.scene.keys import FREE, SECTIONS
 from compare.scene.spec import (
-    STANDARD_GRAVITY,
     ClampSpec,
     ModelSpec,
     SeedSpec,
@@ -34,12 +33,17 @@ EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
 )
 """Groups of ways to say one thing; a change in one way drops the others."""
 
+NO_BEARING = frozenset({"title", "steps", "clamp.start.across", "clamp.end.across"})
+"""Keys that say nothing about the strip: the title, the steps of a stage, and what only checks other keys."""
+
+OPTIONAL = ("model", "seed", "shell")
+"""Sections that say nothing when they are empty."""
+
 
 def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
-    """The scene as the contract's keys without the title; with `defaults`, everything that can influence the result.
-
-    What came after the first version of the contract is left out where the scene does not use it, in both cases, so
-    that the hash of an older scene stays what it was.
+    """The scene as the contract's keys without the title: what it gives; with `defaults`, all that can influence the
+    result, where what came after the first version of the contract is left out when it has its default, so that the
+    hash of an older scene stays what it was.
     """
     gravity: dict[str, Any] | None = None
     if scene.gravity is not None:
@@ -48,8 +52,6 @@ def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
             "acceleration": scene.gravity.acceleration,
             "exact": scene.gravity.exact,
         }
-        if not defaults:
-            _drop(gravity, {"acceleration": STANDARD_GRAVITY, "exact": False})
     clamps: dict[str, Any] = {"start": _clamp(scene.clamp_start)}
     if scene.clamp_end is not None:
         clamps["end"] = _clamp(scene.clamp_end)
@@ -72,7 +74,19 @@ def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
         document["wall"] = [_wall(wall) for wall in scene.walls]
     if scene.path:
         document["path"] = [_stage(stage) for stage in scene.path]
-    return document if defaults else _without_none(document)
+    if defaults:
+        return document
+    document["model"] |= {"held_by": scene.model.held_by, "arc_length": scene.model.arc_length}
+    return {name: value for name, value in _kept(document, "", scene.keys).items() if name not in OPTIONAL or value}
+
+
+def _kept(table: Mapping[str, Any], prefix: str, given: frozenset[str]) -> dict[str, Any]:
+    """The entries of a nested table whose dotted keys are among `given`; walls and path as they are."""
+    return {
+        name: _kept(value, f"{prefix}{name}.", given) if isinstance(value, Mapping) else value
+        for name, value in table.items()
+        if value is not None and (isinstance(value, Mapping) or name in ("wall", "path") or prefix + name in given)
+    }
 
 
 def _shell(shell: ShellSpec) -> dict[str, Any]:
@@ -143,6 +157,33 @@ def _seed(seed: SeedSpec) -> dict[str, Any]:
 def _stage(stage: StageSpec) -> dict[str, Any]:
     keys = {key: plain(value) for key, value in stage.changes}
     return keys if stage.steps is None else {**keys, "steps": stage.steps}
+
+
+# -- which keys a document gives --------------------------------------------------------------------------------------
+
+
+def given_keys(document: Mapping[str, Any]) -> frozenset[str]:
+    """The dotted keys of `document`, or of a stage, that have a value; walls without number or name ("wall.stiffness").
+
+    The path, what has no bearing on a result and a section left out by false give nothing.
+    """
+    return frozenset(key for key, value in _leaves(document, "") if value is not None) - NO_BEARING
+
+
+def _leaves(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """Dotted key and value of every entry but the path, tables and walls taken apart."""
+    for name, value in table.items():
+        dotted = f"{prefix}{name}"
+        if dotted == "path" or (dotted in SECTIONS and value is False):
+            continue
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{dotted}.")
+        elif dotted == "wall":
+            for wall in value or ():
+                yield from _leaves(wall, "wall.")
+        else:
+            section, _, rest = dotted.partition(".")
+            yield f"wall.{rest.rpartition('.')[2]}" if section == "wall" else dotted, value
 
 
 # -- changing keys ----------------------------------------------------------------------------------------------------
@@ -235,13 +276,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: plain(item) for name, item in value.items()}
     return [plain(item) for item in value] if isinstance(value, (tuple, list)) else value
-
-
-def _drop(table: dict[str, Any], defaults: Mapping[str, Any]) -> None:
-    """Remove the entries that equal their default."""
-    for name, default in defaults.items():
-        if table[name] == default:
-            del table[name]
 
 
 def _without_none(table: Mapping[str, Any]) -> dict[str, Any]:

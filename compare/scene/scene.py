@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.scene.change import changed, document_of
+from compare.scene.change import changed, document_of, given_keys
 from compare.scene.check import beyond_the_shell, check_geometry, frame_of, unit
 from compare.scene.loads import gamma_of, load_of
 from compare.scene.planar import nonplanar_reason
@@ -83,6 +83,8 @@ class Scene:
     seed: SeedSpec
     path: tuple[StageSpec, ...]
     shell: ShellSpec
+    keys: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+    """The dotted keys that the scene itself sets, without its path; see `given`."""
 
     # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------
 
@@ -273,10 +275,15 @@ class Scene:
             )
         return tuple(found)
 
+    def given(self) -> frozenset[str]:
+        """The dotted keys that the scene sets, be it to their default, as `KEYS` names them: a key of any wall is
+        "wall.stiffness", a path gives "path" and every key that its stages set. Without the title and `across`."""
+        return self.keys.union(*({"path", *given_keys(stage)} for stage in self.path))
+
     # -- the scene as data -------------------------------------------------------------------------------------------
 
     def to_dict(self) -> dict[str, Any]:
-        """The scene as a nested dictionary of the contract's keys: what the scene says, defaults left out."""
+        """The scene as a nested dictionary of the contract's keys: what the scene says (`given`), and its title."""
         return {"title": self.title, **document_of(self, defaults=False)}
 
     def canonical(self) -> dict[str, Any]:
@@ -400,6 +407,7 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
         seed=sections.seed,
         path=sections.path,
         shell=sections.shell,
+        keys=given_keys(document),
     )
     check_geometry(scene)
     if scene.model.energy == "elastica":

@@ -50,32 +50,35 @@ def versions() -> dict[str, Any]:
     return {**_fixed_versions(), "cores": len(os.sched_getaffinity(0)), "threads": _threads(), "time": now()}
 
 
-def software(*sources: str, leave_out: tuple[str, ...] = ()) -> dict[str, Any]:
+#: Our own packages.
+OWN = ("ribbon", "shellref", "compare")
+
+
+def software(*sources: str) -> dict[str, Any]:
     """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, and the digest of our
-    own packages `sources` (all three when none is named); `leave_out`: see `source_digest`."""
+    own `sources` (folders and modules, see `source_digest`; all of `OWN` when none is named)."""
     fixed = _fixed_versions()
     return {
         "packages": fixed["packages"],
         "debian": fixed["debian"],
         "python": fixed["python"],
-        "source": source_digest(*(sources or ("ribbon", "shellref", "compare")), leave_out=leave_out),
+        "source": source_digest(*(sources or OWN)),
     }
 
 
 @functools.cache
-def source_digest(*packages: str, leave_out: tuple[str, ...] = ()) -> str:
-    """SHA-256 over the names and the code of all modules of our own `packages` ("ribbon", "shellref", "compare").
+def source_digest(*sources: str) -> str:
+    """SHA-256 over the names and the code of all modules of our own `sources`: folders with all below them ("ribbon",
+    "shellref/shell") or single modules ("shellref/worker.py"), relative to the root of the project.
 
     A version number does not change while one works on the code; this does, but not with comments, docstrings and line
-    breaks. A package that is not there counts as empty; modules whose names begin with one of `leave_out` do not count.
-    Digest once per process (cached).
+    breaks. A source that is not there counts as empty. Digest once per process (cached).
     """
     root = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
-    for package in packages:
-        for path in sorted((root / package).rglob("*.py")):
-            if leave_out and path.name.startswith(leave_out):
-                continue
+    for source in sources:
+        place = root / source
+        for path in [place] if place.is_file() else sorted(place.rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode() + b"\0")
             digest.update(hashlib.sha256(_code(path.read_bytes())).digest())
     return digest.hexdigest()

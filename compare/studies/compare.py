@@ -1,8 +1,8 @@
-"""One ribbon against shells of several thicknesses: distances, energies, errors and times, row by row (thesis, 4.3).
+"""One fast model, the ribbon, against shells of several w/h: distances, energies, errors, times (thesis, 4.3).
 
 Every row carries three lengths (design rule 7): the distance between the two models, and the discretisation error of
 each. The ribbon's error is extrapolated from its own solutions on segments cut in two and in four
-(`ribbon_discretisation_error`); the shell's is the distance between
+(`compare.measure.error`); the shell's is the distance between
 its solution and that on a mesh with half as many elements each way, which bounds the finer mesh's own error from above
 as long as halving the elements more than halves the error; where `shell.tolerance` refines the mesh, the estimate that
 comes with it. A difference between the models is claimed only when the distance exceeds the sum of both errors.
@@ -13,7 +13,6 @@ settles at the full load: both are then on one branch. The shell's equilibrium s
 
 from __future__ import annotations
 
-import contextlib
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -22,57 +21,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
-from compare.measure.align import aligned
-from compare.measure.distance import cells_across, cells_along, centreline_distance, grid_hausdorff
-from compare.models.ribbon_run import ElasticaRun, RibbonRun, run_elastica, run_ribbon
-from compare.models.shell_build import (
-    natural_constant,
-    shell_elements,
-    shell_options,
-    shell_problem,
-    starts_at_ribbon,
-)
-from compare.models.shell_process import ShellCase, run_shell
-from compare.models.shell_start import ribbon_surface
+from compare.measure.distance import centreline_distance, grid_hausdorff
+from compare.measure.grid import Grid
+from compare.models.base import Energy, Options, Shape, State, Variant
+from compare.models.choice import beside_the_shell, third_opinion
+from compare.registry import model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from ribbon import Equilibrium, refine
-from shellref.shell.problem import ShellProblem
-from shellref.shell.surface import ShellSurface
 
 FloatArray = NDArray[np.float64]
-
-
-#: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian, with a sparse one. Once
-#: beyond is allowed, for the cruder of the two estimates.
-MOST_SEGMENTS = 320
-MOST_SPARSE_SEGMENTS = 4000
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Material coordinates on which surfaces are compared: s (k,) in [0, 1], v (m,) in [-w/2, w/2], units of l."""
-
-    s: FloatArray
-    v: FloatArray
-
-    @classmethod
-    def for_shape(cls, scene: Scene, largest_curvature: float) -> Grid:
-        """Fine enough for the curvature (1/l) of the shapes."""
-        along = cells_along(largest_curvature)
-        across = cells_across(scene.width, along)
-        half = 0.5 * scene.width
-        return cls(np.linspace(0.0, 1.0, along + 1), np.linspace(-half, half, across + 1))
-
-    def ribbon(self, equilibrium: Equilibrium) -> FloatArray:
-        """Points (k, m, 3) of a ribbon."""
-        return equilibrium.surface(self.s.size - 1, self.v.size - 1).grid
-
-    def shell(self, case: ShellCase) -> FloatArray:
-        """Points (k, m, 3) of a shell."""
-        return case.surface.grid(self.s, self.v)
 
 
 @dataclass(frozen=True)
@@ -80,10 +38,10 @@ class Row:
     """A shell run beside the ribbon. Lengths in l, energies in D w / l, times in s; None where there is no surface.
 
     hausdorff, centreline: distances between the models; ribbon_error, shell_error: of the discretisations (Hausdorff);
-    claimed: the distance exceeds the sum of the errors; energy: shell's parts (`elastic` includes the constant of the
-    natural curvature, `elastic_ribbon` leaves it out like the ribbon's); share: of its elastic energy; elastica:
-    distance of the shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began, `START`;
-    share_error: change of the membrane share from the coarser mesh, where one was solved.
+    claimed: the distance exceeds the sum of the errors; energy: the shell's (without the constant of the natural
+    curvature, like every model's); share: of its elastic energy, the constant included; elastica: distance of the
+    shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; share_error: change of
+    the membrane share from the coarser mesh, where one was solved.
     """
 
     width_to_thickness: float
@@ -95,7 +53,7 @@ class Row:
     ribbon_error: float | None
     shell_error: float | None
     claimed: bool
-    energy: dict[str, float] | None
+    energy: Energy | None
     share: dict[str, float] | None
     shell_end: dict[str, Any] | None
     shell_middle: dict[str, Any] | None
@@ -126,22 +84,27 @@ class Slope:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A finished comparison; `shells` holds the cases in the order of `rows`."""
+    """A finished comparison: `fast` is the model beside the shells (the ribbon, unless the scene chooses another), with
+    its own error; elastica: the third opinion of planar scenes; `shells` holds the states in the order of `rows`."""
 
     scene: Scene
-    ribbon: RibbonRun
-    ribbon_error: float | None
-    elastica: ElasticaRun | None
+    fast: State
+    elastica: State | None
     elastica_distance: float | None
     rows: tuple[Row, ...]
-    shells: tuple[ShellCase, ...]
+    shells: tuple[State, ...]
     grid: Grid
     slope: Slope | None
 
     @property
+    def fast_error(self) -> float | None:
+        """Discretisation error of the fast model (Hausdorff / l)."""
+        return self.fast.error
+
+    @property
     def ok(self) -> bool:
         """Every solve converged to a stable equilibrium."""
-        return self.ribbon.equilibrium.ok and all(row.status == "converged" for row in self.rows)
+        return self.fast.ok and all(row.status == "converged" for row in self.rows)
 
     @property
     def falls(self) -> bool | None:
@@ -150,45 +113,6 @@ class Comparison:
         if len(claimed) < 2:
             return None
         return all(later < earlier for (_, earlier), (_, later) in pairwise(claimed))
-
-
-def ribbon_discretisation_error(equilibrium: Equilibrium, grid: Grid, reporter: Reporter) -> float | None:
-    """Distance (Hausdorff / l) from a ribbon to its own limit of many segments, on the same branch; None when unknown.
-
-    With d_1, d_2 the distances from p to 2 p and from 2 p to 4 p segments and q = d_2 / d_1, the rest is a geometric
-    series: error = d(p, 4 p) + d_2 q / (1 - q), q taken as 1/2 at the most. Where 4 p segments are too many, 2 d_1,
-    which bounds the error when halving the segments halves it at least. Rigid motions that nothing resists are no
-    error (`compare.measure.align`). Segments placed by a tolerance bring their own estimate (`ribbon.find.adaptive`).
-    """
-    if not equilibrium.ok:
-        return None
-    if equilibrium.tolerance_error is not None:
-        return equilibrium.tolerance_error
-    most = MOST_SEGMENTS if equilibrium.problem.formulation == "chained" else MOST_SPARSE_SEGMENTS
-    shapes = [grid.ribbon(equilibrium)]
-    current = equilibrium
-    for _ in range(2):
-        segments = 2 * current.problem.lengths.size
-        if segments > (2 * most if len(shapes) == 1 else most):
-            break
-        reporter.step(f"ribbon: {segments} segments, for the discretisation error")
-        current = refine(current)
-        if not current.ok:
-            return None
-        shapes.append(aligned(grid.ribbon(current), shapes[-1], current))
-    if len(shapes) == 1:
-        return None
-    first = grid_hausdorff(shapes[0], shapes[1])
-    if len(shapes) == 2:
-        return 2.0 * first
-    second = grid_hausdorff(shapes[1], shapes[2])
-    ratio = min(second / first, 0.5) if first > 0.0 else 0.5
-    return grid_hausdorff(shapes[0], shapes[2]) + second * ratio / (1.0 - ratio)
-
-
-def coarser(elements: tuple[int, int]) -> tuple[int, int]:
-    """Half as many elements each way, at least one."""
-    return max(1, elements[0] // 2), max(1, elements[1] // 2)
 
 
 def fit_slope(rows: tuple[Row, ...]) -> Slope | None:
@@ -201,144 +125,96 @@ def fit_slope(rows: tuple[Row, ...]) -> Slope | None:
     return Slope(float(np.polyfit(x, y, 1)[0]), len(pairs), (float(steps.min()), float(steps.max())))
 
 
+def several_equilibria(scene: Scene, leave_saddle: bool = False) -> bool:
+    """Whether the scene may have several equilibria, so that a model beside another begins at that one's shape."""
+    return scene.clamp_end is not None or bool(scene.path) or leave_saddle
+
+
 def compare(scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle: bool = False) -> Comparison:
-    """Runs the ribbon, the elastica where the scene is planar, and one shell per w/h of the scene.
+    """Runs the scene's model, the elastica where the scene is planar, and one shell per w/h of the scene.
 
     Finished shell cases are taken from `store` and new ones are kept there at once; the state of an interrupted path of
     the ribbon stands beside them. leave_saddle: the ribbon leaves a saddle for a stable state.
     """
-    thicknesses = scene.require_shell()
-    elements = shell_elements(scene)
-    for ratio in thicknesses:
-        shell_problem(scene, ratio, elements, way=False)  # what the shell refuses is said before anything is solved
-    ribbon = run_ribbon(
-        scene, reporter.step, leave_saddle=leave_saddle, folder=store.root.parent, detail=reporter.detail
+    scene.require_shell()
+    shell, quick = model("shell"), beside_the_shell(scene)
+    refused = shell.refusal(scene)
+    if refused is not None:
+        raise refused  # what the shell refuses is said before anything is solved
+    fast = quick.solve(
+        scene, options=Options(leave_saddle=leave_saddle, error=True, repeats=None, store=store), say=reporter
     )
-    sample = np.linspace(0.0, 1.0, 2001)
-    grid = Grid.for_shape(scene, float(np.abs(ribbon.equilibrium.omega(sample)).max()))
-    ribbon_points = grid.ribbon(ribbon.equilibrium)
-    ribbon_error = ribbon_discretisation_error(ribbon.equilibrium, grid, reporter)
-    ribbon_line = ribbon.equilibrium.position(grid.s)
-    beside = ribbon.equilibrium if ribbon.equilibrium.ok else None
-    elastica = run_elastica(scene, reporter.step, beside) if scene.is_planar() else None
-    elastica_line = elastica.centreline(grid.s) if elastica is not None else None
+    grid = Grid.for_shape(scene, fast.shape.bend if fast.shape is not None else 1.0)
+    points = line = None
+    if fast.shape is not None:
+        points, line = grid.of(fast.shape), fast.shape.centreline(grid.s)
+    third = third_opinion(scene, quick)
+    elastica = None
+    if third is not None:
+        beside = fast.shape if fast.ok else None
+        elastica = third.solve(scene, near=beside, options=Options(error=True, repeats=None), say=reporter)
+    planar = None if elastica is None or elastica.shape is None else elastica.shape.centreline(grid.s)
+    near = fast.shape if fast.ok and several_equilibria(scene, leave_saddle) else None
     rows: list[Row] = []
-    shells: list[ShellCase] = []
-    near = ribbon.equilibrium if ribbon.equilibrium.ok and starts_at_ribbon(scene, leave_saddle) else None
-    for ratio in thicknesses:
-        reporter.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
-        case = _shell(scene, ratio, elements, store, reporter, near)
-        coarse: ShellCase | None = None
-        if scene.shell.tolerance is None:
-            check = coarser(elements)
-            reporter.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
-            with contextlib.suppress(BadInput):  # a mesh that cannot have the held corners' knots: error unknown
-                coarse = _shell(scene, ratio, check, store, reporter, case if near is not None and case.ok else near)
-        rows.append(
-            _row(scene, ribbon, grid, ribbon_points, ribbon_line, ribbon_error, elastica_line, ratio, case, coarse)
-        )
-        shells.append(case)
+    shells: list[State] = []
+    for variant in shell.variants(scene):
+        options = Options(error=True, store=store, fallback=True, grid=grid)
+        state = shell.solve(variant.scene, near=near, options=options, say=reporter)
+        rows.append(_row(fast, grid, points, line, planar, variant, state))
+        shells.append(state)
     found = tuple(rows)
-    return Comparison(
-        scene=scene,
-        ribbon=ribbon,
-        ribbon_error=ribbon_error,
-        elastica=elastica,
-        elastica_distance=None if elastica_line is None else centreline_distance(ribbon_line, elastica_line),
-        rows=found,
-        shells=tuple(shells),
-        grid=grid,
-        slope=fit_slope(found),
-    )
-
-
-#: How a shell's solve began, from the worker's words (shellref.worker.Settled).
-START = {
-    "path": "path",
-    "given": "ribbon",
-    "given, by way of thicker strips": "ribbon (thicker first)",
-    "path (none near the start)": "path (none near the ribbon)",
-}
-
-
-def _shell(
-    scene: Scene,
-    ratio: float,
-    elements: tuple[int, int],
-    store: CaseStore,
-    reporter: Reporter,
-    near: Equilibrium | ShellCase | None,
-) -> ShellCase:
-    """One shell run, begun at the surface of `near` (a ribbon's equilibrium, or the same shell on another mesh)."""
-    options = shell_options(scene)
-    if near is None:
-        return run_shell(_problem(scene, ratio, elements), store, options, progress=reporter.detail)
-    problem = _problem(scene, ratio, elements)
-    start: ShellSurface = near.surface if isinstance(near, ShellCase) else ribbon_surface(near, problem)
-    return run_shell(problem, store, options, progress=reporter.detail, start=start)
-
-
-def _problem(scene: Scene, ratio: float, elements: tuple[int, int]) -> ShellProblem:
-    """The shell with the scene's path to fall back on; without it where the shell cannot follow that path."""
-    try:
-        return shell_problem(scene, ratio, elements)
-    except BadInput:
-        return shell_problem(scene, ratio, elements, way=False)
+    apart = None if planar is None or line is None else centreline_distance(line, planar)
+    return Comparison(scene, fast, elastica, apart, found, tuple(shells), grid, fit_slope(found))
 
 
 def _row(
-    scene: Scene,
-    ribbon: RibbonRun,
+    fast: State,
     grid: Grid,
-    ribbon_points: FloatArray,
-    ribbon_line: FloatArray,
-    ribbon_error: float | None,
-    elastica_line: FloatArray | None,
-    ratio: float,
-    case: ShellCase,
-    coarse: ShellCase | None,
+    fast_points: FloatArray | None,
+    fast_line: FloatArray | None,
+    planar_line: FloatArray | None,
+    variant: Variant,
+    state: State,
 ) -> Row:
-    """The row of one shell run; without a converged surface it keeps the status and no distances."""
-    data = case.data
-    hausdorff = centreline = shell_error = planar = share_error = None
-    energy = dict(data["energy"]) if data.get("energy") else None
-    if energy is not None:
-        energy["elastic_ribbon"] = energy["elastic"] - natural_constant(scene)
-    if case.ok:
-        points = grid.shell(case)
-        line = case.surface.centreline(grid.s)
-        hausdorff = grid_hausdorff(ribbon_points, points)
-        centreline = centreline_distance(ribbon_line, line)
-        if elastica_line is not None:
-            planar = centreline_distance(elastica_line, line)
-        if coarse is None:
-            shell_error = (data.get("discretisation") or {}).get("estimate")
-        elif coarse.ok:
-            shell_error = grid_hausdorff(points, grid.shell(coarse))
-            here, there = ((found.get("share") or {}).get("membrane") for found in (data, coarse.data))
-            share_error = None if here is None or there is None else abs(here - there)
-    known = hausdorff is not None and shell_error is not None and ribbon_error is not None
-    claimed = known and hausdorff > shell_error + ribbon_error  # type: ignore[operator]
-    seconds = case.seconds
+    """The row of one shell; without a converged surface it keeps the status and no distances."""
+    hausdorff = centreline = planar = None
+    shape: Shape | None = state.shape if state.ok else None
+    if shape is not None:
+        line = shape.centreline(grid.s)
+        if fast_points is not None and fast_line is not None:
+            hausdorff = grid_hausdorff(fast_points, grid.of(shape))
+            centreline = centreline_distance(fast_line, line)
+        if planar_line is not None:
+            planar = centreline_distance(planar_line, line)
+    known = hausdorff is not None and state.error is not None and fast.error is not None
+    claimed = known and hausdorff > state.error + fast.error  # type: ignore[operator]
+    seconds = state.seconds.warm
+    mesh = tuple(int(value) for value in state.size.values)
     return Row(
-        width_to_thickness=ratio,
-        status=case.status if case.ok or case.status != "converged" else "unstable",
-        stable=data.get("stable"),
-        message=str(data.get("message", "")),
+        width_to_thickness=variant.keys["width_to_thickness"],
+        status=state.word,
+        stable=state.stable,
+        message=state.message,
         hausdorff=hausdorff,
         centreline=centreline,
-        ribbon_error=ribbon_error,
-        shell_error=shell_error,
+        ribbon_error=fast.error,
+        shell_error=state.error if shape is not None else None,
         claimed=claimed,
-        energy=energy,
-        share=data.get("share"),
-        shell_end=data.get("end"),
-        shell_middle=data.get("middle"),
-        seconds={"ribbon": ribbon.warm, "shell": None if math.isnan(seconds) else seconds},
-        elements=tuple(data.get("elements", shell_elements(scene))),  # type: ignore[arg-type]
-        newton_iterations=data.get("newton_iterations"),
-        reused=case.reused,
+        energy=state.energy,
+        share=state.numbers.get("share"),
+        shell_end=_pose(state, 1.0),
+        shell_middle=_pose(state, 0.5),
+        seconds={"ribbon": fast.seconds.warm, "shell": None if math.isnan(seconds) else seconds},
+        elements=mesh,  # type: ignore[arg-type]
+        newton_iterations=state.iterations,
+        reused=state.reused,
         elastica=planar,
-        start=START[case.start or "path"],
-        share_error=share_error,
+        start=state.start,
+        share_error=state.numbers.get("share_error"),
     )
+
+
+def _pose(state: State, at: float) -> dict[str, Any] | None:
+    """Position and frame of the shell's centreline, as its report has them."""
+    found = state.native.data.get("end" if at == 1.0 else "middle")
+    return None if found is None else dict(found)

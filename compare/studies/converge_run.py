@@ -100,20 +100,22 @@ def _scalars(comparison: Comparison, rows: list[Row], points: Points) -> list[Sc
     """
     if not rows or any(row.shell_end is None or row.energy is None for row in rows) or len(points) != len(rows):
         return []
-    e = comparison.ribbon.equilibrium
+    own, end = comparison.fast.energy, comparison.fast.end
+    if own is None or end is None:
+        return []
     shell: dict[str, list[float]] = {}
     ribbon: dict[str, float] = {}
     for k, axis in enumerate("xyz"):
         shell[f"end {axis} / l"] = [float(row.shell_end["position"][k]) for row in rows]  # type: ignore[index]
-        ribbon[f"end {axis} / l"] = float(e.end.position[k])
-    for name, key in (("elastic", "elastic_ribbon"), ("gravity", "gravity")):
-        shell[f"{name} energy"] = [float(row.energy[key]) for row in rows]  # type: ignore[index]
-        ribbon[f"{name} energy"] = float(getattr(e.energy, name))
+        ribbon[f"end {axis} / l"] = float(end.position[k])
+    for name in ("elastic", "gravity"):
+        shell[f"{name} energy"] = [float(getattr(row.energy, name)) for row in rows]
+        ribbon[f"{name} energy"] = float(getattr(own, name))
     shell["total energy"] = [a + b for a, b in zip(shell["elastic energy"], shell["gravity energy"], strict=True)]
     ribbon["total energy"] = ribbon["elastic energy"] + ribbon["gravity energy"]
     still = [name for name, values in shell.items() if max(map(abs, values)) < 1e-9]
     for name in still:  # e.g. out of the plane: nothing to extrapolate
         del shell[name]
     errors = {name: points.shell_error for name in shell if name.startswith("end")}
-    own = dict.fromkeys(errors, comparison.ribbon_error or 0.0)
-    return scalars(points, shell, ribbon, errors, own)
+    known = dict.fromkeys(errors, comparison.fast.error or 0.0)
+    return scalars(points, shell, ribbon, errors, known)

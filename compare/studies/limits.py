@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.models.ribbon_run import RibbonRun, run_ribbon
-from compare.models.shell_process import ShellCase
+from compare.models.base import Options, State
+from compare.models.choice import beside_the_shell
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -85,7 +85,7 @@ class Finding:
     values: Mapping[str, Any]
     scene: Scene
     width_to_thickness: float
-    ribbon: RibbonRun
+    ribbon: State
     ribbon_error: float | None
     row: Row | None
     estimate: Estimate
@@ -102,7 +102,7 @@ class Finding:
     @property
     def ok(self) -> bool:
         """Every solve behind it converged to a stable state."""
-        return self.ribbon.equilibrium.ok and (self.row is None or self.row.status == "converged")
+        return self.ribbon.ok and (self.row is None or self.row.status == "converged")
 
     @property
     def cause(self) -> str:
@@ -145,15 +145,13 @@ def require_limits(scene: Scene) -> None:
 def quick(scene: Scene, thresholds: Thresholds, values: Mapping[str, Any] | None = None) -> list[Finding]:
     """The estimates from the ribbon alone, one per w/h."""
     require_limits(scene)
-    ribbon = run_ribbon(scene, repeat=False)
+    ribbon = beside_the_shell(scene).solve(scene, options=Options())
     return [_estimated(scene, ribbon, ratio, thresholds, values or {}) for ratio in scene.require_shell()]
 
 
-def _estimated(
-    scene: Scene, ribbon: RibbonRun, ratio: float, thresholds: Thresholds, values: Mapping[str, Any]
-) -> Finding:
-    found = estimate(scene, ribbon.equilibrium, ratio)
-    level = thresholds.level(found.distance, found.share) if ribbon.equilibrium.ok else None
+def _estimated(scene: Scene, ribbon: State, ratio: float, thresholds: Thresholds, values: Mapping[str, Any]) -> Finding:
+    found = estimate(scene, ribbon.native, ratio)
+    level = thresholds.level(found.distance, found.share) if ribbon.ok else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance, share=found.share,
@@ -175,31 +173,32 @@ def study(
     require_limits(scene)
     comparison = compare(scene, store, reporter, leave_saddle=leave_saddle)
     found = [
-        _found(comparison, row, case, thresholds, values or {})
-        for row, case in zip(comparison.rows, comparison.shells, strict=True)
+        _found(comparison, row, state, thresholds, values or {})
+        for row, state in zip(comparison.rows, comparison.shells, strict=True)
     ]
     return found, comparison
 
 
 def _found(
-    comparison: Comparison, row: Row, case: ShellCase, thresholds: Thresholds, values: Mapping[str, Any]
+    comparison: Comparison, row: Row, state: State, thresholds: Thresholds, values: Mapping[str, Any]
 ) -> Finding:
-    from compare.pictures.shell import density_on_grid  # with matplotlib, which an estimate does not wait for
+    from compare.measure.energy_map import density_on_grid
 
     scene, ratio = comparison.scene, row.width_to_thickness
-    bare = _estimated(scene, comparison.ribbon, ratio, thresholds, values)
-    bare = replace(bare, row=row, ribbon_error=comparison.ribbon_error, level=None, distance=None, share=None)
-    if not case.ok or row.share is None or row.energy is None:
+    bare = _estimated(scene, comparison.fast, ratio, thresholds, values)
+    bare = replace(bare, row=row, ribbon_error=comparison.fast.error, level=None, distance=None, share=None)
+    if not state.ok or row.share is None or row.energy is None or row.energy.elastic is None:
         return replace(bare, sentence=sentence(bare))
-    energy = row.energy
-    whole = energy["elastic"] + abs(energy["gravity"])
+    energy = {**row.energy.parts, "gravity": row.energy.gravity}
+    whole = row.energy.elastic + row.energy.constant + abs(row.energy.gravity)
     of_total = {name: abs(energy[name]) / whole for name in ("bending", "membrane", "shear", "gravity")}
+    case = state.native
     share = row.share["membrane"] + row.share["shear"]
     surface = case.surface
     k = surface.degree
     maps = Maps(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(case), surface.points)
     zones, shear_there = stretching_zones(scene, maps, ratio)
-    level = thresholds.level(row.hausdorff, share) if comparison.ribbon.equilibrium.ok else None
+    level = thresholds.level(row.hausdorff, share) if comparison.fast.ok else None
     full = replace(
         bare,
         share_of_total=of_total,
@@ -262,7 +261,7 @@ def reason(finding: Finding) -> str:
     h = scene.width / finding.width_to_thickness
     whole = sum(finding.parts.values())
     portion = f" ({finding.parts[cause] / whole:.0%} of the stretching)" if whole > 0.0 else ""
-    curvature = float(np.sqrt(np.mean(finding.ribbon.equilibrium.omega(np.linspace(0.0, 1.0, 401)) ** 2)))
+    curvature = float(np.sqrt(np.mean(finding.ribbon.native.omega(np.linspace(0.0, 1.0, 401)) ** 2)))
     layer = math.sqrt(h / curvature) if curvature > 0.0 else math.inf
     if cause == "edges":
         if finding.estimate.scale < 2.0:
@@ -278,7 +277,7 @@ def reason(finding: Finding) -> str:
     elif scene.shell.clamp == "corners":
         text = "the clamp: held at two corners only, the strip bulges between them"
     else:
-        steep = finding.ribbon.equilibrium.max_abs_eta_prime_w_half
+        steep = finding.ribbon.native.max_abs_eta_prime_w_half
         text = f"the clamp: the held edge straightens the rulings, which crowd there (|eta'| w/2 = {steep:.2g})"
     return text + portion
 
@@ -292,8 +291,8 @@ def sentence(finding: Finding) -> str:
         where = ", ".join(f"{key.split('.', 1)[-1]} = {_plain(value)}" for key, value in finding.values.items()) + (
             f", {where}"
         )
-    if not finding.ribbon.equilibrium.ok:
-        return f"No verdict for {where}: the ribbon is {finding.ribbon.equilibrium.status.code}."
+    if not finding.ribbon.ok:
+        return f"No verdict for {where}: the ribbon is {finding.ribbon.word}."
     if finding.row is not None and finding.share is None:
         return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
     distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"

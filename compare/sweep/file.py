@@ -11,11 +11,20 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
+from compare.registry import names
 from compare.scene.axes import Axis, checked, spaced
 from compare.scene.scene import Scene, load
 from compare.scene.scene import shipped as shipped_scenes
 
-SOLVERS = ("ribbon", "elastica", "shell", "compare")
+COMPARE = "compare"
+"""The solver that is no model, but the comparison of the scene's model with its shells."""
+
+
+def solvers() -> tuple[str, ...]:
+    """What a sweep may run at its points: every model, and the comparison."""
+    return (*names(), COMPARE)
+
+
 MAX_BYTES = 5_000_000
 """Size above which a file is not taken for a sweep."""
 
@@ -147,8 +156,8 @@ def _of_document(document: Mapping[str, Any], path: Path) -> Sweep:
         raise BadInput("set", assigned, "is not a table", 'write [set], then e.g. "strip.poisson" = 0.5')
     keys = _flat(assigned)
     solver = _text(document, "solver", "ribbon")
-    if solver not in SOLVERS:
-        raise BadInput("solver", solver, "is not known", f"choose from {', '.join(SOLVERS)}")
+    if solver not in solvers():
+        raise BadInput("solver", solver, "is not known", f"choose from {', '.join(solvers())}")
     return Sweep(
         name=path.stem,
         title=title,

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
+from compare.registry import model, name_for, names
 from compare.scene.axes import Point, points
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
-from compare.sweep.case import PASSING, Record, Task
+from compare.sweep.case import COMPARE, PASSING, Record, Task
 from compare.sweep.file import Sweep
 from compare.sweep.journal import FORMAT, Journal
 from compare.sweep.workers import Crew
@@ -59,8 +60,6 @@ class Finished:
 
 def check(sweep: Sweep) -> list[Point]:
     """The points of a sweep; `BadInput` names the first one that its solver cannot take, before anything runs."""
-    if sweep.leave_saddle and sweep.solver not in ("ribbon", "compare"):
-        raise BadInput("--leave-saddle", None, f"is for the ribbon, and the solver is {sweep.solver}", "leave it out")
     found = points(sweep.scene, sweep.axes)
     for point in found:
         try:
@@ -73,23 +72,33 @@ def check(sweep: Sweep) -> list[Point]:
 
 
 def _check_point(sweep: Sweep, point: Point) -> None:
+    from compare.models.base import check_keys
+    from compare.models.choice import beside_the_shell
+
     scene = point.scene
-    if sweep.solver in ("ribbon", "compare") and scene.model.energy == "elastica" and "model.energy" in sweep.keys:
-        raise BadInput("model.energy", "elastica", "is no ribbon", "leave it out, or choose solver elastica")
-    if sweep.solver == "elastica":
-        reason = scene.nonplanar_reason()
-        if reason is not None:
-            raise BadInput("solver", "elastica", f"is planar, but {reason}", "choose another solver")
-    if sweep.solver in ("shell", "compare"):
-        from compare.models.shell_build import shell_elements, shell_problem
+    if sweep.leave_saddle and sweep.solver not in ("ribbon", COMPARE):
+        raise BadInput("--leave-saddle", None, f"is for the ribbon, and the solver is {sweep.solver}", "leave it out")
+    asked = beside_the_shell(scene) if sweep.solver == COMPARE else model(sweep.solver)
+    if "model.energy" in sweep.keys and sweep.solver != "shell":
+        chosen = name_for(scene.model.energy)
+        if chosen != asked.name:
+            raise BadInput(
+                "model.energy", scene.model.energy, f"is not the {asked.name}'s",
+                f"leave it out, or choose solver {chosen}",
+            )  # fmt: skip
+    check_keys(asked, scene)
+    if sweep.solver == COMPARE:
+        check_keys(model("shell"), scene)
 
-        for ratio in scene.require_shell():
-            shell_problem(scene, ratio, shell_elements(scene), way=sweep.solver == "shell")
 
-
-def software_digest() -> str:
-    """What stands for versions and sources in a case's key."""
-    return case_key(software())
+def software_digest(solver: str) -> str:
+    """What stands for versions and sources in a case's key: of the folders that the solver lives in, and of this one's
+    record of a case."""
+    wings = {wing for name in names() for wing in model(name).wing} if solver == COMPARE else set(model(solver).wing)
+    own = {"compare/sweep/case.py", "compare/registry.py"}
+    if solver == COMPARE:
+        own |= {"compare/studies/compare.py"}
+    return case_key(software(*sorted(wings | own)))
 
 
 def key_of(sweep: Sweep, point: Point, digest: str) -> str:
@@ -107,7 +116,7 @@ def run(
     all else that happens to a case is its status.
     """
     clock = time.perf_counter()
-    digest = software_digest()
+    digest = software_digest(sweep.solver)
     keys = [key_of(sweep, point, digest) for point in grid]
     journal = Journal(out, digest, fresh)
     _say_found(journal, set(keys), reporter)

@@ -18,9 +18,9 @@ import pytest
 
 from compare.cli import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, main
 from compare.export.vtu import triangles
+from compare.measure.energy_map import density_on_grid, shares
 from compare.models.shell_process import ShellCase
 from compare.page.page import read_page
-from compare.pictures import shell as shell_figure
 from compare.scene.scene import load
 from compare.store.world import World, placed
 from ribbon.surface import grid_triangles
@@ -334,11 +334,11 @@ def test_shares_and_the_order_of_cells(tmp_path):
     density[0] = 0.0
     order = np.random.default_rng(0).permutation(8)
     surface.save(tmp_path / "shell.npz", cell_midpoints=grid[order], energy_density=density[order])
-    found = shell_figure.density_on_grid(ShellCase({}, tmp_path, False))
+    found = density_on_grid(ShellCase({}, tmp_path, False))
     assert found.reshape(8, 3) == pytest.approx(density)
-    shares = shell_figure.shares(found)
-    assert shares[0, 0] == pytest.approx(0.0)
-    assert shares.reshape(8, 3)[1:].sum(axis=1) == pytest.approx(1.0, abs=1e-5)
+    parts = shares(found)
+    assert parts[0, 0] == pytest.approx(0.0)
+    assert parts.reshape(8, 3)[1:].sum(axis=1) == pytest.approx(1.0, abs=1e-5)
 
 
 def test_triangles_are_those_of_the_ribbons_surface():

@@ -12,11 +12,11 @@ import time
 
 import numpy as np
 import pytest
+from compare.models.shell_start import ribbon_surface
 
-from compare.models.ribbon_run import run_ribbon
+from compare.models import solve as solve_scene
 from compare.models.shell_build import shell_problem
 from compare.models.shell_process import ShellCase, event_text, run_shell, shell_key
-from compare.models.shell_start import ribbon_surface
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, case_key
@@ -122,7 +122,7 @@ def test_the_ribbons_surface_at_the_shells_nodes():
     """At a mesh of equal elements these are the points of the ribbon's own surface; the director is its normal."""
     scene = load("shift_7_2").replace({"shell.width_to_thickness": 50, "shell.grading": [1.0, 1.0], "path": None})
     scene = scene.replace({"clamp.end.position": [0.5, 0.01, 0.0], "model.elements": 20})
-    e = run_ribbon(scene).equilibrium
+    e = solve_scene(scene, "ribbon").native
     surface = ribbon_surface(e, shell_problem(scene, 50.0, (30, 4), way=False))
     assert np.abs(surface.points - e.surface(60, 8).grid).max() < 1e-12
     assert np.linalg.norm(surface.directors, axis=-1) == pytest.approx(1.0)

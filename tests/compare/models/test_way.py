@@ -11,11 +11,11 @@ import pytest
 
 from compare.errors import BadInput
 from compare.models import ribbon_way as way
+from compare.models import solve as solve_scene
 from compare.models.ribbon_build import ribbon_arguments
-from compare.models.ribbon_run import run_ribbon
 from compare.models.ribbon_way import COLUMNS, STATE_FILE, run_key, run_way
 from compare.page.csv import as_csv
-from compare.pages.solve import path_table
+from compare.pages.ribbon import path_table
 from compare.scene.scene import loads
 from ribbon import Status, solve
 from tests.compare.scene import held_scenes
@@ -155,8 +155,8 @@ def test_an_impossible_way_is_refused_before_anything_is_solved(scene):
 
 
 def test_run_ribbon_takes_the_path(scene, whole):
-    run = run_ribbon(scene)
+    run = solve_scene(scene, "ribbon")
     assert run.way.stages == 3
-    assert run.equilibrium.energy.total == pytest.approx(whole.equilibrium.energy.total, rel=1e-10)
+    assert run.native.energy.total == pytest.approx(whole.equilibrium.energy.total, rel=1e-10)
     assert run.first > 0
-    assert run.warm > 0
+    assert run.seconds.warm > 0

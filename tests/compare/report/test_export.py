@@ -19,10 +19,11 @@ from compare.export.formats import COLOURED_BY, pvd_bytes
 from compare.export.gltf import glb_bytes, turn
 from compare.export.source import FORMATS, chosen, read_source
 from compare.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
-from compare.models.ribbon_run import run_ribbon
+from compare.measure.grid import Grid
+from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.scene.scene import load, loads
-from compare.studies.compare import Grid
 from tests.compare.scene import held_scenes
 
 SCALARS = {"S", "v", "ruling_foot", "segment", "omega", "eta", "energy_density"}
@@ -32,7 +33,7 @@ VECTORS = {"ruling", "tangent", "width_direction", "normal"}
 @pytest.fixture(scope="module")
 def solved():
     """A ribbon of ten segments, as `ribbonbench export` solves it too."""
-    return run_ribbon(load("coil_10_100")).equilibrium
+    return solve_scene(load("coil_10_100"), "ribbon").native
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def surface(solved):
     """The surface as the solver has it, on the grid of the export."""
     scene = load("coil_10_100")
     grid = Grid.for_shape(scene, float(np.abs(solved.omega(np.linspace(0, 1, 2001))).max()))
-    points = grid.ribbon(solved)
+    points = grid.of(RibbonShape(solved))
     return grid, points.reshape(-1, 3), export_ribbon.fields(solved, grid.s, grid.v)
 
 
@@ -71,7 +72,7 @@ def test_the_files_of_an_export(made):
 @pytest.mark.parametrize(("name", "energy"), [("coil_10_100", "sadowsky"), ("curl_4_3", "wunderlich")])
 def test_energy_per_length_integrates_to_the_elastic_energy(name, energy):
     scene = load(name)
-    e = run_ribbon(scene).equilibrium
+    e = solve_scene(scene, "ribbon").native
     assert e.problem.energy == energy
     nodes, weights = np.polynomial.legendre.leggauss(24)
     lengths = e.problem.lengths
@@ -85,7 +86,7 @@ def test_energy_per_length_integrates_to_the_elastic_energy(name, energy):
 def test_energy_per_area_integrates_to_the_elastic_energy(name):
     """Over (s, v) with dS dv = (1 + v eta') ds dv: every ruling of the strip, energy in D = w / l times D w / l."""
     scene = load(name)
-    e = run_ribbon(scene).equilibrium
+    e = solve_scene(scene, "ribbon").native
     nodes, weights = np.polynomial.legendre.leggauss(24)
     lengths, width = e.problem.lengths, scene.width / scene.strip.length
     starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]

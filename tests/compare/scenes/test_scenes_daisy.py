@@ -10,8 +10,9 @@ import pytest
 
 from compare.cli import DONE, main
 from compare.errors import BadInput
+from compare.models import solve as solve_scene
+from compare.models.base import Options
 from compare.models.ribbon_build import check_model
-from compare.models.ribbon_run import run_elastica
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -27,9 +28,9 @@ STEM = SI | PLANAR | ELASTICA | {"strip.density": None, "strip.thickness": None,
 
 
 def at_the_tip(name: str, keys: dict | None = None) -> np.ndarray:
-    run = run_elastica(load(name).replace(keys or {}))
-    assert run.result.status.value == "converged"
-    return run.centreline(np.array([1.0]))[0]
+    run = solve_scene(load(name).replace(keys or {}), "elastica", options=Options(error=True))
+    assert run.native.status.value == "converged"
+    return run.shape.centreline(np.array([1.0]))[0]
 
 
 @pytest.mark.parametrize("name", ["daisy_5g", "daisy_10g", "daisy_straight"])
@@ -62,8 +63,10 @@ def test_both_sides_of_the_pitchfork():
     right, left = at_the_tip("daisy_straight"), at_the_tip("daisy_straight", {"seed.curvature": 10.0})
     assert right[0] > 0.5
     assert left == pytest.approx(right * [-1.0, 1.0, 1.0], abs=1e-8)
-    upright = run_elastica(load("daisy_straight").replace({"seed.curvature": None}))
-    assert upright.result.status.value == "unstable"
+    upright = solve_scene(
+        load("daisy_straight").replace({"seed.curvature": None}), "elastica", options=Options(error=True)
+    )
+    assert upright.native.status.value == "unstable"
     assert upright.start == "natural"
 
 
@@ -145,18 +148,18 @@ BACK = {"seed.curvature": 20.0, "path": [{"tip.mass": 0.006}]}
 def test_a_path_back_under_the_limit_point_stops_and_offers_arc_length():
     """The branch beside the natural curvature ends at 3.74582 g (results/daisy.md)."""
     scene = load("daisy_5g").replace({"tip.mass": 0.003} | BACK)
-    run = run_elastica(scene)
-    assert (run.result.status.value, run.start) == ("limit_point", "path")
-    assert "stage 1 of 1" in run.result.message
-    assert "model.arc_length=always" in run.result.message
-    assert 6.0 - 3.0 * run.result.load_factor == pytest.approx(3.74582, abs=2e-3)
-    assert run.centreline(np.array([1.0]))[0, 0] < -0.2
-    followed = run_elastica(scene.replace({"model.arc_length": "always"}))
-    assert followed.result.status.value == "not_converged"
-    assert "turns round at a limit point" in followed.result.message
-    assert followed.result.limits == 1
-    there = run_elastica(scene.replace({"tip.mass": 0.0045}))
-    assert there.result.status.value == "converged"
+    run = solve_scene(scene, "elastica", options=Options(error=True))
+    assert (run.native.status.value, run.start) == ("limit_point", "path")
+    assert "stage 1 of 1" in run.native.message
+    assert "model.arc_length=always" in run.native.message
+    assert 6.0 - 3.0 * run.native.load_factor == pytest.approx(3.74582, abs=2e-3)
+    assert run.shape.centreline(np.array([1.0]))[0, 0] < -0.2
+    followed = solve_scene(scene.replace({"model.arc_length": "always"}), "elastica", options=Options(error=True))
+    assert followed.native.status.value == "not_converged"
+    assert "turns round at a limit point" in followed.native.message
+    assert followed.native.limits == 1
+    there = solve_scene(scene.replace({"tip.mass": 0.0045}), "elastica", options=Options(error=True))
+    assert there.native.status.value == "converged"
 
 
 def test_solve_writes_a_daisy(capsys, tmp_path):

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from compare.models.ribbon_run import run_ribbon
+from compare.models import solve as solve_scene
 from compare.models.shell_build import shell_problem
 from compare.models.shell_process import run_shell
 from compare.scene.scene import load
@@ -38,7 +38,7 @@ ENERGIES = {
 
 @cache
 def equilibrium(name: str) -> Equilibrium:
-    return run_ribbon(load(name)).equilibrium
+    return solve_scene(load(name), "ribbon").native
 
 
 @pytest.mark.parametrize("name", NUMBERS)
@@ -157,7 +157,7 @@ def test_between_both_critical_weights_only_the_shell_of_7_1_falls(tmp_path):
     for gamma, fallen in ((12.5, False), (18.0, True)):
         keys = {"strip.gamma": gamma, "model.elements": 10, "shell.elements": [24, 3]}
         scene = load("lateral_7_1").replace(keys)
-        assert abs(run_ribbon(scene).equilibrium.end.position[1]) < 1e-6
+        assert abs(solve_scene(scene, "ribbon").native.end.position[1]) < 1e-6
         case = run_shell(shell_problem(scene, 50.0), CaseStore(tmp_path))
         assert case.ok
         assert (abs(case.data["end"]["position"][1]) > 0.2) == fallen

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from compare.models import solve as solve_scene
 from compare.models.ribbon_build import ribbon_arguments
-from compare.models.ribbon_run import run_ribbon
 from compare.models.ribbon_way import run_way
 from compare.scene.scene import load, loads
 from ribbon import Closure, Equilibrium, Strip, solve
@@ -165,5 +165,5 @@ def test_the_numbers_of_the_edge_scene_are_those_of_its_weightless_band():
 
 
 def test_run_ribbon_solves_a_bare_moebius_scene():
-    run = run_ribbon(load("moebius_6_1").replace({"model.elements": 40}))
-    assert run.equilibrium.ok
+    run = solve_scene(load("moebius_6_1").replace({"model.elements": 40}), "ribbon")
+    assert run.native.ok

@@ -8,8 +8,9 @@ import re
 import numpy as np
 import pytest
 
+from compare.models import solve as solve_scene
+from compare.models.base import Options
 from compare.models.ribbon_build import ribbon_problem
-from compare.models.ribbon_run import run_elastica, run_ribbon
 from compare.scene.scene import load, loads, shipped
 from ribbon import Equilibrium, switch
 from tests.validation.ribbon.roman import folds, line_contact, press
@@ -20,7 +21,7 @@ DELTA, GAMMA = 0.1, 10.0
 
 @pytest.fixture(scope="module")
 def solved() -> dict[str, Equilibrium]:
-    return {name: run_ribbon(load(name)).equilibrium for name in NAMES}
+    return {name: solve_scene(load(name), "ribbon").native for name in NAMES}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -111,7 +112,7 @@ def test_the_curl_of_25_cm_is_planar(solved):
     s = np.linspace(0.0, 1.0, 101)
     assert np.abs(found.position(s)[:, 0]).max() < 1e-9
     assert scene.is_planar()
-    tip = run_elastica(scene).centreline(np.array([1.0]))[0]
+    tip = solve_scene(scene, "elastica", options=Options(error=True)).shape.centreline(np.array([1.0]))[0]
     np.testing.assert_allclose(found.end.position, tip, atol=1e-4)
     assert found.energy.total == pytest.approx(-119.539, abs=1e-3)
 

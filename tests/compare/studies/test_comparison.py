@@ -14,7 +14,12 @@ from scipy.spatial.transform import Rotation
 from compare.export.ribbon import centreline_csv
 from compare.measure.align import aligned
 from compare.measure.distance import centreline_distance
-from compare.models.ribbon_run import run_elastica, run_ribbon
+from compare.measure.grid import Grid
+from compare.models import solve as solve_scene
+from compare.models.base import Options
+from compare.models.ribbon import RibbonModel
+from compare.models.shell import coarser
+from compare.models.shell_build import natural_constant
 from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
@@ -22,22 +27,13 @@ from compare.page.page import read_page
 from compare.pages import compare as report
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
-from compare.pages.surfaces import write_ribbon
+from compare.pages.surfaces import write_fast
 from compare.pictures import comparison as figures
 from compare.pictures import ribbon as profile
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, jsonable
-from compare.studies.compare import (
-    Comparison,
-    Grid,
-    Row,
-    coarser,
-    compare,
-    fit_slope,
-    natural_constant,
-    ribbon_discretisation_error,
-)
+from compare.studies.compare import Comparison, Row, compare, fit_slope
 from ribbon.find.solve import solve
 from shellref.shell.surface import ShellSurface
 from tests.compare.scene import held_scenes
@@ -64,7 +60,7 @@ class Shells:
             data = {"status": "not_converged", "stable": None, "message": "stopped at load 0.4", "seconds": {}}
             return ShellCase(data, None, False)
         scene = load("curl_4_3")
-        from compare.models.ribbon_run import ribbon_clamp, ribbon_gravity, ribbon_strip
+        from compare.models.ribbon_build import ribbon_clamp, ribbon_gravity, ribbon_strip
 
         e = solve(ribbon_strip(scene), ribbon_clamp(scene), ribbon_gravity(scene), segments=scene.model.lengths)
         shift = 0.1 / ratio + (1e-5 if problem.elements == (50, 4) else 0.0)
@@ -87,7 +83,7 @@ class Shells:
 @pytest.fixture
 def made(tmp_path, monkeypatch):
     def run(failing=(), assignments=None) -> Comparison:
-        monkeypatch.setattr("compare.studies.compare.run_shell", Shells(tmp_path, failing))
+        monkeypatch.setattr("compare.models.shell.run_shell", Shells(tmp_path, failing))
         scene = load("curl_4_3").replace({"shell.width_to_thickness": [10, 20, 100], **(assignments or {})})
         return compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
 
@@ -102,10 +98,10 @@ def test_rows_carry_three_lengths_and_the_slope_is_found(made):
         assert row.centreline == pytest.approx(0.1 / ratio, abs=5e-6)  # the stored shell is interpolated
         assert 0.2 * row.centreline < row.hausdorff <= row.centreline * 1.01
         assert row.shell_error == pytest.approx(1e-5, rel=0.7)
-        assert row.ribbon_error == found.ribbon_error > 0
+        assert row.ribbon_error == found.fast.error > 0
         assert row.claimed
-        assert row.energy["elastic_ribbon"] == pytest.approx(12.3 - 50.0)
-        assert row.ratio == pytest.approx(5.0 / found.ribbon.warm)
+        assert row.energy.elastic == pytest.approx(12.3 - 50.0)
+        assert row.ratio == pytest.approx(5.0 / found.fast.seconds.warm)
     assert found.slope.value == pytest.approx(1.0, abs=0.05)
     assert found.slope.rows == 3
 
@@ -124,7 +120,7 @@ def test_a_failed_shell_is_a_row_with_its_status_and_stops_nothing(made, tmp_pat
 
 def test_no_difference_is_claimed_below_the_errors(made):
     found = made(assignments={"shell.width_to_thickness": [10, 100000]})
-    assert found.ribbon_error > 1e-4
+    assert found.fast.error > 1e-4
     assert found.rows[0].claimed
     assert not found.rows[1].claimed
     assert found.slope is None
@@ -167,7 +163,7 @@ def test_tables_say_the_same_thing(made):
     markdown = as_markdown(table).splitlines()[: 2 + 3 + 1]
     assert len({line.count("|") for line in markdown}) == 1
     assert f"{found.rows[0].hausdorff:.2e}" in markdown[2]
-    energy = found.ribbon.equilibrium.energy
+    energy = found.fast.energy
     limit = dict(zip(table.keys, table.below[0], strict=True))
     assert (limit["elastic"], limit["gravity"], limit["total"]) == (energy.elastic, energy.gravity, energy.total)
     assert len(table.texts()) == 4
@@ -180,8 +176,7 @@ def test_every_key_of_the_table_holds_what_it_says(made):
         {
             **{name: getattr(row, name) for name in row.__dataclass_fields__},
             "membrane_share": (row.share or {}).get("membrane"), "shear_share": (row.share or {}).get("shear"),
-            "elastic": (row.energy or {}).get("elastic_ribbon"), "gravity": (row.energy or {}).get("gravity"),
-            "total": row.energy and row.energy["elastic_ribbon"] + row.energy["gravity"],
+            **{name: row.energy and getattr(row.energy, name) for name in ("elastic", "gravity", "total")},
             "seconds_ribbon": row.seconds["ribbon"], "seconds_shell": row.seconds["shell"], "ratio": row.ratio,
         }
         for row in found.rows
@@ -237,9 +232,9 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
 
 def test_surfaces_read_back(made, tmp_path):
     found = made()
-    write_ribbon(tmp_path, found, "r.vtu")
-    mesh = meshio.read(tmp_path / "r.vtu")
-    points = found.grid.ribbon(found.ribbon.equilibrium).reshape(-1, 3)
+    write_fast(tmp_path, found, "_x")
+    mesh = meshio.read(tmp_path / "ribbon_x.vtu")
+    points = found.grid.of(found.fast.shape).reshape(-1, 3)
     assert np.abs(mesh.points - points).max() == 0
     assert mesh.cells_dict["triangle"].max() == len(points) - 1
     for name in ("S", "v", "omega", "eta", "ruling_foot", "ruling", "normal"):
@@ -247,8 +242,8 @@ def test_surfaces_read_back(made, tmp_path):
     on_axis = mesh.point_data["v"] == 0
     assert on_axis.sum() == found.grid.s.size
     assert np.abs(mesh.point_data["ruling_foot"][on_axis] - mesh.point_data["S"][on_axis]).max() < 1e-14
-    line = np.loadtxt(io.BytesIO(centreline_csv(found.ribbon.equilibrium)), delimiter=",", skiprows=1)
-    assert np.allclose(line[:, 1:4], found.ribbon.equilibrium.position(line[:, 0]), atol=1e-11)
+    line = np.loadtxt(io.BytesIO(centreline_csv(found.fast.native)), delimiter=",", skiprows=1)
+    assert np.allclose(line[:, 1:4], found.fast.native.position(line[:, 0]), atol=1e-11)
 
 
 def test_rendering_falls_back_when_vtk_cannot(made, tmp_path, monkeypatch):
@@ -265,16 +260,15 @@ def test_the_ribbons_error_is_not_underestimated(elements, grading):
     scene = load("cantilever").replace(
         {"strip.gamma": 1e4, "model.elements": elements, "model.grading": grading, "shell.width_to_thickness": 100}
     )
-    elastica = run_elastica(scene)
-    assert elastica.result.error < 1e-6
-    e = run_ribbon(scene).equilibrium
+    elastica = solve_scene(scene, "elastica", options=Options(error=True))
+    assert elastica.error < 1e-6
+    ribbon = solve_scene(scene, "ribbon")
     grid = Grid.for_shape(scene, 150.0)
-    estimate = ribbon_discretisation_error(e, grid, Reporter(quiet=True))
-    true = centreline_distance(e.position(grid.s), elastica.centreline(grid.s))
-    surface = grid.ribbon(e)[:, grid.v.size // 2]
-    gap = min(
-        true, np.linalg.norm(surface[:, None, :] - elastica.centreline(np.linspace(0, 1, 4001)), axis=2).min(1).max()
-    )
+    estimate = RibbonModel().error(ribbon, None, grid)
+    line = elastica.shape.centreline
+    true = centreline_distance(ribbon.shape.centreline(grid.s), line(grid.s))
+    surface = grid.of(ribbon.shape)[:, grid.v.size // 2]
+    gap = min(true, np.linalg.norm(surface[:, None, :] - line(np.linspace(0, 1, 4001)), axis=2).min(1).max())
     assert 0.9 * gap - 2e-6 < estimate < 3.0 * true + 2e-6
 
 
@@ -285,9 +279,9 @@ def test_a_ribbon_on_a_saddle_claims_nothing(made, tmp_path):
         "strip.natural_curvature": [-0.35, -0.49], "model.grading": "uniform",
     }  # fmt: skip
     found = made(assignments=keys)
-    assert found.ribbon.equilibrium.status.code == "saddle"
+    assert found.fast.word == "saddle"
     assert not found.ok
-    assert found.ribbon_error is None
+    assert found.fast.error is None
     assert not any(r.claimed for r in found.rows)
     assert any("discretisation error is unknown" in sentence for sentence in tables.verdict(found))
     assert report.write(tmp_path / "out", found).exists()
@@ -300,7 +294,7 @@ def test_the_picture_shows_what_holds_the_ribbon(tmp_path, name):
     from matplotlib.image import imread
 
     scene = loads(getattr(held_scenes, name))
-    e = run_ribbon(scene).equilibrium
+    e = solve_scene(scene, "ribbon").native
     pixels = imread(profile.ribbon_profile(tmp_path / "r.png", e, scene.title))[:, :, :3]
     orange = np.array([0xC2, 0x66, 0x2D]) / 255.0
     shown = (np.abs(pixels - orange).max(axis=2) < 0.02).sum()
@@ -331,17 +325,17 @@ def test_a_clipped_wall_covers_the_box_and_lies_in_its_plane():
 def test_free_motions_are_no_distance():
     """A ring that nothing holds, turned and moved; a strip on a floor, moved along it; a clamped one, not moved."""
     turn = Rotation.from_rotvec([0.3, -0.2, 0.5])
-    ring = run_ribbon(loads(held_scenes.CIRCLE)).equilibrium
-    points = ring.surface(100, 4).grid
+    ring = solve_scene(loads(held_scenes.CIRCLE), "ribbon")
+    points = ring.native.surface(100, 4).grid
     moved = turn.apply(points.reshape(-1, 3)).reshape(points.shape) + np.array([0.1, 0.2, 0.3])
-    assert np.abs(aligned(moved, points, ring) - points).max() < 1e-12
+    assert np.abs(aligned(moved, points, ring.motions) - points).max() < 1e-12
     lying = loads(held_scenes.CIRCLE.replace("poisson = 0.3", "poisson = 0.3\ngamma = 5.0") + FLOOR_BELOW)
-    e = run_ribbon(lying).equilibrium
-    points = e.surface(100, 4).grid
+    e = solve_scene(lying, "ribbon")
+    points = e.native.surface(100, 4).grid
     spun = Rotation.from_rotvec([0.0, 0.0, 0.4]).apply(points.reshape(-1, 3)).reshape(points.shape)
-    assert np.abs(aligned(spun + np.array([0.1, -0.2, 0.0]), points, e) - points).max() < 1e-12
-    lifted = aligned(points + np.array([0.0, 0.0, 0.01]), points, e)
+    assert np.abs(aligned(spun + np.array([0.1, -0.2, 0.0]), points, e.motions) - points).max() < 1e-12
+    lifted = aligned(points + np.array([0.0, 0.0, 0.01]), points, e.motions)
     assert np.abs(lifted - points).max() == pytest.approx(0.01)
-    clamped = run_ribbon(load("curl_4_3")).equilibrium
+    clamped = solve_scene(load("curl_4_3"), "ribbon").motions
     assert aligned(points + 0.1, points, clamped) is not points
     assert np.array_equal(aligned(points + 0.1, points, clamped), points + 0.1)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from compare.models.ribbon_run import run_ribbon
+from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
+from compare.models.shell import ShellShape
 from compare.scene.scene import load
 from compare.studies.estimate import CORNER_CLAMP, EDGE_CLAMP, estimate
 from compare.studies.limits import with_clamp
 
 
 def of(scene, ratio=100.0):
-    return estimate(scene, run_ribbon(scene, repeat=False).equilibrium, ratio)
+    return estimate(scene, solve_scene(scene, "ribbon").native, ratio)
 
 
 def test_planar_strip_has_the_layers_share_alone():
@@ -22,7 +24,7 @@ def test_planar_strip_has_the_layers_share_alone():
          "clamp.start.normal": [0.0, 1.0, 0.0]}
     )  # fmt: skip
     found = of(scene, 3000.0)
-    nu, kappa = 0.4, abs(run_ribbon(scene, repeat=False).equilibrium.omega(np.linspace(0, 1, 2001)))
+    nu, kappa = 0.4, abs(solve_scene(scene, "ribbon").native.omega(np.linspace(0, 1, 2001)))
     z = (3 * (1 - nu**2)) ** 0.25 * np.sqrt(kappa * 0.3 * 3000.0)
     expected = np.mean(nu**2 * kappa**2 / (4 * np.maximum(z, 1e-3))) / np.mean(kappa**2 / 2)
     assert found.parts["edges"] == pytest.approx(expected, rel=0.03)
@@ -36,7 +38,7 @@ def test_in_plane_bending_and_tension_of_a_strip_on_edge():
     """A straight strip on edge, weight Gamma: M_y = Gamma (1 - s)^2 / 2, no normal curvature; hanging: N = Gamma (1 - "
     "s)."""
     edge = load("lateral_7_1").replace({"strip.gamma": 0.5, "seed.curvature": 0.0, "seed.ruling": 0.0})
-    equilibrium = run_ribbon(edge, repeat=False).equilibrium
+    equilibrium = solve_scene(edge, "ribbon").native
     assert abs(equilibrium.omega(np.array([0.5]))).max() < 1e-3
     found = estimate(edge, equilibrium, 50.0)
     assert found.parts["in_plane"] == pytest.approx(1.0, abs=1e-2)
@@ -45,7 +47,7 @@ def test_in_plane_bending_and_tension_of_a_strip_on_edge():
 @pytest.mark.parametrize("clamp", ["edge", "corners"])
 def test_clamps_by_their_formula(clamp):
     scene = with_clamp(load("limits_7_3"), clamp)
-    equilibrium = run_ribbon(scene, repeat=False).equilibrium
+    equilibrium = solve_scene(scene, "ribbon").native
     found = estimate(scene, equilibrium, 100.0)
     assert found.parts["clamps"] > 0.0
     if clamp == "corners":
@@ -75,19 +77,20 @@ def test_against_the_shell_of_4_3():
     pytest.importorskip("dolfinx")
     import tempfile
 
+    from compare.measure.distance import grid_hausdorff
+    from compare.measure.grid import Grid
     from compare.models.shell_build import shell_options, shell_problem
     from compare.models.shell_process import run_shell
     from compare.store.store import CaseStore
-    from compare.studies.compare import Grid, grid_hausdorff
 
     scene = load("curl_4_3").replace({"shell.width_to_thickness": 50, "shell.elements": [50, 4]})
-    equilibrium = run_ribbon(scene, repeat=False).equilibrium
+    equilibrium = solve_scene(scene, "ribbon").native
     found = estimate(scene, equilibrium, 50.0)
     with tempfile.TemporaryDirectory() as folder:
         case = run_shell(shell_problem(scene, 50.0), CaseStore(folder), shell_options(scene))
         assert case.ok
         grid = Grid.for_shape(scene, 20.0)
-        distance = grid_hausdorff(grid.ribbon(equilibrium), grid.shell(case))
+        distance = grid_hausdorff(grid.of(RibbonShape(equilibrium)), grid.of(ShellShape(case)))
         share = case.data["share"]["membrane"] + case.data["share"]["shear"]
     assert found.distance == pytest.approx(distance, rel=0.1)
     assert found.share == pytest.approx(share, rel=0.2)

@@ -62,13 +62,13 @@ def small(tmp_path_factory):
 
 
 def test_rows_are_what_single_solves_find(small):
-    from compare.models.ribbon_run import run_ribbon
+    from compare.models import solve as solve_scene
 
     rows = rows_of(small)
     assert [row["strip.gamma"] for row in rows] == ["1", "10", "100"]
     for row in rows:
         scene = load("cantilever").replace({"model.elements": 8, "strip.gamma": float(row["strip.gamma"])})
-        e = run_ribbon(scene).equilibrium
+        e = solve_scene(scene, "ribbon").native
         assert (row["status"], row["stable"], int(row["iterations"])) == ("converged", "true", e.iterations)
         assert [float(row[f"end.{axis}"]) for axis in "xyz"] == pytest.approx(e.end.position, abs=1e-12)
         assert float(row["energy.total"]) == pytest.approx(e.energy.total, rel=1e-12)
@@ -181,7 +181,7 @@ def test_crashes_are_tried_again_by_the_next_run(tmp_path, monkeypatch):
     last = run(sweep, grid, tmp_path, Crew({**run_case(Task("", grid[1].scene, "ribbon", False, False, ".")), "w": 1}),
                quiet)  # fmt: skip
     assert last.ok
-    monkeypatch.setattr("compare.sweep.run.software_digest", lambda: "1" * 64)
+    monkeypatch.setattr("compare.sweep.run.software_digest", lambda solver: "1" * 64)
     others = Crew(crashed("killed"))
     run(sweep, grid, tmp_path, others, quiet)
     assert others.count == 3  # another version's cases are not mixed in

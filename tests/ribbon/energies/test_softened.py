@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from compare.models.ribbon_run import run_ribbon
+from compare.models import solve as solve_scene
 from compare.scene.scene import load
 from ribbon.energies.softened import SoftenedProblem, soften
 
@@ -15,7 +15,7 @@ SCENE = load("limits_7_3").replace(
 
 
 def equilibrium(formulation="chained", **keys):
-    return run_ribbon(SCENE.replace({"model.formulation": formulation, **keys}), repeat=False).equilibrium
+    return solve_scene(SCENE.replace({"model.formulation": formulation, **keys}), "ribbon").native
 
 
 def dense(problem, x):
@@ -77,7 +77,7 @@ def test_a_narrow_strip_becomes_a_kirchhoff_rod_in_bending():
     scene = load("cantilever").replace(
         {"strip.poisson": 0.3, "strip.width": 1e-3, "shell.width_to_thickness": 2.0, "strip.gamma": 0.1}
     )
-    stiff = run_ribbon(scene, repeat=False).equilibrium
+    stiff = solve_scene(scene, "ribbon").native
     soft = soften(stiff, scene.width / 2.0)
     assert soft is not None
     up = scene.up

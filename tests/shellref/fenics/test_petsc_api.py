@@ -111,6 +111,8 @@ def test_what_cannot_be_factored_says_so_and_spoils_nothing():
         factor.solve(np.ones(6))
     la.refill(matrix, scipy_csr(dense))
     factor.factor()
+    with pytest.raises(la.FactorisationFailed, match="not finite"):
+        factor.solve(np.full(6, np.nan))
     assert np.allclose(dense @ factor.solve(np.ones(6)), 1.0)
 
 
@@ -129,6 +131,39 @@ def test_lowest_pairs_against_scipy(end, count):
     again = la.lowest_pairs(factor, mass, count, end)
     assert np.array_equal(again[0], values)
     assert np.array_equal(again[1], vectors)
+
+
+@pytest.mark.parametrize("good", [0, 1, 5])
+def test_a_solution_that_fails_within_slepc_gives_no_pairs_and_spoils_nothing(monkeypatch, good):
+    """An exception that crosses SLEPc's callback leaves its objects locked, and PETSc ends the process."""
+    dense = symmetric(40, negative=4)
+    matrix, _ = distributed(dense)
+    factor = la.SymmetricFactor(matrix)
+    factor.factor()
+    solve, left = la.SymmetricFactor.solve, good
+
+    def failing(self, right):
+        nonlocal left
+        left -= 1
+        if left < 0:
+            raise la.FactorisationFailed("injected")
+        return solve(self, right)
+
+    monkeypatch.setattr(la.SymmetricFactor, "solve", failing)
+    values, vectors = la.lowest_pairs(factor, np.ones(40), 4, "negative")
+    assert (values.shape, vectors.shape) == ((0,), (0, 40))
+    monkeypatch.undo()
+    values, _ = la.lowest_pairs(factor, np.ones(40), 4, "negative")
+    assert np.allclose(values, np.linalg.eigvalsh(dense)[:4])
+
+
+def test_rounding_is_that_of_the_entries():
+    rng, dense = np.random.default_rng(3), symmetric(9)
+    matrix, _ = distributed(dense)
+    x = rng.standard_normal(9)
+    bound = la.rounding(matrix, x)
+    assert bound == pytest.approx(np.finfo(float).eps * np.abs(x) @ np.abs(dense) @ np.abs(x), rel=1e-12)
+    assert np.array_equal(la.to_scipy(matrix).toarray(), dense)
 
 
 def test_lowest_pairs_of_a_stable_matrix_has_no_negative_end():

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from compare.measure.distance import grid_hausdorff
-from compare.models.ribbon_run import run_ribbon
+from compare.measure.grid import Grid
+from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
 from compare.scene.scene import load
-from compare.studies.compare import Grid
 from ribbon import refine
 from tests.validation import page
 
@@ -17,17 +18,17 @@ COUNTS = (10, 20, 40, 80)
 def run(out: Path) -> None:
     scene = load("curl_4_3")
     grid = Grid.for_shape(scene, 15.0)
-    finest = run_ribbon(scene.replace({"model.elements": 48})).equilibrium
+    finest = solve_scene(scene.replace({"model.elements": 48}), "ribbon").native
     for _ in range(3):
         finest = refine(finest)
-    exact = grid.ribbon(finest)
+    exact = grid.of(RibbonShape(finest))
     rows = []
     errors = {}
     for count in COUNTS:
         cells = [str(count)]
         for grading in ("uniform", "clamp"):
-            run_ = run_ribbon(scene.replace({"model.elements": count, "model.grading": grading}))
-            errors[grading, count] = grid_hausdorff(grid.ribbon(run_.equilibrium), exact)
+            run_ = solve_scene(scene.replace({"model.elements": count, "model.grading": grading}), "ribbon")
+            errors[grading, count] = grid_hausdorff(grid.of(run_.shape), exact)
             cells += [f"{errors[grading, count]:.1e}", f"{run_.warm * 1e3:.3g}"]
         rows.append(cells)
     page.write(

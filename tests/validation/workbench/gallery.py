@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from compare.models.ribbon_run import ElasticaRun, RibbonRun, run_elastica, run_ribbon
+from compare.models import solve as solve_scene
+from compare.models.base import Options, State
 from compare.pictures import ribbon as profile
 from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene, load, shipped
@@ -49,13 +50,13 @@ def _view(cloud: FloatArray, up: FloatArray) -> FloatArray:
     return 0.8 * np.cross(first, up) + 0.5 * first + 0.35 * up
 
 
-def rod_picture(run: ElasticaRun) -> bytes:
+def rod_picture(run: State) -> bytes:
     """PNG of a planar rod from the side: clamp orange, load at the tip ochre."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    line = run.centreline(np.linspace(0.0, 1.0, 401)) - run.position
-    side, up = run.frame[:, 1], run.frame[:, 2]
+    line = run.shape.centreline(np.linspace(0.0, 1.0, 401)) - run.shape.position
+    side, up = run.shape.frame[:, 1], run.shape.frame[:, 2]
     figure = Figure(figsize=(6.0, 6.0), dpi=2 * PIXELS / 6.0)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.plot(line @ side, line @ up, color=_FACE, lw=9, solid_capstyle="butt")
@@ -68,13 +69,13 @@ def rod_picture(run: ElasticaRun) -> bytes:
     return _small(image)
 
 
-def picture(scene: Scene, run: RibbonRun) -> bytes:
+def picture(scene: Scene, run: State) -> bytes:
     """PNG of the ribbon in space: blue on the side of t_y, ochre on the other; clamps orange, walls grey."""
     if not os.environ.get("DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     import pyvista
 
-    e = run.equilibrium
+    e = run.native
     along = int(min(4000, 400 + 40 * np.abs(e.omega(np.linspace(0.0, 1.0, 400))).max()))
     grid = e.surface(along, 12).grid
     cloud = grid.reshape(-1, 3)
@@ -122,9 +123,9 @@ def _small(image: NDArray[np.uint8]) -> bytes:
     return buffer.getvalue()
 
 
-def entry(scene: Scene, run: RibbonRun) -> str:
+def entry(scene: Scene, run: State) -> str:
     """The scene's section of the page."""
-    e, headline = run.equilibrium, HEADLINES[scene.name]
+    e, headline = run.native, HEADLINES[scene.name]
     size = f"{len(e.problem.lengths)} segments, {e.problem.formulation}"
     shells = ", ".join(f"{ratio:g}" for ratio in scene.require_shell()) if scene.has_shell() else ""
     beside = f"; `ribbonbench compare {scene.name}` sets shells of w/h = {shells} beside it" if shells else ""
@@ -136,14 +137,14 @@ def entry(scene: Scene, run: RibbonRun) -> str:
             f"{scene.title}. `ribbonbench solve {scene.name}`{beside}.",
             f"**{headline.quantity}: {headline.text(e)}**. Beside it: {headline.source}.",
             f"{e.status.value.capitalize()}; {e.problem.energy}, {size}"
-            f"{stages}; residual {e.residual:.0e}; {run.warm * 1e3:.3g} ms warm, the stability check included.",
+            f"{stages}; residual {e.residual:.0e}; {run.seconds.warm * 1e3:.3g} ms warm, the stability check included.",
         ]
     )
 
 
-def rod_entry(scene: Scene, run: ElasticaRun) -> str:
+def rod_entry(scene: Scene, run: State) -> str:
     """The same of a scene that only the planar elastica knows."""
-    r, headline = run.result, HEADLINES[scene.name]
+    r, headline = run.native, HEADLINES[scene.name]
     return "\n\n".join(
         [
             f"## {scene.name}",
@@ -151,7 +152,7 @@ def rod_entry(scene: Scene, run: ElasticaRun) -> str:
             f"{scene.title}. `ribbonbench solve {scene.name}`.",
             f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.source}.",
             f"{r.status.value.capitalize()}; elastica, {len(r.nodes) - 1} elements of degree {r.degree}; residual "
-            f"{r.residual:.0e}; {run.warm * 1e3:.3g} ms warm, the stability check included.",
+            f"{r.residual:.0e}; {run.seconds.warm * 1e3:.3g} ms warm, the stability check included.",
         ]
     )
 
@@ -171,22 +172,22 @@ def run(out: Path) -> None:
     for name in names:
         scene = load(name)
         if beyond_the_ribbon(scene) is not None:
-            rod = run_elastica(scene)
-            if rod.result.status.value != "converged":
-                raise AssertionError(f"{name}: {rod.result.message}")
+            rod = solve_scene(scene, "elastica", options=Options(error=True))
+            if rod.word != "converged":
+                raise AssertionError(f"{name}: {rod.message}")
             atomic_write_bytes(docs / picture_name(scene), rod_picture(rod))
             entries.append(rod_entry(scene, rod))
             print(f"  {name}: {HEADLINES[name].text(rod)}", flush=True)
             continue
-        found = run_ribbon(scene)
-        if not found.equilibrium.ok:
-            raise AssertionError(f"{name}: {found.equilibrium.message}")
+        found = solve_scene(scene, "ribbon")
+        if not found.ok:
+            raise AssertionError(f"{name}: {found.message}")
         data = picture(scene, found)
         if len(data) > LARGEST:
             raise AssertionError(f"{name}: the picture has {len(data)} bytes")
         atomic_write_bytes(docs / picture_name(scene), data)
         entries.append(entry(scene, found))
-        print(f"  {name}: {HEADLINES[name].text(found.equilibrium)}, {len(data)} bytes", flush=True)
+        print(f"  {name}: {HEADLINES[name].text(found.native)}, {len(data)} bytes", flush=True)
     made = versions()
     packages = made["packages"]
     named = ", ".join(f"{key} {packages[key]}" for key in ("numpy", "numba", "cyipopt") if key in packages)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.models.ribbon_run import ElasticaRun
+from compare.models.base import State
 from ribbon import Equilibrium
 
 
@@ -23,7 +23,7 @@ class Headline:
     form: str
     source: str
 
-    def text(self, equilibrium: Equilibrium | ElasticaRun) -> str:
+    def text(self, equilibrium: Equilibrium | State) -> str:
         """The number as the page has it."""
         return format(self.value(equilibrium), self.form)
 
@@ -67,9 +67,9 @@ def _side(e: Equilibrium) -> float:
     return abs(float(e.end.position[1]))
 
 
-def _aside(run: ElasticaRun) -> float:
+def _aside(run: State) -> float:
     """In cm, of a stem 10 cm long."""
-    return 10.0 * float(run.centreline(np.array([1.0]))[0, 0])
+    return 10.0 * float(run.shape.centreline(np.array([1.0]))[0, 0])
 
 
 _ASIDE = "the flower's place to the side, cm"

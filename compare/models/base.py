@@ -1,0 +1,362 @@
+"""What a model is: one vocabulary for all that solve a scene, whatever they solve it with.
+
+A study asks `compare.registry` for models and gets `State`s; it names no model and imports no solver. Lengths are in
+units of l, energies in D w / l, forces in D w / l^2, moments in D w / l, curvatures in 1/l, times in s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.measure.align import Motions
+from compare.measure.grid import Grid
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
+    from compare.store.progress import Reporter
+    from compare.store.store import CaseStore
+
+FloatArray = NDArray[np.float64]
+_NONE: Mapping[str, Any] = MappingProxyType({})
+
+
+class Status(Enum):
+    """How a solve ended, in the words that all models share; `State.word` is the solver's own, more precise one."""
+
+    CONVERGED = "converged"
+    UNSTABLE = "unstable"
+    NOT_CONVERGED = "not_converged"
+    LIMIT_POINT = "limit_point"
+    INFEASIBLE = "infeasible"
+    RULINGS_CROSS = "rulings_cross"
+    UNSUPPORTED = "unsupported"
+    FAILED = "failed"
+    CRASHED = "crashed"
+
+    @property
+    def code(self) -> str:
+        """The word for files."""
+        return self.value
+
+    @property
+    def ok(self) -> bool:
+        """A converged equilibrium that is not known to be unstable."""
+        return self is Status.CONVERGED
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energy of a state, D w / l, in one convention: `elastic` without `constant`, the part 1/2 int K^2 ds that the
+    natural curvature alone makes; `gravity` and `tip` against the origin of the scene (not the clamp); `plates` of the
+    springs of pressure plates; `parts`: what else the model tells apart (bending, membrane, shear, natural)."""
+
+    elastic: float | None
+    gravity: float = 0.0
+    tip: float | None = None
+    constant: float = 0.0
+    plates: float | None = None
+    parts: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def total(self) -> float | None:
+        """All of it, without `constant`; None where the elastic energy is not known."""
+        if self.elastic is None:
+            return None
+        return self.elastic + self.gravity + (self.tip or 0.0) + (self.plates or 0.0)
+
+    def to_dict(self) -> dict[str, float | None]:
+        """The keys of result.json's ``energy``: parts, elastic, gravity, tip and plates where there are any, total."""
+        loads = {"tip": self.tip, "plates": self.plates}
+        present = {name: value for name, value in loads.items() if value is not None}
+        return {**self.parts, "elastic": self.elastic, "gravity": self.gravity, **present, "total": self.total}
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Position (3,) and frame (3, 3), columns t_x t_y t_z, of a point of the centreline."""
+
+    position: FloatArray
+    frame: FloatArray
+
+
+@dataclass(frozen=True)
+class Force:
+    """Force (3,) and moment (3,) that a support exerts on the strip."""
+
+    force: FloatArray
+    moment: FloatArray
+
+
+@dataclass(frozen=True)
+class Supports:
+    """What holds the strip exerts on it: at both ends (None: nothing held), and every wall's entry of result.json."""
+
+    start: Force | None = None
+    end: Force | None = None
+    walls: tuple[Mapping[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Seconds:
+    """first: the first solve in this process, with all that it has to load; repeats: of the same solve again (s).
+
+    process: of a model that solves in a process of its own the wall time of that process, from its start to its end;
+    `first` is then the solve alone. None: solved in this process, or found among finished cases.
+    """
+
+    first: float
+    repeats: tuple[float, ...] = ()
+    process: float | None = None
+
+    @property
+    def warm(self) -> float:
+        """Median of the repeats; `first` where there are none."""
+        return float(np.median(self.repeats)) if self.repeats else self.first
+
+
+class Shape(Protocol):
+    """The deformed strip of any model; the section is the model's own, straight rulings are not assumed."""
+
+    @property
+    def bend(self) -> float:
+        """Largest normal curvature along the strip (1/l), for which a grid has to be fine enough."""
+
+    def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
+        """Positions (k, m, 3) of the particles s (k,) x v (m,)."""
+
+    def centreline(self, s: FloatArray) -> FloatArray:
+        """Positions (k, 3) at abscissae s (k,)."""
+
+    def frames(self, s: FloatArray) -> FloatArray:
+        """Frames (k, 3, 3) at abscissae s (k,), columns across, normal, along."""
+
+    def pose(self, s: float) -> Pose:
+        """Position and frame of the centreline at one abscissa (`pose_of` for a model without a better way)."""
+
+    def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
+        """Name -> numbers (k, m) or vectors (k, m, 3) at the particles; "normal" (unit vectors) among them, and
+        "energy_density" (D / l^2, without the constant of the natural curvature) where the model knows it."""
+
+
+def pose_of(shape: Shape, s: float) -> Pose:
+    """Position and frame of a shape's centreline at one abscissa."""
+    at = np.array([s])
+    return Pose(shape.centreline(at)[0], shape.frames(at)[0])
+
+
+@dataclass(frozen=True)
+class Size:
+    """How fine a model is: `ladder`, the name under which the model varies it ("mixed", "elastica 2", "shell"), and
+    `values`, one or two numbers (segments; a tolerance; elements along and across); degree of the elements, if any;
+    words: how a state's size is shown where the values do not say what came of them."""
+
+    ladder: str
+    values: tuple[float, ...]
+    degree: int | None = None
+    words: str = field(default="", compare=False)
+
+    @property
+    def label(self) -> str:
+        """E.g. "40", "100 x 8", "92 (for 1e-03)"."""
+        return self.words or " x ".join(f"{value:g}" for value in self.values)
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Sizes of one model that `cost` and `converge` climb, small ones first; why: the reason where the scene allows
+    none of them (`sizes` is then empty)."""
+
+    name: str
+    sizes: tuple[Size, ...] = ()
+    why: str | None = None
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One of the solves that a scene asks a model for: the keys that tell it from the others, and its own scene."""
+
+    keys: Mapping[str, float]
+    scene: Scene
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a solve is done, whatever the model.
+
+    leave_saddle: follow the unstable direction of a saddle. error: estimate the discretisation error, on `grid` (None:
+    one that fits the shape). repeats: timed solves beside the first; None: as many as a short budget allows. store:
+    where finished cases and interrupted ways are kept and found. fallback: where the scene's own path cannot be gone,
+    the state itself is looked for.
+    """
+
+    leave_saddle: bool = False
+    error: bool = False
+    repeats: int | None = 0
+    store: CaseStore | None = None
+    fallback: bool = False
+    grid: Grid | None = None
+
+
+@dataclass(frozen=True)
+class State:
+    """A model's answer to a scene.
+
+    word: the solver's own word for `status`; stable None: not judged; residual: relative, as the solver measures it;
+    error: of the discretisation (Hausdorff over l), share_error: of the stretching's share; numbers: what only some
+    models have, by the name under which a table shows it; motions: rigid motions that nothing resists; log: the steps
+    of a way; why: the reason of the chosen formulation; native: the solver's own result, for code about one model.
+    """
+
+    model: str
+    size: Size
+    status: Status
+    word: str
+    stable: bool | None
+    message: str
+    energy: Energy | None
+    shape: Shape | None
+    residual: float | None = None
+    iterations: int | None = None
+    lowest_eigenvalue: float | None = None
+    supports: Supports = field(default_factory=Supports)
+    error: float | None = None
+    seconds: Seconds = field(default_factory=lambda: Seconds(float("nan")))
+    unknowns: int = 0
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+    motions: Motions | None = None
+    log: tuple[Mapping[str, Any], ...] = ()
+    start: str = ""
+    reused: bool = False
+    native: Any = field(default=None, repr=False)
+
+    @property
+    def ok(self) -> bool:
+        """Converged, and not known to be unstable."""
+        return self.status.ok and self.stable is not False
+
+    @cached_property
+    def end(self) -> Pose | None:
+        """The end of the centreline, s = 1; None without a shape."""
+        return self._pose(1.0)
+
+    @cached_property
+    def middle(self) -> Pose | None:
+        """The middle of the centreline, s = 1/2."""
+        return self._pose(0.5)
+
+    def _pose(self, s: float) -> Pose | None:
+        return None if self.shape is None else self.shape.pose(s)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect of a scene: key, on or off, why, what it adds; changes: the keys that switch it off alone (None: it
+    cannot be off alone)."""
+
+    key: str
+    words: str
+    on: bool
+    why: str = ""
+    changes: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The finest state that a model has of a scene: what it is, its own error (Hausdorff over l) by the comparison that
+    `checked` names; None where that did not converge. against: the state it was compared with, where that was solved
+    from its start as any size is, so that its time is one of that size."""
+
+    state: State
+    what: str
+    error: float | None
+    checked: str
+    against: State | None = None
+
+
+class Model(Protocol):
+    """A model of a strip: what it reads of a scene, and how it answers.
+
+    reads: the scene keys that it honours ("wall.*": all of a section); without_effect: keys that it may be given and
+    that change nothing, each with the reason. A key that is set and in neither is refused by name (`check_keys`).
+    wing: folders and modules of our own sources that its numbers depend on, for the keys of kept results.
+    presenter: dotted name of the module that draws and writes what only this model has; None: what every state has.
+    """
+
+    name: str
+    reads: frozenset[str]
+    without_effect: Mapping[str, str]
+    wing: tuple[str, ...]
+    presenter: str | None
+
+    def refusal(self, scene: Scene) -> BadInput | None:
+        """Why this scene is not for this model, beyond its keys; None: it is."""
+
+    def variants(self, scene: Scene) -> tuple[Variant, ...]:
+        """The solves that the scene asks for."""
+
+    def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
+        """What `cost` varies, with its usual sizes."""
+
+    def solve(
+        self,
+        scene: Scene,
+        size: Size | None = None,
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> State:
+        """Seed, path, tolerance and all: the state that the scene asks for.
+
+        near: the shape of another model's state, on whose branch the answer is to be. Raises `BadInput` for a scene
+        that cannot be, `Missing` for a library that is not there; every other end is a status.
+        """
+
+    def refined(self, state: State) -> State | None:
+        """The same state on elements half as long, begun at it; None where the model does not go on."""
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """A state as fine as the finest of `sizes` or finer, and its own error, on `options.grid`. A model may go
+        without this method: `compare.models.reference.usual` is then asked."""
+        from compare.models.reference import usual
+
+        return usual(self, scene, sizes, near=near, options=options, say=say)
+
+    def effects(self, scene: Scene) -> tuple[Effect, ...]:
+        """The effects that the scene switches on or leaves out."""
+
+
+def covered(key: str, patterns: Mapping[str, Any] | frozenset[str]) -> bool:
+    """Whether a dotted key is in `patterns`, itself or by its section ("wall.*")."""
+    section, _, _ = key.rpartition(".")
+    return key in patterns or f"{section}.*" in patterns or f"{key.split('.')[0]}.*" in patterns
+
+
+def check_keys(model: Model, scene: Scene) -> None:
+    """`BadInput` for the first key that the scene sets and the model does not read, and for what it refuses beyond."""
+    refused = model.refusal(scene)
+    if refused is not None:
+        raise refused
+    for key in sorted(scene.given()):
+        if not covered(key, model.reads) and not covered(key, model.without_effect):
+            raise BadInput(
+                key, None, f"is set, and the model {model.name} does not read it",
+                "leave it out, or choose another model",
+            )  # fmt: skip

@@ -1,0 +1,417 @@
+"""The ribbon on curvature elements as a model: what it reads of a scene, its sizes, its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.measure.align import Motions, aligned
+from compare.measure.error import extrapolated
+from compare.measure.grid import Grid
+from compare.models.base import (
+    Effect,
+    Energy,
+    Force,
+    Ladder,
+    Options,
+    Pose,
+    Reference,
+    Seconds,
+    Shape,
+    Size,
+    State,
+    Status,
+    Supports,
+    Variant,
+)  # fmt: skip
+from compare.models.reference import cut
+from compare.models.timing import clocked, repeated
+from compare.registry import name_for
+from compare.scene.check import beyond_the_ribbon
+
+if TYPE_CHECKING:
+    from compare.models.ribbon_way import Way
+    from compare.scene.scene import Scene
+    from compare.store.progress import Reporter
+    from ribbon import Equilibrium
+
+FloatArray = NDArray[np.float64]
+
+#: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian, with a sparse one. Once
+#: beyond is allowed, for the cruder of the two estimates.
+MOST_SEGMENTS = 320
+MOST_SPARSE_SEGMENTS = 4000
+#: Usual sizes: segments of equal length, tolerances that place them.
+SEGMENTS = (5, 10, 20, 40, 80, 160, 320)
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
+#: Abscissae at which the largest curvature is looked for.
+_SAMPLES = np.linspace(0.0, 1.0, 2001)
+
+_STATUS = {
+    "converged": Status.CONVERGED,
+    "saddle": Status.UNSTABLE,
+    "not_converged": Status.NOT_CONVERGED,
+    "failed": Status.FAILED,
+    "infeasible": Status.INFEASIBLE,
+    "flipped": Status.FAILED,
+    "rulings_cross": Status.RULINGS_CROSS,
+}
+
+
+@dataclass(frozen=True)
+class RibbonShape:
+    """A ribbon's surface: straight rulings through its centreline (`compare.models.base.Shape`)."""
+
+    equilibrium: Equilibrium
+
+    @property
+    def bend(self) -> float:
+        """Largest normal curvature, 1/l."""
+        return float(np.abs(self.equilibrium.omega(_SAMPLES)).max())
+
+    def _rulings(self, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions and normals (k, m, 3) of the particles s (k,) x v (m,)."""
+        from ribbon.surface import centreline, ruling_foot
+
+        e = self.equilibrium
+        grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
+        lengths = e.problem.lengths
+        points, frames = e.joints
+        foot = ruling_foot(e.parameters, lengths, material)
+        place, frame, _, eta = centreline(e.parameters, lengths, points, frames, foot, e.problem.exponent_limit)
+        ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
+        shape = (*grid_s.shape, 3)
+        return (place + material[:, 1:] * ruling).reshape(shape), frame[:, :, 1].reshape(shape)
+
+    def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
+        """Positions (k, m, 3)."""
+        return self._rulings(s, v)[0]
+
+    def centreline(self, s: FloatArray) -> FloatArray:
+        """Positions (k, 3)."""
+        return self.equilibrium.position(s)
+
+    def frames(self, s: FloatArray) -> FloatArray:
+        """Frames (k, 3, 3), columns t_x t_y t_z."""
+        return self.equilibrium.frame(s)
+
+    def pose(self, s: float) -> Pose:
+        """Position and frame at one abscissa; at s = 1 those of the last joint, where a clamp holds them."""
+        found = self.equilibrium.end if s == 1.0 else self.equilibrium.pose(s)
+        return Pose(found.position, found.frame)
+
+    def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
+        """`compare.export.ribbon.fields`: S, v, omega, eta, rulings, normal, energy_density and others."""
+        from compare.export.ribbon import fields
+
+        return fields(self.equilibrium, s, v)
+
+
+class RibbonModel:
+    """`compare.models.base.Model`: the inextensible ribbon of the thesis, chained or glued."""
+
+    name = "ribbon"
+    presenter: str | None = "compare.pages.ribbon"
+    reads = frozenset(
+        {
+            "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
+            "strip.gamma", "strip.young", "strip.density", "gravity.*", "clamp.*", "closure.*", "wall.*",
+            "model.energy", "model.elements", "model.grading", "model.element_lengths", "model.tolerance",
+            "model.formulation", "model.held_by", "seed.*", "path",
+        }
+    )  # fmt: skip
+    without_effect: Mapping[str, str] = {
+        "shell.*": "how the shell beside it is made and held",
+        "model.arc_length": "how the elastica beside it passes limit points",
+    }
+    wing: tuple[str, ...] = ("ribbon", "compare/scene", "compare/models", "compare/measure")
+
+    def refusal(self, scene: Scene) -> BadInput | None:
+        """A rod, or a load at the tip; keys of which one would be ignored."""
+        beyond = beyond_the_ribbon(scene)
+        if beyond is not None:
+            remedy = 'use ribbonbench solve with model.energy = "elastica"'
+            return BadInput(beyond[0], None, f"is in the scene: the ribbon {beyond[1]}", remedy)
+        if name_for(scene.model.energy) not in (self.name, "elastica"):
+            return BadInput("model.energy", scene.model.energy, "is another model's than the ribbon's")
+        if scene.model.tolerance is not None and scene.model.formulation not in ("auto", "mixed"):
+            return BadInput(
+                "model.formulation", scene.model.formulation, "cannot place its segments by model.tolerance",
+                'choose formulation = "mixed" or "auto", or give model.elements',
+            )  # fmt: skip
+        return None
+
+    def variants(self, scene: Scene) -> tuple[Variant, ...]:
+        """One."""
+        return (Variant({}, scene),)
+
+    def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
+        """Chained, glued, and glued with segments placed by a tolerance."""
+        glued = Ladder("mixed", tuple(Size("mixed", (p,)) for p in SEGMENTS))
+        if scene.path:
+            return (
+                Ladder("chained", why="a [[path]] is gone in the mixed model"),
+                glued,
+                Ladder("placed", why="a [[path]] names its own segments"),
+            )
+        why = self._no_chain(scene)
+        return (
+            Ladder("chained", () if why else tuple(Size("chained", (p,)) for p in SEGMENTS), why),
+            glued,
+            Ladder("placed", tuple(Size("placed", (x,)) for x in TOLERANCES)),
+        )
+
+    def _no_chain(self, scene: Scene) -> str | None:
+        from compare.models.ribbon_build import ribbon_problem
+        from ribbon import RibbonInputError
+
+        try:
+            ribbon_problem(sized(scene, Size("chained", (SEGMENTS[0],))), "chained")
+        except (RibbonInputError, BadInput) as error:
+            return str(error)
+        return None
+
+    def solve(
+        self,
+        scene: Scene,
+        size: Size | None = None,
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> State:
+        """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
+        from compare.models.ribbon_build import ribbon_energy
+        from ribbon import RibbonInputError
+
+        options = options or Options()
+        scene = scene if size is None else sized(scene, size)
+        refused = self.refusal(scene)
+        if refused is not None:
+            raise refused
+        tolerance = scene.model.tolerance
+        if say is not None:
+            what = f"tolerance {tolerance:g}" if tolerance is not None else f"{len(scene.model.lengths)} segments"
+            stages = f", {len(scene.path) + 1} stages" if scene.path else ""
+            say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
+        try:
+            way, found, seconds = _solved(scene, options, say)
+        except RibbonInputError as error:
+            raise BadInput("scene", scene.name, str(error)) from None
+        state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
+        if options.error:
+            state = replace(state, error=self.error(state, say, options.grid))
+        return state
+
+    def refined(self, state: State) -> State | None:
+        """Every segment cut in two, solved again from the state; None where it is not stable."""
+        from ribbon import refine
+
+        if not state.ok:
+            return None
+        finer = refine(state.native)
+        size = Size(state.size.ladder, (float(finer.problem.lengths.size),))
+        return state_of(None, finer, size, Seconds(float("nan")), None)
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """The largest number of segments (of `SEGMENTS`, where all sizes are tolerances) cut in four, glued unless only
+        chained ones are asked for."""
+        ladders = {size.ladder for size in sizes}
+        glued = bool(scene.path) or "mixed" in ladders or "chained" not in ladders
+        most = max((size.values[0] for size in sizes if size.ladder != "placed"), default=SEGMENTS[-1])
+        start = Size("mixed" if glued else "chained", (most,))
+        if say is not None:
+            say.step(f"reference of the ribbon: {4 * most:g} and {8 * most:g} segments")
+        quick = replace(options or Options(), error=False, repeats=0, store=None)
+        return cut(self, self.solve(scene, start, options=quick, say=say), _grid(quick), "segments")
+
+    def error(self, state: State, say: Reporter | None = None, grid: Grid | None = None) -> float | None:
+        """Distance (Hausdorff / l) from a ribbon to its own limit of many segments, on the same branch; None when
+        unknown: `compare.measure.error.extrapolated` over segments cut in two and in four.
+
+        Rigid motions that nothing resists are no error. Segments placed by a tolerance bring their own estimate.
+        """
+        if not state.ok or state.shape is None:
+            return None
+        e = state.native
+        if e.tolerance_error is not None:
+            return float(e.tolerance_error)
+        most = MOST_SEGMENTS if e.problem.formulation == "chained" else MOST_SPARSE_SEGMENTS
+        grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)  # type: ignore[arg-type]
+        shapes = [grid.of(state.shape)]
+        current: State | None = state
+        for _ in range(2):
+            assert current is not None
+            segments = 2 * current.native.problem.lengths.size
+            if segments > (2 * most if len(shapes) == 1 else most):
+                break
+            if say is not None:
+                say.step(f"ribbon: {segments} segments, for the discretisation error")
+            current = self.refined(current)
+            if current is None or not current.ok or current.shape is None:
+                return None
+            shapes.append(aligned(grid.of(current.shape), shapes[-1], current.motions))
+        return extrapolated(shapes)
+
+    def effects(self, scene: Scene) -> tuple[Effect, ...]:
+        """`compare.studies.effects` measures them; here their names and why they are on."""
+        from compare.models.ribbon_effects import effects
+
+        return effects(scene)
+
+
+@dataclass(frozen=True)
+class _Wide:
+    """What `Grid.for_shape` asks of a scene: w / l."""
+
+    width: float
+
+
+def sized(scene: Scene, size: Size) -> Scene:
+    """The scene with the segments of a size: a number of them in the formulation that the ladder names, or ("placed")
+    as many as the tolerance asks for."""
+    value = size.values[0]
+    if size.ladder == "placed":
+        return scene.replace({"model.tolerance": value, "model.formulation": "auto", "model.grading": None})
+    return scene.replace({"model.elements": int(value), "model.formulation": size.ladder})
+
+
+def _grid(options: Options) -> Grid:
+    """The grid that errors are measured on."""
+    assert options.grid is not None, "a reference's error is measured on a grid"
+    return options.grid
+
+
+def _shown(size: Size, found: Equilibrium) -> Size:
+    """A size that was asked for, with the number of segments that a tolerance has led to."""
+    if size.ladder != "placed":
+        return size
+    return replace(size, words=f"{found.problem.lengths.size} (for {size.values[0]:.0e})")
+
+
+def own_size(found: Equilibrium) -> Size:
+    """The size that a ribbon has."""
+    return Size(found.problem.formulation, (float(found.problem.lengths.size),))
+
+
+def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way | None, Equilibrium, Seconds]:
+    """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed."""
+    from compare.models.ribbon_way import run_way
+
+    leave = options.leave_saddle
+    if not scene.path:
+        found, seconds = clocked(solver(scene, leave), options.repeats)
+        return None, found, seconds
+    folder = None if options.store is None else options.store.root.parent
+    detail = None if say is None else say.detail
+    way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail), 0)
+    if not way.resumed:  # gone again without the folder: nothing kept may shorten it
+        seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
+    return way, way.equilibrium, seconds
+
+
+def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium]:
+    """The whole solve of a scene without a path as a function: from the seed, to the tolerance where there is one."""
+    from compare.models.ribbon_build import ribbon_arguments
+    from ribbon import solve
+    from ribbon.find.adaptive import solve_to_tolerance
+
+    arguments = ribbon_arguments(scene)
+    tolerance = scene.model.tolerance
+    if tolerance is None:
+        return lambda: solve(**arguments, leave_saddle=leave_saddle)
+    del arguments["segments"]
+    first_three = [arguments.pop(name) for name in ("strip", "clamp", "gravity")]
+    return lambda: solve_to_tolerance(*first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle)
+
+
+def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:
+    """A ribbon's equilibrium as a state; scene: names its walls."""
+    lower, upper = e.problem.bounds()  # type: ignore[attr-defined]
+    plates = any(wall.stiffness is not None for wall in scene.walls) if scene is not None else bool(e.energy.plates)
+    lowest = e.lowest_eigenvalue
+    return State(
+        model="ribbon",
+        size=size,
+        status=_STATUS[e.status.code],
+        word=e.status.code,
+        stable=e.stable,
+        message=e.message,
+        energy=Energy(
+            elastic=e.energy.elastic,
+            gravity=e.energy.gravity,
+            plates=e.energy.plates if plates else None,
+            constant=_constant(e),
+            parts={"bending": e.energy.bending, "natural": e.energy.natural},
+        ),
+        shape=RibbonShape(e) if np.all(np.isfinite(e.x)) else None,
+        residual=float(e.residual),
+        iterations=int(e.iterations),
+        lowest_eigenvalue=None if lowest is None else float(lowest),
+        supports=_supports(scene, e),
+        error=e.tolerance_error,
+        seconds=seconds,
+        unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
+        numbers={
+            "segments": int(e.problem.lengths.size),
+            "max_abs_eta": float(e.max_abs_eta),
+            "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
+        },
+        motions=_motions(e),
+        log=e.log,
+        start="path" if way is not None else "seed",
+        reused=way.resumed if way is not None else False,
+        native=e,
+    )
+
+
+def _constant(e: Equilibrium) -> float:
+    """1/2 int K^2 ds of a linear law, D w / l."""
+    start, end = e.problem.strip.curvature
+    return (start * start + start * end + end * end) / 6.0
+
+
+def _motions(e: Equilibrium) -> Motions | None:
+    """The rigid motions that nothing resists."""
+    problem: Any = e.problem
+    if not hasattr(problem, "free_motions"):
+        return None
+    translations, axes = problem.free_motions()
+    held = [r for r in (problem.start_position, problem.end_position) if r is not None]
+    return Motions(translations, axes, held[0] if held else None)
+
+
+def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
+    """Forces and moments of clamps and walls.
+
+    The walls of a way that stopped before its last stage may be others than the scene's: they are then not listed. A
+    wall without a name goes by its number, as in the keys of the scene.
+    """
+    end = e.end_support
+    walls: tuple[Mapping[str, Any], ...] = ()
+    if scene is not None and len(e.walls) == len(scene.walls):
+        walls = tuple(
+            {
+                "name": str(number) if wall.name is None else wall.name,
+                "force": found.force,
+                "contacts": found.contacts,
+                "height": found.height,
+            }
+            for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True))
+        )
+    start = Force(e.start.force, e.start.moment)
+    return Supports(start, None if end is None else Force(end.force, end.moment), walls)

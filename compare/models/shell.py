@@ -1,0 +1,386 @@
+"""The Naghdi shell as a model: one solve per w/h of the scene, each in a process of its own, kept and found again."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.measure.distance import grid_hausdorff
+from compare.measure.grid import Grid
+from compare.models.base import (
+    Effect,
+    Energy,
+    Force,
+    Ladder,
+    Options,
+    Pose,
+    Reference,
+    Seconds,
+    Shape,
+    Size,
+    State,
+    Status,
+    Supports,
+    Variant,
+    pose_of,
+)  # fmt: skip
+from compare.models.shell_build import natural_constant, shell_elements, shell_options, shell_problem
+from compare.models.shell_process import SOURCES, ShellCase, run_shell
+from compare.store.store import CaseStore
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
+    from compare.store.progress import Reporter
+    from shellref.shell.problem import ShellProblem
+    from shellref.shell.surface import ShellSurface
+
+FloatArray = NDArray[np.float64]
+
+#: Usual meshes.
+MESHES = ((25, 2), (50, 4), (100, 4), (100, 8))
+LADDER = "shell"
+
+_STATUS = {
+    "converged": Status.CONVERGED,
+    "unstable": Status.UNSTABLE,
+    "not_converged": Status.NOT_CONVERGED,
+    "limit_point": Status.LIMIT_POINT,
+    "stretched": Status.INFEASIBLE,
+    "invalid": Status.FAILED,
+    "crashed": Status.CRASHED,
+}
+
+#: How a shell's solve began, from the worker's words (shellref.worker.Settled).
+START = {
+    "path": "path",
+    "given": "ribbon",
+    "given, by way of thicker strips": "ribbon (thicker first)",
+    "path (none near the start)": "path (none near the ribbon)",
+}
+
+_RIBBON = "how the ribbon beside it is discretised and solved"
+
+
+@dataclass(frozen=True)
+class ShellShape:
+    """The shell's middle surface (`compare.models.base.Shape`)."""
+
+    case: ShellCase
+
+    @property
+    def surface(self) -> ShellSurface:
+        """Positions and directors at the nodes."""
+        return self.case.surface
+
+    @property
+    def bend(self) -> float:
+        """Largest curvature of the centreline, 1/l, from the turn of its tangent between samples."""
+        s = np.linspace(0.0, 1.0, 2001)
+        tangent = self.frames(s)[:, :, 2]
+        return float(np.linalg.norm(np.diff(tangent, axis=0), axis=1).max() * (s.size - 1))
+
+    def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
+        """Positions (k, m, 3)."""
+        return self.surface.grid(s, v)
+
+    def centreline(self, s: FloatArray) -> FloatArray:
+        """Positions (k, 3) of v = 0."""
+        return self.surface.centreline(s)
+
+    def frames(self, s: FloatArray) -> FloatArray:
+        """Frames (k, 3, 3) of the centreline, columns across, normal, along."""
+        return self.surface.frames(s)
+
+    def pose(self, s: float) -> Pose:
+        """Position and frame of the centreline at one abscissa."""
+        return pose_of(self, s)
+
+    def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
+        """S, v, normal (the director), and the energies per area of the cell around each particle, D / l^2:
+        energy_density and its parts bending, membrane, shear (with the constant of the natural curvature)."""
+        from compare.measure.energy_map import at_points, density_on_grid
+
+        grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        surface = self.surface
+        k = surface.degree
+        parts = at_points(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(self.case), s, v)
+        names = ("bending", "membrane", "shear")
+        return {
+            "S": grid_s,
+            "v": grid_v,
+            "normal": surface.director(grid_s, grid_v),
+            "energy_density": parts.sum(axis=2),
+            **{f"{name}_density": parts[:, :, i] for i, name in enumerate(names)},
+        }
+
+
+class ShellModel:
+    """`compare.models.base.Model`: the nonlinear Naghdi shell in FEniCSx."""
+
+    name = "shell"
+    presenter: str | None = "compare.pages.shell"
+    reads = frozenset(
+        {
+            "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
+            "strip.gamma", "strip.young", "strip.density", "gravity.up", "gravity.acceleration",
+            "clamp.start.position", "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal",
+            "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
+            "clamp.end.across", "seed.curvature", "path", "shell.*",
+        }
+    )  # fmt: skip
+    without_effect: Mapping[str, str] = {
+        "gravity.exact": "the shell always weighs its surface",
+        "clamp.start.ruling": "shell.clamp says what a shell's clamp holds",
+        "clamp.end.ruling": "shell.clamp says what a shell's clamp holds",
+        "seed.ruling": "a shell has no rulings",
+        "model.*": _RIBBON,
+    }
+    wing: tuple[str, ...] = (*SOURCES, "compare/models", "compare/scene", "compare/measure")
+
+    def refusal(self, scene: Scene) -> BadInput | None:
+        """A scene without thickness, or held as no shell can be."""
+        try:
+            for ratio in scene.require_shell():
+                shell_problem(scene, ratio, way=False)
+        except BadInput as refused:
+            return refused
+        return None
+
+    def variants(self, scene: Scene) -> tuple[Variant, ...]:
+        """One for each w/h."""
+        return tuple(
+            Variant({"width_to_thickness": float(ratio)}, scene.replace({"shell.width_to_thickness": [float(ratio)]}))
+            for ratio in scene.require_shell()
+        )
+
+    def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
+        """Meshes of degree 2."""
+        if not scene.has_shell():
+            return (Ladder(LADDER, why="the scene has no thickness, or its supports are not a shell's"),)
+        return (Ladder(LADDER, tuple(mesh_size(mesh) for mesh in MESHES)),)
+
+    def solve(
+        self,
+        scene: Scene,
+        size: Size | None = None,
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> State:
+        """The scene's shell at its (first) w/h, along its path, or settled at the surface `near`."""
+        options = options or Options()
+        ratio = scene.require_shell()[0]
+        if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
+            scene = scene.replace({"shell.tolerance": None})
+        elements = shell_elements(scene) if size is None else (int(size.values[0]), int(size.values[1]))
+        if say is not None:
+            say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
+        problem = problem_of(scene, ratio, elements, options.fallback)
+        if size is not None and size.degree is not None:
+            problem = replace(problem, degree=size.degree)
+        with contextlib.ExitStack() as stack:
+            store = options.store
+            if store is None:  # nothing is kept: the files live as long as the state's arrays take to load
+                place = stack.enter_context(tempfile.TemporaryDirectory(prefix="ribbonbench-shell-"))
+                store = CaseStore(Path(place))
+            case, wall = _run(scene, problem, store, near, say)
+            found = state_of(scene, case, wall)
+            if options.error and scene.shell.tolerance is None:
+                found = self._with_error(scene, found, elements, ratio, store, near, options, say)
+            if options.store is None and case.folder is not None:
+                _ = case.surface, case.density()
+        return found
+
+    def _with_error(
+        self,
+        scene: Scene,
+        found: State,
+        elements: tuple[int, int],
+        ratio: float,
+        store: CaseStore,
+        near: Shape | None,
+        options: Options,
+        say: Reporter | None,
+    ) -> State:
+        """Errors by the distance to, and the change of the share from, a mesh with half as many elements each way.
+
+        That bounds the finer mesh's own error from above as long as halving the elements more than halves the error. A
+        mesh that cannot have the held corners' knots leaves the errors unknown.
+        """
+        check = coarser(elements)
+        if say is not None:
+            say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
+        begin = found.shape if near is not None and found.ok else near
+        with contextlib.suppress(BadInput):
+            case, _ = _run(scene, problem_of(scene, ratio, check, options.fallback), store, begin, say)
+            if case.ok and found.ok and found.shape is not None:
+                own = found.native
+                assert isinstance(own, ShellCase)
+                grid = options.grid or Grid.for_shape(scene, found.shape.bend)
+                error = grid_hausdorff(grid.of(found.shape), grid.of(ShellShape(case)))
+                here, there = ((c.data.get("share") or {}).get("membrane") for c in (own, case))
+                change = None if here is None or there is None else abs(here - there)
+                found = replace(found, error=error, numbers={**found.numbers, "share_error": change})
+        return found
+
+    def refined(self, state: State) -> State | None:
+        """None: a shell is refined by its scene's mesh."""
+        return None
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """The largest mesh with degree 3, against degree 2 on half as many elements more each way.
+
+        That bounds the error as long as the reference is twice as accurate. The check begins at its start even where
+        `options.store` has a part of it: its time is that of a run.
+        """
+        options = replace(options or Options(), error=False)
+        assert options.grid is not None, "a reference's error is measured on a grid"
+        largest = max(sizes, key=lambda size: math.prod(size.values))
+        ratio = f"w/h = {scene.require_shell()[0]:g}"
+        fine = replace(largest, degree=3, words=f"{largest.label}, Q3")
+        check = Size(LADDER, tuple(float(-(-3 * int(value) // 2)) for value in largest.values), 2)
+        found = []
+        for size, store in ((fine, options.store), (check, None)):
+            if say is not None:
+                say.step(f"reference of the shell: {ratio}, {size.label}")
+            found.append(self.solve(scene, size, near=near, options=replace(options, store=store), say=say))
+        state, other = found
+        error = None
+        if state.ok and other.ok and state.shape is not None and other.shape is not None:
+            error = grid_hausdorff(options.grid.of(state.shape), options.grid.of(other.shape))
+        checked = check.label if other.ok else f"{check.label}: {other.word}"
+        return Reference(state, f"{fine.label}, {ratio}", error, checked, other)
+
+    def effects(self, scene: Scene) -> tuple[Effect, ...]:
+        """Supports, mesh and way in words."""
+        from compare.models.shell_build import shell_words
+
+        return (Effect("shell", shell_words(scene), True),)
+
+
+def mesh_size(mesh: tuple[int, int], degree: int = 2) -> Size:
+    """The size of a mesh (elements along, across)."""
+    return Size(LADDER, (float(mesh[0]), float(mesh[1])), degree)
+
+
+def coarser(elements: tuple[int, int]) -> tuple[int, int]:
+    """Half as many elements each way, at least one."""
+    return max(1, elements[0] // 2), max(1, elements[1] // 2)
+
+
+def problem_of(scene: Scene, ratio: float, elements: tuple[int, int], fallback: bool = False) -> ShellProblem:
+    """The shell with the scene's path; with `fallback` without it where the shell cannot follow that path."""
+    try:
+        return shell_problem(scene, ratio, elements)
+    except BadInput:
+        if not fallback:
+            raise
+        return shell_problem(scene, ratio, elements, way=False)
+
+
+def _run(
+    scene: Scene, problem: ShellProblem, store: CaseStore, near: Shape | None, say: Reporter | None
+) -> tuple[ShellCase, float | None]:
+    """The case, and the wall time (s) of its process; None for one that was found."""
+    progress = None if say is None else say.detail
+    start = None if near is None else starting_surface(near, problem)
+    clock = time.perf_counter()
+    case = run_shell(problem, store, shell_options(scene), progress=progress, start=start)
+    return case, None if case.reused else time.perf_counter() - clock
+
+
+def starting_surface(near: Shape, problem: ShellProblem) -> ShellSurface:
+    """Positions and normals of a shape at the nodes of the problem's mesh (units l): where the shell's solve begins.
+
+    The shell settles there at the full load. Its equilibrium satisfies its own equations whatever it began with: the
+    start only selects the branch, where a strip with two clamps has several. A shell's own surface is taken as it is.
+    """
+    from shellref.shell.strip import strip_grid
+    from shellref.shell.surface import ShellSurface
+
+    own = getattr(near, "surface", None)
+    if isinstance(own, ShellSurface):
+        return own
+    grid = strip_grid(problem)
+    s, v = grid.s_nodes, grid.v_nodes
+    return ShellSurface(s, v, near.points(s, v), near.fields(s, v)["normal"], grid.degree)
+
+
+def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
+    """A shell case as a state; wall: of its process (s). Its energy leaves out the constant of the natural curvature,
+    which it has in full only where its natural curvature is the scene's: elsewhere the elastic energy is not known."""
+    data = case.data
+    unstable = case.status == "converged" and not case.ok
+    mesh = data.get("elements") or shell_elements(scene)
+    discretisation = data.get("discretisation") or {}
+    seconds = case.seconds
+    return State(
+        model="shell",
+        size=mesh_size((int(mesh[0]), int(mesh[1])), int(data.get("degree", 2))),
+        status=Status.UNSTABLE if unstable else _STATUS.get(case.status, Status.FAILED),
+        word="unstable" if unstable else case.status,
+        stable=data.get("stable"),
+        message=str(data.get("message", "")),
+        energy=energy_of(scene, data),
+        shape=None if case.folder is None else ShellShape(case),
+        residual=(data.get("residual") or {}).get("relative"),
+        iterations=data.get("newton_iterations"),
+        lowest_eigenvalue=_number(data.get("lowest_eigenvalue")),
+        supports=_supports(data),
+        error=discretisation.get("estimate"),
+        seconds=Seconds(seconds if math.isfinite(seconds) else float("nan"), process=wall),
+        unknowns=int(data.get("dofs", 0)),
+        numbers={
+            "elements": " x ".join(str(number) for number in mesh),
+            "share": data.get("share"),
+            "share_error": None,
+        },
+        start=START[case.start or "path"],
+        reused=case.reused,
+        native=case,
+    )
+
+
+def energy_of(scene: Scene, data: Mapping[str, Any]) -> Energy | None:
+    """The energy in a shell's report."""
+    energy = data.get("energy")
+    if not energy:
+        return None
+    constant = natural_constant(scene)
+    whole = abs(float(data.get("natural_factor", 1.0)) - 1.0) < 1e-12
+    parts = {name: float(energy[name]) for name in ("bending", "membrane", "shear") if name in energy}
+    elastic = float(energy["elastic"]) - constant if whole else None
+    return Energy(elastic=elastic, gravity=float(energy["gravity"]), constant=constant, parts=parts)
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _supports(data: Mapping[str, Any]) -> Supports:
+    clamps = data.get("clamps") or {}
+
+    def force(name: str) -> Force | None:
+        found = clamps.get(name)
+        return None if found is None else Force(np.asarray(found["force"]), np.asarray(found["moment"]))
+
+    return Supports(force("start"), force("end"))

@@ -1,0 +1,92 @@
+"""What `ribbonbench solve` says, draws and writes of an elastica beyond what every state has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from compare.measure.grid import Grid
+from compare.models.base import State
+from compare.page.page import Picture
+from compare.pages.written import Written
+from compare.scene.scene import Scene
+
+PICTURE = "elastica.png"
+
+BEGAN = {
+    "natural": "the natural shape, the loads raised",
+    "seed": "the seed as natural shape, then straightened and loaded",
+    "path": "the seed, then the stages of the path",
+    "ribbon": "the ribbon's shape",
+}
+"""Where an elastica began, in words."""
+
+REMEDIES = {
+    "limit_point": "go past it by arc length: --set model.arc_length=always",
+    "not_converged": "choose another [seed], or go there by a [[path]]",
+}
+"""What the scene can do about an end, in the place of the solver's own options."""
+
+
+def message(state: State) -> str:
+    """The solver's message with what the scene can do about it."""
+    remedy = REMEDIES.get(state.word)
+    where, _, _ = state.message.rpartition(": ")
+    return state.message if remedy is None else f"{where}: {remedy}"
+
+
+def result(scene: Scene, state: State) -> dict[str, Any]:
+    """Keys of result.json that only an elastica has."""
+    r = state.native
+    return {
+        "message": message(state),
+        "model": {"energy": "elastica", "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
+        "path": {"reached": r.load_factor, "steps": r.steps, "limit_points": r.limits, "switches": r.switches},
+        **({} if scene.tip is None else {"tip_load": scene.tip_load}),
+    }
+
+
+def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
+    """elastica.png: a planar curve, no surface."""
+    from compare.pictures.elastica import elastica_picture
+
+    elastica_picture(out / PICTURE, scene, state)
+    end = state.end
+    assert end is not None
+    alt = (
+        "Angle of the tangent along the elastica, and its shape; the end stands at "
+        f"({', '.join(f'{c + 0.0:.3f}' for c in end.position)}) l."
+    )
+    caption = "The elastica: angle of the tangent along it, and its shape in its plane."
+    return Written({}, (Picture(PICTURE, alt, caption),))
+
+
+def sentences(scene: Scene, state: State) -> list[str]:
+    """The state in a sentence."""
+    error = "unknown" if state.error is None else f"{state.error:.1e} l"
+    return [f"Elastica: {message(state)}; discretisation error {error}, {state.seconds.warm * 1e3:.3g} ms."]
+
+
+def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
+    """What `ribbonbench solve` prints of an elastica: name and text."""
+    energy, supports, end = state.energy, state.supports, state.end
+    assert energy is not None
+    assert end is not None
+    values = {name: value for name, value in energy.to_dict().items() if name in ("elastic", "gravity", "tip")}
+    held = (("s = 0", supports.start), ("s = l", supports.end))
+    load = [("load at the tip / (D w / l^2)", f"{scene.tip_load:.6g}")] if scene.tip is not None else []
+    return [
+        ("status", message(state)),
+        ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
+        ("began at", BEGAN[state.start]),
+        ("energy / (D w / l)", ", ".join(f"{name} {value:.6f}" for name, value in values.items())),
+        ("s = l, over l", " ".join(f"{c:.6f}" for c in end.position + 0.0)),
+        *(
+            (f"force at {where} / (D w / l^2)", " ".join(f"{c:.6g}" for c in found.force + 0.0))
+            for where, found in held
+            if found is not None
+        ),
+        *load,
+        ("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l"),
+        ("time", f"{state.seconds.warm * 1e3:.3g} ms warm, {state.seconds.first:.3g} s for the first solve"),
+    ]

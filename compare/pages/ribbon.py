@@ -1,0 +1,185 @@
+"""What `ribbonbench solve` and `compare` say, draw and write of a ribbon beyond what every state has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.measure.distance import YARDSTICK
+from compare.measure.grid import Grid
+from compare.models.base import State
+from compare.models.ribbon_build import formulation_why
+from compare.page.page import Picture, Surface
+from compare.page.table import Column, Table
+from compare.pages.written import Written
+from compare.scene.scene import Scene
+from compare.store.made_by import provenance
+
+FloatArray = NDArray[np.float64]
+
+PICTURE = "ribbon.png"
+FILES = {
+    "ribbon.vtu": "surface with fields (ParaView)",
+    "ribbon.npz": "segments and centreline as arrays (NumPy)",
+    "centreline.csv": "centreline, curvature, ruling and frame",
+}
+
+
+def result(scene: Scene, state: State) -> dict[str, Any]:
+    """Keys of result.json that only a ribbon has."""
+    e = state.native
+    found: dict[str, Any] = {
+        "evaluations": e.evaluations,
+        "active_bounds": e.active_bounds,
+        "tolerance_error": e.tolerance_error,
+        "model": {
+            "energy": e.problem.energy,
+            "formulation": e.problem.formulation,
+            "why": formulation_why(scene, e.problem.formulation),
+            "elements": int(e.problem.lengths.size),
+            "element_lengths": e.problem.lengths,
+            "unknowns": state.unknowns,
+            "constraints": int(e.rows.size),
+        },
+        "provenance": {**provenance(scene, e.options), "linear_solver": "MUMPS (sequential, in Ipopt)"},
+    }
+    if scene.path:
+        found["path"] = path_result(scene, state)
+    return found
+
+
+def path_result(scene: Scene, state: State) -> dict[str, Any]:
+    """The steps of a way; `log` has one entry for each of them, the rejected ones too."""
+    accepted = sum(bool(entry["accepted"]) for entry in state.log)
+    return {
+        "stages": len(scene.path) + 1,
+        "steps": accepted,
+        "rejected": len(state.log) - accepted,
+        "jumps": sum(bool(entry["accepted"] and entry["jump"]) for entry in state.log),
+        "resumed": state.reused,
+        "log": state.log,
+    }
+
+
+def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
+    """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, the table of path.csv."""
+    from compare.export import ribbon as export
+    from compare.pictures import ribbon as profile
+    from compare.store.store import atomic_write_bytes
+
+    e = state.native
+    assert state.shape is not None
+    export.write_surface(out / "ribbon.vtu", e, grid.of(state.shape), grid.s, grid.v)
+    export.write_arrays(out / "ribbon.npz", e)
+    atomic_write_bytes(out / "centreline.csv", export.centreline_csv(e))
+    profile.ribbon_profile(out / PICTURE, e, scene.title)
+    files, data = dict(FILES), {}
+    if scene.path:
+        data["path.csv"] = path_table(state.log)
+        files["path.csv"] = "every step of the path"
+    return Written(files, (picture(state),), (Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),), data)
+
+
+_PATH = (
+    Column("stage", "stage", kind="integer", legend="that was approached, from 1"),
+    Column("t", "t", kind="digits", legend="where the step ended, from 0 to 1 in each stage"),
+    Column("size", "size", kind="digits", legend="of the step"),
+    Column("status", "status", kind="word"),
+    Column("accepted", "accepted", kind="truth"),
+    Column("iterations", "iterations", kind="integer"),
+    Column("residual", "residual", kind="exponent:1"),
+    Column("energy", "energy", "D w / l", "digits:6"),
+    Column("lowest_eigenvalue", "lowest eigenvalue", kind="digits:4"),
+    Column("seconds", "s", "s", "seconds"),
+    Column("jump", "jump", kind="truth", legend="the shape snapped"),
+)
+
+
+def path_table(log: Sequence[Mapping[str, Any]]) -> Table:
+    """The log of a way, one row a step; nothing where nothing was judged."""
+    return Table.of_records("Steps of the path", _PATH, log)
+
+
+def picture(state: State) -> Picture:
+    """`compare.pictures.ribbon` in words."""
+    e = state.native
+    alt = (
+        "Normal curvature omega and ruling eta along the ribbon, and its side view. Largest |eta| "
+        f"{e.max_abs_eta:.3g}; the end stands at ({', '.join(f'{c + 0.0:.3f}' for c in e.end.position)}) l."
+    )
+    return Picture(PICTURE, alt, "The ribbon: normal curvature and ruling along it, and its side view.")
+
+
+def sentences(scene: Scene, state: State) -> list[str]:
+    """The state in a sentence, and what to do about a visible discretisation error."""
+    e = state.native
+    known = "unknown" if state.error is None else f"{state.error:.1e} l"
+    said = [
+        f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {state.message}; residual {e.residual:.1e}, "
+        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, "
+        f"{state.seconds.warm * 1e3:.3g} ms."
+    ]
+    advised = advice(scene, state.error)
+    return said + ([advised] if advised else [])
+
+
+def advice(scene: Scene, error: float | None) -> str | None:
+    """What to do about a ribbon whose discretisation error (Hausdorff / l) is visible; None when it is not."""
+    if error is None or error <= YARDSTICK:
+        return None
+    clamp = scene.clamp_start
+    if scene.model.tolerance is not None:
+        remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
+    elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
+        remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)'
+    else:
+        remedy = "raise model.elements, or give model.tolerance in its place"
+    return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
+
+
+def vector(values: FloatArray, form: str = ".6f") -> str:
+    """Components (3,) for a reader, those that are zero to rounding as 0."""
+    rounding = 1e-10 * max(1.0, float(np.abs(values).max()))
+    return " ".join(format(0.0 if abs(c) < rounding else c, form) for c in values)
+
+
+def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
+    """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out."""
+    e = state.native
+    used = e.problem.formulation
+    parts = [f"elastic {e.energy.elastic:.6f}", f"gravity {e.energy.gravity:.6f}"]
+    if any(wall.stiffness is not None for wall in scene.walls):
+        parts.append(f"plates {e.energy.plates:.6f}")
+    found = [
+        ("status", state.message),
+        ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
+        ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
+        ("energy / (D w / l)", ", ".join(parts)),
+        ("middle / l", vector(e.middle.position)),
+        ("end / l" if scene.clamp_end or scene.closure else "free end / l", vector(e.end.position)),
+        ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
+    ]
+    if scene.clamp_start is not None:
+        found.append(("force at s = 0 / (D w / l^2)", vector(e.start.force, ".6g")))
+    if e.end_support is not None:
+        found.append(("force at s = l / (D w / l^2)", vector(e.end_support.force, ".6g")))
+    for wall in state.supports.walls:
+        plate = "" if wall["height"] is None else f", plate at {wall['height']:.4g} l from rest"
+        text = f"{vector(wall['force'], '.6g')}; {wall['contacts'].size} joints in contact{plate}"
+        found.append((f"force of wall {wall['name']}", text))
+    found.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
+    found.append((f"why {used}", formulation_why(scene, used)))
+    if scene.path:
+        way = path_result(scene, state)
+        resumed = ", continued from an interrupted run" if way["resumed"] else ""
+        steps = f"{way['stages']} stages, {way['steps']} steps, {way['rejected']} rejected{resumed}: path.csv"
+        found.append(("path", steps))
+    how = "extrapolated from two and four times the segments" if e.tolerance_error is None else "of the placed segments"
+    found.append(("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l ({how})"))
+    spent = f"{state.seconds.warm * 1e3:.3g} ms warm, {state.seconds.first:.3g} s for the first solve"
+    found.append(("time", spent))
+    return found

@@ -1,0 +1,47 @@
+"""What has been written of a state, and what is written of a state of any model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from compare.export.formats import array_csv
+from compare.export.vtu import write_vtu
+from compare.measure.grid import Grid
+from compare.models.base import State
+from compare.page.page import Picture, Surface
+from compare.page.table import Table
+from compare.scene.scene import Scene
+from compare.store.store import atomic_write_bytes
+
+#: Points of a centreline file.
+LINE_POINTS = 401
+
+
+@dataclass(frozen=True)
+class Written:
+    """Files with what is in them, pictures and surfaces, by names relative to the folder; data: of the files that are
+    yet to be written, their tables."""
+
+    files: Mapping[str, str] = field(default_factory=dict)
+    pictures: tuple[Picture, ...] = ()
+    surfaces: tuple[Surface, ...] = ()
+    data: Mapping[str, Table] = field(default_factory=dict)
+
+
+def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
+    """NAME.vtu, the surface with the model's fields, and centreline.csv; nothing where there is no shape."""
+    if state.shape is None:
+        return Written()
+    name = f"{state.model}.vtu"
+    write_vtu(out / name, grid.of(state.shape), state.shape.fields(grid.s, grid.v))
+    s = np.linspace(0.0, 1.0, LINE_POINTS)
+    frames = state.shape.frames(s)
+    columns = np.column_stack([s, state.shape.centreline(s), *(frames[:, :, column] for column in range(3))])
+    names = ["s", "x", "y", "z", *(f"{axis}_{c}" for axis in ("tx", "ty", "tz") for c in "xyz")]
+    atomic_write_bytes(out / "centreline.csv", array_csv(names, columns))
+    files = {name: "surface with fields (ParaView)", "centreline.csv": "centreline and frame"}
+    return Written(files, (), (Surface(name, state.model, "ribbon"),))

@@ -1,0 +1,85 @@
+"""Which models there are: a name, the values of `model.energy` that choose it, and where its class stands.
+
+Nothing of a model is imported here: scenes are read, and help is printed, without a solver. A model of one's own is
+named by an installed distribution (or any folder on the Python path with a ``NAME.dist-info``) in its entry points,
+so that worker processes find it too (docs/extend.md, "A model")::
+
+    [ribbonbench.models]
+    thread = my_module:Thread
+
+The entry point's name is the model's, and the value of ``model.energy`` that chooses it.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import importlib.metadata
+from dataclasses import dataclass
+from typing import Any
+
+GROUP = "ribbonbench.models"
+
+#: Energies of the ribbon as curvature elements know them (`ribbon.energies`); "auto": the solver's own choice.
+RIBBON_ENERGIES = ("auto", "sadowsky", "wunderlich")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A model: its name, the values of `model.energy` that choose it (none: it is asked for by name), and its class as
+    ``module:Class``."""
+
+    name: str
+    energies: tuple[str, ...]
+    target: str
+
+
+BUILT_IN = (
+    Entry("ribbon", RIBBON_ENERGIES, "compare.models.ribbon:RibbonModel"),
+    Entry("elastica", ("elastica",), "compare.models.elastica:ElasticaModel"),
+    Entry("shell", (), "compare.models.shell:ShellModel"),
+)
+
+
+@functools.cache
+def entries() -> tuple[Entry, ...]:
+    """All models, the built-in ones first; of the others those whose name is not taken."""
+    found = {entry.name: entry for entry in BUILT_IN}
+    for point in importlib.metadata.entry_points(group=GROUP):
+        found.setdefault(point.name, Entry(point.name, (point.name,), point.value))
+    return tuple(found.values())
+
+
+def names() -> tuple[str, ...]:
+    """The names of all models."""
+    return tuple(entry.name for entry in entries())
+
+
+def energies() -> tuple[str, ...]:
+    """All values of `model.energy`."""
+    return tuple(energy for entry in entries() for energy in entry.energies)
+
+
+def knows_energy(value: str) -> bool:
+    """Whether `value` is one of `energies`; the built-in ones are looked at first, which costs nothing."""
+    return any(value in entry.energies for entry in BUILT_IN) or value in energies()
+
+
+def name_for(energy: str) -> str:
+    """The model that `model.energy` chooses. Raises KeyError for an energy that no model has."""
+    for known in (BUILT_IN, entries()):
+        for entry in known:
+            if energy in entry.energies:
+                return entry.name
+    raise KeyError(energy)
+
+
+@functools.cache
+def model(name: str) -> Any:
+    """The model of this name (`compare.models.base.Model`), made once. Raises KeyError for a name that none has."""
+    for known in (BUILT_IN, entries()):
+        for entry in known:
+            if entry.name == name:
+                module, _, attribute = entry.target.partition(":")
+                return getattr(importlib.import_module(module), attribute)()
+    raise KeyError(name)
