@@ -41,7 +41,7 @@ _COLUMNS: tuple[ColumnOf[Entry], ...] = (
     (Column("error", "error", "l", "exponent:1", legend="estimated from the last two meshes where a tolerance refines "
             "(Hausdorff / l)"), _of("discretisation", "estimate")),
     (Column("seconds", "s", "s", "seconds:3", legend="of the solve, compilation apart"), _of("seconds", "warm")),
-    (Column("reused", "kept", kind="truth", legend="solved by an earlier run"), lambda e: e["reused"] or None),
+    (Column("reused", "kept", kind="truth", legend="solved by an earlier run"), lambda e: e["reused"]),
 )  # fmt: skip
 _LEGEND = "Energies in D w / l without the constant of the natural curvature, positions in l."
 
