@@ -22,7 +22,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
-    from compare.page.page import again
     from compare.page.terminal import print_table
     from compare.pages import compare as report
     from compare.pages import comparison as tables
@@ -35,8 +34,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         comparison = compare(scene, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, pictures and surfaces")
-        saddle = ["--leave-saddle"] if options.leave_saddle else []
-        page = report.write(out, comparison, again("compare", options.scene, options.assignments, *saddle))
+        page = report.write(out, comparison, options.line)
     if not options.quiet:
         print_table(console, replace(tables.table(comparison), title=scene.title), legend=False)
         for sentence in tables.verdict(comparison):

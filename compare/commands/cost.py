@@ -61,7 +61,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Measures."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded: times are those of one core
-    from compare.page.page import again
     from compare.page.terminal import print_table
     from compare.pages import cost as cost_write
     from compare.studies.cost import measure
@@ -72,7 +71,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         cost = measure(scene, plan, out / "cases", reporter, fresh=options.fresh)
         reporter.step("writing tables and the picture")
-        cost_write.write(out, cost, again("cost", options.scene, options.assignments, *_asked(options)))
+        cost_write.write(out, cost, options.line)
     if not options.quiet:
         for found in (cost_write.table(cost), cost_write.reach_table(cost)):
             print_table(console, found)
@@ -80,22 +79,6 @@ def run(options: argparse.Namespace, console: Console) -> int:
             console.print(f"- {sentence}")
         console.print(f"Results: {out}")
     return common.DONE if cost.ok else common.NOT_CONVERGED
-
-
-def _asked(options: argparse.Namespace) -> list[str]:
-    """The options that were given, as words."""
-    words: list[str] = []
-    for name in (
-        "solvers", "segments", "tolerances", "meshes", "elastica_elements", "width_to_thickness", "reference",
-        "targets", "budget",
-    ):  # fmt: skip
-        value = getattr(options, name)
-        if value is not None:
-            flag = "target" if name == "targets" else name.replace("_", "-")
-            words += [f"--{flag}", *(str(v) for v in (value if isinstance(value, list) else [value]))]
-    if options.repeats != 3:
-        words += ["--repeats", str(options.repeats)]
-    return words + [f"--{name.replace('_', '-')}" for name in ("leave_saddle", "compilation") if getattr(options, name)]
 
 
 def _plan(options: argparse.Namespace, scene: Scene) -> Plan:

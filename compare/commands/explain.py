@@ -37,7 +37,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
     from compare.models.ribbon_build import beyond_the_ribbon
-    from compare.page.terminal import command_line, print_table
+    from compare.page.terminal import print_table
     from compare.pages import explain as effects_page
     from compare.store.store import CaseStore
     from compare.studies import effects_measured
@@ -49,8 +49,6 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if beyond_the_ribbon(scene) is not None:
         return _elastica(options, console, scene)
     out = None if options.out is None else common.out_folder(options, scene.name)
-    extra = [] if options.run is None else ["--run" if options.run else "--no-run"]
-    again = command_line("explain", options, extra + (["--shell"] if options.shell else []))
     solves = shell = None
     with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
         reporter.step("evaluations with and without each effect")
@@ -60,7 +58,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         if options.shell and solves is not None:
             shell = effects_measured.shells(scene, found, solves.grid, CaseStore(folder / "cases"), reporter)
         if out is not None:
-            effects_page.write(out, scene, found, solves, shell, again)
+            effects_page.write(out, scene, found, solves, shell, options.line)
     if options.quiet:
         return _code(solves)
     for table in effects_page.tables(scene, found, solves, shell):
@@ -74,7 +72,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _elastica(options: argparse.Namespace, console: Console, scene: Scene) -> int:
     """Explains a scene that only the elastica can solve."""
-    from compare.page.terminal import command_line, print_table
+    from compare.page.terminal import print_table
     from compare.pages import explain as effects_page
     from compare.studies import effects_elastica
 
@@ -84,7 +82,7 @@ def _elastica(options: argparse.Namespace, console: Console, scene: Scene) -> in
         own, others = effects_elastica.solves(scene, found, reporter)
     if out is not None:
         with common.held(out):
-            effects_page.write_elastica(out, scene, found, own, others, command_line("explain", options))
+            effects_page.write_elastica(out, scene, found, own, others, options.line)
     if not options.quiet:
         for table in effects_page.elastica_tables(scene, found, own, others):
             print_table(console, table)

@@ -35,7 +35,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
     from compare.export.source import chosen, read_source, sizes, write, write_page_of
-    from compare.page.page import again
     from compare.page.terminal import print_table
     from compare.store.store import check_writable
 
@@ -53,9 +52,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         with common.held(out, reporter.step):
             reporter.step(f"writing {len(source.surfaces)} surfaces as {', '.join(formats)}")
             files = write(out, source, formats)
-            more = () if options.formats is None else ("--format", ",".join(formats))
-            name = options.source if not Path(options.source).is_dir() else Path(options.source).resolve().name
-            write_page_of(out, source, files, again("export", name, options.assignments, *more))
+            write_page_of(out, source, files, options.line)
     if not options.quiet:
         print_table(console, replace(sizes(out, files), title=source.page.title))
         if "npz" in formats and not source.ribbon and any(found.kind == "ribbon" for found in source.surfaces):

@@ -38,13 +38,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
     from compare.models import shell_here as shell_run
-    from compare.page.page import again as command_line
     from compare.page.terminal import print_table
     from compare.pages import shell as pages
     from compare.store.store import CaseStore
     from compare.store.world import world
 
-    options.assignments += [
+    options.assignments = options.assignments + [
         f"shell.{name}={value}"
         for name, value in (
             ("width_to_thickness", options.width_to_thickness),
@@ -65,8 +64,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             runs = shell_run.run(scene, CaseStore(out / "cases"), reporter, processes, iteration)
             if processes.first:
                 reporter.step("writing results")
-            again = command_line("shell", options.scene, options.assignments, *(["--plain"] if options.plain else []))
-            processes.on_first(lambda: pages.write(out, scene, runs, again))
+            processes.on_first(lambda: pages.write(out, scene, runs, options.line))
         finally:
             if processes.first:
                 holder.__exit__(None, None, None)

@@ -19,6 +19,7 @@ from compare.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
+from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes, atomic_write_json, read_json
 
 FORMATS = {
@@ -147,7 +148,7 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
         if "npz" in formats:
             arrays: dict[str, Any] = export_formats.sheet_arrays(sheet)
             arrays |= source.ribbon if found.kind == "ribbon" else {}
-            put(f"{stem}.npz", export_formats.npz_bytes(arrays), f"{label}: everything, NPZ")
+            put(f"{stem}.npz", npz_bytes(arrays), f"{label}: everything, NPZ")
     if "pvd" in formats:
         put("surfaces.pvd", export_formats.pvd_bytes(_steps(source.surfaces)), "the VTU files as a collection, PVD")
     if "gltf" in formats:

@@ -335,9 +335,6 @@ class Model(Protocol):
     ) -> Reference:
         """A state as fine as the finest of `sizes` or finer, and its own error, on `options.grid`. A model may go
         without this method: `compare.models.reference.usual` is then asked."""
-        from compare.models.reference import usual
-
-        return usual(self, scene, sizes, near=near, options=options, say=say)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """The effects that the scene switches on or leaves out."""

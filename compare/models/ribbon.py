@@ -35,6 +35,7 @@ from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
 
 if TYPE_CHECKING:
+    from compare.models.ribbon_estimate import Estimate
     from compare.models.ribbon_way import Way
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -267,6 +268,12 @@ class RibbonModel:
             shapes.append(aligned(grid.of(current.shape), shapes[-1], current.motions))
         return extrapolated(shapes)
 
+    def estimate(self, scene: Scene, state: State, width_to_thickness: float) -> Estimate:
+        """How far a shell of this w/h would be from the state (`compare.models.ribbon_estimate`)."""
+        from compare.models.ribbon_estimate import estimate
+
+        return estimate(scene, state.native, width_to_thickness)
+
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """`compare.studies.effects` measures them; here their names and why they are on."""
         from compare.models.ribbon_effects import effects
@@ -341,6 +348,8 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
 
 def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:
     """A ribbon's equilibrium as a state; scene: names its walls."""
+    from ribbon.energies import ENERGIES
+
     lower, upper = e.problem.bounds()  # type: ignore[attr-defined]
     plates = any(wall.stiffness is not None for wall in scene.walls) if scene is not None else bool(e.energy.plates)
     lowest = e.lowest_eigenvalue
@@ -368,6 +377,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
         numbers={
             "segments": int(e.problem.lengths.size),
+            "knows_width": ENERGIES[e.problem.energy].knows_width,
             "max_abs_eta": float(e.max_abs_eta),
             "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
         },

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from compare.page.page import Picture, Surface
-from compare.page.page import again as command_line
 from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
@@ -20,7 +19,7 @@ from compare.studies.compare import Comparison
 REPORT = MARKDOWN
 
 
-def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
+def write(out: Path, comparison: Comparison, again: str) -> Path:
     """Writes everything of a comparison into the folder `out`, each file atomically, and returns report.md's path.
 
     report.html, report.md, page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
@@ -33,7 +32,7 @@ def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
     figures.shapes(out / "shapes.png", comparison)
     result = results.comparison_result(comparison)
     surfaces = [*(replace(surface, colour="") for surface in written.surfaces), *write_shells(out, comparison)]
-    study(comparison, written, surfaces).write(out, result, again or command_line("compare", scene.name), scene)
+    study(comparison, written, surfaces).write(out, result, again, scene)
     return write_report(out, read_report([out])).markdown
 
 

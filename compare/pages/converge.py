@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 
 from compare.measure.distance import YARDSTICK
 from compare.page import study as page
+from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.table import Cell, Column, ColumnOf, Table
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
 from compare.pages.surfaces import write_fast, write_shells
-from compare.pictures.drawing import save
 from compare.studies.compare import Row
 from compare.studies.converge import LEAST_FOR_LIMIT, line_band
 from compare.studies.converge_run import Study

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 
 from compare.measure.distance import YARDSTICK
 from compare.measure.front import Reach, front, reach
+from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.pages.result import state_result
-from compare.pictures.drawing import save
 from compare.studies.cost_plan import Cost, Reference, Row
 
 #: Colour and marker of each solver's curve.
@@ -301,7 +301,8 @@ def result(cost: Cost) -> dict[str, Any]:
         "rows": [
             {
                 "solver": row.run.solver, "model": row.model, "size": row.run.label, "unknowns": row.run.unknowns,
-                "status": row.run.status, "ok": row.run.ok, "error": row.error, "error_end": row.error_end,
+                "status": row.run.status, "ok": row.run.ok, "energy": row.run.energy,
+                "error": row.error, "error_end": row.error_end,
                 "above_reference_error": row.shown, "distance": row.distance, "distance_end": row.distance_end,
                 "above_common_error": row.distance_shown, "reused": row.run.reused,
                 "seconds": {"warm": row.run.warm, "runs": row.run.seconds, "start": row.run.start},

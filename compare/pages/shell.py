@@ -13,7 +13,6 @@ from compare.measure.energy_map import by_name, density_on_grid
 from compare.models.shell_here import ShellRun, result
 from compare.models.shell_process import ShellCase
 from compare.page.page import Picture, Surface
-from compare.page.page import again as command_line
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.pictures import shell as shell_figure
@@ -135,5 +134,5 @@ def write(out: Path, scene: Scene, runs: Sequence[ShellRun], again: str = "") ->
     shell_figure.picture(out / "shell.png", scene, [(f.width_to_thickness, f.case) for f in runs])
     document = result(scene, runs)
     found_all = study(scene, document, path_table(runs), surfaces)
-    found_all.write(out, document, again or command_line("shell", scene.name), scene)
+    found_all.write(out, document, again, scene)
     return found_all

@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from compare.measure.align import aligned
 from compare.measure.grid import Grid
 from compare.models.base import Reference, Size, State, Status
+from compare.store.arrays import npz_bytes
 from compare.store.provenance import versions
-from compare.store.store import CaseStore, atomic_write_json, case_key, read_json
+from compare.store.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, read_json
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ class Run:
     solver: the ladder's name; label: its size; unknowns: of the discrete problem; status: the model's word; seconds:
     warm times in s; start: further seconds of a fresh process, where every run is one; points (k, m, 3): its surface on
     the grid, units of l, None when there is none; model: its name; begun: where the solve began, the model's word;
-    message: the model's; reused: found among finished runs; size: that was asked for, where it is one of a ladder.
+    message: the model's; energy: total, D w / l; reused: found among finished runs; size: the one of the ladder.
     """
 
     solver: str
@@ -50,6 +51,7 @@ class Run:
     model: str = ""
     begun: str = ""
     message: str = ""
+    energy: float | None = None
     reused: bool = False
     size: Size | None = None
 
@@ -90,7 +92,8 @@ def run_of(state: State, size: Size, grid: Grid, beside: FloatArray | None) -> R
     return Run(
         solver=size.ladder, label=state.size.words or size.label, unknowns=state.unknowns, status=state.word,
         ok=state.ok, seconds=times, start=spent.process - spent.first if spent.process is not None and times else None,
-        points=points, model=state.model, begun=state.start, message=state.message, reused=state.reused,
+        points=points, model=state.model, begun=state.start, message=state.message,
+        energy=None if state.energy is None else state.energy.total, reused=state.reused,
     )  # fmt: skip
 
 
@@ -174,12 +177,13 @@ class Kept:
         return found
 
 
-_NAMES = ("solver", "label", "unknowns", "status", "ok", "seconds", "start", "model", "begun", "message")
+_NAMES = ("solver", "label", "unknowns", "status", "ok", "seconds", "start", "model", "begun", "message", "energy")
 
 
 def _save(place: Path, run: Run, name: str = "run") -> None:
     atomic_write_json(place / f"{name}.json", {field: getattr(run, field) for field in _NAMES})
-    np.savez(place / f"{name}.npz", **({} if run.points is None else {"points": run.points}))
+    points = {} if run.points is None else {"points": run.points}
+    atomic_write_bytes(place / f"{name}.npz", npz_bytes(points))
 
 
 def _load(place: Path, name: str = "run") -> Run:

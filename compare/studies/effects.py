@@ -19,10 +19,10 @@ from compare.models.shell_build import line_weight, shell_words
 from compare.scene.scene import Scene
 from compare.studies.effects_off import PROCEDURES, refused, without
 from ribbon import RibbonInputError
+from ribbon.energies import ENERGIES
 from ribbon.find.adaptive import FIRST_SEGMENTS
 from ribbon.find.seeds import joints, sampled
 from ribbon.find.solve import Problem, build
-from ribbon.problems.chained import ChainedProblem
 
 #: An evaluation with and one without an effect are timed this often in turns; the median of the differences counts.
 _SAMPLES = 40
@@ -79,22 +79,18 @@ def starting_state(scene: Scene, problem: Problem) -> np.ndarray:
     """Unknowns of the shape that the seed's curvature and ruling describe, whatever else holds the ribbon."""
     s = joints(problem.lengths)
     shape = sampled(scene.seed_curvature, s), sampled(scene.seed.ruling, s)
-    return problem.shape(*shape) if isinstance(problem, ChainedProblem) else problem.state(*shape)
+    return problem.state(*shape)
 
 
 def _evaluate(problem: Any, x: np.ndarray, rows: np.ndarray) -> None:
     problem.value(x)
     problem.gradient(x)
-    if isinstance(problem, ChainedProblem):
+    if not problem.row_count:
         problem.hessian(x)
         return
     problem.constraints(x)
     problem.jacobian(x)
     problem.hessian(x, rows)
-
-
-def _rows(problem: Any) -> int:
-    return 0 if isinstance(problem, ChainedProblem) else int(problem.constraint_bounds()[0].size)
 
 
 def _free(problem: Any) -> int:
@@ -106,7 +102,7 @@ def _free(problem: Any) -> int:
 def evaluation_times(problems: tuple[Problem, ...], shape: np.ndarray) -> np.ndarray:
     """Times (samples, problems) in s of one evaluation of each, in turns, near the unknowns `shape`, kernels warm."""
     rng = np.random.default_rng(0)
-    rows = [rng.standard_normal(_rows(problem)) for problem in problems]
+    rows = [rng.standard_normal(problem.row_count) for problem in problems]
     times = np.empty((_SAMPLES + 1, len(problems)))
     for sample in times:
         x = shape + _SPREAD * rng.standard_normal(shape.size)
@@ -141,7 +137,7 @@ def explain(scene: Scene) -> Explanation:
         effects=tuple(_measured(scene, problem, shape, effect) if effect.on else effect for effect in effects),
         unknowns=_free(problem),
         bounds=int(np.sum(np.isfinite(upper) & (lower < upper))),
-        constraints=_rows(problem),
+        constraints=problem.row_count,
         formulation=problem.formulation,
         formulation_why=formulation_why(scene, problem.formulation),
         evaluation=statistics.median(evaluation_times((problem,), shape)[:, 0].tolist()),
@@ -172,7 +168,7 @@ def _measured(scene: Scene, problem: Problem, shape: np.ndarray, effect: Effect)
     return replace(
         effect,
         unknowns=_free(problem) - _free(other),
-        constraints=_rows(problem) - _rows(other),
+        constraints=problem.row_count - other.row_count,
         seconds=float(np.median(times[:, 0] - times[:, 1])),
     )
 
@@ -217,22 +213,30 @@ def _shape(scene: Scene, problem: Problem) -> list[Effect]:
         found.append(Effect("natural curvature", True, law, "one term, 4 Gauss points a segment"))
     else:
         found.append(Effect("natural curvature", False, "the strip is naturally flat", "no term"))
-    energy = problem.energy
-    if energy == "wunderlich":
-        chosen = "chosen by the scene" if scene.model.energy == energy else f'energy = "{scene.model.energy}"'
-        why = f"{chosen}, w/l = {scene.width:g}"
-        found.append(Effect("finite width (Wunderlich)", True, why, "the factor H(w eta'/2)"))
-    else:
-        found.append(Effect("finite width (Wunderlich)", False, f'energy = "{energy}"', "H = 1, not evaluated"))
+    found.extend(_energies(scene, problem))
     bounds = f"{problem.lengths.size} pairs of bounds, no constraint"
     found.append(Effect("rulings do not cross", True, "|eta'| <= 2/w (thesis, 2.7)", bounds))
     return found
 
 
+def _energies(scene: Scene, problem: Problem) -> list[Effect]:
+    """The effects that energies have of their own: on for the ribbon's energy, off for all others."""
+    found = []
+    for name, energy in ENERGIES.items():
+        if energy.words is None:
+            continue
+        if name != problem.energy:
+            found.append(Effect(energy.words.effect, False, f'energy = "{problem.energy}"', energy.words.absent))
+            continue
+        why = ["chosen by the scene" if scene.model.energy == name else f'energy = "{scene.model.energy}"']
+        why += [f'"{name}"'] if name not in energy.words.effect.lower() else []
+        why += [f"w/l = {scene.width:g}"] if energy.knows_width else []
+        found.append(Effect(energy.words.effect, True, ", ".join(why), energy.words.adds))
+    return found
+
+
 def _blocks(problem: Any, *names: str) -> int:
     """Rows of the blocks whose name begins with one of `names`."""
-    if isinstance(problem, ChainedProblem):
-        return 0
     slices = problem.block_slices().items()
     return sum(where.stop - where.start for name, where in slices if name.startswith(names))
 
@@ -240,7 +244,7 @@ def _blocks(problem: Any, *names: str) -> int:
 def _ends(scene: Scene, problem: Any) -> list[Effect]:
     """Clamps at both ends, straight rulings, closure, rigid motions that nothing resists."""
     found = []
-    chained = isinstance(problem, ChainedProblem)
+    chained = not problem.row_count
     if scene.clamp_start is None:
         why = "closed: the seam is the start" if scene.closure is not None else "no [clamp.start]: free"
         found.append(Effect("clamp at the start", False, why, "nothing is held"))
@@ -295,10 +299,9 @@ def _held(clamp: Any) -> str:
 
 def _rigid(scene: Scene, problem: Any) -> Effect:
     """Rigid motions that nothing resists are removed."""
-    if isinstance(problem, ChainedProblem):
+    if not problem.row_count:
         return Effect("rigid motions removed", False, "the clamp holds them", "nothing")
-    glued: Any = problem if hasattr(problem, "free_motions") else ribbon_problem(scene, "mixed")
-    shifts, turns = (len(part) for part in glued.free_motions())
+    shifts, turns = (len(part) for part in problem.free_motions())
     if not shifts + turns:
         return Effect("rigid motions removed", False, "what is held, and the loads, resist all of them", "nothing")
     rows = _blocks(problem, "gauge_")

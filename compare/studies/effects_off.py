@@ -9,6 +9,7 @@ from typing import Any
 from compare.errors import BadInput
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
+from ribbon.energies import ENERGIES
 
 #: Effects around the solves: the problem that is evaluated is the same without them.
 PROCEDURES = ("adaptive segments", "continuation path")
@@ -47,7 +48,6 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "gravity": lambda scene: {"gravity": None},
     "gravity over the surface": lambda scene: {"gravity.exact": None},
     "natural curvature": lambda scene: {"strip.natural_curvature": None},
-    "finite width (Wunderlich)": lambda scene: {"model.energy": "sadowsky"},
     "clamp at the start": lambda scene: {"clamp.start": None},
     "clamp at the end": lambda scene: {"clamp.end": None},
     "straight rulings": _straight,
@@ -55,6 +55,10 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "pressure plates": _plates,
     "continuation path": lambda scene: {"path": None},
 }
+
+
+#: Effect of an energy -> the energy that lacks it.
+_LACKING = {energy.words.effect: energy.words.without for energy in ENERGIES.values() if energy.words is not None}
 
 
 def without(scene: Scene, effect: str, formulation: str, segments: int | None = None) -> Off:
@@ -69,7 +73,7 @@ def without(scene: Scene, effect: str, formulation: str, segments: int | None = 
         if segments is None:
             raise ValueError("segments: how many stand for the placed ones")
         return Off(scene.replace({"model.tolerance": None, "model.elements": segments, **_pinned(scene, formulation)}))
-    keys = _KEYS[effect](scene)
+    keys: dict[str, Any] = _KEYS[effect](scene) if effect in _KEYS else {"model.energy": _LACKING[effect]}
     if effect != "continuation path" and scene.path:
         keys["path"] = _stages_without(scene, tuple(keys)) or None
     return Off(scene.replace({**keys, **_pinned(scene, formulation)}))

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from shellref.shell import archive
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 from shellref.shell.surface import ShellSurface
@@ -163,6 +164,4 @@ class ShellResult:
 
 def write_json(path: Path, data: dict[str, Any]) -> None:
     """Write strict JSON (no NaN) through a temporary file in the same folder."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(temporary, path)
+    archive.write(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())

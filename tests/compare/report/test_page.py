@@ -14,7 +14,6 @@ from compare.page.page import (
     Page,
     Picture,
     Surface,
-    again,
     read_page,
     write_page,
 )
@@ -97,9 +96,3 @@ def test_a_damaged_page(tmp_path, change):
 def test_markdown_takes_words_literally():
     assert literal("a\n b") == "a b"
     assert literal("<script> & ![x](y) `c` *d*") == "&lt;script> &amp; !\\[x](y) \\`c\\` \\*d\\*"
-
-
-def test_the_command_that_makes_it_again():
-    assert again("solve", "curl_4_3") == "ribbonbench solve curl_4_3"
-    command = again("shell", "/elsewhere/my scene.toml", ["strip.gamma=5", "shell.elements=[4, 2]"], "--plain")
-    assert command == "ribbonbench shell 'my scene.toml' --set strip.gamma=5 --set 'shell.elements=[4, 2]' --plain"

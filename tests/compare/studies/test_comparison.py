@@ -113,7 +113,7 @@ def test_a_failed_shell_is_a_row_with_its_status_and_stops_nothing(made, tmp_pat
     assert (failed.status, failed.hausdorff, failed.claimed) == ("not_converged", None, False)
     assert found.slope.rows == 2
     assert any("stopped at load 0.4" in sentence for sentence in tables.verdict(found))
-    page = report.write(tmp_path / "out", found)
+    page = report.write(tmp_path / "out", found, "")
     assert "not_converged" in page.read_text()
     assert not (tmp_path / "out" / "shell_w20.vtu").exists()
 
@@ -207,7 +207,7 @@ def test_result_json_keeps_the_contract(made):
 def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
     out = tmp_path / "out"
     found = made()
-    page = report.write(out, found).read_text()
+    page = report.write(out, found, "").read_text()
     names = {path.name for path in out.iterdir()}
     wanted = {"report.md", "report.html", "page.json", "surfaces.png", "ribbon.npz", "result.json", "table.csv",
               "table.md", "convergence.png", "shapes.png", "ribbon.png",
@@ -284,7 +284,7 @@ def test_a_ribbon_on_a_saddle_claims_nothing(made, tmp_path):
     assert found.fast.error is None
     assert not any(r.claimed for r in found.rows)
     assert any("discretisation error is unknown" in sentence for sentence in tables.verdict(found))
-    assert report.write(tmp_path / "out", found).exists()
+    assert report.write(tmp_path / "out", found, "").exists()
     assert comparison_result(found)["complete"] is False
 
 

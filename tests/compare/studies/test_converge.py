@@ -307,4 +307,3 @@ def test_converge_from_the_command_line(tmp_path, capsys):
     for surface in page.surfaces:
         assert (tmp_path / surface.file).exists()
     assert str(tmp_path) not in (tmp_path / "page.json").read_text() + (tmp_path / "result.json").read_text()
-    assert page.again.startswith("ribbonbench converge curl_4_3 --width-to-thickness 5 10 20 --elements 20 2")

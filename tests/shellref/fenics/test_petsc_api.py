@@ -15,6 +15,7 @@ pytest.importorskip("slepc4py")
 from mpi4py import MPI
 
 from shellref.fenics import petsc_api as la
+from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.shell
 SELF = MPI.COMM_SELF
@@ -258,7 +259,7 @@ def test_two_processes():
     env = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
     command = [mpirun, "--oversubscribe", "-n", "2", sys.executable, "-m", "mpi4py", "-c", call]
     run = subprocess.run(
-        command, cwd=Path(__file__).parents[3], env=env, capture_output=True, text=True, timeout=120, check=False
+        command, cwd=Path(__file__).parents[3], env=env, capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.count("fine") == 2
