@@ -31,7 +31,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     scene.require_shell()
     out = common.out_folder(options, scene.name)
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         comparison = compare(scene, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, pictures and surfaces")
         page = report.write(out, comparison, options.line)

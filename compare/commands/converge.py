@@ -51,7 +51,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = convergence_run.prepared(common.scene_of(options), options.width_to_thickness, elements)
     rulings = ("straight", "free") if options.ruling == "both" else (options.ruling,) if options.ruling else ()
     out = common.out_folder(options, f"{scene.name}-converge")
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         found = convergence_run.studies(
             scene, rulings, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle
         )

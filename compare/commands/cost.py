@@ -68,7 +68,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     plan = _plan(options, scene)
     out = common.out_folder(options, f"{scene.name}-cost")
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         cost = measure(scene, plan, out / "cases", reporter, fresh=options.fresh)
         reporter.step("writing tables and the picture")
         cost_write.write(out, cost, options.line)

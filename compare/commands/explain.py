@@ -7,16 +7,11 @@ import contextlib
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from compare.commands import common
 from compare.store.progress import Reporter
-
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
-    from compare.studies.effects_measured import Solves
 
 HELP = "which effects a scene switches on, why, and what each costs and changes"
 
@@ -27,7 +22,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="FOLDER", default=None, help="write result.json and page.json there")
     parser.add_argument(
         "--run", action=argparse.BooleanOptionalAction, default=None,
-        help="solve the scene, and again without each effect (default: where a solve takes less than a second)",
+        help="solve the scene, and again without each effect (default: where a solve is quick)",
     )  # fmt: skip
     parser.add_argument(
         "--shell", action="store_true", help="the same for the scene's thickest shell, on a coarse mesh (slow)"
@@ -36,7 +31,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
-    from compare.models.ribbon_build import beyond_the_ribbon
     from compare.page.terminal import print_table
     from compare.pages import explain as effects_page
     from compare.store.store import CaseStore
@@ -46,49 +40,25 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     if options.shell:
         scene.require_shell()
-    if beyond_the_ribbon(scene) is not None:
-        return _elastica(options, console, scene)
     out = None if options.out is None else common.out_folder(options, scene.name)
     solves = shell = None
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
+    with Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
         reporter.step("evaluations with and without each effect")
         found = explain(scene)
         if options.run is not False or options.shell:
             solves = effects_measured.solves(scene, found, reporter, always=options.run)
         if options.shell and solves is not None:
-            shell = effects_measured.shells(scene, found, solves.grid, CaseStore(folder / "cases"), reporter)
+            shell = effects_measured.shells(scene, solves.grid, CaseStore(folder / "cases"), reporter)
         if out is not None:
             effects_page.write(out, scene, found, solves, shell, options.line)
-    if options.quiet:
-        return _code(solves)
-    for table in effects_page.tables(scene, found, solves, shell):
-        print_table(console, table)
-    for sentence in effects_page.sentences(found, solves):
-        console.print(f"- {sentence}")
-    if out is not None:
-        console.print(f"Results: {out}")
-    return _code(solves)
-
-
-def _elastica(options: argparse.Namespace, console: Console, scene: Scene) -> int:
-    """Explains a scene that only the elastica can solve."""
-    from compare.page.terminal import print_table
-    from compare.pages import explain as effects_page
-    from compare.studies import effects_elastica
-
-    out = None if options.out is None else common.out_folder(options, scene.name)
-    with Reporter(quiet=options.quiet) as reporter:
-        found = effects_elastica.parts(scene)
-        own, others = effects_elastica.solves(scene, found, reporter)
-    if out is not None:
-        with common.held(out):
-            effects_page.write_elastica(out, scene, found, own, others, options.line)
     if not options.quiet:
-        for table in effects_page.elastica_tables(scene, found, own, others):
+        for table in effects_page.tables(scene, found, solves, shell):
             print_table(console, table)
-        for sentence in effects_elastica.sentences(scene, own):
+        for sentence in effects_page.sentences(scene, found, solves):
             console.print(f"- {sentence}")
-    return common.DONE if own.result.status.value == "converged" else common.NOT_CONVERGED
+        if out is not None:
+            console.print(f"Results: {out}")
+    return common.DONE if solves is None or solves.state.ok else common.NOT_CONVERGED
 
 
 @contextlib.contextmanager
@@ -100,7 +70,3 @@ def _place(out: Path | None, reporter: Reporter) -> Iterator[Path]:
     else:
         with tempfile.TemporaryDirectory(prefix="ribbonbench-explain-") as folder:
             yield Path(folder)
-
-
-def _code(solves: Solves | None) -> int:
-    return common.DONE if solves is None or solves.run.equilibrium.ok else common.NOT_CONVERGED

@@ -1,4 +1,4 @@
-"""`ribbonbench export`: surfaces of results, or of a scene's ribbon, in other programs' formats."""
+"""`ribbonbench export`: surfaces of results, or of a scene's own model, in other programs' formats."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from compare.commands import common
 from compare.errors import BadInput
 from compare.store.progress import Reporter
 
-HELP = "surfaces of results (or of a scene's ribbon) as VTU, PVD, OBJ, PLY, glTF, CSV, NPZ"
+HELP = "surfaces of results (or of a scene, solved first) as VTU, PVD, OBJ, PLY, glTF, CSV, NPZ"
 
 
 def register(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             write_page_of(out, source, files, options.line)
     if not options.quiet:
         print_table(console, replace(sizes(out, files), title=source.page.title))
-        if "npz" in formats and not source.ribbon and any(found.kind == "ribbon" for found in source.surfaces):
+        if "npz" in formats and not source.ribbon and source.has_ribbon:
             console.print("The folder has no ribbon.npz: the ribbon's own segments are left out.")
         console.print(f"Files: {out}")
     return code
@@ -64,7 +64,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
 def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]:
     """The folder into which the scene was solved, and the exit code of that."""
     from compare.commands.solve import solve_into
-    from compare.scene.check import beyond_the_ribbon
+    from compare.models.choice import chosen
+    from compare.pages.result import presenter_of
     from compare.scene.scene import load, parse_assignment, shipped
 
     if options.source not in shipped() and not Path(options.source).is_file():
@@ -75,16 +76,12 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     scene = load(options.source)
     keys = dict(parse_assignment(text) for text in options.assignments)
     scene = scene.replace(keys) if keys else scene
-    if scene.model.energy == "elastica":
-        raise BadInput(
-            "model.energy", "elastica", "has a centreline and no surface",
-            "the ribbon has no load at the tip: use the numbers of ribbonbench solve"
-            if beyond_the_ribbon(scene) is not None
-            else "export with --set 'model.energy=\"wunderlich\"'",
-        )  # fmt: skip
+    own = presenter_of(chosen(scene))
+    if hasattr(own, "no_surface"):
+        raise own.no_surface(scene)
     parent = None if options.out is None else Path(options.out) / "solve"
     options.scene, options.leave_saddle = options.source, False
     folder = common.out_folder(argparse.Namespace(out=parent), scene.name)
-    with common.ribbon_input(scene.name), common.held(folder, reporter.step):
+    with common.held(folder, reporter.step):
         state = solve_into(folder, scene, reporter, options)
     return folder, common.DONE if state.ok else common.NOT_CONVERGED

@@ -67,7 +67,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     for _, case in cases:
         limits.require_limits(case)
     out = common.out_folder(options, scene.name)
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         findings, comparison = _study(options, thresholds, cases, out, reporter)
         limits_results.write(out, findings, comparison, thresholds, options.line)
     if not options.quiet:

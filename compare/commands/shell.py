@@ -37,13 +37,13 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
-    from compare.models import shell_here as shell_run
+    from compare.models.shell_here import run as run_here
     from compare.page.terminal import print_table
     from compare.pages import shell as pages
     from compare.store.store import CaseStore
     from compare.store.world import world
 
-    options.assignments = options.assignments + [
+    options.assignments += [
         f"shell.{name}={value}"
         for name, value in (
             ("width_to_thickness", options.width_to_thickness),
@@ -61,16 +61,16 @@ def run(options: argparse.Namespace, console: Console) -> int:
         processes.on_first(holder.__enter__)
         try:
             iteration = "plain" if options.plain else "mixed"
-            runs = shell_run.run(scene, CaseStore(out / "cases"), reporter, processes, iteration)
+            states = run_here(scene, CaseStore(out / "cases"), reporter, processes, iteration)
             if processes.first:
                 reporter.step("writing results")
-            processes.on_first(lambda: pages.write(out, scene, runs, options.line))
+            processes.on_first(lambda: pages.write_all(out, scene, states, options.line))
         finally:
             if processes.first:
                 holder.__exit__(None, None, None)
     if processes.first and not options.quiet:
-        print_table(console, replace(pages.table(shell_run.result(scene, runs)), title=scene.title), legend=False)
-        for found in runs:
-            console.print(f"- w/h = {found.width_to_thickness:g}: {found.case.data['message']}")
+        print_table(console, replace(pages.table(scene, states), title=scene.title), legend=False)
+        for state in states:
+            console.print(f"- w/h = {pages.ratio_of(state):g}: {state.message}")
         console.print(f"Results: {out}; as a page: ribbonbench report {out}")
-    return common.DONE if all(found.ok for found in runs) else common.NOT_CONVERGED
+    return common.DONE if all(state.ok for state in states) else common.NOT_CONVERGED

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         state = solve_into(out, scene, reporter, options)
     if not options.quiet:
         table = Table(title=scene.title, title_justify="left", show_header=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -83,7 +84,7 @@ def ply_bytes(sheet: Sheet) -> bytes:
     shades = colours(sheet)
     if shades is not None:
         columns += [(name, "u1", shades[1][:, k]) for k, name in enumerate(("red", "green", "blue"))]
-    columns += [(name, "<f4", values) for name, values in _named(sheet)]
+    columns += [(name, "<f4", values) for name, values in _named(sheet, [name for name, _, _ in columns])]
     kinds = {"<f8": "double", "<f4": "float", "u1": "uchar"}
     vertices = np.empty(len(sheet.points), dtype=[(name, kind) for name, kind, _ in columns])
     for name, _, values in columns:
@@ -96,18 +97,31 @@ def ply_bytes(sheet: Sheet) -> bytes:
     return "\n".join(header).encode("ascii") + vertices.tobytes() + faces.tobytes()
 
 
-def _named(sheet: Sheet) -> list[tuple[str, FloatArray]]:
-    """Every field by its own name, vectors by components."""
+def _named(sheet: Sheet, taken: Sequence[str]) -> list[tuple[str, FloatArray]]:
+    """Every field by its own name, vectors by components; in one word, and with a line below where the name is taken
+    (a model's own field may be called x)."""
     found = list(sheet.scalars().items())
     for name, values in sheet.fields.items():
         if values.ndim == 2 and values.shape[1] == 3:
             found += [(f"{name}_{axis}", values[:, k]) for k, axis in enumerate(_AXES)]
-    return found
+    used, named = set(taken), []
+    for name, values in found:
+        word = one_word(name)
+        while word in used:
+            word += "_"
+        used.add(word)
+        named.append((word, values))
+    return named
+
+
+def one_word(name: str) -> str:
+    """A field's name where a format has no room for blanks and commas."""
+    return re.sub(r"[^\w.+-]+", "_", name)
 
 
 def points_csv(sheet: Sheet) -> bytes:
     """x, y, z and every field, one line a point, names of the columns first; empty where a value is not known."""
-    named = [(axis, sheet.points[:, k]) for k, axis in enumerate(_AXES)] + _named(sheet)
+    named = [(axis, sheet.points[:, k]) for k, axis in enumerate(_AXES)] + _named(sheet, _AXES)
     return array_csv([name for name, _ in named], np.column_stack([values for _, values in named]))
 
 

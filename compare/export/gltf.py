@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.formats import colours, texture_coordinates
+from compare.export.formats import colours, one_word, texture_coordinates
 from compare.export.vtu import Sheet
 
 FloatArray = NDArray[np.float64]
@@ -112,7 +112,7 @@ def _primitive(buffer: _Buffer, sheet: Sheet) -> dict[str, Any]:
         attributes["COLOR_0"] = buffer.add(four, _UNSIGNED_BYTE, _VERTICES, normalized=True)
     for name, values in sheet.scalars().items():
         known = np.where(np.isfinite(values), values, 0.0).astype("<f4")
-        attributes[f"_{name.upper()}"] = buffer.add(known, _FLOAT, _VERTICES, bounds=True)
+        attributes[f"_{one_word(name).upper()}"] = buffer.add(known, _FLOAT, _VERTICES, bounds=True)
     corners = sheet.triangles.astype("<u4").ravel()
     indices = buffer.add(corners, _UNSIGNED_INT, _INDICES)
     return {"attributes": attributes, "indices": indices, "material": 0, "mode": 4}

@@ -1,4 +1,4 @@
-"""A ribbon's shape as arrays: its own segments and its centreline, and the fields on its surface.
+"""A ribbon's shape as arrays: its own segments and its centreline.
 
 Stored beside the results as `ribbon.npz`, so that an export needs no solver. Lengths in l, curvatures in 1/l.
 """
@@ -11,49 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.export.formats import array_csv
-from compare.export.vtu import write_vtu
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
-from ribbon.energies.along import area_density, line_density, segment_of
-from ribbon.surface import ruling_foot
+from ribbon.energies.along import line_density, segment_of
 
 FloatArray = NDArray[np.float64]
 
 ARRAYS = "ribbon.npz"
 #: Points of the stored centreline.
 LINE_POINTS = 401
-
-
-def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
-    """Fields on the grid s (k,) x v (m,): numbers (k, m) and vectors (k, m, 3).
-
-    S, v: material coordinates; ruling_foot: abscissa of the ruling through the point; segment: its number, from 0;
-    omega, eta; energy_density: `area_density`; ruling, tangent, width_direction, normal: q = t_x + eta t_z, t_z, t_x,
-    t_y at the foot.
-    """
-    grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-    material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
-    foot = ruling_foot(equilibrium.parameters, equilibrium.problem.lengths, material)
-    eta = equilibrium.eta(foot)
-    frame = equilibrium.frame(foot)
-    shape = grid_s.shape
-    vectors = {
-        "ruling": frame[:, :, 0] + eta[:, None] * frame[:, :, 2],
-        "tangent": frame[:, :, 2],
-        "width_direction": frame[:, :, 0],
-        "normal": frame[:, :, 1],
-    }
-    return {
-        "S": grid_s,
-        "v": grid_v,
-        "ruling_foot": foot.reshape(shape),
-        "segment": segment_of(equilibrium, foot).astype(float).reshape(shape),
-        "omega": equilibrium.omega(foot).reshape(shape),
-        "eta": eta.reshape(shape),
-        "energy_density": area_density(equilibrium, foot, material[:, 1]).reshape(shape),
-        **{name: values.reshape(*shape, 3) for name, values in vectors.items()},
-    }
 
 
 def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
@@ -86,16 +53,6 @@ def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
     }
 
 
-def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:
-    """`arrays` as a file."""
-    return atomic_write_bytes(path, npz_bytes(arrays(equilibrium)))
-
-
-def write_surface(path: Path, equilibrium: Equilibrium, points: FloatArray, s: FloatArray, v: FloatArray) -> Path:
-    """The surface as VTU: its points (k, m, 3) at abscissae s (k,) and v (m,) across, with the fields there."""
-    return write_vtu(path, points, fields(equilibrium, s, v))
-
-
 def centreline_csv(equilibrium: Equilibrium) -> bytes:
     """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
     s = np.linspace(0.0, 1.0, LINE_POINTS)
@@ -104,3 +61,8 @@ def centreline_csv(equilibrium: Equilibrium) -> bytes:
     names = ["s", "x", "y", "z", "omega", "eta"]
     names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
     return array_csv(names, np.column_stack(columns + [frame[:, :, column] for column in range(3)]))
+
+
+def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:
+    """`arrays` as a file."""
+    return atomic_write_bytes(path, npz_bytes(arrays(equilibrium)))

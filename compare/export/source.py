@@ -32,6 +32,8 @@ FORMATS = {
     "npz": "everything as arrays (NumPy)",
 }
 ARRAYS = "ribbon.npz"
+#: Stem of the surface to which they belong.
+RIBBON = "ribbon"
 _RATIO = re.compile(r"_w([0-9.e+-]+)$")
 
 
@@ -55,6 +57,11 @@ class Source:
     page: Page
     ribbon: dict[str, NDArray[Any]] = field(default_factory=dict)
     result: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def has_ribbon(self) -> bool:
+        """Whether one of the surfaces is that of the ribbon on curvature elements."""
+        return any(found.stem == RIBBON for found in self.surfaces)
 
 
 def chosen(text: str | None) -> tuple[str, ...]:
@@ -84,7 +91,8 @@ def read_source(folder: Path) -> Source:
         path = inside(folder, surface.file)
         stem = Path(surface.file).with_suffix("").as_posix().replace("/", "_")
         found.append(Named(stem, surface.label, surface.kind, surface.width_to_thickness, read_vtu(path)))
-    return Source(folder, tuple(found), page, _ribbon(folder), _result(folder))
+    source = Source(folder, tuple(found), page, {}, _result(folder))
+    return replace(source, ribbon=_ribbon(folder)) if source.has_ribbon else source
 
 
 def inside(folder: Path, name: str) -> Path:
@@ -147,7 +155,7 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
             put(f"{stem}_points.csv", export_formats.points_csv(sheet), f"{label}: points with fields, CSV")
         if "npz" in formats:
             arrays: dict[str, Any] = export_formats.sheet_arrays(sheet)
-            arrays |= source.ribbon if found.kind == "ribbon" else {}
+            arrays |= source.ribbon if stem == RIBBON else {}
             put(f"{stem}.npz", npz_bytes(arrays), f"{label}: everything, NPZ")
     if "pvd" in formats:
         put("surfaces.pvd", export_formats.pvd_bytes(_steps(source.surfaces)), "the VTU files as a collection, PVD")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -259,14 +259,37 @@ class State:
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect of a scene: key, on or off, why, what it adds; changes: the keys that switch it off alone (None: it
-    cannot be off alone)."""
+    """An effect of a scene: key, its name; words, what it adds; on or off, and why.
+
+    changes: the keys that switch it off alone; None: nothing does, `fixed` says why. same_size: without it the scene is
+    solved at the size of its own state, which the effect has chosen. unknowns (those that nothing fixes), constraints,
+    seconds (s) of one evaluation: how many more there are with it; None: off, or the model has no such thing.
+    """
 
     key: str
     words: str
     on: bool
     why: str = ""
     changes: Mapping[str, Any] | None = None
+    same_size: bool = False
+    fixed: str = ""
+    unknowns: int | None = None
+    constraints: int | None = None
+    seconds: float | None = None
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What a model evaluates again and again while it solves a scene: its formulation, why that one, unknowns that
+    nothing fixes, how many of them have bounds, constraints, what one evaluation is `of`, and its seconds (s)."""
+
+    formulation: str
+    why: str
+    unknowns: int
+    bounds: int
+    constraints: int
+    of: str
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -338,6 +361,14 @@ class Model(Protocol):
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """The effects that the scene switches on or leaves out."""
+
+
+@runtime_checkable
+class Evaluates(Protocol):
+    """A model that can say what it evaluates, without solving the scene; a model need not."""
+
+    def evaluation(self, scene: Scene) -> Evaluation:
+        """The scene's problem as the model sees it. Raises `BadInput` like `Model.solve`."""
 
 
 def covered(key: str, patterns: Mapping[str, Any] | frozenset[str]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from compare.models.base import Model
+from compare.models.base import Effect, Model, Size
 from compare.registry import model, name_for
 from compare.scene.scene import Scene
 
@@ -31,3 +31,26 @@ def third_opinion(scene: Scene, beside: Model) -> Model | None:
     """The planar elastica where the scene is planar, as a third opinion beside another model; None elsewhere."""
     found: Model = model("elastica")
     return None if beside.name == found.name or found.refusal(scene) is not None else found
+
+
+def is_third_opinion(found: Model) -> bool:
+    """Whether a model is the one that is the third opinion beside others."""
+    return found.name == "elastica"
+
+
+def shell_in_words(scene: Scene) -> Effect:
+    """The shell of a scene: on where there is one, w/h as its reason, and what it does."""
+    found: tuple[Effect, ...] = model("shell").effects(scene)
+    return found[0]
+
+
+def coarse_shell(scene: Scene) -> tuple[Model, Scene, Size]:
+    """The shell, the scene with its thickest one alone, and a mesh on which that can be solved several times.
+
+    Raises `BadInput` for a scene without a shell.
+    """
+    from compare.models.shell import mesh_size
+    from compare.models.shell_effects import thickest
+
+    alone, mesh = thickest(scene)
+    return model("shell"), alone, mesh_size(mesh)

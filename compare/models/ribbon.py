@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from compare.measure.grid import Grid
 from compare.models.base import (
     Effect,
     Energy,
+    Evaluation,
     Force,
     Ladder,
     Options,
@@ -108,8 +110,8 @@ class RibbonShape:
         return Pose(found.position, found.frame)
 
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
-        """`compare.export.ribbon.fields`: S, v, omega, eta, rulings, normal, energy_density and others."""
-        from compare.export.ribbon import fields
+        """`compare.models.ribbon_fields.fields`: S, v, omega, eta, rulings, normal, energy_density and others."""
+        from compare.models.ribbon_fields import fields
 
         return fields(self.equilibrium, s, v)
 
@@ -189,22 +191,16 @@ class RibbonModel:
     ) -> State:
         """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
         from compare.models.ribbon_build import ribbon_energy
-        from ribbon import RibbonInputError
 
         options = options or Options()
         scene = scene if size is None else sized(scene, size)
-        refused = self.refusal(scene)
-        if refused is not None:
-            raise refused
-        tolerance = scene.model.tolerance
-        if say is not None:
-            what = f"tolerance {tolerance:g}" if tolerance is not None else f"{len(scene.model.lengths)} segments"
-            stages = f", {len(scene.path) + 1} stages" if scene.path else ""
-            say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
-        try:
+        with self._admitted(scene):
+            tolerance = scene.model.tolerance
+            if say is not None:
+                what = f"tolerance {tolerance:g}" if tolerance is not None else f"{len(scene.model.lengths)} segments"
+                stages = f", {len(scene.path) + 1} stages" if scene.path else ""
+                say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
             way, found, seconds = _solved(scene, options, say)
-        except RibbonInputError as error:
-            raise BadInput("scene", scene.name, str(error)) from None
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
         if options.error:
             state = replace(state, error=self.error(state, say, options.grid))
@@ -275,10 +271,31 @@ class RibbonModel:
         return estimate(scene, state.native, width_to_thickness)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
-        """`compare.studies.effects` measures them; here their names and why they are on."""
+        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.ribbon_effects`)."""
         from compare.models.ribbon_effects import effects
 
-        return effects(scene)
+        with self._admitted(scene):
+            return effects(scene)
+
+    def evaluation(self, scene: Scene) -> Evaluation:
+        """The size of the problem, and the time of one evaluation (`compare.models.base.Evaluates`)."""
+        from compare.models.ribbon_effects import evaluation
+
+        with self._admitted(scene):
+            return evaluation(scene)
+
+    @contextlib.contextmanager
+    def _admitted(self, scene: Scene) -> Iterator[None]:
+        """What the model or its solver refuses, as `BadInput`."""
+        from ribbon import RibbonInputError
+
+        refused = self.refusal(scene)
+        if refused is not None:
+            raise refused
+        try:
+            yield
+        except RibbonInputError as error:
+            raise BadInput("scene", scene.name, str(error)) from None
 
 
 @dataclass(frozen=True)

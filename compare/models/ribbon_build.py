@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput
-from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
 from ribbon import Clamp, Closure, Gravity, Strip, Wall
 from ribbon.find.solve import Problem, build
@@ -129,22 +127,3 @@ def formulation_why(scene: Scene, used: str) -> str:
     arguments = start, end, ribbon_closure(scene), ribbon_walls(scene), ribbon_gravity(scene), segments
     chosen, why = _formulation.choose(scene.model.formulation, *arguments)
     return why if chosen == used else f"{chosen} ({why}) cannot solve this scene; {used} can"
-
-
-def check_model(scene: Scene) -> None:
-    """`BadInput` for a combination of [model] keys of which one would be ignored, and for what no ribbon knows."""
-    beyond = beyond_the_ribbon(scene)
-    if beyond is not None:
-        raise BadInput(
-            beyond[0],
-            None,
-            f"is in the scene: the ribbon {beyond[1]}",
-            'use ribbonbench solve with model.energy = "elastica"',
-        )
-    if scene.model.tolerance is not None and scene.model.formulation not in ("auto", "mixed"):
-        raise BadInput(
-            "model.formulation",
-            scene.model.formulation,
-            "cannot place its segments by model.tolerance",
-            'choose formulation = "mixed" or "auto", or give model.elements',
-        )

@@ -35,6 +35,7 @@ from compare.models.base import (
     pose_of,
 )  # fmt: skip
 from compare.models.shell_build import natural_constant, shell_elements, shell_options, shell_problem
+from compare.models.shell_effects import effects
 from compare.models.shell_process import SOURCES, ShellCase, run_shell
 from compare.store.store import CaseStore
 
@@ -271,10 +272,8 @@ class ShellModel:
         return Reference(state, f"{fine.label}, {ratio}", error, checked, other)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
-        """Supports, mesh and way in words."""
-        from compare.models.shell_build import shell_words
-
-        return (Effect("shell", shell_words(scene), True),)
+        """The shell in words (on where the scene has one), and the effects that can be off in it."""
+        return effects(scene)
 
 
 def mesh_size(mesh: tuple[int, int], degree: int = 2) -> Size:

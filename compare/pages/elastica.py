@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture
 from compare.pages.written import Written
+from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
 
 PICTURE = "elastica.png"
@@ -44,6 +47,26 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         "path": {"reached": r.load_factor, "steps": r.steps, "limit_points": r.limits, "switches": r.switches},
         **({} if scene.tip is None else {"tip_load": scene.tip_load}),
     }
+
+
+def explained(effects: Sequence[Mapping[str, Any]], without: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of the result.json of `explain` that only an elastica has; effects as in its `explanation`, without: solves
+    by the name of the effect that is off."""
+    rows = [
+        {"name": name, "status": off.status, "iterations": off.iterations, "seconds": off.warm, "moves": off.moved}
+        for name, off in without.items()
+    ]
+    return {"command": "explain", "effects": list(effects), "without": rows}
+
+
+def no_surface(scene: Scene) -> BadInput:
+    """Why there is nothing to export, and what to do."""
+    return BadInput(
+        "model.energy", "elastica", "has a centreline and no surface",
+        "the ribbon has no load at the tip: use the numbers of ribbonbench solve"
+        if beyond_the_ribbon(scene) is not None
+        else "export with --set 'model.energy=\"wunderlich\"'",
+    )  # fmt: skip
 
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:

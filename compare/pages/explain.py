@@ -2,85 +2,85 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from compare.measure.distance import YARDSTICK
-from compare.models.ribbon_run import ElasticaRun
+from compare.models.base import Effect
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
-from compare.pages.result import elastica_result, ribbon_result
+from compare.pages.result import presenter, state_result
+from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
-from compare.studies import effects_elastica
-from compare.studies.effects import Effect, Explanation
-from compare.studies.effects_elastica import Part, Without
-from compare.studies.effects_measured import CHEAP, ShellSolves, ShellWithout, Solves, iterations
+from compare.studies.effects import Explanation
+from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
 
-_EFFECTS: tuple[ColumnOf[Effect | Part], ...] = (
-    (Column("effect", "effect", kind="word"), lambda e: e.name),
+_EFFECTS: tuple[ColumnOf[Effect], ...] = (
+    (Column("effect", "effect", kind="word"), lambda e: e.key),
     (Column("on", "on", kind="truth"), lambda e: e.on),
     (Column("why", "why", kind="word"), lambda e: e.why),
-    (Column("adds", "what it adds", kind="word"), lambda e: e.adds),
+    (Column("adds", "what it adds", kind="word"), lambda e: e.words),
 )
-_COSTS = (
-    Column("effect", "effect", kind="word"),
+_EFFECT = Column("effect", "effect", kind="word")
+_EVALUATION = (
     Column("unknowns", "unknowns", kind="integer"),
     Column("constraints", "constraints", kind="integer"),
     Column("evaluation", "evaluation us", "s", "microseconds:1", legend="of all that the minimiser asks for, median of "
            "differences timed in turns"),
     Column("evaluation_share", "of it %", kind="percent:0"),
+)  # fmt: skip
+_SOLVE = (
     Column("status", "status without it", kind="word", legend="of the whole solve from the scene's own seed, as are "
            "iterations and time (warm, median of repeats)"),
     Column("iterations", "iterations", kind="integer"),
     Column("seconds", "solve ms", "s", "milliseconds:3"),
-    Column("moves", "moves", "l", "exponent:1", legend="Hausdorff distance between the shapes with and without it, in "
-           "l (of a strip that no clamp holds, after the best rigid motion)"),
-    Column("reason", "why not", kind="word"),
 )  # fmt: skip
-_COST_LEGEND = (
-    "First row: with everything; below: differences to the same scene with this effect alone switched off, in the same "
-    "formulation."
-)
+_MOVES = {
+    True: "Hausdorff distance between the shapes with and without it, in l (of a strip that no clamp holds, after the "
+    "best rigid motion)",
+    False: "largest distance between the centrelines",
+}
+_REASON = Column("reason", "why not", kind="word")
 
 
-def effect_table(scene: Scene, found: Sequence[Effect | Part]) -> Table:
+def effect_table(scene: Scene, found: Explanation) -> Table:
     """Which effects are on, and why."""
-    return Table.of(f"{scene.title}: effects", _EFFECTS, found)
+    return Table.of(f"{scene.title}: effects", _EFFECTS, found.effects)
 
 
 def cost_table(found: Explanation, solves: Solves | None) -> Table:
     """What each effect that is on costs and changes; the whole scene in the first row."""
-    whole = {
-        "effect": "everything on",
-        "unknowns": found.unknowns,
-        "constraints": found.constraints,
-        "evaluation": found.evaluation,
-        "reason": "",
-    }
+    whole = found.evaluation
+    moves = Column("moves", "moves", "l", "exponent:1", legend=_MOVES[solves is None or solves.surface])
+    rows: list[dict[str, Any]] = [{"effect": "everything on", "reason": ""}]
+    if whole is not None:
+        sizes = {"unknowns": whole.unknowns, "constraints": whole.constraints}
+        rows[0] |= {**sizes, "evaluation": whole.seconds}
     if solves is not None:
-        run = solves.run
-        whole |= {"status": run.equilibrium.status.code, "iterations": iterations(run), "seconds": run.warm}
-    rows = [whole, *(_cost_row(effect, found, solves) for effect in found.effects if effect.on)]
-    return Table.of_records("What each costs, and what changes without it", _COSTS, rows, _COST_LEGEND)
+        state = solves.state
+        rows[0] |= {"status": state.word, "iterations": iterations(state), "seconds": state.seconds.warm}
+    for effect in found.effects:
+        row = _without(effect, found, solves)
+        if effect.on and (whole is not None or len(row) > 2 or row["reason"]):  # a solve is all that some models have
+            rows.append(row)
+    columns = (_EFFECT, *(() if whole is None else _EVALUATION), *_SOLVE, moves, _REASON)
+    title = "What each costs, and what changes without it"
+    legend = "First row: with everything; below: differences to the same scene with this effect alone switched off"
+    return Table.of_records(title, columns, rows, legend + ("." if whole is None else ", in the same formulation."))
 
 
-def _cost_row(effect: Effect, found: Explanation, solves: Solves | None) -> dict[str, Any]:
-    spared = effect.seconds
-    off = None if solves is None else solves.without.get(effect.name)
-    row = {
-        "effect": effect.name,
-        "unknowns": effect.unknowns,
-        "constraints": effect.constraints,
-        "evaluation": spared,
-        "evaluation_share": None if spared is None else max(spared, 0.0) / found.evaluation,
-        "reason": effect.fixed,
-    }
+def _without(effect: Effect, found: Explanation, solves: Solves | None) -> dict[str, Any]:
+    """What is spared, and what the solve is, without an effect; what is not known is left out."""
+    row: dict[str, Any] = {"effect": effect.key, "reason": effect.fixed}
+    whole, spared = found.evaluation, effect.seconds
+    if whole is not None:
+        row |= {"unknowns": effect.unknowns, "constraints": effect.constraints, "evaluation": spared}
+        row["evaluation_share"] = None if spared is None else max(spared, 0.0) / whole.seconds
+    off = None if solves is None else solves.without.get(effect.key)
     if off is not None:
         row |= {"status": off.status, "iterations": off.iterations, "seconds": off.warm, "moves": off.moved}
-        row["reason"] = effect.fixed or off.reason
+        row["reason"] = off.reason
     return row
 
 
@@ -107,81 +107,119 @@ def shell_table(measured: ShellSolves) -> Table:
     )
 
 
-_ELASTICA: tuple[ColumnOf[Without], ...] = (
-    (Column("effect", "effect", kind="word"), lambda o: o.name),
-    (Column("status", "status", kind="word"), lambda o: o.status),
-    (Column("iterations", "iterations", kind="integer"), lambda o: o.iterations),
-    (Column("seconds", "solve ms", "s", "milliseconds:3"), lambda o: o.seconds),
-    (Column("moves", "moves / l", "l", "exponent:1", legend="largest distance between the centrelines"),
-     lambda o: o.moves),
-)  # fmt: skip
+def tables(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> list[Table]:
+    """The effects, what each costs and changes, and the shell's where it was solved."""
+    return [effect_table(scene, found), cost_table(found, solves), *([shell_table(shell)] if shell else [])]
 
 
-def elastica_tables(scene: Scene, found: Sequence[Part], own: ElasticaRun, others: Sequence[Without]) -> list[Table]:
-    """The effects of a scene of the elastica, and what each costs and changes."""
-    whole = Without("everything on", own.result.status.value, own.result.iterations, own.warm, None)
-    legend = "First row: with everything; below: without this effect alone."
-    return [
-        effect_table(scene, found),
-        Table.of("What each costs, and what changes without it", _ELASTICA, [whole, *others], legend),
-    ]
-
-
-def sentences(found: Explanation, solves: Solves | None) -> list[str]:
-    """Sizes, what costs most, what costs and changes nothing, shell and elastica."""
-    rows = f"{found.constraints} constraints" if found.constraints else "no constraints"
-    asked = "energy, gradient, Hessian" + (", constraints and their Jacobian" if found.constraints else "")
-    said = [
-        f"Ribbon: {found.formulation} ({found.formulation_why}); {found.unknowns} unknowns, {found.bounds} "
-        f"with bounds, {rows}; one evaluation of {asked} {found.evaluation * 1e6:.0f} us."
-    ]
-    timed = [e for e in found.effects if e.seconds is not None]
-    if timed:
-        dearest = max(timed, key=lambda e: e.seconds or 0.0)
-        if (dearest.seconds or 0.0) > 0.1 * found.evaluation:
-            share = min((dearest.seconds or 0.0) / found.evaluation, 1.0)
-            said.append(f"Dearest in an evaluation: {dearest.name}, {share:.0%} of it.")
+def sentences(scene: Scene, found: Explanation, solves: Solves | None) -> list[str]:
+    """Sizes, what costs most, what costs and changes nothing, shell and third opinion."""
+    said = _evaluation_sentences(found)
     if solves is not None:
-        said += _solve_sentences(solves)
-    return [*said, f"Shell: {found.shell}", f"Third opinion: {found.third_opinion}."]
+        said += _solve_sentences(found, solves)
+    if beyond_the_ribbon(scene) is not None:
+        beyond = "what the scene asks for (see [tip], strip.second_moment) only the elastica has"
+        return [*said, f"Ribbon and shell: none; {beyond}."]
+    said.append(f"Shell: {found.shell}")
+    return [*said, f"Third opinion: {found.third_opinion}."] if found.third_opinion else said
 
 
-def _solve_sentences(solves: Solves) -> list[str]:
-    run, error = solves.run, solves.error
-    known = "unknown" if error is None else f"{error:.1e} l"
+def _evaluation_sentences(found: Explanation) -> list[str]:
+    whole = found.evaluation
+    if whole is None:
+        return []
+    rows = f"{whole.constraints} constraints" if whole.constraints else "no constraints"
     said = [
-        f"Solve: {run.equilibrium.status.code}, {iterations(run)} iterations, {run.warm * 1e3:.3g} ms warm "
-        f"({run.first:.3g} s the first time); discretisation error {known}."
+        f"{found.model.capitalize()}: {whole.formulation} ({whole.why}); {whole.unknowns} unknowns, {whole.bounds} "
+        f"with bounds, {rows}; one evaluation of {whole.of} {whole.seconds * 1e6:.0f} us."
     ]
-    if not solves.without:
-        said.append(f"Not solved without its effects: a solve takes more than {CHEAP:g} s, or --no-run; --run does it.")
-        return said
-    moves = {name: off for name, off in solves.without.items() if off.moved is not None}
-    small = max(YARDSTICK, error or 0.0)
-    idle = [name for name, off in moves.items() if (off.moved or 0.0) <= small]
-    for name in idle:
-        off = moves[name]
-        reason = "1 permille of l" if small == YARDSTICK else "the ribbon's own discretisation error"
-        said.append(
-            f"Little changes without {name}: the shape moves by {off.moved:.1e} l, no more than {reason}; the solve "
-            f"takes {(off.warm or 0.0) * 1e3:.3g} ms without and {run.warm * 1e3:.3g} ms with it."
-        )
-    if moves and not idle:
-        said.append("Every effect that can be off alone moves the shape visibly.")
+    timed = [(e.seconds, e.key) for e in found.effects if e.seconds is not None]
+    if timed and max(timed)[0] > 0.1 * whole.seconds:
+        spared, dearest = max(timed)
+        said.append(f"Dearest in an evaluation: {dearest}, {min(spared / whole.seconds, 1.0):.0%} of it.")
     return said
 
 
-def result(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> dict[str, Any]:
-    """result.json: the contract's keys of the ribbon's solve where there is one, and what was measured."""
-    data: dict[str, Any] = {}
-    if solves is not None:
-        data = ribbon_result(scene, solves.run, solves.error)
+def _solve_sentences(found: Explanation, solves: Solves) -> list[str]:
+    state = solves.state
+    known = "unknown" if state.error is None else f"{state.error:.1e} l"
+    warm = f"{state.seconds.warm * 1e3:.3g} ms"
+    if found.evaluation is None:
+        degree = "" if state.size.degree is None else f" of degree {state.size.degree}"
+        said = [
+            f"{found.model.capitalize()}: {state.size.label} elements{degree}; {state.message}; discretisation error "
+            f"{known}, {warm} warm."
+        ]
     else:
-        data = {"scene": scene.name, "title": scene.title, "status": "explained", "provenance": provenance(scene)}
-    data["explanation"] = dataclasses.asdict(found)
-    data["without"] = None if solves is None else dict(solves.without)
-    data["shell_without"] = shell
-    return data
+        said = [
+            f"Solve: {state.word}, {iterations(state)} iterations, {warm} warm ({state.seconds.first:.3g} s the first "
+            f"time); discretisation error {known}."
+        ]
+    if not solves.without:
+        why = f"a solve takes more than {solves.limit:g} s, or --no-run; --run does it"
+        possible = any(effect.on and effect.changes is not None for effect in found.effects)
+        return [*said, f"Not solved without its effects: {why}."] if possible else said
+    return said + _idle_sentences(found, solves, warm)
+
+
+def _idle_sentences(found: Explanation, solves: Solves, warm: str) -> list[str]:
+    """Which effects cost and change nothing."""
+    moves = {name: off for name, off in solves.without.items() if off.moved is not None}
+    small = max(YARDSTICK, solves.state.error or 0.0)
+    reason = "1 permille of l" if small == YARDSTICK else f"the {found.model}'s own discretisation error"
+    said = [
+        f"Little changes without {name}: the shape moves by {off.moved:.1e} l, no more than {reason}; the solve "
+        f"takes {(off.warm or 0.0) * 1e3:.3g} ms without and {warm} with it."
+        for name, off in moves.items()
+        if (off.moved or 0.0) <= small
+    ]
+    return said or (["Every effect that can be off alone moves the shape visibly."] if moves else [])
+
+
+def result(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> dict[str, Any]:
+    """result.json: the contract's keys of the solve where there is one, and what was measured."""
+    explanation = explanation_result(found)
+    if solves is None:
+        about = {"scene": scene.name, "title": scene.title, "status": "explained", "provenance": provenance(scene)}
+        return {**about, "explanation": explanation, "without": None, "shell_without": shell}
+    own = getattr(presenter(solves.state), "explained", None)
+    return {
+        **state_result(scene, solves.state),
+        "explanation": explanation,
+        "without": dict(solves.without),
+        "shell_without": shell,
+        **({} if own is None else own(explanation["effects"], solves.without)),
+    }
+
+
+def explanation_result(found: Explanation) -> dict[str, Any]:
+    """The effects, and what the model evaluates (None where it has no such thing)."""
+    whole = found.evaluation
+    return {
+        "model": found.model,
+        "effects": [
+            {
+                "name": e.key,
+                "on": e.on,
+                "why": e.why,
+                "adds": e.words,
+                "off": e.changes,
+                "unknowns": e.unknowns,
+                "constraints": e.constraints,
+                "seconds": e.seconds,
+                "fixed": e.fixed,
+            }
+            for e in found.effects
+        ],
+        "unknowns": None if whole is None else whole.unknowns,
+        "bounds": None if whole is None else whole.bounds,
+        "constraints": None if whole is None else whole.constraints,
+        "formulation": None if whole is None else whole.formulation,
+        "formulation_why": None if whole is None else whole.why,
+        "evaluation": None if whole is None else whole.seconds,
+        "third_opinion": found.third_opinion,
+        "shell": found.shell,
+    }
 
 
 def write(
@@ -192,25 +230,6 @@ def write(
         "explain",
         f"{scene.title}: effects",
         tables=tuple(tables(scene, found, solves, shell)),
-        sentences=tuple(sentences(found, solves)),
+        sentences=tuple(sentences(scene, found, solves)),
         files={"result.json": "everything measured"},
     ).write(out, result(scene, found, solves, shell), again, scene)
-
-
-def tables(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> list[Table]:
-    """The effects, what each costs and changes, and the shell's where it was solved."""
-    known = [effect_table(scene, found.effects), cost_table(found, solves)]
-    return known + ([shell_table(shell)] if shell else [])
-
-
-def write_elastica(
-    out: Path, scene: Scene, found: Sequence[Part], own: ElasticaRun, others: Sequence[Without], again: str
-) -> None:
-    """The same of a scene that only the elastica can solve."""
-    measured = {"command": "explain", "effects": found, "without": others}
-    Study(
-        "explain",
-        f"{scene.title}: effects",
-        tables=tuple(elastica_tables(scene, found, own, others)),
-        sentences=tuple(effects_elastica.sentences(scene, own)),
-    ).write(out, {**elastica_result(scene, own), **measured}, again, scene)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from compare.models.base import Force, Pose, State
+from compare.models.base import Force, Model, Pose, State
 from compare.registry import model
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
@@ -14,8 +14,12 @@ from compare.studies.compare import Comparison, Row
 
 def presenter(state: State) -> Any:
     """The module that says, draws and writes what only this state's model has; None: what every state has will do."""
-    name = model(state.model).presenter
-    return None if name is None else importlib.import_module(name)
+    return presenter_of(model(state.model))
+
+
+def presenter_of(found: Model) -> Any:
+    """The same for a model, before it has solved anything."""
+    return None if found.presenter is None else importlib.import_module(found.presenter)
 
 
 def _pose(pose: Pose | None) -> dict[str, Any] | None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from compare.measure.distance import YARDSTICK
 from compare.measure.grid import Grid
 from compare.models.base import State
+from compare.models.ribbon import RibbonShape
 from compare.models.ribbon_build import formulation_why
 from compare.page.page import Picture, Surface
 from compare.page.table import Column, Table
@@ -66,16 +67,16 @@ def path_result(scene: Scene, state: State) -> dict[str, Any]:
 
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
-    """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, the table of path.csv."""
-    from compare.export import ribbon as export
+    """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, path.csv."""
+    from compare.export.ribbon import centreline_csv, write_arrays
+    from compare.export.surfaces import write_surface
     from compare.pictures import ribbon as profile
     from compare.store.store import atomic_write_bytes
 
     e = state.native
-    assert state.shape is not None
-    export.write_surface(out / "ribbon.vtu", e, grid.of(state.shape), grid.s, grid.v)
-    export.write_arrays(out / "ribbon.npz", e)
-    atomic_write_bytes(out / "centreline.csv", export.centreline_csv(e))
+    write_surface(out / "ribbon.vtu", RibbonShape(e), grid)
+    write_arrays(out / "ribbon.npz", e)
+    atomic_write_bytes(out / "centreline.csv", centreline_csv(e))
     profile.ribbon_profile(out / PICTURE, e, scene.title)
     files, data = dict(FILES), {}
     if scene.path:

@@ -1,4 +1,7 @@
-"""The files and the page of `ribbonbench shell`. Neither the ribbon nor its numba and Ipopt are imported."""
+"""What `ribbonbench shell` says, draws and writes of shells.
+
+Neither the ribbon nor its numba and Ipopt are imported.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +12,18 @@ from typing import Any
 import numpy as np
 
 from compare.export.vtu import write_vtu
-from compare.measure.energy_map import by_name, density_on_grid
-from compare.models.shell_here import ShellRun, result
-from compare.models.shell_process import ShellCase
+from compare.measure.energy_map import Mapped, by_name, density_on_grid
+from compare.measure.grid import Grid
+from compare.models.base import State
 from compare.page.page import Picture, Surface
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
-from compare.pictures import shell as shell_figure
+from compare.pages.written import Written
 from compare.scene.scene import Scene
+from compare.store.made_by import provenance
 from compare.store.store import atomic_write_bytes
 
+PICTURE = "shell.png"
 Entry = Mapping[str, Any]
 
 
@@ -43,11 +48,6 @@ _COLUMNS: tuple[ColumnOf[Entry], ...] = (
     (Column("reused", "kept", kind="truth", legend="solved by an earlier run"), lambda e: e["reused"]),
 )  # fmt: skip
 _LEGEND = "Energies in D w / l without the constant of the natural curvature, positions in l."
-
-
-def table(document: Entry) -> Table:
-    """One row for each shell of a result.json."""
-    return Table.of("Shells", _COLUMNS, document.get("rows", [document]), _LEGEND)
 
 
 _PLACES = tuple((place, axis) for place in ("middle", "end") for axis in range(3))
@@ -78,39 +78,104 @@ _PATH: tuple[ColumnOf[tuple[float, Entry]], ...] = (
 )
 
 
-def path_table(runs: Sequence[ShellRun]) -> Table:
+def ratio_of(state: State) -> float:
+    """w/h of a shell, as its problem has it."""
+    problem = state.native.data["problem"]
+    return float(f"{problem['width'] / problem['thickness']:.12g}")  # 50 and not 50.00000000000001
+
+
+# -- one shell --------------------------------------------------------------------------------------------------------
+
+
+def result(scene: Scene, state: State) -> dict[str, Any]:
+    """The contract's keys of one shell."""
+    data = state.native.data
+    problem, spent = data["problem"], data["seconds"]
+    start, end = (
+        None if found is None else {"force": found.force.tolist(), "moment": found.moment.tolist()}
+        for found in (state.supports.start, state.supports.end)
+    )
+    return {
+        "width_to_thickness": ratio_of(state),
+        "status": state.word,
+        "message": state.message,
+        "stable": state.stable,
+        "negative_eigenvalues": data["negative_eigenvalues"],
+        "lowest_eigenvalue": state.lowest_eigenvalue,
+        "residual": state.residual,
+        "residual_absolute": data["residual"]["absolute"],
+        "iterations": state.iterations,
+        "factorisations": data["factorisations"],
+        "energy": {
+            **({} if state.energy is None else state.energy.to_dict()),
+            "elastic_with_constant": data["energy"]["elastic"],
+        },
+        "share": data["share"],
+        "end": data["end"],
+        "middle": data["middle"],
+        "max_abs_eta": None,
+        "max_abs_eta_prime_w_half": None,
+        "forces": {"start": start and start["force"], "end": end and end["force"], "walls": []},
+        "moments": {"start": start and start["moment"], "end": end and end["moment"]},
+        "load_factor": data["load_factor"],
+        "path_factor": data["path_factor"],
+        "discretisation": data["discretisation"],
+        "seconds": {"first": spent["total"], "warm": state.seconds.warm, "parts": spent},
+        "memory_mb": data["memory_mb"],
+        "model": {
+            "energy": "naghdi",
+            "formulation": data["options"]["iteration"],
+            "elements": data["elements"],
+            "unknowns": state.unknowns,
+            "clamp": problem["clamp"],
+            "corner": problem["corner"],
+            "start_curvature": problem["start_curvature"],
+        },
+        "start": state.native.start,
+        "reused": state.reused,
+    }
+
+
+def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
+    """What the command prints of one shell: name and text."""
+    shown = table(scene, [state]).for_terminal()
+    return list(zip((column.heading for column in shown.columns), shown.texts()[0], strict=True))
+
+
+def sentences(scene: Scene, state: State) -> list[str]:
+    """The state in a sentence."""
+    return [f"w/h = {ratio_of(state):g}: {state.word}: {state.message}"]
+
+
+def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
+    """shell.npz and shell.vtu at the nodes of the mesh, path.csv, shell.png."""
+    return write_states(out, scene, [state])
+
+
+# -- several shells ---------------------------------------------------------------------------------------------------
+
+
+def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
+    """`result.json`: the keys of the last shell, all of them in `rows` where there are several."""
+    entries = [result(scene, state) for state in states]
+    data = states[-1].native.data
+    shell = data["provenance"]
+    options = {**data["options"], "processes": shell["processes"]}
+    found = {"scene": scene.name, "title": scene.title, **entries[-1]}
+    if len(entries) > 1:
+        found["rows"] = entries
+    found["complete"] = all(state.ok for state in states)
+    found["provenance"] = {**provenance(scene, options), "shell": shell, "linear_solver": shell["linear_solver"]}
+    return found
+
+
+def path_table(states: Sequence[State]) -> Table:
     """Every attempt on the paths (`shellref.shell.result.LoadStep`), one row each."""
-    steps = [(found.width_to_thickness, step) for found in runs for step in found.case.data["steps"]]
+    steps = [(ratio_of(state), step) for state in states for step in state.native.data["steps"]]
     return Table.of("Steps of the paths", _PATH, steps)
 
 
-def study(scene: Scene, document: Entry, path: Table, surfaces: Sequence[Surface]) -> Study:
-    """document: its result.json; path: of `path_table`; surfaces: one per w/h, in order."""
-    entries = document.get("rows", [document])
-    membrane = ", ".join(f"{100 * e['share']['membrane']:.3g} % at w/h = {e['width_to_thickness']:g}" for e in entries)
-    picture = Picture(
-        "shell.png",
-        "The deformed shells in space and from the side, and the flat strip, coloured by the membrane's local share of "
-        f"the elastic energy. Share over the strip: {membrane}.",
-        "Shape and local share of the membrane energy.",
-    )
-    files = {"result.json": "all numbers", "path.csv": "every step of the paths"}
-    for surface in surfaces:
-        files[surface.file] = f"{surface.label}: surface with energies (ParaView)"
-        files[surface.file.removesuffix("vtu") + "npz"] = f"{surface.label}: nodes and directors (NumPy)"
-    return Study(
-        "shell",
-        scene.title,
-        tables=(table(document),),
-        sentences=tuple(f"w/h = {e['width_to_thickness']:g}: {e['status']}: {e['message']}" for e in entries),
-        pictures=(picture,),
-        surfaces=tuple(surfaces),
-        data={"path.csv": path},
-        files=files,
-    )
-
-
-def write_surface(path: Path, case: ShellCase) -> Path:
+def write_surface(path: Path, case: Mapped) -> Path:
     """The surface at the nodes of the mesh as VTU: material coordinates, director; energies and shares by cell."""
     surface = case.surface
     s, v = np.meshgrid(surface.s_nodes, surface.v_nodes, indexing="ij")
@@ -120,19 +185,52 @@ def write_surface(path: Path, case: ShellCase) -> Path:
     return write_vtu(path, surface.points, fields, by_name(density))
 
 
-def write(out: Path, scene: Scene, runs: Sequence[ShellRun], again: str = "") -> Study:
-    """result.json, page.json, path.csv, shell.png; shell.npz and shell.vtu, where there are several runs shell_wNNNN.*
-    (w/h). again: the command line that remakes them."""
-    surfaces = []
-    for found in runs:
-        name = "shell" if len(runs) == 1 else f"shell_w{found.width_to_thickness:g}"
-        assert found.case.folder is not None
-        atomic_write_bytes(out / f"{name}.npz", (found.case.folder / "shell.npz").read_bytes())
-        write_surface(out / f"{name}.vtu", found.case)
-        label = f"shell, w/h = {found.width_to_thickness:g}"
-        surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", found.width_to_thickness))
-    shell_figure.picture(out / "shell.png", scene, [(f.width_to_thickness, f.case) for f in runs])
-    document = result(scene, runs)
-    found_all = study(scene, document, path_table(runs), surfaces)
-    found_all.write(out, document, again, scene)
-    return found_all
+def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
+    """The table of path.csv, shell.png; shell.npz and shell.vtu, where there are several states shell_wNNNN.* (w/h)."""
+    from compare.pictures import shell as shell_figure
+
+    files, surfaces = {"path.csv": "every step of the paths"}, []
+    for state in states:
+        ratio = ratio_of(state)
+        name = "shell" if len(states) == 1 else f"shell_w{ratio:g}"
+        label = f"shell, w/h = {ratio:g}"
+        case = state.native
+        atomic_write_bytes(out / f"{name}.npz", (case.folder / "shell.npz").read_bytes())
+        write_surface(out / f"{name}.vtu", case)
+        surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", ratio))
+        files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
+        files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
+    shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
+    return Written(files, (picture(states),), tuple(surfaces), {"path.csv": path_table(states)})
+
+
+def picture(states: Sequence[State]) -> Picture:
+    """`compare.pictures.shell` in words."""
+    shares = [(100 * state.native.data["share"]["membrane"], ratio_of(state)) for state in states]
+    membrane = ", ".join(f"{share:.3g} % at w/h = {ratio:g}" for share, ratio in shares)
+    return Picture(
+        PICTURE,
+        "The deformed shells in space and from the side, and the flat strip, coloured by the membrane's local share of "
+        f"the elastic energy. Share over the strip: {membrane}.",
+        "Shape and local share of the membrane energy.",
+    )
+
+
+def table(scene: Scene, states: Sequence[State]) -> Table:
+    """One row for each shell."""
+    return Table.of("Shells", _COLUMNS, [result(scene, state) for state in states], _LEGEND)
+
+
+def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:
+    """result.json, page.json and the files of `write_states`. again: the command line that remakes them."""
+    written = write_states(out, scene, states)
+    Study(
+        "shell",
+        scene.title,
+        tables=(table(scene, states),),
+        sentences=tuple(said for state in states for said in sentences(scene, state)),
+        pictures=written.pictures,
+        surfaces=written.surfaces,
+        data=written.data,
+        files={"result.json": "all numbers", **written.files},
+    ).write(out, document(scene, states), again, scene)

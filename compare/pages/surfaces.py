@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from compare.export.surfaces import write_shell
-from compare.export.vtu import write_vtu
+from compare.export.surfaces import write_shell, write_surface
 from compare.page.page import Surface
 from compare.studies.compare import Comparison
 
@@ -16,7 +15,7 @@ def write_fast(out: Path, comparison: Comparison, ending: str = "", before: str 
     if fast.shape is None:
         return ()
     name = f"{fast.model}{ending}.vtu"
-    write_vtu(out / name, grid.of(fast.shape), fast.shape.fields(grid.s, grid.v))
+    write_surface(out / name, fast.shape, grid)
     return (Surface(name, f"{before}{fast.model}", "ribbon"),)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.export.formats import array_csv
-from compare.export.vtu import write_vtu
+from compare.export.surfaces import write_surface
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture, Surface
@@ -37,7 +37,7 @@ def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     if state.shape is None:
         return Written()
     name = f"{state.model}.vtu"
-    write_vtu(out / name, grid.of(state.shape), state.shape.fields(grid.s, grid.v))
+    write_surface(out / name, state.shape, grid)
     s = np.linspace(0.0, 1.0, LINE_POINTS)
     frames = state.shape.frames(s)
     columns = np.column_stack([s, state.shape.centreline(s), *(frames[:, :, column] for column in range(3))])

@@ -11,7 +11,7 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.scene import keys as contract
-from compare.scene.change import known_walls, wall_index
+from compare.scene.change import known_walls, plain, wall_index
 from compare.scene.spec import StageSpec, WallSpec
 from compare.scene.table import Table, brief
 
@@ -134,3 +134,18 @@ def _suggestion(key: str) -> str:
 def frozen(value: Any) -> Any:
     """Lists as tuples, so that a stage can be compared and hashed."""
     return tuple(frozen(item) for item in value) if isinstance(value, list) else value
+
+
+def stages_without(stages: Sequence[StageSpec], keys: Sequence[str]) -> list[dict[str, Any]]:
+    """The stages, as `Scene.replace` takes them, without what they say in or under the dotted `keys`; those that say
+    nothing more are left out, and the first that is left counts no steps: it is reached from the seed."""
+    kept: list[dict[str, Any]] = []
+    for stage in stages:
+        left = {
+            name: plain(value)
+            for name, value in stage.changes
+            if not any(name == key or name.startswith(f"{key}.") for key in keys)
+        }
+        if left:
+            kept.append({**left, "steps": stage.steps} if stage.steps is not None and kept else left)
+    return kept

@@ -1,8 +1,9 @@
 """Whole solves of a scene with each of its effects switched off alone: iterations, warm time, how far the shape moves.
 
 The shape's move is the Hausdorff distance (over l) between the surfaces with and without the effect; where nothing
-resists rigid motions they are taken out (`_laid_on`). Beside it stands the discretisation error of the scene's own
-ribbon: a move below it is none that the model could show.
+resists rigid motions they are taken out (`_laid_on`). A model that does not read the strip's width knows a curve alone:
+there it is the largest distance between the centrelines. Beside it stands the discretisation error of the scene's own
+state: a move below it is none that the model could show.
 """
 
 from __future__ import annotations
@@ -11,32 +12,33 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.measure.align import aligned
-from compare.measure.distance import grid_hausdorff
-from compare.models.ribbon_run import RibbonRun, run_ribbon
-from compare.models.shell_build import FIRST_ELEMENTS, shell_elements, shell_options, shell_problem
-from compare.models.shell_process import ShellCase, run_shell
+from compare.measure.align import Motions, aligned
+from compare.measure.distance import centreline_distance, grid_hausdorff
+from compare.measure.grid import Grid
+from compare.models.base import Effect, Options, Shape, State, Status, covered
+from compare.models.choice import chosen, coarse_shell
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.studies.compare import Grid, ribbon_discretisation_error
 from compare.studies.effects import Explanation
-from compare.studies.effects_off import refused, without
-from ribbon import Equilibrium, RibbonInputError
 
-#: Warm time (s) of the scene's own solve up to which those without each effect are made unasked.
+FloatArray = NDArray[np.float64]
+
+#: Warm time (s) of the scene's own solve up to which those without each effect are made unasked; where the model has no
+#: evaluations to show, whole solves are all there is to see, and are worth more.
 CHEAP = 0.5
-#: Effects that the shell has too, and that can be off in it.
-SHELL_EFFECTS = ("gravity", "natural curvature", "clamp at the end")
-_SOLVED = ("converged", "saddle")
+WORTH = 10.0
+#: Abscissae at which centrelines are compared.
+_LINE = np.linspace(0.0, 1.0, 401)
+_SOLVED = (Status.CONVERGED, Status.UNSTABLE)
 
 
 @dataclass(frozen=True)
 class Without:
-    """A solve with one effect off. first, warm in s; moved: Hausdorff / l to the scene's own shape, None: no shape.
+    """A solve with one effect off. first, warm in s; moved: over l, to the scene's own shape, None: no shape.
 
     iterations: of all solves of a path, of the last one for placed segments; reason: why there was no solve, or "".
     """
@@ -51,75 +53,82 @@ class Without:
 
 @dataclass(frozen=True)
 class Solves:
-    """The scene's own run with its discretisation error (Hausdorff / l; None: unknown), and those without an effect.
+    """The scene's own state with its discretisation error, and those without an effect.
 
-    without: by name of the effect, empty when they were not made (too long unasked).
+    surface: moves are between surfaces; otherwise between centrelines. limit: warm time (s) up to which those without
+    an effect are made unasked. without: by name of the effect, empty when they were not made.
     """
 
-    run: RibbonRun
-    error: float | None
+    state: State
     grid: Grid
+    surface: bool
+    limit: float
     without: Mapping[str, Without]
 
 
-def iterations(run: RibbonRun) -> int:
-    """Iterations of the minimiser, over all steps of a path."""
-    if run.way is None:
-        return run.equilibrium.iterations
-    return sum(int(entry["iterations"] or 0) for entry in run.equilibrium.log)
+def iterations(state: State) -> int | None:
+    """Iterations of the solver, over all steps of a way."""
+    if not state.log:
+        return state.iterations
+    return sum(int(entry["iterations"] or 0) for entry in state.log)
 
 
 def solves(scene: Scene, found: Explanation, reporter: Reporter, *, always: bool | None = None) -> Solves:
     """Solves the scene, and again without each effect that is on and can be off alone.
 
-    always: True, False, or None for: when the scene's own solve takes less than `CHEAP`.
+    always: True, False, or None for: when the scene's own solve takes less than `CHEAP`, or than `WORTH`.
     """
-    own = run_ribbon(scene, reporter.step, detail=reporter.detail)
-    equilibrium = own.equilibrium
-    sample = np.linspace(0.0, 1.0, 2001)
-    grid = Grid.for_shape(scene, float(np.abs(equilibrium.omega(sample)).max()))
-    error = ribbon_discretisation_error(equilibrium, grid, reporter)
-    if always is False or (always is None and own.warm > CHEAP):
-        return Solves(own, error, grid, {})
-    points = grid.ribbon(equilibrium) if equilibrium.status.code in _SOLVED else None
+    model = chosen(scene)
+    own = model.solve(scene, options=Options(error=True, repeats=None), say=reporter)
+    grid = Grid.for_shape(scene, own.shape.bend if own.shape is not None else 1.0)
+    surface = covered("strip.width", model.reads)
+    limit = WORTH if found.evaluation is None else CHEAP
     table: dict[str, Without] = {}
-    for effect in found.effects:
-        if effect.on and not effect.fixed:
-            reporter.step(f"without {effect.name}")
-            table[effect.name] = _solved(scene, effect.name, own, grid, points, reporter)
-    return Solves(own, error, grid, table)
+    if always or (always is None and own.seconds.warm <= limit):
+        for effect in found.effects:
+            if effect.on and effect.changes is not None:
+                reporter.step(f"without {effect.key}")
+                table[effect.key] = _solved(scene, effect, own, grid if surface else None)
+    return Solves(own, grid, surface, limit, table)
 
 
-def _solved(
-    scene: Scene, name: str, own: RibbonRun, grid: Grid, points: np.ndarray | None, reporter: Reporter
-) -> Without:
-    """The scene without the effect `name` beside its own surface `points` (k, m, 3)."""
-    problem = own.equilibrium.problem
+def _solved(scene: Scene, effect: Effect, own: State, grid: Grid | None) -> Without:
+    """The scene without one effect beside its own state; grid: of the surfaces, None for centrelines."""
+    assert effect.changes is not None
     try:
-        off = without(scene, name, problem.formulation, problem.lengths.size)
-        if off.scene is None:
-            return Without("not solved", None, None, None, None, off.reason)
-        run = run_ribbon(off.scene, detail=reporter.detail)
-    except (BadInput, RibbonInputError) as refusal:
-        return Without("not solved", None, None, None, None, refused(refusal))
-    e = run.equilibrium
+        off = scene.replace(effect.changes)
+        size = own.size if effect.same_size else None
+        state = chosen(off).solve(off, size, options=Options(repeats=None))
+    except BadInput as refusal:
+        return Without("not solved", None, None, None, None, _refused(refusal))
     moved = None
-    if points is not None and e.status.code in _SOLVED:
-        moved = grid_hausdorff(points, _laid_on(off.scene, grid.ribbon(e), points, e))
-    return Without(e.status.code, iterations(run), run.first, run.warm, moved)
+    if own.shape is not None and state.shape is not None and own.status in _SOLVED and state.status in _SOLVED:
+        moved = _moved(off, own.shape, state.shape, state.motions, grid)
+    return Without(state.word, iterations(state), state.seconds.first, state.seconds.warm, moved)
 
 
-def _laid_on(scene: Scene, moved: np.ndarray, points: np.ndarray, e: Equilibrium) -> np.ndarray:
-    """The surface `moved` (k, m, 3) of `e` laid on `points` as far as nothing resists; where no clamp holds, any way.
+def _moved(scene: Scene, own: Shape, shape: Shape, motions: Motions | None, grid: Grid | None) -> float:
+    """How far `shape`, the scene's, lies from the shape with all effects."""
+    if grid is None:
+        return centreline_distance(own.centreline(_LINE), shape.centreline(_LINE))
+    points = grid.of(own)
+    return grid_hausdorff(points, _laid_on(scene, grid.of(shape), points, motions))
+
+
+def _laid_on(scene: Scene, moved: FloatArray, points: FloatArray, motions: Motions | None) -> FloatArray:
+    """The surface `moved` (k, m, 3) laid on `points` as far as nothing resists; where no clamp holds, any way.
 
     (Without its weight a strip beside a wall may be anywhere.)
     """
     if scene.clamp_start is not None or scene.clamp_end is not None:
-        return aligned(moved, points, e)
-    a, b = moved.reshape(-1, 3), points.reshape(-1, 3)
-    middles = a.mean(axis=0), b.mean(axis=0)
-    turn = Rotation.align_vectors(b - middles[1], a - middles[0])[0]
-    return (turn.apply(a - middles[0]) + middles[1]).reshape(points.shape)
+        return aligned(moved, points, motions)
+    return aligned(moved, points, Motions(np.eye(3), np.eye(3)))
+
+
+def _refused(refusal: BadInput) -> str:
+    """Why a scene is refused without an effect, in a few words."""
+    where = "" if refusal.key == "scene" else f"{refusal.key} "  # what a solver refuses names no key
+    return f"not alone: {where}{refusal.problem}"
 
 
 @dataclass(frozen=True)
@@ -144,35 +153,27 @@ class ShellSolves:
     rows: tuple[ShellWithout, ...]
 
 
-def shells(scene: Scene, found: Explanation, grid: Grid, store: CaseStore, reporter: Reporter) -> ShellSolves:
-    """Solves the scene's thickest shell, on a mesh of `FIRST_ELEMENTS` at most, and again without each effect it has.
+def shells(scene: Scene, grid: Grid, store: CaseStore, reporter: Reporter) -> ShellSolves:
+    """Solves the scene's thickest shell, on a coarse mesh, and again without each effect that it has.
 
     Raises `BadInput` for a scene without a shell.
     """
-    ratio = min(scene.require_shell())
-    asked = shell_elements(scene)
-    mesh = min(asked[0], FIRST_ELEMENTS[0]), min(asked[1], FIRST_ELEMENTS[1])
-    half = max(1, mesh[0] // 2), max(1, mesh[1] // 2)
-
-    def solved(of: Scene, elements: tuple[int, int]) -> ShellCase:
-        plain = of.replace({"shell.tolerance": None})
-        return run_shell(shell_problem(plain, ratio, elements), store, shell_options(plain), reporter.detail)
-
-    reporter.step(f"shell: w/h = {ratio:g}, {mesh[0]} x {mesh[1]} elements")
-    own, coarse = solved(scene, mesh), solved(scene, half)
-    points = grid.shell(own) if own.ok else None
-    error = grid_hausdorff(points, grid.shell(coarse)) if points is not None and coarse.ok else None
-    rows = [ShellWithout("", own.status, own.data.get("newton_iterations"), own.seconds, None, error)]
-    for effect in found.effects:
-        if not effect.on or effect.name not in SHELL_EFFECTS:
+    shell, alone, size = coarse_shell(scene)
+    own = shell.solve(alone, size, options=Options(error=True, store=store, grid=grid), say=reporter)
+    points = grid.of(own.shape) if own.ok and own.shape is not None else None
+    rows = [ShellWithout("", own.word, own.iterations, own.seconds.warm, None, own.error)]
+    for effect in shell.effects(alone):
+        if not effect.on or effect.changes is None:
             continue
-        reporter.step(f"shell: without {effect.name}")
+        reporter.step(f"shell: without {effect.key}")
         try:
-            off = without(scene, effect.name, found.formulation)
-            case = solved(off.scene or scene, mesh)
+            state = shell.solve(alone.replace(effect.changes), size, options=Options(store=store), say=reporter)
         except BadInput as refusal:
-            rows.append(ShellWithout(effect.name, "not solved", None, None, None, None, refused(refusal)))
+            rows.append(ShellWithout(effect.key, "not solved", None, None, None, None, _refused(refusal)))
             continue
-        moved = grid_hausdorff(points, grid.shell(case)) if points is not None and case.ok else None
-        rows.append(ShellWithout(effect.name, case.status, case.data.get("newton_iterations"), case.seconds, moved))
-    return ShellSolves(ratio, mesh, tuple(rows))
+        moved = None
+        if points is not None and state.ok and state.shape is not None:
+            moved = grid_hausdorff(points, grid.of(state.shape))
+        rows.append(ShellWithout(effect.key, state.word, state.iterations, state.seconds.warm, moved))
+    along, across = (int(value) for value in size.values)
+    return ShellSolves(alone.require_shell()[0], (along, across), tuple(rows))

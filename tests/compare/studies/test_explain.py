@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import json
+import math
+
 import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
+from compare.models import ribbon_effects_off
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon_effects_off import explained_problem
+from compare.page.page import read_page
 from compare.scene.scene import load, loads
-from compare.studies import effects
-from compare.studies.effects import explain, explained_problem
+from compare.studies.effects import explain
 from ribbon import solve
+from tests.compare.models import outside
 from tests.compare.scene import held_scenes
 
 NAMES = {
@@ -49,9 +55,9 @@ CASES = {
 def test_effects_that_are_on(case):
     text, on = CASES[case]
     found = explain(loads(text))
-    assert {effect.name for effect in found.effects} == NAMES
-    assert {effect.name for effect in found.effects if effect.on} == on | ALWAYS
-    assert all(effect.why and effect.adds for effect in found.effects)
+    assert {effect.key for effect in found.effects} == NAMES
+    assert {effect.key for effect in found.effects if effect.on} == on | ALWAYS
+    assert all(effect.why and effect.words for effect in found.effects)
     assert all(effect.seconds is None for effect in found.effects if not effect.on)
 
 
@@ -74,11 +80,11 @@ def test_what_is_off_adds_no_row_and_no_unknown(case):
         rows += 7 + ("straight rulings" not in on)  # a straight seam has no row for eta
     if "contact" in on:
         rows += 2 * (p + 1)
-    assert found.constraints == 8 * p + rows
+    assert found.evaluation.constraints == 8 * p + rows
     held = 7 if "clamp at the start" in on or "rigid motions removed" in on else 0
     held += 2 if "straight rulings" in on else 0
-    assert found.unknowns == problem.size - held
-    assert found.bounds == p
+    assert found.evaluation.unknowns == problem.size - held
+    assert found.evaluation.bounds == p
 
 
 def test_off_is_not_computed():
@@ -102,15 +108,15 @@ def test_costs_are_measured_where_an_effect_can_be_off_alone(monkeypatch):
     def evaluate(problem, x, rows):
         now[0] += 1.0 + 3.0 * problem.has_gravity + 3.0 * (problem.has_gravity and problem.gravity.exact)
 
-    monkeypatch.setattr(effects, "_evaluate", evaluate)
-    monkeypatch.setattr(effects.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(ribbon_effects_off, "_evaluate", evaluate)
+    monkeypatch.setattr(ribbon_effects_off.time, "perf_counter", lambda: now[0])
 
     def costs(text):
         found = explain(loads(text))
-        return {effect.name: effect.seconds for effect in found.effects}, found.evaluation
+        return {effect.key: effect.seconds for effect in found.effects}, found
 
-    spared, whole = costs(CASES["exact weight"][0])
-    assert whole == 7.0
+    spared, found = costs(CASES["exact weight"][0])
+    assert found.evaluation.seconds == 7.0
     assert {name: spared[name] for name in ("gravity", "gravity over the surface")} == {
         "gravity": 6.0, "gravity over the surface": 3.0,
     }  # fmt: skip
@@ -120,28 +126,28 @@ def test_costs_are_measured_where_an_effect_can_be_off_alone(monkeypatch):
 
 
 def test_an_evaluation_takes_time():
-    assert explain(load("curl_4_3")).evaluation > 0.0
+    assert explain(load("curl_4_3")).evaluation.seconds > 0.0
 
 
 def test_the_formulation_and_why():
-    assert explain(load("curl_4_3")).formulation == "chained"
+    assert explain(load("curl_4_3")).evaluation.formulation == "chained"
     two = explain(loads(held_scenes.TWO_CLAMPS))
-    assert two.formulation == "mixed"
-    assert "a clamp at the end" in two.formulation_why
-    assert "[[path]]" in explain(loads(held_scenes.PATH)).formulation_why
-    assert "error estimate" in explain(loads(CASES["tolerance"][0])).formulation_why
+    assert two.evaluation.formulation == "mixed"
+    assert "a clamp at the end" in two.evaluation.why
+    assert "[[path]]" in explain(loads(held_scenes.PATH)).evaluation.why
+    assert "error estimate" in explain(loads(CASES["tolerance"][0])).evaluation.why
     asked = load("curl_4_3").replace({"model.formulation": "mixed"})
-    assert explain(asked).formulation == "mixed"
-    assert explain(asked).formulation_why == "asked for"
+    assert explain(asked).evaluation.formulation == "mixed"
+    assert explain(asked).evaluation.why == "asked for"
 
 
 def test_held_by_constraints_is_counted():
     scene = loads(held_scenes.TWO_CLAMPS)
     rows = scene.replace({"model.held_by": "constraints"})
-    assert explain(rows).constraints == explain(scene).constraints + 7
-    assert explain(rows).unknowns == explain(scene).unknowns + 7
-    effect = next(e for e in explain(rows).effects if e.name == "clamp at the start")
-    assert effect.adds == "7 constraints"
+    assert explain(rows).evaluation.constraints == explain(scene).evaluation.constraints + 7
+    assert explain(rows).evaluation.unknowns == explain(scene).evaluation.unknowns + 7
+    effect = next(e for e in explain(rows).effects if e.key == "clamp at the start")
+    assert effect.words == "7 constraints"
 
 
 def test_a_tolerance_with_the_chained_model_is_refused(capsys, tmp_path):
@@ -163,3 +169,90 @@ def test_the_command_prints_all_of_it(capsys, tmp_path, case):
     assert "constraints and their Jacobian" in out
     for name in NAMES:
         assert name in out
+
+
+# -- models from outside ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def explained(tmp_path, capsys):
+    """Explains the scene of an outside model: what the command says, and its result.json and page."""
+
+    def run(energy, *arguments, code=DONE):
+        with outside.installed(tmp_path / "site"):
+            (tmp_path / "arc.toml").write_text(outside.SCENE.format(energy=energy))
+            out = ["--out", str(tmp_path / "out")]
+            assert main(["explain", str(tmp_path / "arc.toml"), *out, *arguments]) == code
+        said = " ".join(capsys.readouterr().out.split())
+        result = json.loads((tmp_path / "out" / "result.json").read_text())
+        return said, result, read_page(tmp_path / "out")
+
+    return run
+
+
+def rows(table):
+    return {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
+
+
+def test_a_model_from_outside_is_explained_with_its_effects_its_solve_and_its_moves(explained):
+    said, result, page = explained("arc")
+    effects, costs = page.tables
+    assert [row[:2] for row in effects.rows] == [
+        ("weight", True), ("natural curvature", True), ("being an arc", True), ("walls", False),
+    ]  # fmt: skip
+    found = rows(costs)
+    assert set(found) == {"everything on", "weight", "natural curvature", "being an arc"}
+    whole, bare = found["everything on"], found["natural curvature"]
+    assert (whole["unknowns"], whole["constraints"], whole["evaluation us"]) == (1, 2, pytest.approx(10.0))
+    assert (whole["status without it"], whole["iterations"], whole["solve ms"]) == ("converged", 3, 125.0)
+    assert (bare["unknowns"], bare["evaluation us"], bare["of it %"]) == (1, pytest.approx(2.0), pytest.approx(20.0))
+    # surfaces: the arc's end stands 1 - cos 1 above the flat strip, and nothing is further away
+    assert bare["moves"] == pytest.approx(1.0 - math.cos(1.0), abs=1e-6)
+    assert found["being an arc"]["why not"].startswith("no switch")
+    assert found["weight"]["status without it"] == "not solved"
+    assert "strip.gamma is too light" in found["weight"]["why not"]
+    assert result["explanation"]["model"] == "arc"
+    assert result["explanation"]["formulation"] == "closed"
+    assert result["without"]["natural curvature"]["moved"] == bare["moves"]
+    assert (result["status"], result["discretisation_error"], result["energy"]["elastic"]) == ("converged", 1e-9, -0.5)
+    assert "Arc: closed (nothing to solve); 1 unknowns, 0 with bounds, 2 constraints" in said
+    assert (
+        "begun at the natural shape" in said
+    )  # the scene is planar: compare has a third opinion beside this model too
+    assert "Shell: none" in said
+
+
+def test_a_curve_from_outside_without_evaluations_moves_by_its_centreline(explained):
+    said, result, page = explained("thread")
+    found = rows(page.tables[1])
+    assert set(found) == {"everything on", "weight", "natural curvature"}
+    assert "unknowns" not in found["everything on"]
+    end = math.hypot(1.0 - math.sin(1.0), 1.0 - math.cos(1.0))
+    assert found["natural curvature"]["moves / l"] == pytest.approx(end, abs=1e-12)
+    assert result["explanation"]["evaluation"] is None
+    assert "Thread: 7 elements; it is an arc; discretisation error 1.0e-09 l, 125 ms warm." in said
+
+
+def test_no_run_solves_nothing_and_a_refused_key_is_named(explained, tmp_path, capsys):
+    _, result, page = explained("arc", "--no-run")
+    assert result["status"] == "explained"
+    assert result["without"] is None
+    assert rows(page.tables[1])["natural curvature"]["moves"] is None
+    (tmp_path / "other").mkdir()
+    with outside.installed(tmp_path / "other"):
+        path = tmp_path / "wall.toml"
+        path.write_text(
+            outside.SCENE.format(energy="arc") + "[[wall]]\npoint = [0.0, 0.0, -9.0]\nnormal = [0.0, 0.0, 1.0]\n"
+        )
+        assert main(["explain", str(path), "--quiet"]) == BAD_INPUT
+    assert "wall" in capsys.readouterr().err
+
+
+def test_the_scenes_own_model_is_explained():
+    """The elastica where the scene chooses it, not the ribbon beside it; it is then its own third opinion."""
+    found = explain(load("cantilever").replace({"model.energy": "elastica"}))
+    assert found.model == "elastica"
+    assert found.third_opinion == ""
+    assert found.evaluation is None
+    assert {e.key for e in found.effects if e.changes is not None} == {"weight"}
+    assert explain(load("cantilever")).model == "ribbon"

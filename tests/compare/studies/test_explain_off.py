@@ -18,23 +18,26 @@ from numba.core.dispatcher import Dispatcher
 
 import ribbon
 from compare.cli import DONE, main
-from compare.models import elastica_run, shell_process
-from compare.models import ribbon_run as run
+from compare.models import elastica_start, shell_process
 from compare.models import ribbon_way as way
-from compare.models.ribbon_build import ribbon_problem
+from compare.models import solve as solve_scene
+from compare.models.elastica import ElasticaModel
+from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon_effects_off import explained_problem, keys_without, starting_state
+from compare.models.shell import ShellModel
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.studies import compare as comparison
-from compare.studies.effects import explain, explained_problem, starting_state
+from compare.studies.effects import explain
 from compare.studies.effects_measured import solves
-from compare.studies.effects_off import without
+from ribbon.find import adaptive
 from ribbon.problems.chained import ChainedProblem
 from tests.compare.scene import held_scenes
 
 QUIET = Reporter(quiet=True)
 NO_STORE = SimpleNamespace(root=Path("unused") / "cases")
-NATURAL = ("element.natural_value", "element.natural_jet", "energies.natural.density")
-WIDTH = ("energies.wunderlich.density", "energies.wunderlich.width_factor")
+NATURAL = ("element.natural_value", "element.natural_jet", "natural.density")
+WIDTH = ("wunderlich.density", "wunderlich.width_factor")
 BASE = load("curl_4_3").replace({"model.elements": 3, "model.grading": "uniform"})
 HELD = loads(held_scenes.TWO_CLAMPS).replace({"model.elements": 3, "strip.natural_curvature": 2.0})
 FLOOR = loads(held_scenes.FLOOR).replace({"model.elements": 3})
@@ -49,7 +52,7 @@ def counted(monkeypatch):
     wrapped: dict[int, object] = {}
 
     def interpreted(kernel):
-        name = f"{kernel.py_func.__module__.removeprefix('ribbon.')}.{kernel.py_func.__name__}"
+        name = f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.py_func.__name__}"
 
         def call(*arguments):
             calls[name] += 1
@@ -138,13 +141,17 @@ def test_terms_of_the_series_of_values(counted):
 def test_the_whole_solve_without_weight_evaluates_no_series(counted):
     off = BASE.replace({"gravity": None})
     counted.clear()
-    result = ribbon.solve(**run.ribbon_arguments(off), options={"max_iter": 5})
+    result = ribbon.solve(**ribbon_arguments(off), options={"max_iter": 5})
     assert result.evaluations["series"] == 0
     assert counted["chained_kernels.gravity_derivatives"] == counted["chained_kernels._height"] == 0
     assert counted["series.walk"] == 0
 
 
 # -- unknowns, rows, entries of the matrices ---------------------------------------------------------------------------
+
+
+def without(scene, effect, formulation):
+    return scene.replace(keys_without(scene, effect, formulation))
 
 
 def sizes(scene):
@@ -173,11 +180,10 @@ SIZES = {
 @pytest.mark.parametrize("effect", SIZES)
 def test_what_goes_from_the_matrices(effect):
     scene, change = SIZES[effect]
-    off = without(scene, effect, ribbon_problem(scene).formulation).scene
-    assert off is not None
+    off = without(scene, effect, ribbon_problem(scene).formulation)
     found = tuple(b - a for a, b in zip(sizes(scene), sizes(off), strict=True))
     assert found == change
-    told = next(e for e in explain(scene).effects if e.name == effect)
+    told = next(e for e in explain(scene).effects if e.key == effect)
     assert (told.unknowns, told.constraints) == (-change[0], -change[1])
 
 
@@ -217,11 +223,11 @@ def _raise(*arguments, **keywords):
 
 def test_no_path_no_tolerance_no_elastica_no_process(monkeypatch, tmp_path):
     """A scene without them solves with all of them broken."""
-    for name in ("run_way", "solve_to_tolerance", "run_elastica"):
-        monkeypatch.setattr(run, name, _raise)
-    for name in ("solve_elastica", "solve_near", "solve_along"):
-        monkeypatch.setattr(elastica_run, name, _raise)
-    monkeypatch.setattr(way, "follow", _raise)
+    monkeypatch.setattr(adaptive, "solve_to_tolerance", _raise)
+    for name in ("solve_elastica", "solve_near", "solve_along", "start_of"):
+        monkeypatch.setattr(elastica_start, name, _raise)
+    for name in ("run_way", "follow"):
+        monkeypatch.setattr(way, name, _raise)
     monkeypatch.setattr(shell_process, "subprocess", SimpleNamespace(Popen=_raise))
     assert main(["solve", "curl_4_3", "--out", str(tmp_path), "--quiet"]) == DONE
 
@@ -230,18 +236,18 @@ def test_no_path_no_tolerance_no_elastica_no_process(monkeypatch, tmp_path):
     ("scene", "broken", "name"),
     [
         (loads(held_scenes.PATH), way, "follow"),
-        (loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2")), run, "solve_to_tolerance"),
+        (loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2")), adaptive, "solve_to_tolerance"),
     ],
 )
 def test_a_procedure_that_is_on_is_run(monkeypatch, scene, broken, name):
     monkeypatch.setattr(broken, name, _raise)
     with pytest.raises(AssertionError, match="although"):
-        run.run_ribbon(scene)
+        solve_scene(scene)
 
 
 def test_the_elastica_is_solved_for_planar_scenes_only(monkeypatch):
-    monkeypatch.setattr(comparison, "run_elastica", _raise)
-    monkeypatch.setattr(comparison, "run_shell", _shell_reached)
+    monkeypatch.setattr(ElasticaModel, "solve", _raise)
+    monkeypatch.setattr(ShellModel, "solve", _shell_reached)
     scene = load("curl_4_3").replace({"shell.width_to_thickness": [20]})
     with pytest.raises(LookupError):
         comparison.compare(scene, NO_STORE, QUIET)
@@ -270,7 +276,7 @@ def test_whole_solves_without_each_effect():
 
 
 def test_what_cannot_be_off_says_why():
-    effects = {effect.name: effect for effect in explain(load("moebius_table_edge")).effects}
+    effects = {effect.key: effect for effect in explain(load("moebius_table_edge")).effects}
     assert "fall for ever" in effects["contact"].fixed
     assert "no switch" in effects["closure"].fixed
     assert effects["contact"].unknowns is None
@@ -279,13 +285,29 @@ def test_what_cannot_be_off_says_why():
 
 def test_a_path_loses_what_it_says_of_the_effect():
     scene = loads(held_scenes.PATH)
-    off = without(scene, "clamp at the end", "mixed").scene
+    off = without(scene, "clamp at the end", "mixed")
     assert off.clamp_end is None
     assert off.to_dict()["path"] == [{"gravity": False}]
-    assert without(scene, "gravity", "mixed").scene.to_dict()["path"][0] == {"clamp.end.position": [0.9, 0.0, 0.0]}
-    assert without(scene, "continuation path", "mixed").scene.path == ()
-    placed = loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2"))
-    equal = without(placed, "adaptive segments", "mixed", 48).scene
-    assert (equal.model.tolerance, len(equal.model.lengths)) == (None, 48)
-    with pytest.raises(ValueError):
-        without(placed, "adaptive segments", "mixed")
+    assert without(scene, "gravity", "mixed").to_dict()["path"][0] == {"clamp.end.position": [0.9, 0.0, 0.0]}
+    assert without(scene, "continuation path", "mixed").path == ()
+
+
+def test_the_first_stage_that_is_left_counts_no_steps():
+    """Without weight the stage that changes only that is gone, and the next one is reached from the seed."""
+    stages = [{"gravity": False}, {"clamp.end.position": [0.9, 0.0, 0.0], "steps": 3}]
+    off = without(loads(held_scenes.PATH).replace({"path": stages}), "gravity", "mixed")
+    assert off.to_dict()["path"] == [{"clamp.end.position": [0.9, 0.0, 0.0]}]
+
+
+def test_equal_segments_stand_for_those_that_a_tolerance_placed():
+    """As many as the scene's own state has, of equal length, in the same formulation."""
+    scene = loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2"))
+    effect = next(e for e in explain(scene).effects if e.key == "adaptive segments")
+    assert effect.same_size
+    assert (effect.unknowns, effect.constraints, effect.seconds) == (0, 0, None)
+    own = solve_scene(scene)
+    equal = solve_scene(scene.replace(effect.changes), size=own.size)
+    lengths = own.native.problem.lengths
+    assert equal.native.problem.lengths == pytest.approx(np.full(lengths.size, 1.0 / lengths.size))
+    assert lengths.size != len(scene.replace(effect.changes).model.lengths)  # not the number that a scene has unasked
+    assert equal.native.problem.formulation == own.native.problem.formulation == "mixed"

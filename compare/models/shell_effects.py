@@ -1,0 +1,51 @@
+"""What a shell has of a scene: itself, in words, and the effects that can be off in it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from compare.errors import BadInput
+from compare.models.base import Effect
+from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_words
+from compare.scene.stages import stages_without
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
+
+
+def effects(scene: Scene) -> tuple[Effect, ...]:
+    """The shell first, on where the scene has one; then those that can be off alone. What the stages of a path say
+    about an effect goes with it."""
+
+    def either(name: str, on: bool, why: str, key: str) -> Effect:
+        if not on:
+            return Effect(name, "nothing", False, why)
+        off: dict[str, Any] = {key: None}
+        if scene.path:
+            off["path"] = stages_without(scene.path, (key,)) or None
+        return Effect(name, "a load of its path" if key != "clamp.end" else "a clamp of its path", True, why, off)
+
+    return (
+        _itself(scene),
+        either("gravity", bool(scene.gamma), f"Gamma = {scene.gamma:g}", "gravity"),
+        either("natural curvature", any(scene.curvature), "strip.natural_curvature", "strip.natural_curvature"),
+        either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),
+    )
+
+
+def _itself(scene: Scene) -> Effect:
+    try:
+        ratios = ", ".join(f"{r:g}" for r in scene.require_shell())
+        said = [f"{shell_words(scene)}.", line_weight(scene)]
+    except BadInput as refusal:
+        return Effect("shell", "", False, f"{refusal.key} {refusal.problem}")
+    return Effect("shell", " ".join(text for text in said if text), True, f"w/h = {ratios}")
+
+
+def thickest(scene: Scene) -> tuple[Scene, tuple[int, int]]:
+    """The scene with its thickest shell alone, and a mesh on which it can be solved several times: `FIRST_ELEMENTS` at
+    most, without refinement. Raises `BadInput` for a scene without a shell."""
+    ratio = float(min(scene.require_shell()))
+    along, across = shell_elements(scene)
+    alone = scene.replace({"shell.width_to_thickness": [ratio], "shell.tolerance": None})
+    return alone, (min(along, FIRST_ELEMENTS[0]), min(across, FIRST_ELEMENTS[1]))
