@@ -148,7 +148,7 @@ def _tell(console: Console, findings: list[Finding], thresholds: Thresholds, out
     from compare.page.terminal import print_table
     from compare.pages import limits as limits_results
 
-    print_table(console, limits_results.brief(limits_results.table(findings)), legend=False)
+    print_table(console, limits_results.table(findings), legend=False)
     for sentence in limits_results.verdict(findings, thresholds):
         console.print(f"- {sentence}")
     console.print(f"Results: {out}")
