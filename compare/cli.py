@@ -14,6 +14,7 @@ from rich.console import Console
 
 from compare import commands
 from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED
+from compare.commands.line import recorded
 from compare.errors import BadInput, RibbonbenchError
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
@@ -64,7 +65,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _main(arguments: Sequence[str] | None) -> int:
     parser = _parser()
-    options = parser.parse_args(arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    options = parser.parse_args(words)
+    options.line = recorded(words)
     console = _console()
     if options.version:
         from compare import __version__

@@ -15,13 +15,25 @@ from __future__ import annotations
 import functools
 import importlib
 import importlib.metadata
+import importlib.util
+import runpy
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 GROUP = "ribbonbench.models"
 
-#: Energies of the ribbon as curvature elements know them (`ribbon.energies`); "auto": the solver's own choice.
-RIBBON_ENERGIES = ("auto", "sadowsky", "wunderlich")
+
+def _ribbon_energies() -> tuple[str, ...]:
+    """The names in the ribbon's own registry; its file alone is run, for a scene is read without numba and Ipopt."""
+    package = importlib.util.find_spec("ribbon")
+    if package is None or package.origin is None:
+        return ()
+    return tuple(runpy.run_path(str(Path(package.origin).parent / "energies" / "names.py"))["NAMES"])
+
+
+#: Energies of the ribbon on curvature elements; "auto": the one that is exact in the width.
+RIBBON_ENERGIES = ("auto", *_ribbon_energies())
 
 
 @dataclass(frozen=True)

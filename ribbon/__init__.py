@@ -16,10 +16,10 @@ with kernel_cache.in_use():
     from ribbon.errors import RibbonInputError
     from ribbon.find.continuation import follow, switch
     from ribbon.find.solve import refine, solve
+    from ribbon.forces import WallForce
     from ribbon.loads import Gravity
     from ribbon.result import Energy, Equilibrium, Force, Pose, Status
     from ribbon.strip import Strip
-    from ribbon.supports import WallForce
     from ribbon.surface import Surface
 
 __all__ = [

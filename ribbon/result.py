@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ribbon import supports
 from ribbon import surface as _surface
-from ribbon.loads import Gravity
-from ribbon.problems.mixed import MixedProblem
-from ribbon.strip import Strip
-from ribbon.supports import Force, WallForce
+from ribbon.forces import Force, WallForce
+from ribbon.problems.protocol import Problem
 from ribbon.surface import Surface
 
 FloatArray = NDArray[np.float64]
@@ -76,38 +73,6 @@ class Pose:
     frame: FloatArray
 
 
-class RibbonProblem(Protocol):
-    """What a result asks of the problem it solves, whatever the formulation."""
-
-    @property
-    def strip(self) -> Strip: ...
-
-    @property
-    def gravity(self) -> Gravity | None: ...
-
-    @property
-    def energy(self) -> str: ...
-
-    @property
-    def lengths(self) -> FloatArray: ...
-
-    @property
-    def exponent_limit(self) -> float: ...
-
-    @property
-    def formulation(self) -> str: ...
-
-    @property
-    def size(self) -> int: ...
-
-    @property
-    def half_width(self) -> float: ...
-
-    def parameters(self, x: FloatArray) -> FloatArray: ...
-
-    def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]: ...
-
-
 @dataclass(frozen=True)
 class Equilibrium:
     """A ribbon at rest, or where the minimiser stopped; lengths in l, energies in D w / l (l, D of the strip).
@@ -126,7 +91,7 @@ class Equilibrium:
     many segments (Hausdorff / l) when a tolerance placed the segments.
     """
 
-    problem: RibbonProblem
+    problem: Problem
     status: Status
     message: str
     x: FloatArray
@@ -214,30 +179,17 @@ class Equilibrium:
     @cached_property
     def start(self) -> Force:
         """What the support at s = 0 exerts on the ribbon (zero where nothing is held)."""
-        if isinstance(self.problem, MixedProblem):
-            return supports.start(self.problem, self.x, self.rows)
-        if self.rows.size or self.problem.gravity is None:
-            return Force(np.zeros(3), np.zeros(3))
-        weight = self.problem.strip.gamma * np.asarray(self.problem.gravity.up)
-        return Force(weight, np.cross(self._first_moment(), weight))
+        return self.problem.start_force(self.x, self.rows)
 
     @cached_property
     def end_support(self) -> Force | None:
         """What the clamp at s = l exerts on the ribbon; None for a free or closed end."""
-        return supports.end(self.problem, self.x, self.rows) if isinstance(self.problem, MixedProblem) else None
+        return self.problem.end_force(self.x, self.rows)
 
     @cached_property
     def walls(self) -> tuple[WallForce, ...]:
         """What every wall exerts on the ribbon."""
-        return supports.walls(self.problem, self.x, self.rows) if isinstance(self.problem, MixedProblem) else ()
-
-    def _first_moment(self) -> FloatArray:
-        """int (r - r(0)) ds (3,), by the heights along the three axes."""
-        nodes, weights = np.polynomial.legendre.leggauss(8)
-        starts = np.concatenate([[0.0], np.cumsum(self.problem.lengths)])
-        s = (starts[:-1, None] + self.problem.lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
-        w = (self.problem.lengths[:, None] * 0.5 * weights).ravel()
-        return w @ (self.position(s) - self.joints[0][0])
+        return self.problem.wall_forces(self.x, self.rows)
 
     def surface(self, along: int = 400, across: int = 8) -> Surface:
         """Triangulation with `along` x `across` cells in material coordinates (S, v), units of l."""

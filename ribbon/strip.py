@@ -38,7 +38,7 @@ class Strip:
         ``rho h g l^3 / D``, weight against bending stiffness (docs/theory.md, eq. (2.1)); `from_material` computes it;
         0: weightless.
     thickness:
-        h, in the unit of length; the inextensible energies do not need it.
+        h, in the unit of length; the inextensible energies do not need it, others may.
 
     Raises `RibbonInputError` naming the parameter. Below, all is dimensionless: lengths in l, energies in D w / l.
     """
@@ -98,6 +98,12 @@ class Strip:
     def relative_width(self) -> float:
         """w / l."""
         return self.width / self.length
+
+    @property
+    def section(self) -> tuple[float, float, float]:
+        """The cross-section's numbers for the kernels of an energy: w / (2 l), h / l (nan: not given), nu."""
+        thickness = math.nan if self.thickness is None else float(self.thickness) / self.length
+        return 0.5 * self.relative_width, thickness, float(self.poisson)
 
     @property
     def curvature(self) -> tuple[float, float]:

@@ -7,14 +7,17 @@ moving the held end by d changes the energy of the equilibrium by <force on the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.boundary import Clamp
+from ribbon.contact import Wall
 from ribbon.element import quaternion
-from ribbon.problems.conditions import WallRows
-from ribbon.problems.mixed import MixedProblem
+from ribbon.forces import Force, WallForce
+from ribbon.problems.conditions import Rows, WallRows
+from ribbon.problems.layout import GluedLayout
 
 FloatArray = NDArray[np.float64]
 
@@ -22,22 +25,31 @@ FloatArray = NDArray[np.float64]
 _TOUCHES = 1e-6
 
 
-@dataclass(frozen=True)
-class Force:
-    """Force (3,) in D w / l^2 and moment (3,) in D w / l that a support exerts on the ribbon."""
+class Glued(Protocol):
+    """What is asked of a glued problem: `ribbon.problems.mixed.MixedProblem` has it."""
 
-    force: FloatArray
-    moment: FloatArray
+    @property
+    def start(self) -> Clamp | None: ...
 
+    @property
+    def end(self) -> Clamp | None: ...
 
-@dataclass(frozen=True)
-class WallForce:
-    """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the joints in contact, height of a
-    pressure plate above its place at rest, in l (None: a rigid wall)."""
+    @property
+    def walls(self) -> tuple[Wall, ...]: ...
 
-    force: FloatArray
-    contacts: FloatArray
-    height: float | None = None
+    @property
+    def lengths(self) -> FloatArray: ...
+
+    @property
+    def layout(self) -> GluedLayout: ...
+
+    def gradient(self, x: FloatArray) -> FloatArray: ...
+
+    def jacobian_matrix(self, x: FloatArray) -> Any: ...
+
+    def blocks(self) -> dict[str, Rows]: ...
+
+    def block_slices(self) -> dict[str, slice]: ...
 
 
 def _moment(by_q: FloatArray, q: FloatArray) -> FloatArray:
@@ -45,7 +57,7 @@ def _moment(by_q: FloatArray, q: FloatArray) -> FloatArray:
     return np.array([0.5 * by_q @ quaternion.compose(np.eye(4)[1 + k], q) for k in range(3)])
 
 
-def start(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force:
+def start(problem: Glued, x: FloatArray, rows: FloatArray) -> Force:
     """What the clamp at s = 0 exerts, about that point."""
     counted = rows.copy()
     for name, where in problem.block_slices().items():
@@ -53,12 +65,16 @@ def start(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force:
             counted[where] = 0.0
     slope = problem.gradient(x) + problem.jacobian_matrix(x).T @ counted
     held = problem.start
-    force = slope[0:3] if held is not None and held.position is not None else np.zeros(3)
-    moment = _moment(slope[3:7], x[3:7]) if held is not None and held.holds_frame else np.zeros(3)
+    first = problem.layout.joint(0)
+    force, moment = np.zeros(3), np.zeros(3)
+    if held is not None and held.position is not None:
+        force = slope[first.position]
+    if held is not None and held.holds_frame:
+        moment = _moment(slope[first.quaternion], x[first.quaternion])
     return Force(force, moment)
 
 
-def end(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force | None:
+def end(problem: Glued, x: FloatArray, rows: FloatArray) -> Force | None:
     """What the clamp at s = l exerts, about that point; None where there is none."""
     if problem.end is None:
         return None
@@ -70,12 +86,13 @@ def end(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> Force | None:
         turning = np.zeros(4)
         frame = blocks["end_frame"]
         r, columns = frame.jacobian_structure()
-        np.add.at(turning, columns - problem.last - 3, frame.jacobian(x) * rows[slices["end_frame"]][r])
-        moment = -_moment(turning, x[problem.last + 3 : problem.last + 7])
+        q = problem.layout.joint(-1).quaternion
+        np.add.at(turning, columns - q[0], frame.jacobian(x) * rows[slices["end_frame"]][r])
+        moment = -_moment(turning, x[q])
     return Force(force, moment)
 
 
-def walls(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
+def walls(problem: Glued, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
     """What every wall exerts, in order."""
     found = []
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])

@@ -18,7 +18,7 @@ from ribbon.element.element import bending_jet
 from ribbon.element.quaternion import compose, from_matrix, rotate
 from ribbon.element.series import EXPONENT_LIMIT, segment_values
 from ribbon.energies import CODES, natural, sadowsky, wunderlich
-from ribbon.energies.edge_layer import Section, layer, membrane, shear, softening
+from ribbon.energies.edge_layer import Section, layer
 from ribbon.find.solve import build
 from shellref.elastica.solve import ElasticaProblem
 from shellref.elastica.solve import solve as solve_elastica
@@ -165,12 +165,15 @@ def test_width_factor_2_2_2_5_and_2_6(x):
         assert abs(c - second) < 1e-11 * abs(second)
 
 
+SECTION = (0.05, 1e-3, 0.3)  # w / (2 l), h / l, nu
+
+
 def test_densities_2_3_2_4_and_2_7():
     omega, eta, x, big_k, nu = 3.0, -0.7, 0.6, 4.0, 0.35
     out = np.empty(10)
-    wunderlich.density(omega, eta, x, out)
+    wunderlich.density(omega, eta, x, SECTION, out)
     assert out[0] == pytest.approx(0.5 * omega**2 * (1 + eta**2) ** 2 * np.arctanh(x) / x, rel=1e-14)
-    sadowsky.density(omega, eta, out)
+    sadowsky.density(omega, eta, x, SECTION, out)
     assert out[0] == pytest.approx(0.5 * omega**2 * (1 + eta**2) ** 2, rel=1e-15)
     natural.density(omega, eta, big_k, nu, out)
     assert out[0] == pytest.approx(-big_k * omega * (1 + nu * eta**2), rel=1e-15)
@@ -295,7 +298,7 @@ def test_quadrature_3_8():
     s = 0.5 * length * (NODES + 1)
     omega, eta, x = a * s + b, n * s + m, 0.05 * n
     for name, factor in (("sadowsky", 1.0), ("wunderlich", np.arctanh(x) / x)):
-        bending_jet(CODES[name], a, b, n, m, length, 0.05, jet)
+        bending_jet(CODES[name], a, b, n, m, length, SECTION, jet)
         exact = 0.5 * length * WEIGHTS @ (0.5 * omega**2 * (1 + eta**2) ** 2) * factor
         assert jet[0] == pytest.approx(exact, rel=1e-14)
 
@@ -613,11 +616,11 @@ def test_energy_10_1_tends_to_sadowsky_10_6_and_10_7():
     a = 10**0.5 * w / (2 * h)
     chi = np.tanh(a) / a
     at = np.array([kappa]), np.array([eta]), np.array([big_k])
-    assert softening(*at, section)[0][0] == pytest.approx(-(b**2) * g_of(z) - (1 - nu) * chi * tau**2, rel=1e-12)
-    assert shear(*at[:2], section)[0] == pytest.approx(0.5 * (1 - nu) * tau**2 * (chi - 1 / np.cosh(a) ** 2), rel=1e-12)
+    assert section.softening(*at)[0][0] == pytest.approx(-(b**2) * g_of(z) - (1 - nu) * chi * tau**2, rel=1e-12)
+    assert section.shear(*at[:2])[0] == pytest.approx(0.5 * (1 - nu) * tau**2 * (chi - 1 / np.cosh(a) ** 2), rel=1e-12)
     assert chi == pytest.approx(0.63 * h / w, rel=5e-3)
     thin = Section(poisson=nu, width=w, thickness=h / 1e4)
-    assert membrane(*at, thin)[0] == pytest.approx(b**2 / (4 * 100 * z), rel=1e-6)
+    assert thin.membrane(*at)[0] == pytest.approx(b**2 / (4 * 100 * z), rel=1e-6)
     small = np.array([0.3])
     assert (0.5 - layer(small)[0][0]) * 4 / (2 * small[0] ** 2) ** 2 == pytest.approx(1 / 360, rel=1e-3)
 

@@ -2,6 +2,7 @@
 
 A module has HELP (one line), `register(parser)` (its arguments) and `run(options, console)` (its exit code). It imports
 solvers and libraries inside `run`, so that `ribbonbench --help` is quick. PARALLEL = True: it may run under mpirun.
+`options.line` is the command line as typed (`compare.commands.line`), for the page of the results.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Checks, or pins."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
     from compare.check import check
-    from compare.page.terminal import command_line, print_table
+    from compare.page.terminal import print_table
     from compare.pages import check as check_page
     from compare.store.store import CaseStore
 
@@ -67,8 +67,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         for pin in pins:
             reporter.step(f"check: {pin.label}")
             outcomes.append(check(pin, store, reporter))
-        again = command_line("check", options, _extra(options))
-        written = check_page.write(out, outcomes, again, pinned=options.pin)
+        written = check_page.write(out, outcomes, options.line, pinned=options.pin)
     if not options.quiet:
         print_table(console, check_page.table(outcomes, options.pin))
         for sentence in check_page.sentences(outcomes, options.pin):
@@ -109,15 +108,3 @@ def _pins(options: argparse.Namespace) -> list[Pin]:
             where=where,
         )
     ]  # fmt: skip
-
-
-def _extra(options: argparse.Namespace) -> list[str]:
-    """The options as typed, in the order of the help."""
-    words: list[str] = []
-    for flag, value in (("--distance", options.distance), ("--share", options.share)):
-        words += [] if value is None else [flag, f"{value:g}"]
-    for flag, values in (("--slope", options.slope), ("--width-to-thickness", options.width_to_thickness)):
-        words += [flag, *(f"{value:g}" for value in values)] if values else []
-    for flag, given in (("--leave-saddle", options.leave_saddle), ("--pin", options.pin), ("--all", options.all)):
-        words += [flag] if given else []
-    return words

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from compare.errors import BadInput
-
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
 
@@ -72,14 +70,3 @@ def held(folder: Path, say: Callable[[str], object] | None = None) -> Iterator[P
 
     with occupied(folder, None if say is None else lambda: say(f"another run writes into {folder.name}: waiting")):
         yield folder
-
-
-@contextlib.contextmanager
-def ribbon_input(name: str) -> Iterator[None]:
-    """What the ribbon refuses becomes `BadInput` of the scene `name`."""
-    from ribbon import RibbonInputError
-
-    try:
-        yield
-    except RibbonInputError as error:
-        raise BadInput("scene", name, str(error)) from None

@@ -21,7 +21,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
-    from compare.page.page import again
     from compare.pages import compare as report
     from compare.pages import comparison as tables
     from compare.store.store import CaseStore
@@ -30,11 +29,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     scene.require_shell()
     out = common.out_folder(options, scene.name)
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         comparison = compare(scene, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, pictures and surfaces")
-        saddle = ["--leave-saddle"] if options.leave_saddle else []
-        page = report.write(out, comparison, again("compare", options.scene, options.assignments, *saddle))
+        page = report.write(out, comparison, options.line)
     if not options.quiet:
         console.print(tables.as_terminal(comparison))
         for sentence in tables.verdict(comparison):

@@ -35,7 +35,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares and fits."""
-    from compare.page.page import again
     from compare.page.terminal import print_table
     from compare.pages import converge as convergence_write
     from compare.store.store import CaseStore
@@ -52,17 +51,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = convergence_run.prepared(common.scene_of(options), options.width_to_thickness, elements)
     rulings = ("straight", "free") if options.ruling == "both" else (options.ruling,) if options.ruling else ()
     out = common.out_folder(options, f"{scene.name}-converge")
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         found = convergence_run.studies(
             scene, rulings, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle
         )
         reporter.step("writing tables, the picture and surfaces")
-        more = ["--leave-saddle"] if options.leave_saddle else []
-        for name in ("width_to_thickness", "elements"):
-            if getattr(options, name) is not None:
-                more += [f"--{name.replace('_', '-')}", *(f"{value:g}" for value in getattr(options, name))]
-        more += ["--ruling", options.ruling] if options.ruling else []
-        convergence_write.write(out, found, again("converge", options.scene, options.assignments, *more))
+        convergence_write.write(out, found, options.line)
     if not options.quiet:
         for one in found:
             last = one is found[-1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from compare.studies.cost_plan import Plan
 
-HELP = "what accuracy costs: error against time for ribbon, elastica and shell"
+HELP = "what accuracy costs: error against time for every model of a scene"
 
 
 def register(parser: argparse.ArgumentParser) -> None:
@@ -60,7 +61,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Measures."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded: times are those of one core
-    from compare.page.page import again
     from compare.page.terminal import print_table
     from compare.pages import cost as cost_write
     from compare.studies.cost import measure
@@ -68,10 +68,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     plan = _plan(options, scene)
     out = common.out_folder(options, f"{scene.name}-cost")
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         cost = measure(scene, plan, out / "cases", reporter, fresh=options.fresh)
         reporter.step("writing tables and the picture")
-        cost_write.write(out, cost, again("cost", options.scene, options.assignments, *_asked(options)))
+        cost_write.write(out, cost, options.line)
     if not options.quiet:
         for found in (cost_write.table(cost), cost_write.reach_table(cost)):
             print_table(console, found)
@@ -81,30 +81,16 @@ def run(options: argparse.Namespace, console: Console) -> int:
     return common.DONE if cost.ok else common.NOT_CONVERGED
 
 
-def _asked(options: argparse.Namespace) -> list[str]:
-    """The options that were given, as words."""
-    words: list[str] = []
-    for name in (
-        "solvers", "segments", "tolerances", "meshes", "elastica_elements", "width_to_thickness", "reference",
-        "targets", "budget",
-    ):  # fmt: skip
-        value = getattr(options, name)
-        if value is not None:
-            flag = "target" if name == "targets" else name.replace("_", "-")
-            words += [f"--{flag}", *(str(v) for v in (value if isinstance(value, list) else [value]))]
-    if options.repeats != 3:
-        words += ["--repeats", str(options.repeats)]
-    return words + [f"--{name.replace('_', '-')}" for name in ("leave_saddle", "compilation") if getattr(options, name)]
-
-
 def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
     """The plan that the options ask for; `BadInput` names the option that cannot be."""
-    from compare.studies.cost_plan import REFERENCES, SOLVERS, Plan
+    from compare.models.choice import measure_of_all
+    from compare.registry import names
+    from compare.studies.cost_plan import OWN, Plan, chosen, families
 
     changes: dict[str, object] = {"leave_saddle": options.leave_saddle, "compilation": options.compilation}
-    _chosen("--solvers", options.solvers or [], SOLVERS)
-    if options.solvers:
-        changes["solvers"] = tuple(s for s in SOLVERS if s in options.solvers)
+    known = families(scene)
+    _chosen("--solvers", options.solvers or [], known)
+    changes["solvers"] = tuple(s for s in known if s in (options.solvers or known))
     for name, least, most in (("segments", 2, 2000), ("elastica_elements", 2, 5000)):
         values = getattr(options, name)
         if values is not None:
@@ -126,15 +112,13 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
         if not (math.isfinite(options.budget) and options.budget > 0.0):
             raise BadInput("--budget", options.budget, "is no time", "give seconds, above zero")
         changes["budget"] = options.budget
-    ratio = _ratio(options, scene)
-    if ratio is not None:
-        changes["ratio"] = ratio
-    with_shell = ratio is not None and (not options.solvers or "shell" in options.solvers)
-    ribbon_too = not options.solvers or {"chained", "mixed", "placed"} & set(options.solvers)
-    usual = "shell" if with_shell else "ribbon" if ribbon_too else "elastica"
-    changes["reference"] = usual if options.reference is None else options.reference
-    _chosen("--reference", [changes["reference"]], REFERENCES)
-    return Plan(**changes)  # type: ignore[arg-type]
+    changes["ratio"] = _ratio(options, scene)
+    if options.reference is not None:
+        _chosen("--reference", [options.reference], (*names(), OWN))
+    plan = Plan(**changes)  # type: ignore[arg-type]
+    entries, _ = chosen(scene, plan)
+    usual = measure_of_all([entry.model.name for entry in entries])
+    return replace(plan, reference=options.reference or usual)
 
 
 def _ratio(options: argparse.Namespace, scene: Scene) -> float | None:

@@ -31,7 +31,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
-    from compare.page.terminal import command_line, print_table
+    from compare.page.terminal import print_table
     from compare.pages import explain as effects_page
     from compare.store.store import CaseStore
     from compare.studies import effects_measured
@@ -41,8 +41,6 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if options.shell:
         scene.require_shell()
     out = None if options.out is None else common.out_folder(options, scene.name)
-    extra = [] if options.run is None else ["--run" if options.run else "--no-run"]
-    again = command_line("explain", options, extra + (["--shell"] if options.shell else []))
     solves = shell = None
     with Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
         reporter.step("evaluations with and without each effect")
@@ -52,7 +50,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         if options.shell and solves is not None:
             shell = effects_measured.shells(scene, solves.grid, CaseStore(folder / "cases"), reporter)
         if out is not None:
-            effects_page.write(out, scene, found, solves, shell, again)
+            effects_page.write(out, scene, found, solves, shell, options.line)
     if not options.quiet:
         for table in effects_page.tables(scene, found, solves, shell):
             print_table(console, table)

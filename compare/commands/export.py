@@ -35,7 +35,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
     from compare.export.source import chosen, read_source, write, write_page_of
-    from compare.page.page import again
     from compare.store.store import check_writable
 
     formats = chosen(options.formats)
@@ -52,9 +51,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         with common.held(out, reporter.step):
             reporter.step(f"writing {len(source.surfaces)} surfaces as {', '.join(formats)}")
             files = write(out, source, formats)
-            more = () if options.formats is None else ("--format", ",".join(formats))
-            name = options.source if not Path(options.source).is_dir() else Path(options.source).resolve().name
-            write_page_of(out, source, files, again("export", name, options.assignments, *more))
+            write_page_of(out, source, files, options.line)
     if not options.quiet:
         table = Table(title=source.page.title, title_justify="left")
         for heading, justify in (("file", "left"), ("what", "left"), ("KiB", "right")):

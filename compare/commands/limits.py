@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -68,9 +67,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
     for _, case in cases:
         limits.require_limits(case)
     out = common.out_folder(options, scene.name)
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         findings, comparison = _study(options, thresholds, cases, out, reporter)
-        limits_results.write(out, findings, comparison, thresholds, _again(options))
+        limits_results.write(out, findings, comparison, thresholds, options.line)
     if not options.quiet:
         _tell(console, findings, thresholds, out)
     return common.DONE if all(finding.ok for finding in findings) else common.NOT_CONVERGED
@@ -143,20 +142,6 @@ def _study(
         )
         findings += found
     return findings, comparison if len(cases) == 1 else None
-
-
-def _again(options: argparse.Namespace) -> str:
-    words = ["ribbonbench", "limits", Path(options.scene).name]
-    for assignment in options.assignments:
-        words += ["--set", assignment]
-    for axis in options.vary:
-        words += ["--vary", axis]
-    for name in _AXES:
-        if getattr(options, name) is not None:
-            words += [f"--{name.replace('_', '-')}", getattr(options, name)]
-    words += ["--clamp", options.clamp] if options.clamp != "scene" else []
-    words += ["--quick"] if options.quick else []
-    return shlex.join(words)
 
 
 def _tell(console: Console, findings: list[Finding], thresholds: Thresholds, out: Path) -> None:

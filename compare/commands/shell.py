@@ -38,7 +38,6 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
     from compare.models.shell_here import run as run_here
-    from compare.page.page import again as command_line
     from compare.pages import shell as pages
     from compare.store.store import CaseStore
     from compare.store.world import world
@@ -64,8 +63,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             states = run_here(scene, CaseStore(out / "cases"), reporter, processes, iteration)
             if processes.first:
                 reporter.step("writing results")
-            again = command_line("shell", options.scene, options.assignments, *(["--plain"] if options.plain else []))
-            processes.on_first(lambda: pages.write_all(out, scene, states, again))
+            processes.on_first(lambda: pages.write_all(out, scene, states, options.line))
         finally:
             if processes.first:
                 holder.__exit__(None, None, None)

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
-    with common.ribbon_input(scene.name), Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         state = solve_into(out, scene, reporter, options)
     if not options.quiet:
         table = Table(title=scene.title, title_justify="left", show_header=False)
@@ -47,7 +47,6 @@ def solve_into(out: Path, scene: Scene, reporter: Reporter, options: argparse.Na
     """Solves the scene's own model and writes its files into the folder `out`."""
     from compare.models.base import Options, check_keys
     from compare.models.choice import chosen
-    from compare.page.page import again
     from compare.pages.solve import write
     from compare.store.store import CaseStore
 
@@ -56,6 +55,5 @@ def solve_into(out: Path, scene: Scene, reporter: Reporter, options: argparse.Na
     asked = Options(leave_saddle=options.leave_saddle, error=True, repeats=None, store=CaseStore(out / "cases"))
     state = model.solve(scene, options=asked, say=reporter)
     reporter.step("writing results")
-    saddle = ["--leave-saddle"] if options.leave_saddle else []
-    write(out, scene, state, again("solve", options.scene, options.assignments, *saddle))
+    write(out, scene, state, options.line)
     return state

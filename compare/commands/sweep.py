@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -103,7 +102,7 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         finished = sweep_run.run(sweep, grid, out, crew(), reporter, options.fresh)
         reporter.step("writing tables and the picture")
-        page = sweep_write.write(out, finished, _again(options))
+        page = sweep_write.write(out, finished, options.line)
     if not options.quiet:
         for sentence in page.verdict:
             console.print(f"- {sentence}")
@@ -134,14 +133,3 @@ def _sweep(options: argparse.Namespace) -> Sweep:
     if "show" in changes or "against" in changes:
         changes["curves"] = ()
     return dataclasses.replace(sweep, **changes)
-
-
-def _again(options: argparse.Namespace) -> str:
-    from compare.page.page import again
-
-    words = [word for axis in options.vary for word in ("--vary", axis)]
-    for name in ("solver", "show", "against"):
-        value = getattr(options, name)
-        words += [f"--{name}", value] if value is not None else []
-    words += [f"--{name.replace('_', '-')}" for name in ("errors", "leave_saddle") if getattr(options, name)]
-    return again("sweep", Path(options.sweep).name, options.assignments, *words)

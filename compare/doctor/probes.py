@@ -37,6 +37,11 @@ def row(name: str, what: object, ok: bool = True, remedy: str = "") -> Row:
     return {"name": name, "what": " ".join(str(what).split()), "ok": bool(ok), "remedy": "" if ok else remedy}
 
 
+def begun(name: str, remedy: str) -> Row:
+    """The row of something that may crash the process: it stands until the row that follows it; remedy: of a crash."""
+    return {"name": name, "what": "", "ok": None, "remedy": remedy}
+
+
 def broken(name: str, error: BaseException, remedy: str) -> Row:
     """The row of something that cannot be imported or does not work."""
     absent = isinstance(error, ModuleNotFoundError)
@@ -224,7 +229,7 @@ def pictures() -> Iterator[Row]:
     except Exception as error:
         yield broken("pyvista, VTK", error, SETUP)
         return
-    print(MARK + json.dumps([row("off-screen pictures", "VTK crashed", False, _PICTURES)]), flush=True)
+    yield begun("off-screen pictures", _PICTURES)
     try:
         plotter: Any = pyvista.Plotter(off_screen=True, window_size=[64, 64])
         plotter.add_mesh(pyvista.Sphere(), color="red")

@@ -21,13 +21,6 @@ COLOURED_BY = ("energy_density", "membrane_share", "omega", "S")
 _AXES = "xyz"
 
 
-def npz_bytes(content: Mapping[str, Any]) -> bytes:
-    """Arrays as a compressed .npz file, without pickles."""
-    out = io.BytesIO()
-    np.savez_compressed(out, **content)
-    return out.getvalue()
-
-
 def sheet_arrays(sheet: Sheet) -> dict[str, NDArray[Any]]:
     """A surface as arrays: points (N, 3), triangles (T, 3), point_NAME by point, triangle_NAME by triangle, and shape
     (2,), points along and across, where the points are a grid."""

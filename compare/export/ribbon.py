@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.formats import npz_bytes
+from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
 from ribbon.energies.along import line_density, segment_of

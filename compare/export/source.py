@@ -17,6 +17,7 @@ from compare.export import formats as export_formats
 from compare.export import gltf as export_gltf
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.page.page import Page, Surface, Table, read_page, write_page
+from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes, atomic_write_json, read_json
 
 FORMATS = {
@@ -153,7 +154,7 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
         if "npz" in formats:
             arrays: dict[str, Any] = export_formats.sheet_arrays(sheet)
             arrays |= source.ribbon if stem == RIBBON else {}
-            put(f"{stem}.npz", export_formats.npz_bytes(arrays), f"{label}: everything, NPZ")
+            put(f"{stem}.npz", npz_bytes(arrays), f"{label}: everything, NPZ")
     if "pvd" in formats:
         put("surfaces.pvd", export_formats.pvd_bytes(_steps(source.surfaces)), "the VTU files as a collection, PVD")
     if "gltf" in formats:

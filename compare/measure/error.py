@@ -22,6 +22,11 @@ def rest(first: float, second: float) -> float:
     return second * ratio / (1.0 - ratio)
 
 
+def beyond(first: float, second: float) -> float:
+    """Distance from the middle one of three states to their limit: `second`, to the last one, and the `rest`."""
+    return second + rest(first, second)
+
+
 def extrapolated(shapes: Sequence[FloatArray]) -> float | None:
     """Distance (Hausdorff) from the first of up to three shapes (k, m, 3) to their limit, each on elements half as long
     as the one before; None for a single one.

@@ -6,7 +6,7 @@ units of l, energies in D w / l, forces in D w / l^2, moments in D w / l, curvat
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -107,10 +107,15 @@ class Supports:
 
 @dataclass(frozen=True)
 class Seconds:
-    """first: the first solve in this process, with all that it has to load; repeats: of the same solve again (s)."""
+    """first: the first solve in this process, with all that it has to load; repeats: of the same solve again (s).
+
+    process: of a model that solves in a process of its own the wall time of that process, from its start to its end;
+    `first` is then the solve alone. None: solved in this process, or found among finished cases.
+    """
 
     first: float
     repeats: tuple[float, ...] = ()
+    process: float | None = None
 
     @property
     def warm(self) -> float:
@@ -151,16 +156,18 @@ def pose_of(shape: Shape, s: float) -> Pose:
 @dataclass(frozen=True)
 class Size:
     """How fine a model is: `ladder`, the name under which the model varies it ("mixed", "elastica 2", "shell"), and
-    `values`, one or two numbers (segments; a tolerance; elements along and across); degree of the elements, if any."""
+    `values`, one or two numbers (segments; a tolerance; elements along and across); degree of the elements, if any;
+    words: how a state's size is shown where the values do not say what came of them."""
 
     ladder: str
     values: tuple[float, ...]
     degree: int | None = None
+    words: str = field(default="", compare=False)
 
     @property
     def label(self) -> str:
-        """E.g. "40", "100 x 8"."""
-        return " x ".join(f"{value:g}" for value in self.values)
+        """E.g. "40", "100 x 8", "92 (for 1e-03)"."""
+        return self.words or " x ".join(f"{value:g}" for value in self.values)
 
 
 @dataclass(frozen=True)
@@ -287,13 +294,15 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Reference:
-    """The finest state that a model has of a scene: what it is, its surface, its own error (Hausdorff over l) by the
-    comparison that `checked` names; None where that did not converge."""
+    """The finest state that a model has of a scene: what it is, its own error (Hausdorff over l) by the comparison that
+    `checked` names; None where that did not converge. against: the state it was compared with, where that was solved
+    from its start as any size is, so that its time is one of that size."""
 
     state: State
     what: str
     error: float | None
     checked: str
+    against: State | None = None
 
 
 class Model(Protocol):
@@ -337,6 +346,18 @@ class Model(Protocol):
 
     def refined(self, state: State) -> State | None:
         """The same state on elements half as long, begun at it; None where the model does not go on."""
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """A state as fine as the finest of `sizes` or finer, and its own error, on `options.grid`. A model may go
+        without this method: `compare.models.reference.usual` is then asked."""
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """The effects that the scene switches on or leaves out."""

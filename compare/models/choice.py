@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from compare.models.base import Effect, Model, Size
 from compare.registry import model, name_for
 from compare.scene.scene import Scene
@@ -17,6 +19,12 @@ def beside_the_shell(scene: Scene) -> Model:
     opinion there, the ribbon."""
     found = chosen(scene)
     return model("ribbon") if found.name == "elastica" else found  # type: ignore[no-any-return]
+
+
+def measure_of_all(names: Collection[str]) -> str:
+    """Of the models of these names, the one to which all are compared: the shell, which is the richest; without it the
+    ribbon; without both the first."""
+    return next((name for name in ("shell", "ribbon") if name in names), next(iter(names)))
 
 
 def third_opinion(scene: Scene, beside: Model) -> Model | None:
@@ -41,8 +49,8 @@ def coarse_shell(scene: Scene) -> tuple[Model, Scene, Size]:
 
     Raises `BadInput` for a scene without a shell.
     """
+    from compare.models.effects.shell import thickest
     from compare.models.shell import mesh_size
-    from compare.models.shell_effects import thickest
 
     alone, mesh = thickest(scene)
     return model("shell"), alone, mesh_size(mesh)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from compare.models.base import (
     Ladder,
     Options,
     Pose,
+    Reference,
     Shape,
     Size,
     State,
@@ -38,6 +39,7 @@ FloatArray = NDArray[np.float64]
 #: Usual sizes and degrees.
 ELEMENTS = (5, 10, 20, 40, 80)
 DEGREES = (1, 2, 3)
+REFERENCE_DEGREE = 4
 
 _RIBBON = "how the ribbon beside it is discretised"
 _PLANE = "in its plane the strip bends as one of any width and Poisson's ratio, in l and D w / l"
@@ -129,7 +131,7 @@ class ElasticaModel:
         "model.held_by": _RIBBON,
         "shell.*": "how the shell beside it is made and held",
     }
-    wing = ("shellref/elastica", "compare/scene", "compare/models", "compare/measure")
+    wing: tuple[str, ...] = ("shellref/elastica", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """What breaks planarity."""
@@ -195,7 +197,7 @@ class ElasticaModel:
             size=Size(f"elastica {r.degree}", (float(elements),), r.degree),
             status=Status(r.status.value),
             word=r.status.value,
-            stable=bool(r.stable) if known else None,
+            stable=r.stable if known else None,
             message=r.message,
             energy=Energy(
                 elastic=r.energy.bending,
@@ -221,9 +223,27 @@ class ElasticaModel:
         """None: an elastica brings its own error, from halved elements."""
         return None
 
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """Degree `REFERENCE_DEGREE` on four times the most elements; its own error, from elements half as long."""
+        most = 4 * int(max(size.values[0] for size in sizes))
+        if say is not None:
+            say.step(f"reference of the elastica: {most} elements of degree {REFERENCE_DEGREE}")
+        size = Size(f"elastica {REFERENCE_DEGREE}", (most,), REFERENCE_DEGREE)
+        own = replace(options or Options(), error=True, repeats=0)
+        state = self.solve(scene, size, near=near, options=own, say=say)
+        return Reference(state, f"{most} elements of degree {REFERENCE_DEGREE}", state.error, f"{2 * most} of them")
+
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, ends and natural curvature, on or off."""
-        from compare.models.elastica_effects import effects
+        from compare.models.effects.elastica import effects
 
         return effects(scene)
 

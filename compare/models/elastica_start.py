@@ -44,7 +44,7 @@ OWN_DEGREE = 2
 
 @dataclass(frozen=True)
 class Start:
-    """Where an elastica begins ("natural", "seed", "path", "near" another model's shape), and its solve from there:
+    """Where an elastica begins ("natural", "seed", "path"; "ribbon": another model's shape), and its solve from there:
     `once(elements, degree, estimate)`, elements and degree None for the usual ones; one solve, and with `estimate` a
     second one on halved elements."""
 
@@ -93,7 +93,7 @@ def _near(scene: Scene, shape: Shape) -> Start | None:
             raise BadInput("elements", elements, "is too coarse for the elastica beside this shape", "take more")
         return found
 
-    return Start("near", once)
+    return Start("ribbon", once)
 
 
 def _alone(scene: Scene, problem: ElasticaProblem) -> Start:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ from compare.models.base import (
     Ladder,
     Options,
     Pose,
+    Reference,
     Seconds,
     Shape,
     Size,
@@ -30,10 +31,13 @@ from compare.models.base import (
     Supports,
     Variant,
 )  # fmt: skip
-from compare.models.timing import LONG, clocked
+from compare.models.reference import cut
+from compare.models.timing import clocked, repeated
+from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
 
 if TYPE_CHECKING:
+    from compare.models.ribbon_estimate import Estimate
     from compare.models.ribbon_way import Way
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -129,7 +133,7 @@ class RibbonModel:
         "shell.*": "how the shell beside it is made and held",
         "model.arc_length": "how the elastica beside it passes limit points",
     }
-    wing = ("ribbon", "compare/scene", "compare/models", "compare/measure")
+    wing: tuple[str, ...] = ("ribbon", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A rod, or a load at the tip; keys of which one would be ignored."""
@@ -137,6 +141,8 @@ class RibbonModel:
         if beyond is not None:
             remedy = 'use ribbonbench solve with model.energy = "elastica"'
             return BadInput(beyond[0], None, f"is in the scene: the ribbon {beyond[1]}", remedy)
+        if name_for(scene.model.energy) not in (self.name, "elastica"):
+            return BadInput("model.energy", scene.model.energy, "is another model's than the ribbon's")
         if scene.model.tolerance is not None and scene.model.formulation not in ("auto", "mixed"):
             return BadInput(
                 "model.formulation", scene.model.formulation, "cannot place its segments by model.tolerance",
@@ -195,7 +201,7 @@ class RibbonModel:
                 stages = f", {len(scene.path) + 1} stages" if scene.path else ""
                 say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
             way, found, seconds = _solved(scene, options, say)
-        state = state_of(scene, found, size or own_size(found), seconds, way)
+        state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
         if options.error:
             state = replace(state, error=self.error(state, say, options.grid))
         return state
@@ -209,6 +215,26 @@ class RibbonModel:
         finer = refine(state.native)
         size = Size(state.size.ladder, (float(finer.problem.lengths.size),))
         return state_of(None, finer, size, Seconds(float("nan")), None)
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """The largest number of segments (of `SEGMENTS`, where all sizes are tolerances) cut in four, glued unless only
+        chained ones are asked for."""
+        ladders = {size.ladder for size in sizes}
+        glued = bool(scene.path) or "mixed" in ladders or "chained" not in ladders
+        most = max((size.values[0] for size in sizes if size.ladder != "placed"), default=SEGMENTS[-1])
+        start = Size("mixed" if glued else "chained", (most,))
+        if say is not None:
+            say.step(f"reference of the ribbon: {4 * most:g} and {8 * most:g} segments")
+        quick = replace(options or Options(), error=False, repeats=0, store=None)
+        return cut(self, self.solve(scene, start, options=quick, say=say), _grid(quick), "segments")
 
     def error(self, state: State, say: Reporter | None = None, grid: Grid | None = None) -> float | None:
         """Distance (Hausdorff / l) from a ribbon to its own limit of many segments, on the same branch; None when
@@ -238,16 +264,22 @@ class RibbonModel:
             shapes.append(aligned(grid.of(current.shape), shapes[-1], current.motions))
         return extrapolated(shapes)
 
+    def estimate(self, scene: Scene, state: State, width_to_thickness: float) -> Estimate:
+        """How far a shell of this w/h would be from the state (`compare.models.ribbon_estimate`)."""
+        from compare.models.ribbon_estimate import estimate
+
+        return estimate(scene, state.native, width_to_thickness)
+
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
-        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.ribbon_effects`)."""
-        from compare.models.ribbon_effects import effects
+        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
+        from compare.models.effects.ribbon import effects
 
         with self._admitted(scene):
             return effects(scene)
 
     def evaluation(self, scene: Scene) -> Evaluation:
         """The size of the problem, and the time of one evaluation (`compare.models.base.Evaluates`)."""
-        from compare.models.ribbon_effects import evaluation
+        from compare.models.effects.ribbon import evaluation
 
         with self._admitted(scene):
             return evaluation(scene)
@@ -282,6 +314,19 @@ def sized(scene: Scene, size: Size) -> Scene:
     return scene.replace({"model.elements": int(value), "model.formulation": size.ladder})
 
 
+def _grid(options: Options) -> Grid:
+    """The grid that errors are measured on."""
+    assert options.grid is not None, "a reference's error is measured on a grid"
+    return options.grid
+
+
+def _shown(size: Size, found: Equilibrium) -> Size:
+    """A size that was asked for, with the number of segments that a tolerance has led to."""
+    if size.ladder != "placed":
+        return size
+    return replace(size, words=f"{found.problem.lengths.size} (for {size.values[0]:.0e})")
+
+
 def own_size(found: Equilibrium) -> Size:
     """The size that a ribbon has."""
     return Size(found.problem.formulation, (float(found.problem.lengths.size),))
@@ -298,11 +343,8 @@ def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way |
     folder = None if options.store is None else options.store.root.parent
     detail = None if say is None else say.detail
     way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail), 0)
-    wanted = options.repeats if options.repeats is not None else (None if seconds.first < LONG else 0)
-    if not way.resumed and wanted != 0:  # gone again without the folder: nothing kept may shorten it
-        again = None if wanted is None else wanted - 1
-        _, spent = clocked(lambda: run_way(scene, leave_saddle=leave), again)
-        seconds = Seconds(seconds.first, (spent.first, *spent.repeats))
+    if not way.resumed:  # gone again without the folder: nothing kept may shorten it
+        seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
     return way, way.equilibrium, seconds
 
 
@@ -323,6 +365,8 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
 
 def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:
     """A ribbon's equilibrium as a state; scene: names its walls."""
+    from ribbon.energies import ENERGIES
+
     lower, upper = e.problem.bounds()  # type: ignore[attr-defined]
     plates = any(wall.stiffness is not None for wall in scene.walls) if scene is not None else bool(e.energy.plates)
     lowest = e.lowest_eigenvalue
@@ -350,6 +394,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
         numbers={
             "segments": int(e.problem.lengths.size),
+            "knows_width": ENERGIES[e.problem.energy].knows_width,
             "max_abs_eta": float(e.max_abs_eta),
             "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
         },

@@ -28,6 +28,7 @@ def ribbon_strip(scene: Scene) -> Strip:
         poisson=scene.strip.poisson,
         natural_curvature=scene.curvature,
         gamma=scene.gamma,
+        thickness=scene.thickness,
     )
 
 

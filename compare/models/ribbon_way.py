@@ -25,6 +25,7 @@ import numpy as np
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
+from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes, case_key, jsonable
 from ribbon import Equilibrium, Status, solve
 from ribbon.element import kernel_cache
@@ -98,12 +99,11 @@ class _Keeper:
             "seconds": e.seconds,
             "options": jsonable(e.options),
         }
-        buffer = io.BytesIO()
-        np.savez_compressed(
-            buffer, about=np.array(json.dumps(about)), lengths=e.problem.lengths, x=e.x, rows=e.rows,
-            multipliers=e.multipliers, mode=e.mode, at=np.empty(0) if e.at is None else e.at,
-        )  # fmt: skip
-        atomic_write_bytes(self.path, buffer.getvalue())
+        arrays = {
+            "about": np.array(json.dumps(about)), "lengths": e.problem.lengths, "x": e.x, "rows": e.rows,
+            "multipliers": e.multipliers, "mode": e.mode, "at": np.empty(0) if e.at is None else e.at,
+        }  # fmt: skip
+        atomic_write_bytes(self.path, npz_bytes(arrays))
 
     def load(self, problem_of: Callable[[int, float], Problem]) -> _Place | None:
         """The place kept by an interrupted run of the same scene and sources; None: none, or unusable."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import math
 import tempfile
-from collections.abc import Mapping
+import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,7 @@ from compare.models.base import (
     Ladder,
     Options,
     Pose,
+    Reference,
     Seconds,
     Shape,
     Size,
@@ -32,8 +34,8 @@ from compare.models.base import (
     Variant,
     pose_of,
 )  # fmt: skip
+from compare.models.effects.shell import effects
 from compare.models.shell_build import natural_constant, shell_elements, shell_options, shell_problem
-from compare.models.shell_effects import effects
 from compare.models.shell_process import SOURCES, ShellCase, run_shell
 from compare.store.store import CaseStore
 
@@ -144,7 +146,7 @@ class ShellModel:
         "seed.ruling": "a shell has no rulings",
         "model.*": _RIBBON,
     }
-    wing = (*SOURCES, "compare/models", "compare/scene", "compare/measure")
+    wing: tuple[str, ...] = (*SOURCES, "compare/models", "compare/scene", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A scene without thickness, or held as no shell can be."""
@@ -180,6 +182,8 @@ class ShellModel:
         """The scene's shell at its (first) w/h, along its path, or settled at the surface `near`."""
         options = options or Options()
         ratio = scene.require_shell()[0]
+        if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
+            scene = scene.replace({"shell.tolerance": None})
         elements = shell_elements(scene) if size is None else (int(size.values[0]), int(size.values[1]))
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
@@ -191,8 +195,8 @@ class ShellModel:
             if store is None:  # nothing is kept: the files live as long as the state's arrays take to load
                 place = stack.enter_context(tempfile.TemporaryDirectory(prefix="ribbonbench-shell-"))
                 store = CaseStore(Path(place))
-            case = _run(scene, problem, store, near, say)
-            found = state_of(scene, case)
+            case, wall = _run(scene, problem, store, near, say)
+            found = state_of(scene, case, wall)
             if options.error and scene.shell.tolerance is None:
                 found = self._with_error(scene, found, elements, ratio, store, near, options, say)
             if options.store is None and case.folder is not None:
@@ -220,7 +224,7 @@ class ShellModel:
             say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
         begin = found.shape if near is not None and found.ok else near
         with contextlib.suppress(BadInput):
-            case = _run(scene, problem_of(scene, ratio, check, options.fallback), store, begin, say)
+            case, _ = _run(scene, problem_of(scene, ratio, check, options.fallback), store, begin, say)
             if case.ok and found.ok and found.shape is not None:
                 own = found.native
                 assert isinstance(own, ShellCase)
@@ -234,6 +238,38 @@ class ShellModel:
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""
         return None
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """The largest mesh with degree 3, against degree 2 on half as many elements more each way.
+
+        That bounds the error as long as the reference is twice as accurate. The check begins at its start even where
+        `options.store` has a part of it: its time is that of a run.
+        """
+        options = replace(options or Options(), error=False)
+        assert options.grid is not None, "a reference's error is measured on a grid"
+        largest = max(sizes, key=lambda size: math.prod(size.values))
+        ratio = f"w/h = {scene.require_shell()[0]:g}"
+        fine = replace(largest, degree=3, words=f"{largest.label}, Q3")
+        check = Size(LADDER, tuple(float(-(-3 * int(value) // 2)) for value in largest.values), 2)
+        found = []
+        for size, store in ((fine, options.store), (check, None)):
+            if say is not None:
+                say.step(f"reference of the shell: {ratio}, {size.label}")
+            found.append(self.solve(scene, size, near=near, options=replace(options, store=store), say=say))
+        state, other = found
+        error = None
+        if state.ok and other.ok and state.shape is not None and other.shape is not None:
+            error = grid_hausdorff(options.grid.of(state.shape), options.grid.of(other.shape))
+        checked = check.label if other.ok else f"{check.label}: {other.word}"
+        return Reference(state, f"{fine.label}, {ratio}", error, checked, other)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """The shell in words (on where the scene has one), and the effects that can be off in it."""
@@ -260,10 +296,15 @@ def problem_of(scene: Scene, ratio: float, elements: tuple[int, int], fallback: 
         return shell_problem(scene, ratio, elements, way=False)
 
 
-def _run(scene: Scene, problem: ShellProblem, store: CaseStore, near: Shape | None, say: Reporter | None) -> ShellCase:
+def _run(
+    scene: Scene, problem: ShellProblem, store: CaseStore, near: Shape | None, say: Reporter | None
+) -> tuple[ShellCase, float | None]:
+    """The case, and the wall time (s) of its process; None for one that was found."""
     progress = None if say is None else say.detail
     start = None if near is None else starting_surface(near, problem)
-    return run_shell(problem, store, shell_options(scene), progress=progress, start=start)
+    clock = time.perf_counter()
+    case = run_shell(problem, store, shell_options(scene), progress=progress, start=start)
+    return case, None if case.reused else time.perf_counter() - clock
 
 
 def starting_surface(near: Shape, problem: ShellProblem) -> ShellSurface:
@@ -283,9 +324,9 @@ def starting_surface(near: Shape, problem: ShellProblem) -> ShellSurface:
     return ShellSurface(s, v, near.points(s, v), near.fields(s, v)["normal"], grid.degree)
 
 
-def state_of(scene: Scene, case: ShellCase) -> State:
-    """A shell case as a state. Its energy leaves out the constant of the natural curvature, which it has in full only
-    where its natural curvature is the scene's: elsewhere the elastic energy is not known."""
+def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
+    """A shell case as a state; wall: of its process (s). Its energy leaves out the constant of the natural curvature,
+    which it has in full only where its natural curvature is the scene's: elsewhere the elastic energy is not known."""
     data = case.data
     unstable = case.status == "converged" and not case.ok
     mesh = data.get("elements") or shell_elements(scene)
@@ -305,7 +346,7 @@ def state_of(scene: Scene, case: ShellCase) -> State:
         lowest_eigenvalue=_number(data.get("lowest_eigenvalue")),
         supports=_supports(data),
         error=discretisation.get("estimate"),
-        seconds=Seconds(seconds if math.isfinite(seconds) else float("nan")),
+        seconds=Seconds(seconds if math.isfinite(seconds) else float("nan"), process=wall),
         unknowns=int(data.get("dofs", 0)),
         numbers={
             "elements": " x ".join(str(number) for number in mesh),

@@ -15,25 +15,30 @@ REPEATS = 5
 REPEAT_BUDGET = 2.0
 
 
-def clocked(once: Callable[[], T], repeats: int | None = None) -> tuple[T, Seconds]:
-    """The result of the first call of `once`, and the times (s) of all calls: nothing else is inside the clock.
+#: First calls that took as long (s) are not repeated without being asked for, and count as one that was asked for.
+LONG = 2.0
 
-    repeats: calls beside the first; None: as many as `REPEATS` and `REPEAT_BUDGET` allow, at least one, but none after
-    a first call that took longer than the budget.
-    """
+
+def clocked(once: Callable[[], T], repeats: int | None = None) -> tuple[T, Seconds]:
+    """The result of the first call of `once`, and the times (s) of all calls: nothing else is inside the clock."""
     clock = time.perf_counter()
     result = once()
-    first = time.perf_counter() - clock
+    return result, repeated(once, time.perf_counter() - clock, repeats)
+
+
+def repeated(once: Callable[[], object], first: float, repeats: int | None = None) -> Seconds:
+    """`first` (s), the time of a call that has been made, and the times of `once` called again.
+
+    repeats: calls beside the first, where one that took `LONG` or longer counts as the first of them: what it loads is
+    then little beside it. None: as many as `REPEATS` and `REPEAT_BUDGET` allow, at least one, but none after a `LONG`
+    first call.
+    """
+    if repeats is None and first >= LONG:
+        return Seconds(first)
     most = REPEATS if repeats is None else repeats
-    times: list[float] = []
+    times = [first] if repeats and first >= LONG else []
     while len(times) < most and (repeats is not None or not times or sum(times) < REPEAT_BUDGET):
-        if repeats is None and first >= LONG:
-            break
         clock = time.perf_counter()
         once()
         times.append(time.perf_counter() - clock)
-    return result, Seconds(first, tuple(times))
-
-
-LONG = 2.0
-"""First calls that took as long (s) are not repeated without being asked for."""
+    return Seconds(first, tuple(times))

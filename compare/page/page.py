@@ -5,7 +5,6 @@ Neither a solver nor a library for pictures is imported. Files are named relativ
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -71,7 +70,8 @@ class Page:
     """A finished run: which command made it, from which scene, what it says and shows.
 
     verdict: sentences; tables, pictures, surfaces in order; files: name -> what is in it; scene: its TOML text, "" for
-    none; up: direction upwards in the 3-D view; provenance: as in result.json; again: the command that remakes it.
+    none; up: direction upwards in the 3-D view; provenance: as in result.json; again: the command line that makes it
+    again, as typed (`compare.commands.line`), "" where it was made through Python.
     """
 
     command: str
@@ -85,14 +85,6 @@ class Page:
     up: tuple[float, float, float] | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
     again: str = ""
-
-
-def again(command: str, scene: str, assignments: Sequence[str] = (), *more: str) -> str:
-    """The command line that remakes a result: `scene` is a shipped name, or a file, of which the name alone is kept."""
-    words = ["ribbonbench", command, Path(scene).name]
-    for assignment in assignments:
-        words += ["--set", assignment]
-    return shlex.join([*words, *more])
 
 
 def write_page(folder: Path, page: Page) -> Path:

@@ -1,11 +1,6 @@
-"""Tables of a page on the terminal, and the command line that makes a result again."""
+"""Tables of a page on the terminal."""
 
 from __future__ import annotations
-
-import argparse
-import shlex
-from collections.abc import Sequence
-from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table as Grid
@@ -26,11 +21,3 @@ def print_table(console: Console, table: Table, legend: bool = True) -> None:
     console.print(grid)
     if legend and table.legend:
         console.print(table.legend)
-
-
-def command_line(command: str, options: argparse.Namespace, extra: Sequence[str] = ()) -> str:
-    """`ribbonbench command SCENE --set ...` as one would type it; a scene file goes by its name, without its folder."""
-    words = ["ribbonbench", command, *([Path(options.scene).name] if options.scene is not None else [])]
-    for text in options.assignments:
-        words += ["--set", text]
-    return shlex.join([*words, *extra])

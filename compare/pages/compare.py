@@ -7,7 +7,6 @@ from pathlib import Path
 
 from compare.export import surfaces as export
 from compare.page.page import Page, Picture, Surface, Table, write_page
-from compare.page.page import again as command_line
 from compare.pages import comparison as tables
 from compare.pages import result as results
 from compare.pages.solve import upwards
@@ -20,7 +19,7 @@ from compare.studies.compare import Comparison
 REPORT = MARKDOWN
 
 
-def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
+def write(out: Path, comparison: Comparison, again: str) -> Path:
     """Writes everything of a comparison into the folder `out`, each file atomically, and returns report.md's path.
 
     report.html, report.md, page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
@@ -40,7 +39,7 @@ def write(out: Path, comparison: Comparison, again: str | None = None) -> Path:
             surfaces.append(Surface(name, f"shell, w/h = {ratio:g}", "shell", width_to_thickness=ratio))
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
-    write_page(out, page(comparison, written, surfaces, again or command_line("compare", comparison.scene.name)))
+    write_page(out, page(comparison, written, surfaces, again))
     return write_report(out, read_report([out])).markdown
 
 

@@ -205,7 +205,7 @@ def _left_plane(comparison: Comparison) -> str:
 
 def _other_model(comparison: Comparison) -> list[str]:
     """What makes this ribbon another model than the limit of its shells."""
-    scene, energy = comparison.scene, comparison.scene.model.energy
+    scene = comparison.scene
     found = []
     for name, clamp in (("start", scene.clamp_start), ("end", scene.clamp_end)):
         if clamp is None:
@@ -214,7 +214,7 @@ def _other_model(comparison: Comparison) -> list[str]:
             found.append(f'the shell holds its whole edge: clamp.{name}.ruling = "straight" does the same')
         if scene.shell.clamp == "corners" and clamp.ruling == "straight":
             found.append(f'the shell is held at its corners only: clamp.{name}.ruling = "free" is nearer to that')
-    if energy == "sadowsky":
+    if not comparison.fast.numbers.get("knows_width", True):
         found.append('the shell has a finite width: model.energy = "wunderlich"')
     return [f"The ribbon need not be the shell's limit: {'; '.join(found)}."] if found else []
 

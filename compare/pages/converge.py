@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 
 from compare.export import surfaces as export
 from compare.measure.distance import YARDSTICK
+from compare.page.drawing import save
 from compare.page.page import Cell, Page, Picture, Surface, Table, write_page
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
-from compare.pictures.drawing import save
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_json, atomic_write_text
 from compare.studies.converge import LEAST_FOR_LIMIT, line_band

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from compare.measure.distance import YARDSTICK
 from compare.measure.front import Reach, front, reach
+from compare.page.drawing import save
 from compare.page.page import Page, Picture, Table, write_page
-from compare.pages.result import ribbon_result
-from compare.pictures.drawing import save
+from compare.pages.result import state_result
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_json, atomic_write_text
 from compare.studies.cost_plan import Cost, Reference, Row
@@ -30,6 +30,8 @@ STYLES = {
     "elastica 4": ("#4a220a", "<"),
     "shell": ("#4d4d4d", "P"),
 }
+#: Colour of what lies below the error of a model's reference.
+SHADES = {"ribbon": "#1f5fa8", "elastica": "#c2662d", "shell": "#4d4d4d"}
 NAMES = {
     "chained": "ribbon chained",
     "mixed": "ribbon glued",
@@ -84,8 +86,8 @@ def _said(cost: Cost, target: float, common: bool) -> str | None:
     text = f"to {_target(target)} " + "; ".join(parts)
     fast = {m: r.seconds for m, r in found.items() if r.seconds is not None}
     slow = fast.get("shell")
-    for model in ("ribbon", "elastica"):
-        if slow is not None and fast.get(model):
+    for model in fast:
+        if slow is not None and model != "shell" and fast[model]:
             bounded = found["shell"].bound or found[model].bound
             ratio = slow / fast[model]
             text += f"; a factor {ratio:.3g} from {model} to shell" + (", between the runs named" if bounded else "")
@@ -271,7 +273,7 @@ def _panel(axes: Axes, cost: Cost, common: bool) -> None:
         axes.set_ylim(bottom, 2.0 * max([*errors, YARDSTICK]))
         for reference in shown:
             if reference.error is not None and reference.error > bottom:
-                colour = {"ribbon": "#1f5fa8", "elastica": "#c2662d", "shell": "#4d4d4d"}[reference.model]
+                colour = SHADES.get(reference.model, "0.3")
                 label = f"below the {reference.model} reference's own error"
                 axes.axhspan(bottom, reference.error, color=colour, alpha=0.12, lw=0, label=label)
     axes.set_xlabel("time of a warm solve (s)")
@@ -294,8 +296,8 @@ def _alt(cost: Cost) -> str:
 
 
 def result(cost: Cost) -> dict[str, Any]:
-    """`result.json`: the contract's keys of the scene's own ribbon, and the measurement under `cost`."""
-    document = ribbon_result(cost.scene, cost.base)
+    """`result.json`: the contract's keys of the scene's own state, and the measurement under `cost`."""
+    document = state_result(cost.scene, cost.base)
     document["cost"] = {
         "machine": cost.machine,
         "plan": cost.plan,
@@ -306,7 +308,8 @@ def result(cost: Cost) -> dict[str, Any]:
         "rows": [
             {
                 "solver": row.run.solver, "model": row.model, "size": row.run.label, "unknowns": row.run.unknowns,
-                "status": row.run.status, "ok": row.run.ok, "error": row.error, "error_end": row.error_end,
+                "status": row.run.status, "ok": row.run.ok, "energy": row.run.energy,
+                "error": row.error, "error_end": row.error_end,
                 "above_reference_error": row.shown, "distance": row.distance, "distance_end": row.distance_end,
                 "above_common_error": row.distance_shown, "reused": row.run.reused,
                 "seconds": {"warm": row.run.warm, "runs": row.run.seconds, "start": row.run.start},

@@ -20,7 +20,7 @@ BEGAN = {
     "natural": "the natural shape, the loads raised",
     "seed": "the seed as natural shape, then straightened and loaded",
     "path": "the seed, then the stages of the path",
-    "near": "the ribbon's shape",
+    "ribbon": "the ribbon's shape",
 }
 """Where an elastica began, in words."""
 

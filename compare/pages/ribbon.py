@@ -42,7 +42,7 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
             "elements": int(e.problem.lengths.size),
             "element_lengths": e.problem.lengths,
             "unknowns": state.unknowns,
-            "constraints": int(e.rows.size),
+            "constraints": int(e.problem.row_count),
         },
         "provenance": {**provenance(scene, e.options), "linear_solver": "MUMPS (sequential, in Ipopt)"},
     }

@@ -18,7 +18,6 @@ from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Page, Picture, Surface, Table, write_page
-from compare.page.page import again as command_line
 from compare.pages.solve import upwards
 from compare.pages.written import Written
 from compare.scene.scene import Scene
@@ -214,7 +213,7 @@ def table(scene: Scene, states: Sequence[State]) -> Table:
 
 
 def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:
-    """result.json, page.json and the files of `write_states`. again: the command line that remakes them."""
+    """result.json, page.json and the files of `write_states`. again: as of `Page`."""
     written = write_states(out, scene, states)
     found: Mapping[str, Any] = document(scene, states)
     atomic_write_json(out / "result.json", found)
@@ -229,6 +228,6 @@ def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "")
         scene=scene.to_toml(),
         up=upwards(scene),
         provenance=found["provenance"],
-        again=again or command_line("shell", scene.name),
+        again=again,
     )
     write_page(out, page)

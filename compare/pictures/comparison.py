@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from compare.measure.distance import YARDSTICK
-from compare.pictures.drawing import save, screen_axes
+from compare.page.drawing import save, screen_axes
 from compare.studies.compare import Comparison
 
 FloatArray = NDArray[np.float64]

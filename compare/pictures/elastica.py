@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.models.base import State
-from compare.pictures.drawing import save
+from compare.page.drawing import save
 from compare.scene.scene import Scene
 
 

@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from compare.measure.energy_map import shares
-from compare.pictures.drawing import quads, save, screen_axes
+from compare.page.drawing import quads, save, screen_axes
 from compare.studies.limits import Finding
 
 FloatArray = NDArray[np.float64]

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from compare.page.drawing import quads, save, screen_axes
 from compare.pictures.comparison import RIBBON_COLOUR
-from compare.pictures.drawing import quads, save, screen_axes
 from ribbon import Clamp, Equilibrium
 
 FloatArray = NDArray[np.float64]

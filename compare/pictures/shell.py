@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from compare.measure.energy_map import density_on_grid, shares
 from compare.models.shell_process import ShellCase
-from compare.pictures.drawing import quads, save, screen_axes
+from compare.page.drawing import quads, save, screen_axes
 from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]

@@ -12,7 +12,7 @@ from importlib.resources import files
 from compare.page.page import Page, Table, right_aligned
 from compare.report.folders import Part
 from compare.report.surfaces import View, as_data
-from compare.report.words import provenance_rows, report_title, view_text
+from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
 
 #: Rows from which a table gets a box of its own height; letters from which a cell needs a wide column.
 _LONG_TABLE = 40
@@ -104,8 +104,7 @@ def _section(part: Part, view: View | None, still: bytes | None, number: int) ->
         caption = f"<figcaption>{escape(picture.caption)}</figcaption>" if picture.caption else ""
         lines.append(f"<figure>{_image(part.pictures[picture.file], picture.alt)}{caption}</figure>")
     lines.append(f"<{level}>How it was made</{level}>")
-    if page.again:
-        lines.append(f"<pre>{escape(page.again)}</pre>")
+    lines.append(f"<pre>{escape(page.again)}</pre>" if page.again else f"<p>{THROUGH_PYTHON}</p>")
     lines.append(_pairs(provenance_rows(page)))
     if page.files:
         named = [(name, what) for name, what in page.files.items()]

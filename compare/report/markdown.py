@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 from compare.page.page import as_markdown, markdown_text
 from compare.report.folders import Part
-from compare.report.words import provenance_rows, report_title, view_text
+from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
 
 
 def document(parts: Sequence[Part], links: Sequence[str], still: str) -> str:
@@ -28,8 +28,7 @@ def _part(part: Part, link: str, still: str, number: int) -> list[str]:
     """One result; number: of its section, 0 where it is the only one."""
     page, level = part.page, "###" if number else "##"
     lines = [f'<a id="r{number}"></a>', "", f"## {markdown_text(page.title)}", ""] if number else []
-    if page.again:
-        lines += [_code(page.again), ""]
+    lines += [_code(page.again) if page.again else THROUGH_PYTHON, ""]
     lines += [*(f"- {markdown_text(sentence)}" for sentence in page.verdict), ""]
     for table in page.tables:
         lines += [f"{level} {markdown_text(table.title)}", "", as_markdown(table)]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.export.vtu import Sheet, triangles
+from compare.page.drawing import screen_axes
 from compare.page.page import Surface
-from compare.pictures.drawing import screen_axes
 
 FloatArray = NDArray[np.float64]
 

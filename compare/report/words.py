@@ -12,6 +12,10 @@ from compare.report.folders import Part
 PACKAGES = ("ribbonbench", "numpy", "numba", "cyipopt", "scikit-fem", "fenics-dolfinx", "petsc4py")
 
 
+#: Stands where a page has no command line.
+THROUGH_PYTHON = "Made through Python, by no command line."
+
+
 def report_title(parts: Sequence[Part]) -> str:
     """The page's own title, or how many results there are."""
     return parts[0].page.title if len(parts) == 1 else f"ribbonbench: {len(parts)} results"

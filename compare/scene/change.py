@@ -4,22 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import fields
+from typing import Any
 
 from compare.errors import BadInput
-from compare.scene.keys import FREE, SECTIONS
-from compare.scene.spec import (
-    ClampSpec,
-    ModelSpec,
-    SeedSpec,
-    ShellSpec,
-    StageSpec,
-    StripSpec,
-    WallSpec,
-)
-
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
+from compare.scene.data import SceneData
+from compare.scene.keys import FREE, KEYS, SECTIONS, contract_name
+from compare.scene.spec import ClampSpec, ClosureSpec, ModelSpec, StageSpec
 
 EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
     (("strip.gamma",), ("strip.young", "strip.density", "strip.second_moment")),
@@ -40,118 +31,77 @@ OPTIONAL = ("model", "seed", "shell")
 """Sections that say nothing when they are empty."""
 
 
-def document_of(scene: Scene, defaults: bool) -> dict[str, Any]:
-    """The scene as the contract's keys without the title: what it gives; with `defaults`, all that can influence the
-    result, where what came after the first version of the contract is left out when it has its default, so that the
-    hash of an older scene stays what it was.
-    """
-    gravity: dict[str, Any] | None = None
-    if scene.gravity is not None:
-        gravity = {
-            "up": list(scene.gravity.up),
-            "acceleration": scene.gravity.acceleration,
-            "exact": scene.gravity.exact,
-        }
-    clamps: dict[str, Any] = {"start": _clamp(scene.clamp_start)}
-    if scene.clamp_end is not None:
-        clamps["end"] = _clamp(scene.clamp_end)
-    document: dict[str, Any] = {
-        "strip": _strip(scene.strip),
-        "gravity": gravity,
-        "clamp": clamps if scene.clamp_start is not None or scene.clamp_end is not None else None,
-        "model": _model(scene.model),
-        "seed": _seed(scene.seed),
-        "shell": _shell(scene.shell),
-    }
-    closure = scene.closure
-    if closure is not None:
-        document["closure"] = {"kind": closure.kind, "ruling": closure.ruling}
-        if closure.kind == "circle":
-            document["closure"]["turns"] = closure.turns
-    if scene.tip is not None:
-        document["tip"] = _without_none({"mass": scene.tip.mass, "load": scene.tip.load})
-    if scene.walls:
-        document["wall"] = [_wall(wall) for wall in scene.walls]
-    if scene.path:
-        document["path"] = [_stage(stage) for stage in scene.path]
-    if defaults:
-        return document
-    document["model"] |= {"held_by": scene.model.held_by, "arc_length": scene.model.arc_length}
-    return {name: value for name, value in _kept(document, "", scene.keys).items() if name not in OPTIONAL or value}
+def document_of(scene: SceneData) -> dict[str, Any]:
+    """What the scene gives (`own_keys` and its path), as the contract's keys without the title."""
+    document: dict[str, Any] = {}
+    for name, section in _sections(scene).items():
+        if section is not None:
+            given = {key: value for key, value in _said(name, section).items() if f"{name}.{key}" in scene.own_keys}
+            if given or name not in OPTIONAL:
+                _place(document, name, given)
+    return document | _lists(scene)
 
 
-def _kept(table: Mapping[str, Any], prefix: str, given: frozenset[str]) -> dict[str, Any]:
-    """The entries of a nested table whose dotted keys are among `given`; walls and path as they are."""
+def canonical_of(scene: SceneData) -> dict[str, Any]:
+    """All that can influence the result as the contract's keys; what is newer only where the scene uses it."""
+    document: dict[str, Any] = {}
+    for name, section in _sections(scene).items():
+        if section is not None:
+            _place(document, name, _significant(name, section))
+        elif name not in ("clamp.end", "closure", "tip"):
+            _place(document, name, None)
+    if document["clamp"] == {"start": None}:
+        document["clamp"] = None
+    return document | _lists(scene)
+
+
+def _sections(scene: SceneData) -> dict[str, Any]:
+    """The single sections by their dotted names; None: absent."""
     return {
-        name: _kept(value, f"{prefix}{name}.", given) if isinstance(value, Mapping) else value
-        for name, value in table.items()
-        if value is not None and (isinstance(value, Mapping) or name in ("wall", "path") or prefix + name in given)
+        "strip": scene.strip,
+        "gravity": scene.gravity,
+        "clamp.start": scene.clamp_start,
+        "clamp.end": scene.clamp_end,
+        "model": scene.model,
+        "seed": scene.seed,
+        "shell": scene.shell,
+        "closure": scene.closure,
+        "tip": scene.tip,
     }
 
 
-def _shell(shell: ShellSpec) -> dict[str, Any]:
-    later = {
-        "corner": shell.corner,
-        "tolerance": shell.tolerance,
-        "grading": None if shell.grading is None else list(shell.grading),
-        "edge_layer": shell.edge_layer,
-        "start_curvature": shell.start_curvature,
-    }
-    return {
-        "width_to_thickness": list(shell.width_to_thickness) or None,
-        "clamp": shell.clamp,
-        "elements": None if shell.elements is None else list(shell.elements),
-        **_without_none(later),
-    }
+def _lists(scene: SceneData) -> dict[str, Any]:
+    """Walls and path, where the scene has them."""
+    walls = [_significant("wall", wall) for wall in scene.walls]
+    path = [_stage(stage) for stage in scene.path]
+    return {name: entries for name, entries in (("wall", walls), ("path", path)) if entries}
 
 
-def _strip(strip: StripSpec) -> dict[str, Any]:
-    later = {"second_moment": strip.second_moment}
-    return {
-        "length": strip.length,
-        "width": strip.width,
-        "thickness": strip.thickness,
-        "poisson": strip.poisson,
-        "natural_curvature": list(strip.natural_curvature),
-        "gamma": strip.gamma,
-        "young": strip.young,
-        "density": strip.density,
-        **_without_none(later),
-    }
+def _place(document: dict[str, Any], name: str, entries: dict[str, Any] | None) -> None:
+    *outer, last = name.split(".")
+    for section in outer:
+        document = document.setdefault(section, {})
+    document[last] = entries
 
 
-def _clamp(clamp: ClampSpec | None) -> dict[str, Any] | None:
-    if clamp is None:
-        return None
-    document: dict[str, Any] = {"position": FREE if clamp.position is None else list(clamp.position)}
-    if clamp.tangent is None or clamp.normal is None:
-        document["frame"] = FREE
-    else:
-        document |= {"tangent": list(clamp.tangent), "normal": list(clamp.normal)}
-    return {**document, "ruling": clamp.ruling}
+def _said(name: str, section: Any) -> dict[str, Any]:
+    """Every key of a section that has a field, with the value as the file gives it; a frame not held as such."""
+    declared = {item.name: KEYS.get(f"{name}.{item.name}") for item in fields(section)}
+    said = {field: about.written(getattr(section, field)) for field, about in declared.items() if about is not None}
+    if isinstance(section, ClampSpec) and section.tangent is None:
+        return {"position": said["position"], "frame": FREE, "ruling": said["ruling"]}
+    return said
 
 
-def _wall(wall: WallSpec) -> dict[str, Any]:
-    document: dict[str, Any] = {"point": list(wall.point), "normal": list(wall.normal)}
-    return document | _without_none({"stiffness": wall.stiffness, "name": wall.name})
-
-
-def _model(model: ModelSpec) -> dict[str, Any]:
-    placed: dict[str, Any] = {"elements": model.elements, "grading": model.grading}
-    if model.element_lengths is not None:
-        placed = {"element_lengths": list(model.element_lengths)}
-    elif model.tolerance is not None:
-        placed = {"tolerance": model.tolerance}
-    document = {"energy": model.energy, **placed, "formulation": model.formulation}
-    later = {"held_by": (model.held_by, "elimination"), "arc_length": (model.arc_length, "auto")}
-    return document | {name: value for name, (value, default) in later.items() if value != default}
-
-
-def _seed(seed: SeedSpec) -> dict[str, Any]:
-    return {
-        "curvature": "natural" if seed.curvature is None else list(seed.curvature),
-        "ruling": list(seed.ruling),
-    }
+def _significant(name: str, section: Any) -> dict[str, Any]:
+    """The keys of a section that can influence the result: newer ones where they differ from their default."""
+    said = _said(name, section)
+    if isinstance(section, ClosureSpec) and section.kind != "circle":
+        del said["turns"]
+    if isinstance(section, ModelSpec) and not (section.element_lengths is None and section.tolerance is None):
+        del said["elements"], said["grading"]
+    newer = {key: about for key in said if (about := KEYS[f"{name}.{key}"]).newer}
+    return {key: value for key, value in said.items() if key not in newer or value != newer[key].default}
 
 
 def _stage(stage: StageSpec) -> dict[str, Any]:
@@ -182,8 +132,7 @@ def _leaves(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
             for wall in value or ():
                 yield from _leaves(wall, "wall.")
         else:
-            section, _, rest = dotted.partition(".")
-            yield f"wall.{rest.rpartition('.')[2]}" if section == "wall" else dotted, value
+            yield contract_name(dotted), value
 
 
 # -- changing keys ----------------------------------------------------------------------------------------------------
@@ -276,11 +225,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: plain(item) for name, item in value.items()}
     return [plain(item) for item in value] if isinstance(value, (tuple, list)) else value
-
-
-def _without_none(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        name: _without_none(value) if isinstance(value, Mapping) else value
-        for name, value in table.items()
-        if value is not None
-    }

@@ -8,18 +8,14 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from compare.errors import BadInput
-from compare.scene.held import UNIT_TOLERANCE, show
+from compare.scene.data import SceneData, frame_of, unit
 from compare.scene.spec import ClampSpec, WallSpec
-
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
+from compare.scene.table import UNIT_TOLERANCE, show
 
 TOO_FAR = 1e-12
 """How far, relatively, the two held points may be further apart than the length: rounding."""
@@ -40,23 +36,7 @@ FEWEST_CLOSED = 3
 """Smallest number of elements of a closed band."""
 
 
-def unit(vector: Any) -> NDArray[np.float64]:
-    """The vector normalised to rounding."""
-    array = np.array(vector, dtype=float)
-    return array / np.linalg.norm(array)
-
-
-def frame_of(clamp: ClampSpec | None) -> NDArray[np.float64] | None:
-    """The held frame, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding; None: not held."""
-    if clamp is None or clamp.tangent is None or clamp.normal is None:
-        return None
-    tangent = unit(clamp.tangent)
-    given = np.array(clamp.normal)
-    normal = unit(given - (given @ tangent) * tangent)
-    return np.column_stack([np.cross(normal, tangent), normal, tangent])
-
-
-def beyond_the_ribbon(scene: Scene) -> tuple[str, str] | None:
+def beyond_the_ribbon(scene: SceneData) -> tuple[str, str] | None:
     """The first key that only the planar elastica knows, and why not the ribbon; None: there is none."""
     if scene.tip is not None:
         return "tip", "has no load at the tip, and the scene has [tip]; the planar elastica has"
@@ -68,7 +48,7 @@ def beyond_the_ribbon(scene: Scene) -> tuple[str, str] | None:
     return None
 
 
-def beyond_the_shell(scene: Scene) -> tuple[str, str] | None:
+def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     """The first section that the shell cannot do, and what it cannot; None: there is none."""
     if scene.tip is not None:
         return "tip", "loads the tip, and the shell has no load there"
@@ -87,7 +67,7 @@ def beyond_the_shell(scene: Scene) -> tuple[str, str] | None:
     return None
 
 
-def check_geometry(scene: Scene) -> None:
+def check_geometry(scene: SceneData) -> None:
     """Raise for the first combination of sections that cannot be, or that the chosen model cannot do."""
     _check_closure(scene)
     with np.errstate(over="ignore", invalid="ignore"):  # points at the end of the range of numbers
@@ -100,7 +80,7 @@ def check_geometry(scene: Scene) -> None:
     _check_elastica(scene)
 
 
-def _check_closure(scene: Scene) -> None:
+def _check_closure(scene: SceneData) -> None:
     closure = scene.closure
     if closure is None:
         return
@@ -131,7 +111,7 @@ def _check_closure(scene: Scene) -> None:
         )
 
 
-def _check_distance(scene: Scene) -> None:
+def _check_distance(scene: SceneData) -> None:
     """The two held points are no further apart than the strip is long; at that distance it is straight."""
     start, end, length = scene.clamp_start, scene.clamp_end, scene.strip.length
     if start is None or end is None or start.position is None or end.position is None:
@@ -179,7 +159,7 @@ def wall_name(index: int, wall: WallSpec) -> str:
     return f"wall.{index if wall.name is None else wall.name}"
 
 
-def _check_room(scene: Scene) -> None:
+def _check_room(scene: SceneData) -> None:
     """Two rigid walls that face each other leave a gap."""
     rigid = [(wall_name(i, wall), wall) for i, wall in enumerate(scene.walls) if wall.stiffness is None]
     for (first_name, first), (second_name, second) in combinations(rigid, 2):
@@ -195,7 +175,7 @@ def _check_room(scene: Scene) -> None:
             )
 
 
-def _check_clamp_and_walls(scene: Scene, name: str, clamp: ClampSpec | None) -> None:
+def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None) -> None:
     """No rigid wall goes through a held point or, with the frame held, through the edge across it."""
     if clamp is None or clamp.position is None:
         return
@@ -218,7 +198,7 @@ def _check_clamp_and_walls(scene: Scene, name: str, clamp: ClampSpec | None) -> 
             )
 
 
-def _check_support(scene: Scene) -> None:
+def _check_support(scene: SceneData) -> None:
     """A strip with weight is held at a point, or walls carry it: up is a sum of their normals, none of them pulling.
 
     Otherwise there is a direction along which it falls or slides for ever (Farkas' lemma).
@@ -241,7 +221,7 @@ def _check_support(scene: Scene) -> None:
         )
 
 
-def _check_formulation(scene: Scene) -> None:
+def _check_formulation(scene: SceneData) -> None:
     """The chained model starts at a clamp and knows line gravity only."""
     if scene.model.formulation != "chained":
         return
@@ -270,7 +250,7 @@ def _check_formulation(scene: Scene) -> None:
         )
 
 
-def _check_elastica(scene: Scene) -> None:
+def _check_elastica(scene: SceneData) -> None:
     """Loads at the tip and rods are the elastica's; its weight is along the centreline."""
     if scene.model.energy == "elastica":
         if scene.gravity is not None and scene.gravity.exact:

@@ -13,57 +13,47 @@ from typing import Any
 from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.spec import ClampSpec, ClosureSpec, Vector, WallSpec
-from compare.scene.table import Key, Table, missing, reject_unknown
-
-UNIT_TOLERANCE = 1e-9
-"""How far a unit vector's length may be from 1, and a scalar product of two orthogonal ones from 0."""
+from compare.scene.table import UNIT_TOLERANCE, Table, missing, reject_unknown, show
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 """A wall's name: usable in a dotted key, and never an index."""
 
 
-def read_clamp(table: Table, at_start: bool) -> ClampSpec:
-    """`[clamp.start]` or `[clamp.end]`. An absent position is the origin at the start, and free at the end."""
-    position: Vector | None = (0.0, 0.0, 0.0) if at_start else None
-    if "position" in table:
-        position = None if table.data["position"] == contract.FREE else table.vector("position")
+def read_clamp(table: Table) -> ClampSpec:
+    """`[clamp.start]` or `[clamp.end]`."""
+    clamp = table.read(ClampSpec)
     if "frame" in table:
-        if table.text("frame") != contract.FREE:
+        if table.data["frame"] != contract.FREE:
             raise table.bad("frame", 'is not "free"', 'give frame = "free", or tangent and normal to hold it')
         for name in ("tangent", "normal", "across"):
             if name in table:
                 raise table.bad(name, f'conflicts with {table.dotted("frame")} = "free"', f"remove {name} or frame")
-    tangent: Vector | None = None
-    normal: Vector | None = None
-    if "tangent" in table or "normal" in table:
-        tangent, normal = _axes(table)
+    if clamp.tangent is not None or clamp.normal is not None:
+        _check_axes(table, clamp.tangent, clamp.normal)
     elif "across" in table:
         raise table.bad(
             "across", "has no tangent and normal to be checked against", "add tangent and normal, or remove it"
         )
-    ruling = table.choice("ruling", contract.RULINGS) if "ruling" in table else "free"
-    if position is None and tangent is None and ruling == "free":
+    if clamp.position is None and clamp.tangent is None and clamp.ruling == "free":
         raise BadInput(
             table.path,
             None,
             "holds nothing: position, frame and ruling are free",
             f"give position, tangent and normal, or remove [{table.path}]: the end is then free",
         )
-    return ClampSpec(position, tangent, normal, ruling)
+    return clamp
 
 
-def _axes(table: Table) -> tuple[Vector, Vector]:
-    """Tangent and normal, orthogonal to each other."""
-    for name, other in (("tangent", "normal"), ("normal", "tangent")):
-        if name not in table:
-            about = table.keys[table.dotted(name)]
-            raise missing(
-                table.dotted(name),
-                table.keys,
-                f"add e.g. {name} = {about.example} ({about.meaning}), or remove {other} too: the frame is then free",
-            )
-    tangent = read_unit(table, "tangent")
-    normal = read_unit(table, "normal")
+def _check_axes(table: Table, tangent: Vector | None, normal: Vector | None) -> None:
+    """Tangent and normal are both there and orthogonal to each other."""
+    if tangent is None or normal is None:
+        name, other = ("tangent", "normal") if tangent is None else ("normal", "tangent")
+        about = table.keys[table.dotted(name)]
+        raise missing(
+            table.dotted(name),
+            table.keys,
+            f"add e.g. {name} = {about.example} ({about.meaning}), or remove {other} too: the frame is then free",
+        )
     product = _dot(tangent, normal)
     if abs(product) > UNIT_TOLERANCE:
         across = tuple(n - product * t for n, t in zip(normal, tangent, strict=True))
@@ -78,12 +68,11 @@ def _axes(table: Table) -> tuple[Vector, Vector]:
         )
     if "across" in table:
         _check_handedness(table, tangent, normal)
-    return tangent, normal
 
 
 def _check_handedness(table: Table, tangent: Vector, normal: Vector) -> None:
     """t_x, when given, must be t_y x t_z."""
-    across = read_unit(table, "across")
+    across = table.value("across")
     expected = cross(normal, tangent)
     if math.dist(across, expected) <= 4.0 * UNIT_TOLERANCE:
         return
@@ -94,16 +83,12 @@ def _check_handedness(table: Table, tangent: Vector, normal: Vector) -> None:
 
 def read_closure(table: Table) -> ClosureSpec:
     """`[closure]`."""
-    kind = table.choice("kind", contract.CLOSURES)
-    ruling = table.choice("ruling", contract.RULINGS) if "ruling" in table else "free"
-    turns = 1
-    if "turns" in table:
-        if kind != "circle":
-            raise table.bad(
-                "turns", f'has no meaning for closure.kind = "{kind}"', "remove it: only a circle has turns"
-            )
-        turns = table.count("turns")
-    return ClosureSpec(kind, ruling, turns)
+    closure = table.read(ClosureSpec)
+    if "turns" in table and closure.kind != "circle":
+        raise table.bad(
+            "turns", f'has no meaning for closure.kind = "{closure.kind}"', "remove it: only a circle has turns"
+        )
+    return closure
 
 
 def read_walls(data: Any) -> tuple[WallSpec, ...]:
@@ -125,36 +110,13 @@ def read_walls(data: Any) -> tuple[WallSpec, ...]:
 
 def _wall(data: Mapping[str, Any], index: int) -> WallSpec:
     path = f"wall.{index}"
-    keys: dict[str, Key] = {
-        f"{path}.{name.partition('.')[2]}": about for name, about in contract.KEYS.items() if name.startswith("wall.")
-    }
+    keys = {f"{path}.{about.field}": about for name, about in contract.KEYS.items() if name.startswith("wall.")}
     reject_unknown(data, path, keys)
     table = Table(data, path, keys)
-    point = table.vector("point")
-    normal = read_unit(table, "normal")
-    stiffness = table.positive("stiffness") if "stiffness" in table else None
-    name = table.text("name") if "name" in table else None
-    if name is not None and not NAME.fullmatch(name):
+    wall = table.read(WallSpec)
+    if wall.name is not None and not NAME.fullmatch(wall.name):
         raise table.bad("name", "is not a name", 'give letters, digits and _, the first no digit, e.g. name = "roof"')
-    return WallSpec(point, normal, stiffness, name)
-
-
-def read_unit(table: Table, name: str) -> Vector:
-    """A unit vector, to UNIT_TOLERANCE; otherwise the error says what the normalised vector would be."""
-    vector = table.vector(name)
-    norm = math.hypot(*vector)
-    if norm == 0.0:
-        raise table.bad(name, "has no direction (zero vector)")
-    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
-        largest = max(abs(c) for c in vector)
-        scaled = tuple(c / largest for c in vector)
-        length = math.hypot(*scaled)
-        raise table.bad(
-            name,
-            f"is not a unit vector (its length is {norm:.10g})",
-            f"normalised it is {show(tuple(c / length for c in scaled))}",
-        )
-    return vector
+    return wall
 
 
 def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
@@ -164,8 +126,3 @@ def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 def cross(a: Vector, b: Vector) -> Vector:
     """a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def show(vector: tuple[float, ...]) -> str:
-    """A vector as it can be pasted into a scene: all digits."""
-    return "[" + ", ".join(repr(float(c) + 0.0) for c in vector) + "]"

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from compare.errors import BadInput
-from compare.scene.check import unit, wall_name
+from compare.scene.check import wall_name
+from compare.scene.data import unit
 from compare.scene.scene import Scene
 
 HALF_TURN = 1e-9

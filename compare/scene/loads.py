@@ -6,22 +6,20 @@ import math
 
 from compare.errors import BadInput
 from compare.scene import keys as contract
-from compare.scene.held import read_unit
-from compare.scene.spec import STANDARD_GRAVITY, GravitySpec, StripSpec, TipSpec
+from compare.scene.spec import GravitySpec, StripSpec, TipSpec
 from compare.scene.table import Table, missing
 
 
 def read_gravity(table: Table, strip: StripSpec) -> GravitySpec:
-    up = read_unit(table, "up")
-    acceleration = table.positive("acceleration") if "acceleration" in table else STANDARD_GRAVITY
-    exact = table.truth("exact") if "exact" in table else False
+    """`[gravity]`: the strip gives its weight."""
+    gravity = table.read(GravitySpec)
     if strip.gamma is None and strip.young is None and strip.second_moment is None:
         raise missing(
             "strip.gamma",
             contract.KEYS,
             "[gravity] needs strip.gamma, or strip.young with strip.density and strip.thickness; or remove [gravity]",
         )
-    weight = gamma_of(strip, acceleration)
+    weight = gamma_of(strip, gravity.acceleration)
     if not math.isfinite(weight) or (strip.density is not None and weight == 0.0):
         raise BadInput(
             "strip.young",
@@ -29,7 +27,7 @@ def read_gravity(table: Table, strip: StripSpec) -> GravitySpec:
             f"gives Gamma = rho h g l^3 / D = {weight}, which is out of range",
             "check the units: young in Pa, density in kg/m^3, length and thickness in m",
         )
-    return GravitySpec(up, acceleration, exact)
+    return gravity
 
 
 def gamma_of(strip: StripSpec, acceleration: float) -> float:
@@ -52,24 +50,21 @@ def gamma_of(strip: StripSpec, acceleration: float) -> float:
 
 def read_tip(table: Table, strip: StripSpec, gravity: GravitySpec | None) -> TipSpec:
     """`[tip]`: a mass, or a load without dimensions, that hangs along -up."""
-    for name in ("mass", "load"):
-        if name in table and table.number(name) < 0.0:
-            raise table.bad(name, "must not be negative", f"give a {name} >= 0 and turn gravity.up instead")
-    if "mass" in table and "load" in table:
+    tip = table.read(TipSpec)
+    if tip.mass is not None and tip.load is not None:
         raise table.bad("load", "conflicts with tip.mass: both say the load", "remove one of the two")
-    if "mass" not in table and "load" not in table:
+    if tip.mass is None and tip.load is None:
         raise missing("tip.mass", contract.KEYS, "add mass in kg or load in D w / l^2, or remove [tip]")
     if gravity is None:
         raise missing("gravity.up", contract.KEYS, "[tip] hangs along -up: add [gravity] with up, or remove [tip]")
-    if "load" in table:
-        return TipSpec(load=table.number("load"))
+    if tip.load is not None:
+        return tip
     if strip.young is None:
         raise missing(
             "strip.young",
             contract.KEYS,
             "tip.mass needs strip.young with strip.second_moment (or with density and thickness); or give tip.load",
         )
-    tip = TipSpec(mass=table.number("mass"))
     if not math.isfinite(load_of(tip, strip, gravity.acceleration)):
         raise table.bad("mass", "gives M g l^2 / (Y I) out of range", "check the units: kg, Pa, m^4, m")
     return tip

@@ -5,13 +5,10 @@ The plane is that of t_y and t_z at the start clamp. A strip in it has eta = 0; 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
+from compare.scene.data import SceneData
 
 PLANAR_TOLERANCE = 1e-9
 """Largest component along t_x, of a unit vector or of a distance over l, for which a scene counts as planar."""
@@ -20,7 +17,7 @@ TAUT = 1.0 - 1e-9
 """Distance of the clamps over l from which the strip between them is straight and its force not determined."""
 
 
-def nonplanar_reason(scene: Scene) -> str | None:
+def nonplanar_reason(scene: SceneData) -> str | None:
     """Why the planar elastica cannot be asked: the clamp or load that leaves the plane of t_y and t_z with its
     component along t_x, or what holds the strip otherwise; None: it can."""
     if scene.closure is not None:
@@ -39,7 +36,7 @@ def _axis(across: NDArray[np.float64]) -> str:
     return f"t_x = clamp.start.normal x clamp.start.tangent = [{listed}]"
 
 
-def _load_out_of_plane(scene: Scene, frame: NDArray[np.float64]) -> str | None:
+def _load_out_of_plane(scene: SceneData, frame: NDArray[np.float64]) -> str | None:
     """The weight and the load at the tip, both along gravity.up."""
     up = scene.up
     if up is None or (scene.gamma == 0.0 and scene.tip_load == 0.0):
@@ -54,7 +51,7 @@ def _load_out_of_plane(scene: Scene, frame: NDArray[np.float64]) -> str | None:
     )
 
 
-def _end_out_of_plane(scene: Scene, frame: NDArray[np.float64], position: NDArray[np.float64]) -> str | None:
+def _end_out_of_plane(scene: SceneData, frame: NDArray[np.float64], position: NDArray[np.float64]) -> str | None:
     """The clamp at s = l: its point lies in the plane, its t_x is that of the start."""
     across = frame[:, 0]
     held, end_frame = scene.end_position, scene.end_frame

@@ -3,9 +3,7 @@
 `load` takes the name of a shipped scene or a path, `loads` a text; every fault raises `compare.errors.BadInput` naming
 the key, its value and what would be right, before anything is computed. An absent section is an absent effect.
 
-The attributes of `Scene` hold the values of the file in its own units. The derived, dimensionless numbers that the
-solvers take (lengths in l, energies in D w / l; theory sheet, section 2; thesis 4.1) are properties: `width`,
-`curvature`, `gamma`, `up`, `start_position`, `start_frame`, `end_position`, `end_frame`, `wall_points`, ...
+The values of the file and the dimensionless numbers that follow from them are those of `compare.scene.data.SceneData`.
 """
 
 from __future__ import annotations
@@ -13,204 +11,30 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from compare.errors import BadInput
-from compare.scene.change import changed, document_of, given_keys
-from compare.scene.check import beyond_the_shell, check_geometry, frame_of, unit
-from compare.scene.loads import gamma_of, load_of
+from compare.scene.change import canonical_of, changed, document_of, given_keys
+from compare.scene.check import beyond_the_shell, check_geometry
+from compare.scene.data import SceneData
+from compare.scene.declare import Kind
+from compare.scene.keys import KEYS, contract_name
 from compare.scene.planar import nonplanar_reason
 from compare.scene.read import one_line, read_sections
-from compare.scene.spec import (
-    STANDARD_GRAVITY,
-    ClampSpec,
-    ClosureSpec,
-    GravitySpec,
-    ModelSpec,
-    SeedSpec,
-    ShellSpec,
-    StageSpec,
-    StripSpec,
-    TipSpec,
-    WallSpec,
-)
+from compare.scene.spec import STANDARD_GRAVITY, StageSpec
 from compare.scene.stages import stage_name
 from compare.scene.toml import toml_text
-
-__all__ = [
-    "ClampSpec",
-    "ClosureSpec",
-    "GravitySpec",
-    "ModelSpec",
-    "Scene",
-    "SeedSpec",
-    "ShellSpec",
-    "StageSpec",
-    "StripSpec",
-    "TipSpec",
-    "WallSpec",
-    "load",
-    "loads",
-    "parse_assignment",
-    "shipped",
-]
 
 MAX_BYTES = 1_000_000
 """Size above which a file is not taken for a scene."""
 
 
 @dataclass(frozen=True)
-class Scene:
+class Scene(SceneData):
     """One scene: a strip, what holds and loads it, the ribbon's model, the way to the scene and the shell runs."""
-
-    name: str
-    title: str
-    source: str
-    strip: StripSpec
-    gravity: GravitySpec | None
-    tip: TipSpec | None
-    clamp_start: ClampSpec | None
-    clamp_end: ClampSpec | None
-    closure: ClosureSpec | None
-    walls: tuple[WallSpec, ...]
-    model: ModelSpec
-    seed: SeedSpec
-    path: tuple[StageSpec, ...]
-    shell: ShellSpec
-    keys: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
-    """The dotted keys that the scene itself sets, without its path; see `given`."""
-
-    # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------
-
-    @property
-    def width(self) -> float:
-        """w / l."""
-        return self.strip.width / self.strip.length
-
-    @property
-    def thickness(self) -> float | None:
-        """h / l, or None when the scene gives no thickness."""
-        return None if self.strip.thickness is None else self.strip.thickness / self.strip.length
-
-    @property
-    def curvature(self) -> tuple[float, float]:
-        """Natural normal curvature times l, at s = 0 and at s = 1."""
-        start, end = self.strip.natural_curvature
-        return start * self.strip.length, end * self.strip.length
-
-    @property
-    def gamma(self) -> float:
-        """Gamma = rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)); 0.0 without gravity."""
-        return 0.0 if self.gravity is None else gamma_of(self.strip, self.gravity.acceleration)
-
-    @property
-    def tip_load(self) -> float:
-        """Load at s = 1 along -up in D w / l^2 (Y I / l^2 of a rod): M g l^2 / (Y I) of a mass M; 0.0 without [tip]."""
-        if self.tip is None or self.gravity is None:
-            return 0.0
-        return load_of(self.tip, self.strip, self.gravity.acceleration)
-
-    @property
-    def up(self) -> NDArray[np.float64] | None:
-        """Unit vector against the weight, shape (3,), normalised to rounding; None without gravity."""
-        return None if self.gravity is None else unit(self.gravity.up)
-
-    @property
-    def start_position(self) -> NDArray[np.float64] | None:
-        """The point held at s = 0 in units of l, shape (3,); None: not held."""
-        return self._position(self.clamp_start)
-
-    @property
-    def start_frame(self) -> NDArray[np.float64] | None:
-        """The frame held at s = 0, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding, or None."""
-        return frame_of(self.clamp_start)
-
-    @property
-    def end_position(self) -> NDArray[np.float64] | None:
-        """The point held at s = length in units of l, shape (3,); None: not held."""
-        return self._position(self.clamp_end)
-
-    @property
-    def end_frame(self) -> NDArray[np.float64] | None:
-        """The frame held at s = length, as `start_frame`; None: not held."""
-        return frame_of(self.clamp_end)
-
-    @property
-    def position(self) -> NDArray[np.float64]:
-        """`start_position` of a scene whose start is fully clamped; `BadInput` for another one."""
-        position = self.start_position
-        if position is None or not self.start_clamped:
-            raise self._start_not_clamped()
-        return position
-
-    @property
-    def frame(self) -> NDArray[np.float64]:
-        """`start_frame` of a scene whose start is fully clamped; `BadInput` for another one."""
-        frame = self.start_frame
-        if frame is None or not self.start_clamped:
-            raise self._start_not_clamped()
-        return frame
-
-    @property
-    def start_clamped(self) -> bool:
-        """True when position and frame are held at s = 0."""
-        return self.clamp_start is not None and self.clamp_start.holds_all
-
-    @property
-    def wall_points(self) -> NDArray[np.float64]:
-        """A point of every wall in units of l, shape (walls, 3); of a pressure plate, where it rests."""
-        return np.array([wall.point for wall in self.walls]).reshape(-1, 3) / self.strip.length
-
-    @property
-    def wall_normals(self) -> NDArray[np.float64]:
-        """Unit normals of the walls towards the ribbon, shape (walls, 3), normalised to rounding."""
-        return np.array([unit(wall.normal) for wall in self.walls]).reshape(-1, 3)
-
-    @property
-    def seed_curvature(self) -> tuple[float, ...]:
-        """Curvature of the starting shape times l ("natural" resolved) at equal distances from s = 0 to s = 1.
-
-        Two values or more; linear in between.
-        """
-        if self.seed.curvature is None:
-            return self.curvature
-        return tuple(value * self.strip.length for value in self.seed.curvature)
-
-    def _position(self, clamp: ClampSpec | None) -> NDArray[np.float64] | None:
-        if clamp is None or clamp.position is None:
-            return None
-        return np.array(clamp.position) / self.strip.length
-
-    def _start_not_clamped(self) -> BadInput:
-        return BadInput(
-            "clamp.start",
-            None,
-            "does not hold position and frame, which this needs",
-            "add [clamp.start] with position, tangent and normal",
-        )
-
-    @property
-    def shell_corner(self) -> float | None:
-        """Size of the shell's held corner cells in units of l; None: one cell of its mesh."""
-        return None if self.shell.corner is None else self.shell.corner / self.strip.length
-
-    @property
-    def shell_edge_layer(self) -> float | str | None:
-        """Width in units of l of the layer at the shell's clamps and edges, or "auto"; None: the mesh is graded."""
-        layer = self.shell.edge_layer
-        return layer if layer is None or isinstance(layer, str) else layer / self.strip.length
-
-    @property
-    def shell_start_curvature(self) -> float | None:
-        """Curvature times l of the arc where the shell's path begins; None: not said."""
-        curvature = self.shell.start_curvature
-        return None if curvature is None else curvature * self.strip.length
 
     # -- questions ---------------------------------------------------------------------------------------------------
 
@@ -278,20 +102,20 @@ class Scene:
     def given(self) -> frozenset[str]:
         """The dotted keys that the scene sets, be it to their default, as `KEYS` names them: a key of any wall is
         "wall.stiffness", a path gives "path" and every key that its stages set. Without the title and `across`."""
-        return self.keys.union(*({"path", *given_keys(stage)} for stage in self.path))
+        return self.own_keys.union(*({"path", *given_keys(stage)} for stage in self.path))
 
     # -- the scene as data -------------------------------------------------------------------------------------------
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a nested dictionary of the contract's keys: what the scene says (`given`), and its title."""
-        return {"title": self.title, **document_of(self, defaults=False)}
+        return {"title": self.title, **document_of(self)}
 
     def canonical(self) -> dict[str, Any]:
         """All that can influence the result, defaults filled in, ready for JSON and hashing.
 
         Name, title and source are left out.
         """
-        return document_of(self, defaults=True)
+        return canonical_of(self)
 
     def to_toml(self) -> str:
         """TOML text with a comment on every key; `loads` gives back the same scene."""
@@ -347,7 +171,7 @@ def loads(text: str, source: str = "<text>") -> Scene:
 def parse_assignment(text: str) -> tuple[str, Any]:
     """`key=value` of a command line, e.g. `strip.gamma=50` -> ("strip.gamma", 50).
 
-    The value is TOML; a bare word is a text.
+    The value is TOML; a bare word is a text, and so is what stands at a key whose kind is text.
     """
     key, equals, value = text.partition("=")
     key, value = key.strip(), value.strip()
@@ -359,9 +183,13 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         parsed = {}
     if set(parsed) == {"value"}:
         return key, parsed["value"]
-    if re.fullmatch(r"[A-Za-z_]+", value):
+    about = KEYS.get(contract_name(key))
+    if re.fullmatch(r"[A-Za-z_]+", value) or (about is not None and about.kind is Kind.TEXT and value[0] not in "\"'["):
         return key, value
-    raise BadInput(key, value, "is not a TOML value", "give a number, a text in quotes or a list, e.g. [0.0, 1.0, 0.0]")
+    remedy = "a number, a text in quotes or a list, e.g. [0.0, 1.0, 0.0]"
+    if about is not None:
+        remedy = f"the {about.meaning}, e.g. {about.example}"
+    raise BadInput(key, value, "is not a TOML value", f"give {remedy}")
 
 
 def _file_text(path: Path, available: Mapping[str, Path]) -> str:
@@ -407,7 +235,7 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
         seed=sections.seed,
         path=sections.path,
         shell=sections.shell,
-        keys=given_keys(document),
+        own_keys=given_keys(document),
     )
     check_geometry(scene)
     if scene.model.energy == "elastica":

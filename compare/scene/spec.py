@@ -1,7 +1,11 @@
 """The sections of a scene as frozen dataclasses, with the values as the file gives them and the defaults filled in.
 
+Every key of a scene is declared here, on the field that it sets, and nowhere else (`compare.scene.declare` says how,
+`compare.scene.keys` makes the contract of it); a key that sets no field of its own stands as an attribute beside them.
+None: as by default, or not held, or absent.
+
 Lengths are in the scene's own unit (metres in SI scenes), curvatures in 1/length. The dimensionless numbers that the
-solvers use (l = 1, D = 1; theory sheet, section 2) are derived by `compare.scene.Scene`.
+solvers use (l = 1, D = 1; theory sheet, section 2) are derived by `compare.scene.data.SceneData`.
 """
 
 from __future__ import annotations
@@ -9,7 +13,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
+
+from compare import registry
+from compare.scene.declare import LENGTH, NONE, Key, Kind, declared, key
+
+ENERGIES = tuple(energy for entry in registry.BUILT_IN for energy in entry.energies)
+"""Values of `model.energy` that are always there; models from outside bring their own (`compare.registry`)."""
+LATER_ENERGIES = {
+    name: f"choose from {', '.join(repr(energy) for energy in ENERGIES)}"
+    for name in ("kirchhoff", "extensible", "sano")
+}
+"""Energies known but not available in this version, each with what to do instead."""
 
 Vector = tuple[float, float, float]
 Linear = tuple[float, float]
@@ -26,101 +41,6 @@ FIRST_OVER_WIDTH = 2.5
 
 DEFAULT_ELEMENTS = 20
 """Number of ribbon elements when the scene does not say: the thesis's choice (3.5.1)."""
-
-
-@dataclass(frozen=True)
-class StripSpec:
-    """The strip: lengths in the scene's unit, natural curvature in 1/length, young in Pa, density in kg/m^3.
-
-    second_moment in m^4: of a rod's section, in the place of thickness; it bends with Y I where the strip has D w.
-    """
-
-    length: float
-    width: float
-    poisson: float
-    thickness: float | None = None
-    natural_curvature: Linear = (0.0, 0.0)
-    gamma: float | None = None
-    young: float | None = None
-    density: float | None = None
-    second_moment: float | None = None
-
-
-@dataclass(frozen=True)
-class TipSpec:
-    """A dead load at s = length along -up: `mass` in kg, or `load` in D w / l^2; exactly one of them."""
-
-    mass: float | None = None
-    load: float | None = None
-
-
-@dataclass(frozen=True)
-class GravitySpec:
-    """Dead weight: `up` a unit vector, acceleration in m/s^2 (used with young and density only)."""
-
-    up: Vector
-    acceleration: float = STANDARD_GRAVITY
-    exact: bool = False
-
-
-@dataclass(frozen=True)
-class ClampSpec:
-    """A held end: position in the scene's unit, unit tangent t_z, unit normal t_y, ruling "free" or "straight".
-
-    None: not held. Tangent and normal are held together or not at all.
-    """
-
-    position: Vector | None
-    tangent: Vector | None
-    normal: Vector | None
-    ruling: str = "free"
-
-    @property
-    def holds_all(self) -> bool:
-        """True when position and frame are held."""
-        return self.position is not None and self.tangent is not None
-
-
-@dataclass(frozen=True)
-class ClosureSpec:
-    """A closed band: "circle" (with its number of turns) or "moebius"; ruling at the seam "free" or "straight"."""
-
-    kind: str
-    ruling: str = "free"
-    turns: int = 1
-
-
-@dataclass(frozen=True)
-class WallSpec:
-    """A wall: a point in the scene's unit, the unit normal towards the ribbon.
-
-    `stiffness` in D w / l^3: a pressure plate on a spring that rests at `point`; None: a rigid wall.
-    """
-
-    point: Vector
-    normal: Vector
-    stiffness: float | None = None
-    name: str | None = None
-
-
-@dataclass(frozen=True)
-class StageSpec(Mapping[str, Any]):
-    """One stage of a path: a mapping from dotted keys to values (lists as tuples), in the order of the file.
-
-    `steps`: how many equal steps lead from the stage before to this one; None: as the continuation finds right.
-    """
-
-    changes: tuple[tuple[str, Any], ...]
-    steps: int | None = None
-
-    def __getitem__(self, key: str) -> Any:
-        return dict(self.changes)[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return (key for key, _ in self.changes)
-
-    def __len__(self) -> int:
-        return len(self.changes)
 
 
 def graded_lengths(elements: int, smallest: float) -> tuple[float, ...]:
@@ -152,25 +72,199 @@ def _capped(elements: int, smallest: float, largest: float) -> list[float]:
     return lengths
 
 
+# A declaration is a line or two of a table, so the formatter leaves them.
+# fmt: off
+
+_RULING = {"free": "", "straight": "eta = 0, the clamp holds the whole edge"}
+
+
+@dataclass(frozen=True)
+class SceneSpec:
+    """What stands above all sections."""
+
+    title: str = key(
+        Kind.TEXT, "title of the scene, one line of text", example='"Curl, 4.3"', default="",
+        absent="the file's name"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class StripSpec:
+    """The strip. Young's modulus stands with density and thickness, or with the second moment of a rod's section, which
+    bends with Y I where the strip has D w."""
+
+    length: float = key(
+        Kind.NUMBER, "length l", "m", "> 0", "1.0", note="any unit when gamma is given or there is no gravity"
+    )
+    width: float = key(Kind.NUMBER, "width w", LENGTH, "0 < w < length", "0.03")
+    thickness: float | None = key(Kind.NUMBER, "thickness h", LENGTH, "0 < h < width", "3e-4", default=None)
+    poisson: float = key(Kind.NUMBER, "Poisson's ratio nu", NONE, "-1 < nu <= 0.5", "0.4")
+    natural_curvature: Linear = key(
+        Kind.LINEAR, "natural normal curvature", "1/length", example="10.0", default=(0.0, 0.0)
+    )
+    gamma: float | None = key(
+        Kind.NUMBER, "weight against bending stiffness rho h g l^3 / D", NONE, ">= 0", "100.0", default=None,
+        hint="give the weight parameter as a number >= 0 and turn gravity.up instead"
+    )
+    young: float | None = key(
+        Kind.NUMBER, "Young's modulus", "Pa", "> 0", "1.8e9", default=None,
+        note="together with density and thickness, instead of gamma"
+    )
+    density: float | None = key(
+        Kind.NUMBER, "mass density", "kg/m^3", "> 0", "1000.0", default=None,
+        note="together with young and thickness, instead of gamma"
+    )
+    second_moment: float | None = key(
+        Kind.NUMBER, "second moment of area I of a rod's section about the axis of bending", "m^4", "> 0",
+        "1.2566370614359172e-11", default=None, newer=True,
+        note="with young, instead of thickness; the rod weighs nothing"
+    )
+
+
+@dataclass(frozen=True)
+class TipSpec:
+    """A dead load at s = length along -up: exactly one of `mass` and `load`."""
+
+    mass: float | None = key(
+        Kind.NUMBER, "mass at s = length", "kg", ">= 0", "0.005", default=None, newer=True,
+        note="with young and second_moment, or young, density and thickness",
+        hint="give a mass >= 0 and turn gravity.up instead"
+    )
+    load: float | None = key(
+        Kind.NUMBER, "load at s = length along -up against bending stiffness", "D w / l^2", ">= 0", "3.9",
+        default=None, newer=True, note="Y I / l^2 of a rod; instead of mass",
+        hint="give a load >= 0 and turn gravity.up instead"
+    )
+
+
+@dataclass(frozen=True)
+class GravitySpec:
+    """Dead weight; `up` is a unit vector."""
+
+    up: Vector = key(Kind.DIRECTION, "unit vector UP, against the weight", NONE, example="[1.0, 0.0, 0.0]")
+    acceleration: float = key(
+        Kind.NUMBER, "acceleration of gravity", "m/s^2", "> 0", "9.81", default=STANDARD_GRAVITY,
+        note="used with young and density"
+    )
+    exact: bool = key(
+        Kind.TRUTH, "weight over the surface (true) or along the centreline (false)", example="false", default=False
+    )
+
+
+@dataclass(frozen=True)
+class ClampSpec:
+    """A held end: position, unit tangent t_z, unit normal t_y, and the ruling there.
+
+    None: not held. Tangent and normal are held together or not at all.
+    """
+
+    position: Vector | None = key(
+        Kind.VECTOR, "point held at {at}", LENGTH, example="[0.0, 0.0, 0.0]", words={"free": ("", None)},
+        default=None, defaults={"clamp.start": (0.0, 0.0, 0.0)}
+    )
+    frame: ClassVar[Key] = declared(
+        Kind.CHOICE, "what of the frame is held at {at}", example='"free"',
+        choices={"free": "neither tangent nor normal"}, default=None, absent="tangent and normal say it"
+    )
+    tangent: Vector | None = key(
+        Kind.DIRECTION, "unit tangent t_z held at {at}", NONE, example="[0.0, 0.0, 1.0]", default=None,
+        absent="free, with normal"
+    )
+    normal: Vector | None = key(
+        Kind.DIRECTION, "unit surface normal t_y held at {at}, orthogonal to the tangent", NONE,
+        example="[0.0, 1.0, 0.0]", default=None, absent="free, with tangent"
+    )
+    across: ClassVar[Key] = declared(
+        Kind.DIRECTION, "optional check: t_x = t_y x t_z, the direction of the width at {at}", NONE,
+        example="[1.0, 0.0, 0.0]", default=None
+    )
+    ruling: str = key(Kind.CHOICE, "ruling at {at}", example='"straight"', choices=_RULING, default="free")
+
+    @property
+    def holds_all(self) -> bool:
+        """True when position and frame are held."""
+        return self.position is not None and self.tangent is not None
+
+
+@dataclass(frozen=True)
+class ClosureSpec:
+    """A closed band: a circle with its number of turns, or a Moebius band."""
+
+    kind: str = key(
+        Kind.CHOICE, "how the band is closed", example='"moebius"',
+        choices={"circle": "", "moebius": "half a turn at the seam"}
+    )
+    ruling: str = key(
+        Kind.CHOICE, "ruling at the seam", example='"free"', choices={"free": "", "straight": "eta = 0"},
+        default="free"
+    )
+    turns: int = key(Kind.COUNT, "number of turns of a circle", range=">= 1", example="1", default=1)
+
+
+@dataclass(frozen=True)
+class WallSpec:
+    """A frictionless wall: a point, the unit normal towards the ribbon; rigid, or a pressure plate on a spring."""
+
+    point: Vector = key(Kind.VECTOR, "a point of the wall", LENGTH, example="[0.0, 0.0, 0.0]")
+    normal: Vector = key(
+        Kind.DIRECTION, "unit normal of the wall towards the ribbon's side", NONE, example="[0.0, 1.0, 0.0]"
+    )
+    stiffness: float | None = key(
+        Kind.NUMBER, "stiffness of the spring that holds the wall as a pressure plate, resting at point",
+        "D w / l^3", "> 0", "100.0", default=None, newer=True, absent="a rigid wall"
+    )
+    name: str | None = key(
+        Kind.TEXT, "name of the wall in keys and results: letters, digits and _, not a number", example='"roof"',
+        default=None, newer=True, absent="its number"
+    )
+
+
 @dataclass(frozen=True)
 class ModelSpec:
     """Energy and discretisation of the ribbon.
 
-    `element_lengths` in the scene's unit, or None for `elements` of them placed by `grading`; `smallest`: the first
-    one's length over the strip's when they are graded towards the clamp. `tolerance` (Hausdorff distance / length): the
-    elements are to be placed for this error, starting from equal ones. `held_by`: see the thesis, 5.3.3.
-    `arc_length`: how the elastica goes along a way, "auto", "always" or "never".
+    The elements are `elements` equal ones, those of `element_lengths`, or placed for the error `tolerance` beginning
+    with equal ones. `smallest`: the first one's length over the strip's when they are graded towards the clamp.
     """
 
-    energy: str = "auto"
-    elements: int = DEFAULT_ELEMENTS
-    element_lengths: tuple[float, ...] | None = None
-    formulation: str = "auto"
-    grading: str = "uniform"
+    energy: str = key(
+        Kind.CHOICE, "energy of the strip", example='"wunderlich"', choices=ENERGIES, later=LATER_ENERGIES,
+        also=registry.knows_energy,
+        default="auto"
+    )
+    elements: int = key(
+        Kind.COUNT, "number of elements of equal length", range=">= 1", example="20", default=DEFAULT_ELEMENTS
+    )
+    grading: str = key(
+        Kind.CHOICE, "lengths of the elements", example='"uniform"',
+        choices={"uniform": "", "clamp": "from 2.5 w / elements at the clamp growing by 1.5 each until they are equal"},
+        default="uniform"
+    )
+    element_lengths: tuple[float, ...] | None = key(
+        Kind.LIST, "lengths of the elements from the start, summing to strip.length", LENGTH, "each > 0",
+        "[0.1, 0.2, 0.7]", default=None, newer=True, absent="elements, grading"
+    )
+    tolerance: float | None = key(
+        Kind.NUMBER, "error to reach by placing the elements (Hausdorff distance / length)", NONE,
+        "0 < tolerance < 0.1", "1e-3", default=None, newer=True, absent="elements as given"
+    )
+    formulation: str = key(
+        Kind.CHOICE, "unknowns of the ribbon", example='"auto"',
+        choices={"auto": "", "chained": "reduced unknowns", "mixed": "glued elements",
+                 "matrix": "glued, the thesis's 16 unknowns"},
+        default="auto"
+    )
+    held_by: str = key(
+        Kind.CHOICE, "how glued elements hold the start clamp (thesis, 5.3.3)", example='"elimination"',
+        choices=("elimination", "constraints"), default="elimination", newer=True
+    )
+    arc_length: str = key(
+        Kind.CHOICE, "how the elastica goes from its seed and along [[path]]", example='"always"',
+        choices={"auto": "as it finds right", "always": "by arc length past limit points",
+                 "never": "by steps that stop there"},
+        default="auto", newer=True
+    )
     smallest: float | None = None
-    tolerance: float | None = None
-    held_by: str = "elimination"
-    arc_length: str = "auto"
 
     @property
     def lengths(self) -> tuple[float, ...]:
@@ -185,28 +279,75 @@ class ModelSpec:
 
 @dataclass(frozen=True)
 class SeedSpec:
-    """Starting shape: curvature in 1/length (None: the natural one) and ruling eta without unit.
+    """Starting shape, both laws piecewise linear in s through values at equal distances from s = 0 to s = length.
 
-    Both piecewise linear in s through two or more values at equal distances from s = 0 to s = length.
+    `curvature` None: the natural one.
     """
 
-    curvature: tuple[float, ...] | None = None
-    ruling: tuple[float, ...] = (0.0, 0.0)
+    curvature: tuple[float, ...] | None = key(
+        Kind.PIECEWISE, "starting curvature", "1/length", example='"natural"', words={"natural": ("", None)},
+        default=None
+    )
+    ruling: tuple[float, ...] = key(
+        Kind.PIECEWISE, "starting ruling eta = tan(angle)", NONE, example="0.0", default=(0.0, 0.0)
+    )
+
+
+@dataclass(frozen=True)
+class StageSpec(Mapping[str, Any]):
+    """One stage of a path: a mapping from dotted keys to values (lists as tuples), in the order of the file."""
+
+    changes: tuple[tuple[str, Any], ...]
+    steps: int | None = key(
+        Kind.COUNT, "number of equal steps from the stage before to this one", range=">= 1", example="4",
+        default=None, absent="adaptive"
+    )
+
+    def __getitem__(self, key: str) -> Any:
+        return dict(self.changes)[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return (key for key, _ in self.changes)
+
+    def __len__(self) -> int:
+        return len(self.changes)
 
 
 @dataclass(frozen=True)
 class ShellSpec:
-    """Shell runs: one per w/h (empty: the strip's own thickness), what is clamped, and the mesh. None: as by default.
+    """Shell runs: one per w/h (empty: the strip's own thickness), what is clamped, and the mesh."""
 
-    corner, edge_layer in the scene's unit of length, start_curvature in 1/length; elements, grading (along, across).
-    tolerance (Hausdorff distance / length): the mesh is refined until its estimated error is below.
-    """
-
-    width_to_thickness: tuple[float, ...] = ()
-    clamp: str = "edge"
-    elements: tuple[int, int] | None = None
-    corner: float | None = None
-    tolerance: float | None = None
-    grading: tuple[float, float] | None = None
-    edge_layer: float | str | None = None
-    start_curvature: float | None = None
+    width_to_thickness: tuple[float, ...] = key(
+        Kind.NUMBERS, "w/h of the shell runs", NONE, "each > 1", "[10, 20, 50, 100, 200]", default=(),
+        note="replaces thickness", absent="strip.thickness"
+    )
+    clamp: str = key(
+        Kind.CHOICE, "what the shell's clamps hold", example='"edge"',
+        choices={"edge": "the whole end edge", "corners": "a cell at each of its two corners"}, default="edge"
+    )
+    elements: tuple[int, int] | None = key(
+        Kind.COUNTS, "elements of the shell [along, across]", range=">= 1", example="[100, 4]", default=None,
+        note="with tolerance those of the first mesh", absent="by the strip's width"
+    )
+    corner: float | None = key(
+        Kind.NUMBER, "size of the held corner cells along and across", LENGTH, "0 < corner < width / 2", "0.01",
+        default=None, newer=True, absent="one cell of the mesh"
+    )
+    tolerance: float | None = key(
+        Kind.NUMBER, "error to reach by refining the shell's mesh (Hausdorff distance / length)", NONE,
+        "0 < tolerance < 0.1", "1e-3", default=None, newer=True, absent="the mesh as given"
+    )
+    grading: tuple[float, float] | None = key(
+        Kind.PAIR, "size of the elements [at clamps, at long edges] over the even ones in the middle", NONE,
+        "0 < each <= 1", "[0.2, 0.1]", default=None, newer=True
+    )
+    edge_layer: float | str | None = key(
+        Kind.NUMBER, "width of the layer at clamps and edges that gets two elements", LENGTH,
+        "0 < layer < width / 2", '"auto"', words={"auto": ("sqrt(h / curvature)", "auto")}, default=None, newer=True,
+        note="instead of grading"
+    )
+    start_curvature: float | None = key(
+        Kind.NUMBER, "curvature of the unstressed planar arc where the shell's path begins", "1/length",
+        example="0.0", default=None, newer=True,
+        absent="the natural one, or with two clamps that of the arc whose chord is their distance"
+    )

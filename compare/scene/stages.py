@@ -36,7 +36,7 @@ def _stage(data: Mapping[str, Any], index: int, walls: list[str | None]) -> Stag
     steps = None
     if "steps" in data:
         path = stage_name(index)
-        steps = Table(data, path, {f"{path}.steps": contract.KEYS["path.steps"]}).count("steps")
+        steps = Table(data, path, {f"{path}.steps": contract.KEYS["path.steps"]}).value("steps")
         if index == 0:
             raise BadInput(
                 f"{path}.steps",

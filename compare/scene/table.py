@@ -1,7 +1,7 @@
 """A strict reader for one table of a TOML document: every fault becomes a `BadInput` that names the key.
 
-Nothing here knows what a ribbon is. The table of known keys (`Key`, handed in) supplies the meaning, the unit and an
-example for the remedies, so that an error can say what would be right.
+Nothing here knows what a ribbon is. The declared keys (`Key`, handed in) say of each value its kind and range, and give
+meaning, unit and an example for the remedies, so that an error can say what would be right.
 """
 
 from __future__ import annotations
@@ -9,21 +9,20 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
 
 from compare.errors import BadInput
+from compare.scene.declare import Key, Kind
 
 MAX_ELEMENTS = 100_000
 """Largest number of elements that a scene may ask for: a guard against a slip of the keyboard eating the memory."""
 
 
-@dataclass(frozen=True)
-class Key:
-    """One key of the scene contract: what it means (with its unit) and a value that is right."""
+UNIT_TOLERANCE = 1e-9
+"""How far a unit vector's length may be from 1, and a scalar product of two orthogonal ones from 0."""
 
-    meaning: str
-    example: str
+Spec = TypeVar("Spec")
 
 
 def missing(key: str, keys: Mapping[str, Key], remedy: str = "") -> BadInput:
@@ -101,73 +100,114 @@ class Table:
             raise missing(self.dotted(name), self.keys)
         return self.data[name]
 
-    def number(self, name: str) -> float:
-        """A finite number; an integer counts as one, a truth value or a text does not."""
-        return self._as_number(name, self.require(name))
+    def read(self, spec: type[Spec]) -> Spec:
+        """The section whose dataclass is `spec`: every declared field by its kind and range, absent ones by default."""
+        names = [item.name for item in fields(spec)]  # type: ignore[arg-type]
+        return spec(**{name: self.value(name) for name in names if self.dotted(name) in self.keys})
 
-    def positive(self, name: str) -> float:
-        value = self.number(name)
-        if value <= 0.0:
-            raise self.bad(name, "must be greater than zero")
-        return value
-
-    def vector(self, name: str) -> tuple[float, float, float]:
-        """Three finite numbers."""
+    def value(self, name: str) -> Any:
+        """The value at `name` as its field holds it; the default when it is absent."""
+        about = self.keys[self.dotted(name)]
+        if name not in self.data and not about.required:
+            return about.default
         value = self.require(name)
+        if isinstance(value, str) and about.words:
+            if value not in about.words:
+                numbers = {Kind.NUMBER: "a number", Kind.VECTOR: "three numbers"}.get(about.kind, "numbers")
+                raise self.bad(name, f'is neither "{next(iter(about.words))}" nor {numbers}')
+            return about.words[value][1]
+        return self._of_kind(name, value, about)
+
+    def _of_kind(self, name: str, value: Any, about: Key) -> Any:
+        match about.kind:
+            case Kind.NUMBER:
+                return self._numbers(name, [value], entry=False)[0]
+            case Kind.VECTOR:
+                return self._vector(name, value)
+            case Kind.DIRECTION:
+                return self._direction(name, value)
+            case Kind.COUNT:
+                return self._count(name, value)
+            case Kind.COUNTS:
+                if not isinstance(value, list) or len(value) != 2:
+                    raise self.bad(name, "is not a list of two whole numbers")
+                return tuple(self._count(name, item) for item in value)
+            case Kind.TRUTH:
+                if not isinstance(value, bool):
+                    raise self.bad(name, "is not true or false")
+                return value
+            case Kind.TEXT | Kind.CHOICE:
+                if not isinstance(value, str):
+                    raise self.bad(name, "is not a text in quotes")
+                return value if about.kind is Kind.TEXT else self._choice(name, value, about)
+            case _:
+                return self._law(name, value, about.kind)
+
+    def _law(self, name: str, value: Any, kind: Kind) -> tuple[float, ...]:
+        """A list of numbers; where the kind allows one number, it stands for all."""
+        if kind is Kind.PAIR and not (isinstance(value, list) and len(value) == 2):
+            raise self.bad(name, "is not a list of two numbers")
+        if kind is Kind.LIST and not isinstance(value, list):
+            raise self.bad(name, "is not a list")
+        if value == []:
+            raise self.bad(name, "is an empty list")
+        given = isinstance(value, list)
+        values = self._numbers(name, value if given else [value], entry=given)
+        if kind is Kind.LINEAR and len(values) > 2:
+            raise self.bad(
+                name, "has more than two entries", f"give one number or [at start, at end], e.g. {name} = [10.0, 0.0]"
+            )
+        return values * 2 if len(values) == 1 and kind in (Kind.LINEAR, Kind.PIECEWISE) else values
+
+    def _numbers(self, name: str, values: list[Any], entry: bool) -> tuple[float, ...]:
+        """Finite numbers within the key's range; an integer counts as one, a truth value or a text does not."""
+        numbers = tuple(self._as_number(name, item) for item in values)
+        within = self.keys[self.dotted(name)].range
+        if within is not None and not all(within.holds(number) for number in numbers):
+            raise self.bad(name, within.problem(entry), self.keys[self.dotted(name)].hint)
+        return numbers
+
+    def _vector(self, name: str, value: Any) -> tuple[float, float, float]:
         if not isinstance(value, list) or len(value) != 3:
             raise self.bad(name, "is not a list of three numbers")
         x, y, z = (self._as_number(name, item) for item in value)
         return x, y, z
 
-    def numbers(self, name: str) -> tuple[float, ...]:
-        """A number or a list of at least one number."""
-        value = self.require(name)
-        if isinstance(value, list):
-            if not value:
-                raise self.bad(name, "is an empty list")
-            return tuple(self._as_number(name, item) for item in value)
-        return (self._as_number(name, value),)
-
-    def linear(self, name: str) -> tuple[float, float]:
-        """A law linear in s: one number (constant) or [at start, at end]."""
-        values = self.numbers(name)
-        if len(values) > 2:
+    def _direction(self, name: str, value: Any) -> tuple[float, float, float]:
+        """A unit vector, to UNIT_TOLERANCE; otherwise the error says what the normalised vector would be."""
+        vector = self._vector(name, value)
+        norm = math.hypot(*vector)
+        if norm == 0.0:
+            raise self.bad(name, "has no direction (zero vector)")
+        if not abs(norm - 1.0) <= UNIT_TOLERANCE:
+            largest = max(abs(c) for c in vector)
+            scaled = tuple(c / largest for c in vector)
+            length = math.hypot(*scaled)
             raise self.bad(
-                name, "has more than two entries", f"give one number or [at start, at end], e.g. {name} = [10.0, 0.0]"
+                name,
+                f"is not a unit vector (its length is {norm:.10g})",
+                f"normalised it is {show(tuple(c / length for c in scaled))}",
             )
-        return values[0], values[-1]
+        return vector
 
-    def count(self, name: str, value: Any = None) -> int:
-        """A whole number from 1 to MAX_ELEMENTS: `value`, an entry of the list at `name`, or by default all of it."""
-        value = self.require(name) if value is None else value
+    def _count(self, name: str, value: Any) -> int:
+        """A whole number within the key's range, and MAX_ELEMENTS at most."""
         if isinstance(value, bool) or not isinstance(value, int):
             raise self.bad(name, "is not a whole number")
-        if not 1 <= value <= MAX_ELEMENTS:
-            raise self.bad(name, f"must lie between 1 and {MAX_ELEMENTS}")
+        within = self.keys[self.dotted(name)].range
+        lowest = 1 if within is None else int(within.low)
+        if not lowest <= value <= MAX_ELEMENTS:
+            raise self.bad(name, f"must lie between {lowest} and {MAX_ELEMENTS}")
         return value
 
-    def truth(self, name: str) -> bool:
-        value = self.require(name)
-        if not isinstance(value, bool):
-            raise self.bad(name, "is not true or false")
-        return value
-
-    def text(self, name: str) -> str:
-        value = self.require(name)
-        if not isinstance(value, str):
-            raise self.bad(name, "is not a text in quotes")
-        return value
-
-    def choice(self, name: str, choices: Collection[str], later: Mapping[str, str] | None = None) -> str:
-        """One of `choices`; the words in `later` are known but not available yet (value: what to do instead)."""
-        later = later or {}
-        value = self.text(name)
-        if value in later:
-            raise self.bad(name, "is not available in this version", later[value])
-        if value not in choices:
-            close = difflib.get_close_matches(value.lower(), choices, n=1, cutoff=0.6)
+    def _choice(self, name: str, value: str, about: Key) -> str:
+        """One of the choices; the words in `later` are known but not available yet."""
+        if value in about.later:
+            raise self.bad(name, "is not available in this version", about.later[value])
+        if value not in about.choices and not about.also(value):
+            close = difflib.get_close_matches(value.lower(), about.choices, n=1, cutoff=0.6)
             hint = f"did you mean {close[0]!r}? " if close else ""
-            listed = ", ".join(repr(choice) for choice in choices)
+            listed = ", ".join(repr(choice) for choice in about.choices)
             raise self.bad(name, "is not one of the choices", f"{hint}choose from {listed}")
         return value
 
@@ -181,6 +221,11 @@ class Table:
         if not math.isfinite(number):
             raise self.bad(name, "is not finite")
         return number
+
+
+def show(vector: tuple[float, ...]) -> str:
+    """A vector as it can be pasted into a scene: all digits."""
+    return "[" + ", ".join(repr(float(c) + 0.0) for c in vector) + "]"
 
 
 def _kind(value: Any) -> str:

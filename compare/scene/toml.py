@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from compare.scene.keys import KEYS, SECTIONS
-
-_ESCAPES = {'"': '\\"', "\\": "\\\\"}
+from compare.scene.declare import literal
+from compare.scene.keys import KEYS, SECTIONS, contract_name
 
 
 def toml_text(document: Mapping[str, Any]) -> str:
@@ -25,7 +24,7 @@ def _write_table(table: Mapping[str, Any], path: str, lines: list[str]) -> None:
     if path and plain:
         lines.extend(["", f"[{path}]"])
     for name, value in plain.items():
-        lines.append(f"{name} = {_literal(value)}  # {_meaning(f'{path}.{name}' if path else name, value)}")
+        lines.append(f"{name} = {literal(value)}  # {_meaning(f'{path}.{name}' if path else name, value)}")
     for name, value in table.items():
         inner = f"{path}.{name}" if path else name
         if isinstance(value, Mapping):
@@ -46,22 +45,11 @@ def _is_array(value: Any) -> bool:
 def _entry_line(array: str, key: str, value: Any) -> str:
     """One line of a `[[wall]]` or `[[path]]`; the keys of a path are dotted, so they stand in quotes."""
     if array == "path" and key != "steps":
-        return f"{_literal(key)} = {_literal(value)}  # {_meaning(key, value)}"
-    return f"{key} = {_literal(value)}  # {_meaning(f'{array}.{key}', value)}"
+        return f"{literal(key)} = {literal(value)}  # {_meaning(key, value)}"
+    return f"{key} = {literal(value)}  # {_meaning(f'{array}.{key}', value)}"
 
 
 def _meaning(dotted: str, value: Any) -> str:
     if dotted in SECTIONS and value is False:
         return "absent in this stage"
-    is_wall = dotted.startswith("wall.")
-    return KEYS[f"wall.{dotted.rpartition('.')[2]}" if is_wall else dotted].meaning
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return '"' + "".join(_ESCAPES.get(letter, letter) for letter in value) + '"'
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_literal(item) for item in value) + "]"
-    return repr(value)
+    return KEYS[contract_name(dotted)].meaning

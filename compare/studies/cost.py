@@ -1,4 +1,4 @@
-"""What accuracy costs: error against time for ribbon, elastica and shell of one scene (work-precision).
+"""What accuracy costs: error against time for all models of one scene (work-precision).
 
 Two errors, never mixed:
 
@@ -8,9 +8,11 @@ Two errors, never mixed:
   plateau, the difference of the models.
 
 Every reference states its own error by a comparison with another fine solution; a row whose error is not above that
-says so. References: the ribbon's largest glued size cut in four, against the same cut in eight; the elastica with
-degree 4 on four times the elements, against its halves; the shell on its largest mesh with degree 3, against degree 2
-on half as many elements more each way. The last is a bound as long as the reference is twice as accurate as that.
+says so. What a model's reference is, and what it is compared with, is the model's own affair
+(`compare.models.base.Model.reference`), or the usual one (`compare.models.reference`).
+
+Every model answers the scene as `compare` has it answer: from its own seed and path, or on the branch of the model
+beside the shells where the scene may have several equilibria.
 """
 
 from __future__ import annotations
@@ -22,86 +24,56 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
-from compare.models.ribbon_build import ribbon_problem
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.cost_bench import Bench
-from compare.studies.cost_plan import Cost, Plan, Reference, Row, model_of
-from compare.studies.cost_runs import Kept, Run, machine, shell_of, sized
-from ribbon import RibbonInputError
+from compare.studies.cost_plan import OWN, Cost, Entry, Plan, Reference, Row, chosen
+from compare.studies.cost_runs import Kept, Run, machine
 
 __all__ = ["Cost", "Plan", "available", "measure"]
 
 
 def available(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The plan's solvers that the scene allows, and why others are left out."""
-    found, why = [], []
-    for solver in plan.solvers:
-        reason: str | None = None
-        if solver == "chained":
-            if scene.path:
-                reason = "a [[path]] is gone in the mixed model"
-            else:
-                try:
-                    ribbon_problem(sized(scene, "chained", max(plan.segments)), "chained")
-                except (RibbonInputError, BadInput) as error:
-                    reason = str(error)
-        elif solver == "placed" and scene.path:
-            reason = "a [[path]] names its own segments"
-        elif solver == "elastica":
-            reason = scene.nonplanar_reason()
-        elif solver == "shell" and not scene.has_shell() and plan.ratio is None:
-            reason = "the scene has no thickness, or its supports are not a shell's"
-        if reason is None:
-            found.append(solver)
-        else:
-            why.append(f"{solver}: {reason}")
-    if not found:
-        raise BadInput("--solvers", ", ".join(plan.solvers), f"none can solve the scene ({'; '.join(why)})")
-    return tuple(found), tuple(why)
+    """The names of the plan's ladders that the scene allows, and why others are left out."""
+    found, why = chosen(scene, plan)
+    return tuple(entry.ladder.name for entry in found), why
 
 
 def measure(scene: Scene, plan: Plan, folder: Path, reporter: Reporter, *, fresh: bool = False) -> Cost:
     """Runs the plan. Finished runs are kept in `folder` at once and found again on the same machine and versions.
 
-    Raises `BadInput` where no solver can do the scene, or the common reference asked for cannot be had.
+    Raises `BadInput` where no model can do the scene, or the common reference asked for cannot be had.
     """
     began = time.perf_counter()
-    solvers, why = available(scene, plan)
-    models = {model_of(solver) for solver in solvers}
+    entries, why = chosen(scene, plan)
+    models: dict[str, list[Entry]] = {}
+    for entry in entries:
+        models.setdefault(entry.model.name, []).append(entry)
     wanted = plan.reference
-    if wanted != "own" and wanted not in models:
+    if wanted != OWN and wanted not in models:
         raise BadInput(
             "--reference", wanted, f"is not among the models that are run ({', '.join(sorted(models))})",
-            f"choose from {', '.join(sorted(models))}, own",
+            f"choose from {', '.join(sorted(models))}, {OWN}",
         )  # fmt: skip
-    if "shell" in models:
-        assert plan.ratio is not None
-        for mesh in plan.meshes:  # what the shell refuses is said before anything is solved
-            shell_of(scene, plan.ratio, mesh)
     bench = Bench(scene, plan, Kept(folder, fresh), reporter, began)
-    references = []
-    if "ribbon" in models:
-        references.append(bench.ribbon_reference([s for s in solvers if model_of(s) == "ribbon"]))
-    if "elastica" in models:
-        references.append(bench.elastica_reference())
-    if "shell" in models:
-        references.append(bench.shell_reference())
-    known = tuple(reference for reference in references if reference is not None)
-    runs = [run for solver in solvers if solver != "shell" for run in bench.ladder(solver)]
-    runs += bench.shells() if "shell" in solvers else []
+    references = {name: bench.reference(mine) for name, mine in models.items()}
+    known = tuple(reference for reference, _ in references.values() if reference is not None)
+    runs: list[Run] = []
+    for name in sorted(models, key=lambda name: name in bench.apart):  # the quick ones first: the budget is for all
+        runs += [run for entry in models[name] for run in bench.ladder(entry)]
+        against = references[name][1]
+        runs += [] if against is None else [against]
+    starts = bench.starts(entries, runs)
     reporter.step("distances")
     common = next((r for r in known if r.model == wanted), None)
     rows = tuple(_row(run, known, common) for run in runs)
-    starts = bench.starts(solvers, runs)
     left_out = (*why, *bench.left_out)
     return Cost(scene, plan, bench.base, bench.grid, rows, known, common, starts, left_out, machine())
 
 
 def _row(run: Run, references: tuple[Reference, ...], common: Reference | None) -> Row:
-    model = model_of(run.solver)
-    own = next((r for r in references if r.model == model), None)
-    return Row(run, model, *_errors(run, own), *_errors(run, common))
+    own = next((r for r in references if r.model == run.model), None)
+    return Row(run, run.model, *_errors(run, own), *_errors(run, common))
 
 
 def _errors(run: Run, reference: Reference | None) -> tuple[float | None, float | None, bool | None]:

@@ -2,229 +2,221 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from compare.measure.align import aligned
-from compare.measure.distance import grid_hausdorff
-from compare.models.ribbon_run import run_ribbon
+from compare.errors import BadInput
+from compare.measure.grid import Grid
+from compare.models.base import Model, Options, Shape, Size
+from compare.models.choice import beside_the_shell, third_opinion
+from compare.models.reference import reference
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
+from compare.store.provenance import software
 from compare.store.store import CaseStore
-from compare.studies.compare import Grid
-from compare.studies.cost_plan import Plan, Reference, Start
-from compare.studies.cost_runs import (
-    Kept,
-    Run,
-    elastica_points,
-    elastica_problem,
-    elastica_run,
-    ribbon_run,
-    ribbon_solver,
-    shell_case,
-    shell_label,
-    shell_of,
-    shell_run,
-    sized,
-)
-from compare.studies.cost_start import seconds_of_first
-from ribbon import Equilibrium, refine
-from shellref.elastica.solve import solve as solve_elastica
+from compare.studies.compare import several_equilibria
+from compare.studies.cost_plan import Entry, Plan, Reference, Start, family
+from compare.studies.cost_runs import Finest, Kept, Run, finest, run_of, together
+from compare.studies.cost_start import request, seconds_of_first
+
+#: How many times longer than the last size of a ladder the next one may take, all its repetitions together.
+GROWTH = 8.0
+#: Our own sources beside the models' that kept runs depend on.
+_OWN = ("compare/studies/cost_runs.py", "compare/registry.py")
+
+
+class _Within(Reporter):
+    """What a model says while it is timed: details of the step that the measurement is at."""
+
+    def __init__(self, outer: Reporter) -> None:
+        super().__init__(quiet=True)
+        self._outer = outer
+
+    def step(self, text: str) -> None:
+        self._outer.detail(text)
+
+    def detail(self, text: str) -> None:
+        self._outer.detail(text)
 
 
 class Bench:
-    """A measurement under way."""
+    """A measurement under way. base: the state of the model beside the shells, as the scene asks for it."""
 
     def __init__(self, scene: Scene, plan: Plan, kept: Kept, reporter: Reporter, began: float) -> None:
         self.scene, self.plan, self.kept, self.reporter, self.began = scene, plan, kept, reporter, began
         self.left_out: list[str] = []
-        self.base = run_ribbon(scene, reporter.step, leave_saddle=plan.leave_saddle, detail=reporter.detail)
-        bend = self.base.equilibrium.omega(np.linspace(0.0, 1.0, 2001))
-        self.grid = Grid.for_shape(scene, float(np.abs(bend).max()))
-        self.store = CaseStore(kept.root)  # untimed shells: references
-        self.key = [scene.canonical(), plan.leave_saddle, self.grid.s.size, self.grid.v.size]
+        #: Models whose every solve is a process of its own, known from their references.
+        self.apart: set[str] = set()
+        beside = beside_the_shell(scene)
+        self.base = beside.solve(scene, options=Options(leave_saddle=plan.leave_saddle, repeats=None), say=reporter)
+        self.grid = Grid.for_shape(scene, self.base.shape.bend if self.base.shape is not None else 1.0)
+        self.surface = None if self.base.shape is None else self.grid.of(self.base.shape)
+        third = third_opinion(scene, beside)
+        self._wing = beside.wing
+        self._third = None if third is None else third.name
+        self._key = [scene.canonical(), plan.leave_saddle, self.grid.s.size, self.grid.v.size]
 
     @property
     def _left(self) -> float:
         return self.plan.budget - (time.perf_counter() - self.began)
 
+    def near(self, model: Model) -> Shape | None:
+        """The shape on whose branch a model's answer is to be, as in `compare.studies.compare.compare`: that of `base`,
+        for every other model where the scene may have several equilibria, for the third opinion always."""
+        if model.name == self.base.model or not self.base.ok:
+            return None
+        needed = model.name == self._third or several_equilibria(self.scene, self.plan.leave_saddle)
+        return self.base.shape if needed else None
+
+    def _options(self, model: Model, **more: Any) -> Options:
+        leave = self.plan.leave_saddle and model.name == self.base.model
+        return Options(leave_saddle=leave, fallback=True, grid=self.grid, **more)
+
+    def _parts(self, model: Model, scene: Scene, *parts: Any) -> list[Any]:
+        """What determines a kept run, its model's sources and those of `base` included."""
+        made_by = software(*sorted({*model.wing, *self._wing, *_OWN}))
+        return [model.name, *parts, scene.canonical(), self._key, made_by]
+
     # -- references ---------------------------------------------------------------------------------------------------
 
-    def ribbon_reference(self, solvers: list[str]) -> Reference | None:
-        """The largest size cut in four; its error from the one cut in eight, the rest as a geometric series."""
-        formulation = "mixed" if "mixed" in solvers or self.scene.path else "chained"
-        if solvers == ["placed"]:
-            formulation = "mixed"
-        most = max(self.plan.segments)
-        self.reporter.step(f"reference of the ribbon: {4 * most} and {8 * most} segments")
-        store, key = self.kept, ["ribbon reference", self.key, most, formulation]
+    def reference(self, entries: Sequence[Entry]) -> tuple[Reference | None, Run | None]:
+        """The reference of the model of these entries, and the run that it was checked on, where that is a size of a
+        ladder with a time of its own."""
+        one, scene = entries[0].model, entries[0].scene
+        sizes = [size for entry in entries for size in entry.ladder.sizes]
 
-        def make(parts: int) -> Run:
-            found: Equilibrium = self._refined(formulation, most)[parts]
-            points = self.grid.ribbon(found)
-            points = aligned(points, self.grid.ribbon(self.base.equilibrium), found)
-            return Run("ribbon", str(found.problem.lengths.size), 0, found.status.code, found.ok, (), None, points)
+        def make() -> Finest:
+            options = self._options(one, store=CaseStore(self.kept.root))
+            found = reference(one, scene, sizes, near=self.near(one), options=options, say=self.reporter)
+            return finest(found, self.grid, self.surface)
 
-        found = [store.run([*key, parts], lambda parts=parts: make(parts)) for parts in range(3)]  # type: ignore[misc]
-        coarse, fine, finest = found
-        if fine.points is None or not fine.ok:
-            self.left_out.append(f"the ribbon's reference on {fine.label} segments is {fine.status}")
-            return None
-        what = f"{fine.label} segments"
-        if coarse.points is None or finest.points is None or not finest.ok:
-            return Reference("ribbon", what, fine.points, None, f"{finest.label} segments: {finest.status}")
-        first, last = grid_hausdorff(coarse.points, fine.points), grid_hausdorff(fine.points, finest.points)
-        ratio = min(last / first, 0.5) if first > 0.0 else 0.5
-        return Reference("ribbon", what, fine.points, last / (1.0 - ratio), f"{finest.label} segments")
-
-    def _refined(self, formulation: str, most: int) -> list[Equilibrium]:
-        """The largest size cut in 2, 4 and 8."""
-        if not hasattr(self, "_chain"):
-            current = ribbon_solver(sized(self.scene, formulation, most), self.plan.leave_saddle)()
-            self._chain = []
-            for _ in range(3):
-                current = refine(current) if current.ok else current
-                self._chain.append(current)
-        return self._chain
-
-    def elastica_reference(self) -> Reference | None:
-        """Degree 4 on four times the elements."""
-        most = 4 * max(self.plan.elastica_elements)
-        self.reporter.step(f"reference of the elastica: {most} elements of degree 4")
-        found = solve_elastica(elastica_problem(self.scene), most, 4)
-        if found.status.value != "converged":
-            self.left_out.append(f"the elastica's reference is {found.status.value}: {found.message}")
-            return None
-        points = elastica_points(self.scene, found, self.grid)
-        return Reference("elastica", f"{most} elements of degree 4", points, found.error, f"{2 * most} of them")
-
-    def shell_reference(self) -> Reference | None:
-        """Degree 3 on the largest mesh; its error from degree 2 on half as many elements more each way."""
-        mesh = max(self.plan.meshes, key=lambda m: m[0] * m[1])
-        check = (-(-3 * mesh[0] // 2), -(-3 * mesh[1] // 2))
-        cases = []
-        self.check: tuple[str, Any] | None = None
-        for size, degree, store in ((mesh, 3, self.store), (check, 2, self.kept.shells(0))):
-            self.reporter.step(f"reference of the shell: w/h = {self.plan.ratio:g}, {shell_label(size, degree)}")
-            cases.append(self._shell(size, degree, store))
-        self.check = shell_label(check), cases[1]
-        fine, other = (case for case, _ in cases)
-        what, checked = f"{shell_label(mesh, 3)}, w/h = {self.plan.ratio:g}", shell_label(check)
-        if not fine.ok:
-            self.left_out.append(f"the shell's reference is {fine.status}: {fine.data['message']}")
-            return None
-        points = self.grid.shell(fine)
-        error = grid_hausdorff(points, self.grid.shell(other)) if other.ok else None
-        return Reference("shell", what, points, error, checked if other.ok else f"{checked}: {other.status}")
-
-    def _shell(self, mesh: tuple[int, int], degree: int, store: CaseStore) -> Any:
-        assert self.plan.ratio is not None
-        problem = shell_of(self.scene, self.plan.ratio, mesh, degree)
-        base = self.base.equilibrium
-        return shell_case(self.scene, problem, base, store, self.plan.leave_saddle, self.reporter.detail)
+        key = [[size.ladder, size.values, size.degree] for size in sizes]
+        try:
+            found = self.kept.finest(self._parts(one, scene, key), make)
+        except BadInput as refused:
+            self.left_out.append(f"the {one.name}'s reference: {refused}")
+            return None, None
+        if found.run.start is not None:
+            self.apart.add(one.name)
+        if not found.run.ok or found.run.points is None:
+            said = ": ".join(text for text in (found.run.status, found.run.message) if text)
+            self.left_out.append(f"the {one.name}'s reference ({found.run.label}) is {said}")
+            return None, found.against
+        return Reference(one.name, found.run.label, found.run.points, found.error, found.checked), found.against
 
     # -- ladders ------------------------------------------------------------------------------------------------------
 
-    def ladder(self, solver: str) -> list[Run]:
-        """All sizes of ribbon or elastica, small ones first."""
-        found: list[Run] = []
-        self.reporter.step(f"{solver}: {self.plan.repeats} runs of each size")
-        for name, size, make in self._sizes(solver):
-            last = next((r for r in reversed(found) if r.solver == name and r.warm is not None), None)
-            if last is not None and last.warm is not None and 8.0 * last.warm > max(self._left, 0.0):
-                self.left_out.append(f"{name} {size:g}: it may take longer than what is left of the budget")
-                continue
-            self.reporter.detail(f"{name}, {size:g}")
-            run = self.kept.run([name, size, self.plan.repeats, self.key], make)
-            if solver != "placed" or last is None or run.unknowns != last.unknowns:  # a tolerance may change nothing
-                found.append(run)
-        return found
-
-    def _sizes(self, solver: str) -> list[tuple[str, float, Callable[[], Run]]]:
-        scene, plan, grid, repeats = self.scene, self.plan, self.grid, self.plan.repeats
-        base = self.base.equilibrium
-        if solver == "elastica":
-            problem = elastica_problem(scene)
-            return [
-                (f"elastica {q}", n, lambda q=q, n=n: elastica_run(scene, problem, q, n, grid, repeats))  # type: ignore[misc]
-                for q in plan.degrees
-                for n in sorted(plan.elastica_elements)
-            ]
-        sizes: list[float] = (
-            sorted(plan.tolerances, reverse=True) if solver == "placed" else [float(p) for p in sorted(plan.segments)]
-        )
-        return [
-            (solver, size, lambda size=size: ribbon_run(scene, solver, size, base, grid, repeats, plan.leave_saddle))  # type: ignore[misc]
-            for size in sizes
-        ]
-
-    def shells(self) -> list[Run]:
-        """All meshes once, small ones first, then again and again while the budget lasts; last the one that the
-        reference was checked on, timed once."""
-        meshes = sorted(self.plan.meshes, key=lambda m: m[0] * m[1])
-        cases: dict[tuple[int, int], list[Any]] = {}
-        for number in range(self.plan.repeats):
-            store = self.kept.shells(number)
-            for mesh in meshes:
-                if number and mesh not in cases:
+    def ladder(self, entry: Entry) -> list[Run]:
+        """All sizes of a ladder, small ones first. One model repeats every size at once; one whose every solve is a
+        process of its own solves all sizes once, then again and again while the budget lasts."""
+        name, repeats = entry.ladder.name, self.plan.repeats
+        found: dict[Size, list[Run]] = {}
+        self.reporter.step(f"{name}: {repeats} runs of each size")
+        for number in range(repeats):
+            for size in entry.ladder.sizes:
+                if number and (size not in found or found[size][0].start is None):
                     continue
-                self.reporter.step(f"shell: {shell_label(mesh)}, run {number + 1} of {self.plan.repeats}")
-                if self._predicted(mesh, cases) > self._left:
-                    if not number:
-                        self.left_out.append(f"shell {shell_label(mesh)}: no time left of {self.plan.budget:g} s")
-                    elif number == 1:
-                        self.left_out.append(
-                            f"shell {shell_label(mesh)}: timed once (budget of {self.plan.budget:g} s)"
-                        )
+                label = f"{name} {size.label}"
+                too_long = self._too_long(entry, size, found)
+                if too_long is not None:
+                    if number < 2:
+                        once = f"timed once (budget of {self.plan.budget:g} s)"
+                        self.left_out.append(f"{label}: {once if number else too_long}")
                     continue
-                cases.setdefault(mesh, []).append(self._shell(mesh, 2, store))
-        found = [shell_run(shell_label(mesh), runs, self.grid) for mesh, runs in cases.items()]
-        label, checked = self.check or ("", None)
-        return found if checked is None else [*found, shell_run(label, [checked], self.grid)]
+                tell = self.reporter.step if entry.model.name in self.apart else self.reporter.detail
+                tell(f"{label}, run {number + 1} of {repeats}")
+                run = self._timed(entry, size, number)
+                if run is None or (not number and _same(run, size, found)):
+                    continue
+                if run.start is not None:
+                    self.apart.add(entry.model.name)
+                found.setdefault(size, []).append(run)
+        return [together(runs) for runs in found.values()]
 
-    def _predicted(self, mesh: tuple[int, int], cases: dict[tuple[int, int], list[Any]]) -> float:
-        """Seconds that a run of this mesh may take: as it did, or in proportion to the cells of another one."""
-        for known in [mesh, *reversed(cases)]:
-            if cases.get(known):
-                case, wall = cases[known][0]
-                spent = wall if wall is not None else case.seconds
-                return float(spent) * mesh[0] * mesh[1] / (known[0] * known[1])
-        return 0.0
+    def _timed(self, entry: Entry, size: Size, number: int) -> Run | None:
+        """Repetition `number` of a size; None where the model refuses that."""
+        one, scene, repeats = entry.model, entry.scene, self.plan.repeats
+
+        def make() -> Run:
+            options = self._options(one, repeats=repeats)
+            state = one.solve(scene, size, near=self.near(one), options=options, say=_Within(self.reporter))
+            return run_of(state, size, self.grid, self.surface)
+
+        key = [size.ladder, size.values, size.degree, number, repeats]
+        try:
+            return replace(self.kept.run(self._parts(one, scene, key), make), size=size)
+        except BadInput as refused:
+            self.left_out.append(f"{size.ladder} {size.label}: {refused}")
+            return None
+
+    def _too_long(self, entry: Entry, size: Size, found: dict[Size, list[Run]]) -> str | None:
+        """Why a size is not run any more, from the times of others; None: it is run."""
+        if entry.model.name in self.apart:
+            return f"no time left of {self.plan.budget:g} s" if _predicted(size, found) > self._left else None
+        last = next((runs[0] for runs in reversed(found.values()) if runs[0].warm is not None), None)
+        if last is not None and last.warm is not None and GROWTH * last.warm > max(self._left, 0.0):
+            return "it may take longer than what is left of the budget"
+        return None
 
     # -- first calls --------------------------------------------------------------------------------------------------
 
-    def starts(self, solvers: tuple[str, ...], runs: list[Run]) -> tuple[Start, ...]:
-        """First calls of every solver in fresh processes, beyond the warm solve."""
+    def starts(self, entries: Sequence[Entry], runs: Sequence[Run]) -> tuple[Start, ...]:
+        """First calls of every family of ladders in fresh processes, beyond the warm solve of the same size."""
         found = []
-        text = self.scene.to_toml()
-        for solver in solvers:
-            mine = [run for run in runs if run.solver.startswith(solver) and run.warm is not None]
-            if solver == "shell":
-                values = [run.start for run in mine if run.start is not None]
-                if values:
-                    found.append(Start("shell", float(np.median(values)), None))
-                continue
-            if solver == "placed" or self.scene.path or not mine:
-                continue
-            size = min(self.plan.elastica_elements if solver == "elastica" else self.plan.segments)
-            degree = self.plan.degrees[0]
-            request = {"scene": text, "solver": solver, "elements": size, "degree": degree, "formulation": solver}
-            self.reporter.step(f"{solver}: first calls in fresh processes")
-            seconds = [seconds_of_first(request) for _ in range(self.plan.repeats)]
-            good = [s for s in seconds if s is not None]
-            if not good:
-                continue
-            compiled = None
-            if self.plan.compilation and solver != "elastica":
-                self.reporter.step(f"{solver}: a first call that compiles everything")
-                with tempfile.TemporaryDirectory(prefix="ribbonbench-cache-") as cache:
-                    compiled = seconds_of_first(request, Path(cache))
-            warm = mine[0].warm or 0.0
-            over = compiled - warm if compiled is not None else None
-            found.append(Start(solver, float(np.median(good)) - warm, over))
+        for name in dict.fromkeys(family(entry.ladder.name) for entry in entries):
+            mine = [run for run in runs if family(run.solver) == name and run.warm is not None]
+            values = [run.start for run in mine if run.start is not None]
+            if values:
+                found.append(Start(name, float(np.median(values)), None))
+            elif mine:
+                start = self._start(name, entries, mine[0])
+                found += [] if start is None else [start]
         return tuple(found)
+
+    def _start(self, name: str, entries: Sequence[Entry], run: Run) -> Start | None:
+        """The first calls of the family `name`, at the size of `run`."""
+        if self.scene.path:
+            self.left_out.append(f"first calls of {name}: the scene's [[path]] is gone in each of them")
+            return None
+        if run.begun == "near":
+            self.left_out.append(
+                f"first calls of {name}: it begins at the shape of another model, which has to be there"
+            )
+            return None
+        entry = next(entry for entry in entries if entry.ladder.name == run.solver)
+        assert run.size is not None
+        asked = request(entry.scene, entry.model.name, run.size)
+        self.reporter.step(f"{name}: first calls in fresh processes")
+        seconds = [seconds_of_first(asked) for _ in range(self.plan.repeats)]
+        good = [s for s in seconds if s is not None]
+        if not good:
+            return None
+        compiled = None
+        if self.plan.compilation:
+            self.reporter.step(f"{name}: a first call that compiles everything")
+            with tempfile.TemporaryDirectory(prefix="ribbonbench-cache-") as cache:
+                compiled = seconds_of_first(asked, Path(cache))
+        warm = run.warm or 0.0
+        return Start(name, float(np.median(good)) - warm, None if compiled is None else compiled - warm)
+
+
+def _predicted(size: Size, found: dict[Size, list[Run]]) -> float:
+    """Seconds that a process with this size may take: as it did, or in proportion to the values of another size."""
+    for known in (size, *reversed(found)):
+        if known in found and found[known][0].start is not None:
+            run = found[known][0]
+            return (run.seconds[0] + (run.start or 0.0)) * math.prod(size.values) / math.prod(known.values)
+    return 0.0
+
+
+def _same(run: Run, size: Size, found: dict[Size, list[Run]]) -> bool:
+    """Whether a size whose meaning the run has found out (segments for a tolerance) is the last one again."""
+    last = next(reversed(found.values()), None)
+    return last is not None and run.label != size.label and run.unknowns == last[0].unknowns

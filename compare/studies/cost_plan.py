@@ -2,44 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.errors import BadInput
 from compare.measure.front import Mark
-from compare.models.ribbon_run import RibbonRun
+from compare.measure.grid import Grid
+from compare.models.base import Ladder, Model, Size, State
+from compare.registry import model, names
 from compare.scene.scene import Scene
-from compare.studies.compare import Grid
 from compare.studies.cost_runs import Run
 
 FloatArray = NDArray[np.float64]
 
-SOLVERS = ("chained", "mixed", "placed", "elastica", "shell")
-REFERENCES = ("shell", "ribbon", "elastica", "own")
-SEGMENTS = (5, 10, 20, 40, 80, 160, 320)
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
-ELASTICA_ELEMENTS = (5, 10, 20, 40, 80)
-DEGREES = (1, 2, 3)
-MESHES = ((25, 2), (50, 4), (100, 4), (100, 8))
 TARGETS = (1e-2, 1e-3, 1e-4)
 #: Seconds after which no new run is begun.
 BUDGET = 180.0
+#: In place of a common reference.
+OWN = "own"
+#: Which sizes of the plan are those of which ladders, or families of ladders.
+GIVEN = {
+    "chained": "segments", "mixed": "segments", "placed": "tolerances", "elastica": "elastica_elements",
+    "shell": "meshes",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is measured. segments: of the ribbons; meshes: (along, across) of the shells of `ratio` = w/h (None: no
-    shell); targets: errors (l) whose times are asked for; reference: of `REFERENCES`; compilation: also from an empty
-    cache of compiled code."""
+    """What is measured. solvers: families of ladders (empty: all that the scene allows); segments, tolerances,
+    elastica_elements, meshes: sizes of the ladders in `GIVEN` (None: the model's usual ones); ratio: w/h of the shells
+    (None: the scene's); targets: errors (l) whose times are asked for; reference: the common one, a model's name or
+    `OWN` for none; compilation: also first calls from an empty cache of compiled code."""
 
-    solvers: tuple[str, ...] = SOLVERS
-    segments: tuple[int, ...] = SEGMENTS
-    tolerances: tuple[float, ...] = TOLERANCES
-    elastica_elements: tuple[int, ...] = ELASTICA_ELEMENTS
-    degrees: tuple[int, ...] = DEGREES
-    meshes: tuple[tuple[int, int], ...] = MESHES
+    solvers: tuple[str, ...] = ()
+    segments: tuple[int, ...] | None = None
+    tolerances: tuple[float, ...] | None = None
+    elastica_elements: tuple[int, ...] | None = None
+    meshes: tuple[tuple[int, int], ...] | None = None
     ratio: float | None = None
     reference: str = "shell"
     targets: tuple[float, ...] = TARGETS
@@ -49,10 +52,65 @@ class Plan:
     compilation: bool = False
 
 
+def family(ladder: str) -> str:
+    """The name by which `--solvers` chooses a ladder: "elastica" is that of "elastica 1" and "elastica 2"."""
+    return ladder.split()[0]
+
+
+def families(scene: Scene) -> tuple[str, ...]:
+    """Those of all ladders of all models, whether the scene allows them or not."""
+    return tuple(dict.fromkeys(family(ladder.name) for name in names() for ladder in model(name).ladders(scene)))
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A ladder that is measured: its model, the model's own scene, and the ladder with the plan's sizes."""
+
+    model: Model
+    scene: Scene
+    ladder: Ladder
+
+
+def chosen(scene: Scene, plan: Plan) -> tuple[tuple[Entry, ...], tuple[str, ...]]:
+    """The ladders of the plan's solvers that the scene allows, and why others are left out.
+
+    Of a model that a scene asks several solves of the last one counts. Raises `BadInput` where none is left.
+    """
+    asked = scene if plan.ratio is None else scene.replace({"shell.width_to_thickness": [plan.ratio]})
+    found: list[Entry] = []
+    why: dict[str, str] = {}
+    for name in names():
+        one: Model = model(name)
+        ladders = [x for x in one.ladders(asked) if not plan.solvers or family(x.name) in plan.solvers]
+        refused = one.refusal(asked) if any(ladder.sizes for ladder in ladders) else None
+        for ladder in ladders:
+            reason = ladder.why if not ladder.sizes else None if refused is None else str(refused)
+            if ladder.sizes and refused is None:
+                found.append(Entry(one, one.variants(asked)[-1].scene, sized(ladder, plan)))
+            elif reason is not None:
+                why.setdefault(family(ladder.name), f"{family(ladder.name)}: {reason}")
+    if not found:
+        wanted = plan.solvers or families(asked)
+        raise BadInput("--solvers", ", ".join(wanted), f"none can solve the scene ({'; '.join(why.values())})")
+    return tuple(found), tuple(why.values())
+
+
+def sized(ladder: Ladder, plan: Plan) -> Ladder:
+    """The ladder with the sizes that the plan gives for it, small ones first."""
+    name = GIVEN.get(family(ladder.name))
+    given: Sequence[Any] | None = None if name is None else getattr(plan, name)
+    if given is None:
+        return ladder
+    values = [tuple(float(x) for x in value) if isinstance(value, tuple) else (float(value),) for value in given]
+    values.sort(key=lambda v: float(np.prod(v)), reverse=name == "tolerances")
+    degree = ladder.sizes[0].degree
+    return replace(ladder, sizes=tuple(Size(ladder.name, value, degree) for value in dict.fromkeys(values)))
+
+
 @dataclass(frozen=True)
 class Reference:
-    """A fine solution of one model ("ribbon", "elastica", "shell"): what it is, its surface (k, m, 3) and its own error
-    (Hausdorff / l) by the comparison that `checked` names; None where that did not converge."""
+    """A fine solution of one model: what it is, its surface (k, m, 3) and its own error (Hausdorff / l) by the
+    comparison that `checked` names; None where that did not converge."""
 
     model: str
     what: str
@@ -95,11 +153,12 @@ class Start:
 
 @dataclass(frozen=True)
 class Cost:
-    """A finished measurement; left_out: sentences about what was not run; common: the common reference or None."""
+    """A finished measurement; base: the state of the model beside the shells, as the scene asks for it; left_out:
+    sentences about what was not run; common: the common reference or None."""
 
     scene: Scene
     plan: Plan
-    base: RibbonRun
+    base: State
     grid: Grid
     rows: tuple[Row, ...]
     references: tuple[Reference, ...]
@@ -110,10 +169,10 @@ class Cost:
 
     @property
     def ok(self) -> bool:
-        """The scene's ribbon is stable and every model has a reference with a known error."""
+        """The scene's own state is stable and every model has a reference with a known error."""
         known = all(reference.error is not None for reference in self.references)
         wanted = {row.model for row in self.rows}
-        return self.base.equilibrium.ok and known and wanted == {r.model for r in self.references} and bool(wanted)
+        return self.base.ok and known and wanted == {r.model for r in self.references} and bool(wanted)
 
     def marks(self, model: str | None = None, common: bool = False) -> list[Mark]:
         """The converged runs of a model (None: of all) as marks; common: by distance instead of error.
@@ -136,8 +195,3 @@ class Cost:
     def reference_of(self, model: str) -> Reference | None:
         """The model's own reference."""
         return next((r for r in self.references if r.model == model), None)
-
-
-def model_of(solver: str) -> str:
-    """The model ("ribbon", "elastica", "shell") that a solver discretises."""
-    return solver.split()[0] if solver.startswith(("elastica", "shell")) else "ribbon"

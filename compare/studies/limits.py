@@ -1,7 +1,7 @@
 """Where the inextensible model stops being true (thesis, chapter 7): ribbon against shell, with a verdict in words.
 
 For one scene, or each point of a grid: the shell's energies by kind and where on the strip they are, its distance to
-the ribbon, and beside it what the ribbon alone had estimated (`compare.studies.estimate`). Three levels:
+the ribbon, and beside it what the ribbon alone had estimated (`compare.models.ribbon_estimate`). Three levels:
 
     good   distance and share of stretching (membrane + shear, of the elastic energy) within the thresholds
     fair   both within FAIR times the thresholds
@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.models.base import Options, State
-from compare.models.choice import beside_the_shell
+from compare.models.choice import beside_the_shell, chosen
+from compare.models.ribbon_estimate import Estimate
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import Comparison, Row, compare
-from compare.studies.estimate import Estimate, estimate
 
 FloatArray = NDArray[np.float64]
 
@@ -136,9 +136,9 @@ def with_clamp(scene: Scene, clamp: str) -> Scene:
 def require_limits(scene: Scene) -> None:
     """Refuses a scene that no shell can stand beside, before anything is computed."""
     scene.require_shell()
-    if scene.model.energy == "elastica":
+    if not hasattr(chosen(scene), "estimate"):
         raise BadInput(
-            "model.energy", "elastica", "is planar and has no rulings to estimate from", 'choose "wunderlich"'
+            "model.energy", scene.model.energy, "has no estimate of what it leaves out", 'choose "wunderlich"'
         )
 
 
@@ -150,7 +150,7 @@ def quick(scene: Scene, thresholds: Thresholds, values: Mapping[str, Any] | None
 
 
 def _estimated(scene: Scene, ribbon: State, ratio: float, thresholds: Thresholds, values: Mapping[str, Any]) -> Finding:
-    found = estimate(scene, ribbon.native, ratio)
+    found = beside_the_shell(scene).estimate(scene, ribbon, ratio)  # type: ignore[attr-defined]  # require_limits
     level = thresholds.level(found.distance, found.share) if ribbon.ok else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,

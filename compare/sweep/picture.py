@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from compare.pictures.drawing import save
+from compare.page.drawing import save
 from compare.scene.axes import Axis
 from compare.sweep.run import Finished
 

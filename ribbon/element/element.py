@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.energies import SADOWSKY, WUNDERLICH, density, natural, wunderlich
+from ribbon.energies import density, factor, natural
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 #: Gauss points and weights on [0, 1].
@@ -54,17 +54,18 @@ def _gather(d, weight, s, dx, jet):
 
 
 @njit(cache=True)
-def bending_jet(code, a, b, n, m, length, half_width, jet):
+def bending_jet(code, a, b, n, m, length, section, jet):
     """Fills `jet` (15,) with the bending energy of a segment (units D w / l) and its derivatives.
 
-    `code` is the energy's (`ribbon.energies.CODES`), `half_width` is w / (2 l). Layout of the jet:
-    `ribbon.element.series`.
+    `code` is the energy's (`ribbon.energies.CODES`), `section` its cross-section's numbers
+    (`ribbon.energies.SectionNumbers`), w / (2 l) the first. Layout of the jet: `ribbon.element.series`.
     """
     d = np.empty(10)
     jet[:] = 0.0
+    half_width = section[0]
     for g in range(GAUSS_POINTS.size):
         s = GAUSS_POINTS[g] * length
-        density(code, a * s + b, n * s + m, half_width * n, d)
+        density(code, a * s + b, n * s + m, half_width * n, section, d)
         _gather(d, GAUSS_WEIGHTS[g] * length, s, half_width, jet)
 
 
@@ -83,31 +84,33 @@ def natural_jet(a, b, n, m, length, k_start, k_slope, poisson, jet):
 
 
 @njit(cache=True)
-def _density_value(code, a, b, n, m, length, x):
+def _density_value(code, a, b, n, m, length, section):
     """Bending energy of a segment by the density alone, for energies without a shortcut in `bending_value`."""
     d = np.empty(10)
     total = 0.0
     for g in range(GAUSS_POINTS.size):
         s = GAUSS_POINTS[g] * length
-        density(code, a * s + b, n * s + m, x, d)
+        density(code, a * s + b, n * s + m, section[0] * n, section, d)
         total += GAUSS_WEIGHTS[g] * d[0]
     return total * length
 
 
 @njit(cache=True)
-def bending_value(code, a, b, n, m, length, half_width):
-    """Bending energy of a segment alone (units D w / l); arguments as in `bending_jet`."""
-    x = half_width * n
-    if code > WUNDERLICH:
-        return _density_value(code, a, b, n, m, length, x)
-    factor = 1.0 if code == SADOWSKY else wunderlich.width_factor(x)[0]
+def bending_value(code, a, b, n, m, length, section):
+    """Bending energy of a segment alone (units D w / l); arguments as in `bending_jet`.
+
+    An energy that is a multiple of Sadowsky's by x alone has its factor evaluated once.
+    """
+    multiple = factor(code, section[0] * n)
+    if np.isnan(multiple):
+        return _density_value(code, a, b, n, m, length, section)
     total = 0.0
     for g in range(GAUSS_POINTS.size):
         s = GAUSS_POINTS[g] * length
         omega = a * s + b
         u = 1.0 + (n * s + m) ** 2
         total += GAUSS_WEIGHTS[g] * 0.5 * omega * omega * u * u
-    return factor * total * length
+    return multiple * total * length
 
 
 @njit(cache=True)

@@ -1,29 +1,29 @@
-"""Energy densities of the ribbon: one file each, with value, gradient, Hessian and source.
+"""Energies of the ribbon: one file each, registered by its name in `ribbon.energies.names` (docs/extend.md).
 
 A density maps the local state (omega, eta, x), ``x = w eta' / 2``, to the energy per unit length in units of D w / l^2
 and fills ten numbers::
 
     0 value | 1..3 d/domega d/deta d/dx | 4..9 omega-omega omega-eta omega-x eta-eta eta-x x-x
 
-`CODES` maps the name of an energy to the integer by which the kernels of `ribbon.element.element` call it through
-`density`: a new energy is a file of its own, its name there and its line here (docs/extend.md). The natural curvature
-is a term of its own (`natural`), absent when the strip is naturally flat.
+An energy is the `ENERGY` of its file (`ribbon.energies.energy.EnergyDensity`): kernels, spread over the surface, what
+it needs, what a strip of finite thickness gains beyond it, words. `ENERGIES` has them by name; the kernels of
+`ribbon.element.element` call them by their code (`ribbon.energies.dispatch`). `ribbon.energies.along` has the densities
+of a solved ribbon. The natural curvature is a term of its own (`natural`), absent when the strip is naturally flat.
 """
 
-from numba import njit
+from ribbon.energies.dispatch import CODES, ENERGIES, density, factor
+from ribbon.energies.energy import EnergyDensity, SectionNumbers
+from ribbon.errors import RibbonInputError
+from ribbon.strip import Strip
 
-from ribbon.energies import sadowsky, wunderlich
-
-#: Name of an elastic energy -> code in the kernels.
-CODES = {"sadowsky": 0, "wunderlich": 1}
-SADOWSKY = CODES["sadowsky"]
-WUNDERLICH = CODES["wunderlich"]
+__all__ = ["CODES", "ENERGIES", "EnergyDensity", "SectionNumbers", "chosen", "density", "factor"]
 
 
-@njit(cache=True, forceinline=True)
-def density(code, omega, eta, x, out):
-    """Fills `out` (10,) with the density of the energy `code`; one that does not know the width leaves x alone."""
-    if code == SADOWSKY:
-        sadowsky.density(omega, eta, out)
-    else:
-        wunderlich.density(omega, eta, x, out)
+def chosen(name: str, strip: Strip) -> EnergyDensity:
+    """The energy of this name for this strip; `RibbonInputError` for an unknown name or what the strip has not."""
+    if name not in ENERGIES:
+        raise RibbonInputError("energy", name, f"use one of {', '.join(sorted(ENERGIES))}")
+    for key in ENERGIES[name].needs:
+        if getattr(strip, key) is None:
+            raise RibbonInputError(key, None, f'the energy "{name}" needs it')
+    return ENERGIES[name]

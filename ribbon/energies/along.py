@@ -1,59 +1,68 @@
-"""Elastic energy of a solved ribbon, from point to point: over s and over the surface, natural curvature included."""
+"""Elastic energy of a solved ribbon, from point to point: over s and over the surface, natural curvature included.
+
+Both leave out the constant ``K^2 / 2``. With j = 1 + v eta' a piece of the strip is dS dv = j ds dv; the natural term
+is the same on the whole ruling, as that of any energy whose rulings are taken as parallel.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.energies import wunderlich
-
-if TYPE_CHECKING:
-    from ribbon.result import Equilibrium
+from ribbon.energies.dispatch import CODES, ENERGIES, values
 
 FloatArray = NDArray[np.float64]
 
 
-def segment_of(equilibrium: Equilibrium, s: FloatArray) -> NDArray[np.int64]:
+def segment_of(equilibrium: Any, s: FloatArray) -> NDArray[np.int64]:
     """Number of the segment, from 0, on which each abscissa (k,) lies; beyond an end that of the end."""
     joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
     return np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(joints) - 2)
 
 
-def _local(equilibrium: Equilibrium, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """omega, eta, eta' and natural curvature K at abscissae (k,); beyond the ends eta' = 0 (the surface goes on so)."""
-    slope = equilibrium.parameters[segment_of(equilibrium, s), 2]
-    slope = np.where((s < 0.0) | (s > 1.0), 0.0, slope)
-    start, end = equilibrium.problem.strip.curvature
-    return equilibrium.omega(s), equilibrium.eta(s), slope, start + (end - start) * np.clip(s, 0.0, 1.0)
-
-
-def line_density(equilibrium: Equilibrium, s: FloatArray) -> FloatArray:
-    """Elastic energy per length (k,) in D w / l^2 at abscissae in [0, 1], without the constant K^2 / 2.
+def line_density(equilibrium: Any, s: FloatArray) -> FloatArray:
+    """Elastic energy per length (k,) in D w / l^2 at abscissae in [0, 1] of a `ribbon.Equilibrium`.
 
     Its integral over [0, 1] is the ribbon's elastic energy in D w / l (thesis, eq. 2.11 and 2.12).
     """
-    omega, eta, slope, curvature = _local(equilibrium, np.asarray(s, dtype=float))
-    density = 0.5 * omega**2 * (1.0 + eta**2) ** 2
-    if equilibrium.problem.energy == "wunderlich":
-        half = equilibrium.problem.half_width
-        density = density * np.array([wunderlich.width_factor(half * x)[0] for x in slope])
-    return density - curvature * omega * (1.0 + equilibrium.problem.strip.poisson * eta**2)
+    omega, eta, x, natural = _local(equilibrium, np.asarray(s, dtype=float))
+    return _bending(equilibrium, omega, eta, x) + natural
 
 
-def area_density(equilibrium: Equilibrium, foot: FloatArray, v: FloatArray) -> FloatArray:
+def area_density(equilibrium: Any, foot: FloatArray, v: FloatArray) -> FloatArray:
     """Elastic energy per material area (k,) in D / l^2 at particles on the rulings of `foot` (k,) at `v` (k,).
 
-    With j = 1 + v eta' (dS dv = j ds dv): Wunderlich ``1/2 omega^2 (1 + eta^2)^2 / j^2``; Sadowsky, which takes the
-    rulings as parallel, ``1/2 omega^2 (1 + eta^2)^2 / j``; both with ``- K omega (1 + nu eta^2) / j``. Over the width
-    either gives `line_density`; over the strip the elastic energy in D, which is w / l times that in D w / l (up to the
-    corners beyond the last rulings, where the end's own curvature goes on). NaN where rulings cross.
+    Over the width j times it gives `line_density`; over the strip the elastic energy in D, which is w / l times that in
+    D w / l (up to the corners beyond the last rulings, where the end's own curvature goes on). NaN where rulings cross.
     """
-    omega, eta, slope, curvature = _local(equilibrium, foot)
-    stretch = 1.0 + v * slope
-    stretch = np.where(stretch > 0.0, stretch, np.nan)
-    bending = 0.5 * omega**2 * (1.0 + eta**2) ** 2 / stretch
-    if equilibrium.problem.energy == "wunderlich":
-        bending = bending / stretch
-    return bending - curvature * omega * (1.0 + equilibrium.problem.strip.poisson * eta**2) / stretch
+    omega, eta, x, natural = _local(equilibrium, np.asarray(foot, dtype=float))
+    problem = equilibrium.problem
+    t = np.asarray(v, dtype=float) / problem.half_width
+    stretch = 1.0 + t * x
+    across = ENERGIES[problem.energy].across
+    if across is None:
+        bending = _bending(equilibrium, omega, eta, x)
+    else:
+        with np.errstate(divide="ignore"):
+            bending = across(omega, eta, x, t, problem.strip.section)
+    return (bending + natural) / np.where(stretch > 0.0, stretch, np.nan)
+
+
+def _bending(equilibrium: Any, omega: FloatArray, eta: FloatArray, x: FloatArray) -> FloatArray:
+    problem = equilibrium.problem
+    out = np.empty(omega.shape)
+    values(CODES[problem.energy], omega, eta, x, problem.strip.section, out)
+    return out
+
+
+def _local(equilibrium: Any, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """omega, eta, x and the natural term at abscissae (k,); beyond the ends eta' = 0 (the surface goes on so)."""
+    strip = equilibrium.problem.strip
+    slope = equilibrium.parameters[segment_of(equilibrium, s), 2]
+    slope = np.where((s < 0.0) | (s > 1.0), 0.0, slope)
+    omega, eta = equilibrium.omega(s), equilibrium.eta(s)
+    start, end = strip.curvature
+    curvature = start + (end - start) * np.clip(s, 0.0, 1.0)
+    return omega, eta, equilibrium.problem.half_width * slope, -curvature * omega * (1.0 + strip.poisson * eta**2)

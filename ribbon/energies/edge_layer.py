@@ -96,41 +96,39 @@ class Section:
         a = self._a
         return 0.5 * (tanh(a) / a - (1.0 / cosh(a) ** 2 if a < 300.0 else 0.0))
 
+    def softening(
+        self, kappa: FloatArray, eta: FloatArray, natural: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """- b^2 g(z) - (1 - nu) q (eta kappa)^2 with its derivatives by (kappa, eta), D w / l^2.
 
-def softening(
-    kappa: FloatArray, eta: FloatArray, natural: FloatArray, section: Section
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """- b^2 g(z) - (1 - nu) q (eta kappa)^2 with its derivatives by (kappa, eta): value (k,), gradient (k, 2), Hessian
-    (k, 2, 2); D w / l^2.
+        Value (k,), gradient (k, 2), Hessian (k, 2, 2).
 
-    kappa, natural (k,) in 1/l, eta (k,).
-    """
-    nu, scale = section.poisson, section.scale
-    b = nu * (kappa - natural) + eta**2 * kappa
-    bk, be, bke, bee = nu + eta**2, 2.0 * eta * kappa, 2.0 * eta, 2.0 * kappa
-    g, zg, zzg = layer(scale * np.sqrt(np.abs(kappa)))
-    flat = np.abs(kappa) < 1e-12
-    safe = np.where(flat, 1.0, kappa)
-    gk = np.where(flat, 0.0, 0.5 * zg / safe)  # dz/dkappa = z / (2 kappa); g is even and smooth in kappa
-    gkk = np.where(flat, 2.0 * _COEFFICIENTS[1] * scale**4, 0.25 * (zzg - zg) / safe**2)
-    twist = (1.0 - nu) * section.twist_loss
-    value = -b * b * g - twist * (eta * kappa) ** 2
-    by_kappa = -(2.0 * b * bk * g + b * b * gk) - 2.0 * twist * eta**2 * kappa
-    by_eta = -2.0 * b * be * g - 2.0 * twist * kappa**2 * eta
-    kk = -(2.0 * bk * bk * g + 4.0 * b * bk * gk + b * b * gkk) - 2.0 * twist * eta**2
-    ke = -(2.0 * (be * bk + b * bke) * g + 2.0 * b * be * gk) - 4.0 * twist * eta * kappa
-    ee = -2.0 * (be * be + b * bee) * g - 2.0 * twist * kappa**2
-    hessian = np.stack([np.stack([kk, ke], -1), np.stack([ke, ee], -1)], -2)
-    return value, np.stack([by_kappa, by_eta], axis=-1), hessian
+        kappa, natural (k,) in 1/l, eta (k,).
+        """
+        nu, scale = self.poisson, self.scale
+        b = nu * (kappa - natural) + eta**2 * kappa
+        bk, be, bke, bee = nu + eta**2, 2.0 * eta * kappa, 2.0 * eta, 2.0 * kappa
+        g, zg, zzg = layer(scale * np.sqrt(np.abs(kappa)))
+        flat = np.abs(kappa) < 1e-12
+        safe = np.where(flat, 1.0, kappa)
+        gk = np.where(flat, 0.0, 0.5 * zg / safe)  # dz/dkappa = z / (2 kappa); g is even and smooth in kappa
+        gkk = np.where(flat, 2.0 * _COEFFICIENTS[1] * scale**4, 0.25 * (zzg - zg) / safe**2)
+        twist = (1.0 - nu) * self.twist_loss
+        value = -b * b * g - twist * (eta * kappa) ** 2
+        by_kappa = -(2.0 * b * bk * g + b * b * gk) - 2.0 * twist * eta**2 * kappa
+        by_eta = -2.0 * b * be * g - 2.0 * twist * kappa**2 * eta
+        kk = -(2.0 * bk * bk * g + 4.0 * b * bk * gk + b * b * gkk) - 2.0 * twist * eta**2
+        ke = -(2.0 * (be * bk + b * bke) * g + 2.0 * b * be * gk) - 4.0 * twist * eta * kappa
+        ee = -2.0 * (be * be + b * bee) * g - 2.0 * twist * kappa**2
+        hessian = np.stack([np.stack([kk, ke], -1), np.stack([ke, ee], -1)], -2)
+        return value, np.stack([by_kappa, by_eta], axis=-1), hessian
 
+    def membrane(self, kappa: FloatArray, eta: FloatArray, natural: FloatArray) -> FloatArray:
+        """Membrane energy (k,) per length, D w / l^2: - (z / 4) g'(z) b^2."""
+        b = self.poisson * (kappa - natural) + eta**2 * kappa
+        _, zg, _ = layer(self.scale * np.sqrt(np.abs(kappa)))
+        return np.asarray(-0.25 * zg * b * b)
 
-def membrane(kappa: FloatArray, eta: FloatArray, natural: FloatArray, section: Section) -> FloatArray:
-    """Membrane energy (k,) per length, D w / l^2: - (z / 4) g'(z) b^2."""
-    b = section.poisson * (kappa - natural) + eta**2 * kappa
-    _, zg, _ = layer(section.scale * np.sqrt(np.abs(kappa)))
-    return np.asarray(-0.25 * zg * b * b)
-
-
-def shear(kappa: FloatArray, eta: FloatArray, section: Section) -> FloatArray:
-    """Energy (k,) of transverse shear per length, D w / l^2, of the twist eta kappa."""
-    return np.asarray((1.0 - section.poisson) * section.twist_shear * (eta * kappa) ** 2)
+    def shear(self, kappa: FloatArray, eta: FloatArray) -> FloatArray:
+        """Energy (k,) of transverse shear per length, D w / l^2, of the twist eta kappa."""
+        return np.asarray((1.0 - self.poisson) * self.twist_shear * (eta * kappa) ** 2)

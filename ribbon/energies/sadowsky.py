@@ -11,9 +11,11 @@ from __future__ import annotations
 
 from numba import njit
 
+from ribbon.energies.energy import EnergyDensity
+
 
 @njit(cache=True)
-def density(omega, eta, out):
+def density(omega, eta, x, section, out):
     """Fills `out` (10,) with value, gradient and Hessian (layout: `ribbon.energies`)."""
     u = 1.0 + eta * eta
     f = u * u
@@ -30,3 +32,12 @@ def density(omega, eta, out):
     out[7] = half * f_2
     out[8] = 0.0
     out[9] = 0.0
+
+
+@njit(cache=True)
+def factor(x):
+    """One, whatever the width."""
+    return 1.0
+
+
+ENERGY = EnergyDensity(density, factor)

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon import Equilibrium
-from ribbon.energies.edge_layer import Section, softening
+from ribbon.energies import chosen
+from ribbon.result import Equilibrium
 from ribbon.solvers.ipopt import minimise
-from ribbon.solvers.problem import is_constrained
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,18 +32,17 @@ class SoftenedProblem:
     def __init__(self, inner: Any, thickness: float) -> None:
         self._inner = inner
         strip = inner.strip
-        self.section = Section(strip.poisson, strip.relative_width, thickness)
+        self.relaxed = chosen(inner.energy, strip).relaxed(strip.poisson, strip.relative_width, thickness)
         self.lengths: FloatArray = inner.lengths
         joints = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = joints[:-1, None] + self.lengths[:, None] * _NODES
         start, end = strip.curvature
         self.natural = start + (end - start) * s
-        self._by_corner = _corner_map(inner)
-        p = self.lengths.size
-        if is_constrained(inner):
+        self._columns, self._slopes = inner.parameter_map()
+        if inner.row_count:
             pairs = [(i, j) for i in range(4) for j in range(i + 1)]
             self._pairs = pairs
-            ends = [self._corner_columns(p)[:, i] for i in range(4)]
+            ends = [self._columns[:, i] for i in range(4)]
             rows = np.concatenate([np.maximum(ends[i], ends[j]) for i, j in pairs])
             columns = np.concatenate([np.minimum(ends[i], ends[j]) for i, j in pairs])
             known = inner.hessian_structure()
@@ -56,20 +54,13 @@ class SoftenedProblem:
             raise AttributeError(name)
         return getattr(self._inner, name)
 
-    def _corner_columns(self, p: int) -> IntArray:
-        """Unknowns (p, 4) that are (omega_0, eta_0, slope, omega_1) of every segment of a glued problem."""
-        from ribbon.problems.held import ETA, OMEGA, SLOPE, STRIDE
-
-        first = STRIDE * np.arange(p)[:, None]
-        return first + np.array([OMEGA, ETA, SLOPE, STRIDE + OMEGA])
-
     def _terms(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Value (p,), gradient (p, 4), Hessian (p, 4, 4) by (a, b, n, m) of every segment."""
         q = self._inner.parameters(x)
         t = self.lengths[:, None] * _NODES
         omega = q[:, 0:1] * t + q[:, 1:2]
         eta = q[:, 2:3] * t + q[:, 3:4]
-        value, gradient, hessian = softening(omega, eta, self.natural, self.section)
+        value, gradient, hessian = self.relaxed.softening(omega, eta, self.natural)
         one, zero = np.ones_like(t), np.zeros_like(t)
         by = np.stack([np.stack([t, one, zero, zero], -1), np.stack([zero, zero, t, one], -1)], -2)  # (p, g, 2, 4)
         weight = self.lengths[:, None] * _WEIGHTS
@@ -87,40 +78,25 @@ class SoftenedProblem:
         """Gradient (n,)."""
         added = self._terms(x)[1]
         found = np.array(self._inner.gradient(x))
-        if is_constrained(self._inner):
-            local = np.einsum("pj,pjk->pk", added, self._by_corner)
-            np.add.at(found, self._corner_columns(self.lengths.size), local)
+        if self._inner.row_count:
+            np.add.at(found, self._columns, np.einsum("pj,pjk->pk", added, self._slopes))
             return found
-        return np.asarray(found + self._by_corner.T @ added.ravel())
+        return np.asarray(found + self._slopes.reshape(added.size, -1).T @ added.ravel())
 
     def hessian(self, x: FloatArray, multipliers: FloatArray | None = None, factor: float = 1.0) -> FloatArray:
         """Dense Hessian (n, n), or its entries in `hessian_structure` for a problem with constraints."""
         added = self._terms(x)[2]
-        if is_constrained(self._inner):
-            local = np.einsum("pij,pik,pjl->pkl", added, self._by_corner, self._by_corner)
+        if self._inner.row_count:
+            local = np.einsum("pij,pik,pjl->pkl", added, self._slopes, self._slopes)
             entries = [local[:, i, j] for i, j in self._pairs]
             inner = self._inner.hessian(x, multipliers, factor)
             return np.concatenate([inner, factor * np.concatenate(entries)])
-        p = self.lengths.size
-        wide = self._by_corner.reshape(p, 4, -1)
-        return np.asarray(self._inner.hessian(x) + np.einsum("pij,pik,pjl->kl", added, wide, wide, optimize=True))
+        wide = np.einsum("pij,pik,pjl->kl", added, self._slopes, self._slopes, optimize=True)
+        return np.asarray(self._inner.hessian(x) + wide)
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:
         """Rows and columns of the entries; some places come twice and add."""
         return self._structure
-
-
-def _corner_map(inner: Any) -> FloatArray:
-    """How (a, b, n, m) follow from the unknowns: (4 p, n) for the chained ribbon, (p, 4, 4) of each glued segment's
-    (omega_0, eta_0, slope, omega_1)."""
-    p = inner.lengths.size
-    if not is_constrained(inner):
-        zero = inner.parameters(np.zeros(inner.size)).ravel()
-        return np.stack([inner.parameters(unit).ravel() - zero for unit in np.eye(inner.size)], axis=1)
-    found = np.zeros((p, 4, 4))
-    found[:, 0, 0], found[:, 0, 3] = -1.0 / inner.lengths, 1.0 / inner.lengths
-    found[:, 1, 0] = found[:, 2, 2] = found[:, 3, 1] = 1.0
-    return found
 
 
 def soften(equilibrium: Equilibrium, thickness: float) -> Equilibrium | None:
@@ -131,7 +107,7 @@ def soften(equilibrium: Equilibrium, thickness: float) -> Equilibrium | None:
     """
     if equilibrium.problem.formulation not in ("chained", "mixed"):
         return None
-    if equilibrium.problem.formulation == "chained" and is_constrained(equilibrium.problem):
+    if equilibrium.problem.formulation == "chained" and equilibrium.problem.row_count:
         return None
     problem = SoftenedProblem(equilibrium.problem, thickness)
     warm = (equilibrium.rows, equilibrium.multipliers)

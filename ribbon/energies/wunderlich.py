@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 
 from ribbon.energies import sadowsky
+from ribbon.energies.energy import EnergyDensity, FloatArray, SectionNumbers, Words
 
 #: |x| below which H, H', H'' come from the series (0.3^36 = 1.5e-19: 18 terms reach rounding).
 SERIES_BELOW = 0.3
@@ -56,10 +57,10 @@ def width_factor(x):
 
 
 @njit(cache=True)
-def density(omega, eta, x, out):
+def density(omega, eta, x, section, out):
     """Fills `out` (10,) with value, gradient and Hessian (layout: `ribbon.energies`)."""
     h, d, c = width_factor(x)
-    sadowsky.density(omega, eta, out)
+    sadowsky.density(omega, eta, x, section, out)
     out[3] = d * out[0]
     out[6] = d * out[1]
     out[8] = d * out[2]
@@ -70,3 +71,23 @@ def density(omega, eta, x, out):
     out[4] *= h
     out[5] *= h
     out[7] *= h
+
+
+@njit(cache=True)
+def factor(x):
+    """H(x)."""
+    return width_factor(x)[0]
+
+
+def across(omega: FloatArray, eta: FloatArray, x: FloatArray, t: FloatArray, section: SectionNumbers) -> FloatArray:
+    """``1/2 omega^2 (1 + eta^2)^2 / (1 + t x)``: the curvature along a ruling, where it is."""
+    return np.asarray(0.5 * omega**2 * (1.0 + eta**2) ** 2 / (1.0 + t * x))
+
+
+ENERGY = EnergyDensity(
+    density,
+    factor,
+    across,
+    knows_width=True,
+    words=Words("finite width (Wunderlich)", "the factor H(w eta'/2)", "H = 1, not evaluated", "sadowsky"),
+)

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ribbon.boundary import Closure
 from ribbon.errors import RibbonInputError
 from ribbon.find.continuation import switch
-from ribbon.find.solve import build, joint_values, solve
-from ribbon.problems.mixed import MixedProblem
+from ribbon.find.solve import build, solve
+from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 
 FloatArray = NDArray[np.float64]
@@ -74,7 +74,7 @@ def refine_to_tolerance(
 ) -> Equilibrium:
     """The same scene on segments placed for `tolerance`, started from `equilibrium`; report(segments, estimate)."""
     current = equilibrium
-    if not isinstance(current.problem, MixedProblem):
+    if not current.problem.row_count:
         current = switch(_as_mixed(current), current)
     estimate: float | None = None
     for _ in range(ROUNDS):
@@ -101,21 +101,16 @@ def refine_to_tolerance(
     return replace(current, status=Status.NOT_CONVERGED, stable=None, message=message, tolerance_error=estimate)
 
 
-def _as_mixed(equilibrium: Equilibrium) -> MixedProblem:
-    old: Any = equilibrium.problem
-    fresh = build(
-        old.strip, old.clamp, old.gravity, energy=old.energy, segments=old.lengths, formulation="mixed"
-    )  # fmt: skip
-    assert isinstance(fresh, MixedProblem)
-    return fresh
+def _as_mixed(equilibrium: Equilibrium) -> Problem:
+    old = equilibrium.problem
+    return build(old.strip, old.start, old.gravity, energy=old.energy, segments=old.lengths, formulation="mixed")
 
 
 def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
     """e_i (p,) of the coarse segments: how much the difference of the two solutions turns the ribbon on each (rad)."""
-    old: Any = coarse.problem
-    new: Any = fine.problem
-    omega, eta = joint_values(old, coarse.x)
-    omega_fine, eta_fine = joint_values(new, fine.x)
+    old, new = coarse.problem, fine.problem
+    omega, eta = old.joint_values(coarse.x)
+    omega_fine, eta_fine = new.joint_values(fine.x)
     s = np.concatenate([[0.0], np.cumsum(old.lengths)])
     s_fine = np.concatenate([[0.0], np.cumsum(new.lengths)])
     omega_there, eta_there = np.interp(s_fine, s, omega), np.interp(s_fine, s, eta)
@@ -142,8 +137,7 @@ def distance(one: Equilibrium, other: Equilibrium) -> float:
         np.concatenate([np.linspace(0.0, 1.0, _ALONG + 1), *(np.cumsum(e.problem.lengths)[:-1] for e in (one, other))])
     )
     lines = [_lines(one, s), _lines(other, s)]
-    problem: Any = one.problem
-    if isinstance(problem, MixedProblem) and sum(len(free) for free in problem.free_motions()) == 6:
+    if sum(len(free) for free in one.problem.free_motions()) == 6:
         lines[0] = _moved_onto(lines[0], lines[1])
     return max(
         max(_to_polyline(a, b), _to_polyline(b, a)) for a, b in zip(lines[0], lines[1], strict=True)

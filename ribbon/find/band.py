@@ -17,6 +17,7 @@ from ribbon.boundary import Clamp
 from ribbon.find import relax
 from ribbon.find.seeds import joints
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem
 from ribbon.solvers import ipopt
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +33,7 @@ _TWIST = 1e-2
 _ITERATIONS = 300
 
 
-def circle(problem: MixedProblem) -> tuple[FloatArray, FloatArray]:
+def circle(problem: Problem) -> tuple[FloatArray, FloatArray]:
     """omega and eta (p + 1,) of a circle of the closure's turns, bent the way of the natural curvature, if any."""
     turns = problem.closure.turns if problem.closure is not None else 1
     natural = sum(problem.strip.curvature)

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.find import relax
-from ribbon.find.solve import Problem, joint_values, solve_from, starting_shapes
-from ribbon.problems.chained import ChainedProblem
-from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.find.solve import solve_from, starting_shapes
+from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 
 FloatArray = NDArray[np.float64]
@@ -68,28 +67,23 @@ def _record(t: float, size: float, found: Equilibrium, accepted: bool, seconds: 
 
 def _shape(found: Equilibrium) -> FloatArray:
     """omega and eta at the joints, for measuring how far a shape moved."""
-    problem: Any = found.problem
-    omega, eta = joint_values(problem, found.x)
-    return np.concatenate([omega, eta])
+    return np.concatenate(found.problem.joint_values(found.x))
 
 
-def _same_structure(problem: MixedProblem, found: Equilibrium) -> bool:
+def _same_structure(problem: Problem, found: Equilibrium) -> bool:
     old = found.problem
     return (
-        isinstance(old, MixedProblem)
-        and type(old) is type(problem)
+        type(old) is type(problem)
         and np.array_equal(old.lengths, problem.lengths)
         and old.size == problem.size
-        and list(old.blocks()) == list(problem.blocks())
-        and found.rows.size == problem.constraint_bounds()[0].size
+        and list(old.block_slices()) == list(problem.block_slices())
+        and found.rows.size == problem.row_count
     )
 
 
 def anchored(problem: Problem, found: Equilibrium) -> Problem:
     """The problem with its gauges and the signs of its quaternions referring to where `found` stands."""
-    if not isinstance(problem, MixedProblem) or not isinstance(found.problem, MixedProblem):
-        return problem
-    return problem.with_changes(reference=tuple(found.x[3:7].tolist()), origin=tuple(found.x[0:3].tolist()))
+    return problem.anchored(found.problem.anchor(found.x))
 
 
 def switch(
@@ -106,17 +100,14 @@ def switch(
         "leave_saddle": leave_saddle, "progress": progress, "check": check, "options": options,
     }  # fmt: skip
     old: Any = start.problem
-    if isinstance(problem, ChainedProblem) or isinstance(old, ChainedProblem):
-        omega, eta = joint_values(old, start.x)
+    if not (problem.row_count and old.row_count):
+        omega, eta = old.joint_values(start.x)
         s_old = np.concatenate([[0.0], np.cumsum(old.lengths)])
         s_new = np.concatenate([[0.0], np.cumsum(problem.lengths)])
         shape = np.interp(s_new, s_old, omega), np.interp(s_new, s_old, eta)
-        if isinstance(problem, ChainedProblem):
-            return solve_from(problem, problem.shape(*shape), **keywords)
         return solve_from(problem, problem.state(*shape), **keywords)
     problem = anchored(problem, start)
-    assert isinstance(problem, MixedProblem)
-    if problem.end is not None and float(np.abs(start.x[7 : old.last + 9 : STRIDE]).max()) < _STRAIGHT:
+    if problem.end is not None and float(np.abs(old.joint_values(start.x)[0]).max()) < _STRAIGHT:
         # nothing tells which way a straight strip bends
         best: Equilibrium | None = None
         for omega, eta in starting_shapes(problem, "natural", 0.0):
@@ -126,8 +117,9 @@ def switch(
             best = best or found
         assert best is not None
         return best
-    x = relax.transferred(old, start.x, problem)
-    minimum = relax.from_near(problem, x, options, progress)
+    glued: Any = problem
+    x = relax.transferred(old, start.x, glued)
+    minimum = relax.from_near(glued, x, options, progress)
     if minimum.residual > relax.RESIDUAL_TOLERANCE:
         return solve_from(problem, x, **keywords)
     return solve_from(problem, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
@@ -138,7 +130,7 @@ def _corrected(
 ) -> Equilibrium:
     """The next equilibrium: from the secant's prediction with multipliers, else from the last one without."""
     options = {"max_iter": MOST}
-    if isinstance(problem, ChainedProblem):
+    if not problem.row_count:
         x = found.x if before is None else found.x + factor * (found.x - before.x)
         return solve_from(problem, x, options={**options, "mu_init": 1e-6}, **keywords)
     if _same_structure(problem, found):

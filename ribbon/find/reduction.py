@@ -19,7 +19,8 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from ribbon.problems import mixed_kernels as kernels
-from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.problems.layout import ETA, OMEGA, POSITION
+from ribbon.problems.mixed import MixedProblem
 
 FloatArray = NDArray[np.float64]
 
@@ -63,12 +64,12 @@ def metric(problem: MixedProblem) -> sp.csr_matrix:
     diagonal[1:] += lengths / 3.0
     off = lengths / 6.0
     entries, rows, columns = [], [], []
-    joints = STRIDE * np.arange(p + 1)
-    for local in (7, 8):
+    for place in (OMEGA, ETA):
+        joints = problem.layout.columns(place)
         entries += [diagonal, off, off]
-        rows += [joints + local, joints[:-1] + local, joints[1:] + local]
-        columns += [joints + local, joints[1:] + local, joints[:-1] + local]
-    extra = np.concatenate([np.arange(7), np.arange(STRIDE * p + 9, problem.size)])
+        rows += [joints, joints[:-1], joints[1:]]
+        columns += [joints, joints[1:], joints[:-1]]
+    extra = np.concatenate([np.arange(POSITION, OMEGA), np.arange(problem.layout.ribbon, problem.size)])
     entries.append(np.ones(extra.size))
     rows.append(extra)
     columns.append(extra)
@@ -93,8 +94,7 @@ class Reduced:
 
 def dependent_columns(problem: MixedProblem) -> NDArray[np.int64]:
     """Columns that the glue determines: r, q and eta of joints 1 ... p."""
-    local = np.array([0, 1, 2, 3, 4, 5, 6, 8])
-    return (STRIDE * np.arange(1, problem.lengths.size + 1)[:, None] + local).ravel()
+    return problem.layout.columns(*range(POSITION, OMEGA), ETA)[1:].ravel()
 
 
 def reduce(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: Tangent) -> Reduced:

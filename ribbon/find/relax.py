@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from ribbon.loads import Gravity
 from ribbon.problems.chained import ChainedProblem
-from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.problems.layout import at_joints
+from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem
 from ribbon.solvers import ipopt
 from ribbon.solvers.problem import Minimum
 
@@ -63,8 +65,7 @@ def touches_box(problem: MixedProblem, x: FloatArray) -> bool:
     """Whether omega or eta lie on the problem's box."""
     if problem.box is None:
         return False
-    omega = np.abs(x[7 : problem.last + 9 : STRIDE]).max()
-    eta = np.abs(x[8 : problem.last + 9 : STRIDE]).max()
+    omega, eta = (np.abs(values).max() for values in problem.joint_values(x))
     return bool(omega > 0.999 * problem.box[0] or eta > 0.999 * problem.box[1])
 
 
@@ -80,21 +81,21 @@ def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple
     """omega and eta (k + 1,) of the shape x at the joints of other `lengths` (k,)."""
     old = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     new = np.concatenate([[0.0], np.cumsum(lengths)])
-    omega, eta = x[7 : problem.last + 9 : STRIDE], x[8 : problem.last + 9 : STRIDE]
+    omega, eta = problem.joint_values(x)
     return np.interp(new, old, omega), np.interp(new, old, eta)
 
 
-def placed(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> FloatArray:
+def placed(problem: Problem, omega: FloatArray, eta: FloatArray) -> FloatArray:
     """State of the shape with omega, eta (p + 1,); one whose ends are free is put on the free side of the walls."""
     x = problem.state(omega, eta)
-    if problem.start_position is None and problem.end_position is None:
+    if problem.walls and all(clamp is None or clamp.position is None for clamp in (problem.start, problem.end)):
+        glued: Any = problem
+        positions = glued.layout.positions(x)
         for wall in problem.walls:
             normal = np.asarray(wall.normal)
-            positions = np.append(x[: problem.last + 9], 0.0).reshape(-1, STRIDE)[:, :3]
             depth = float(np.min((positions - np.asarray(wall.point) / problem.strip.length) @ normal))
             shift = max(0.0, problem.half_width - depth)
-            for k in range(3):
-                x[k : problem.last + 9 : STRIDE] += shift * normal[k]
+            positions += shift * normal
     return x
 
 
@@ -102,18 +103,16 @@ def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatA
     """The shape x of `old` as unknowns of `fresh`, whatever its segments, walls and clamps; left where it was."""
     if np.array_equal(old.lengths, fresh.lengths):
         y = np.zeros(fresh.size)
-        y[: old.last + 9] = x[: old.last + 9]
+        y[: fresh.layout.ribbon] = x[: old.layout.ribbon]
         return y
     omega, eta = resample(old, x, fresh.lengths)
-    anchored = fresh.with_changes(
-        reference=tuple(x[3:7]) if fresh.start_quaternion is None else fresh.reference, origin=tuple(x[0:3])
-    )
+    first = old.layout.joint(0)
+    reference = tuple(x[first.quaternion]) if fresh.start_quaternion is None else fresh.reference
+    anchored = fresh.with_changes(reference=reference, origin=tuple(x[first.position]))
     start = fresh.start_position
     y = anchored.state(omega, eta)
     if start is None:
-        shift = x[0:3] - y[0:3]
-        for k in range(3):
-            y[k : fresh.last + 9 : STRIDE] += shift[k]
+        fresh.layout.positions(y)[:] += x[first.position] - y[first.position]
     return y
 
 
@@ -165,17 +164,16 @@ def _through_chained(
     gravity = None if problem.gravity is None else Gravity(problem.gravity.up)
     few = ChainedProblem(problem.strip, problem.start, gravity, problem.energy, lengths, problem.exponent_limit)
     shape = resample(problem, x, lengths)
-    first = ipopt.minimise(few, few.shape(*shape), options, progress)
+    first = ipopt.minimise(few, few.state(*shape), options, progress)
     if first.residual > RESIDUAL_TOLERANCE and not np.any(shape[1]):
-        first = ipopt.minimise(replace(few, planar=True, _cache={}), few.shape(*shape), options, progress)
+        first = ipopt.minimise(replace(few, planar=True, _cache={}), few.state(*shape), options, progress)
     problem.counters.add(few.counters)
     if first.residual > RESIDUAL_TOLERANCE:
         return ipopt.minimise(problem, x, options, progress)
     q = few.parameters(first.x)
     s = np.concatenate([[0.0], np.cumsum(lengths)])
     there = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    omega = np.append(q[:, 1], q[-1, 1] + q[-1, 0] * lengths[-1])
-    eta = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * lengths[-1])
+    omega, eta = at_joints(q, lengths)
     near = from_near(problem, problem.state(np.interp(there, s, omega), np.interp(there, s, eta)), options, progress)
     if near.residual > RESIDUAL_TOLERANCE:
         return ipopt.minimise(problem, x, options, progress)
@@ -209,9 +207,8 @@ def from_far(
 
 def _boxed(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress: Progress | None) -> Minimum:
     """Boxed minimum; where it touches the box, the minimum without it from there."""
-    omega = max(OMEGA_BOX, 3.0 * float(np.abs(x[7 : problem.last + 9 : STRIDE]).max()))
-    eta = max(ETA_BOX, 2.0 * float(np.abs(x[8 : problem.last + 9 : STRIDE]).max()))
-    boxed = problem.with_changes(box=(omega, eta))
+    omega, eta = (float(np.abs(values).max()) for values in problem.joint_values(x))
+    boxed = problem.with_changes(box=(max(OMEGA_BOX, 3.0 * omega), max(ETA_BOX, 2.0 * eta)))
     found = ipopt.minimise(boxed, x, options, progress)
     problem.counters.add(boxed.counters)
     if not touches_box(boxed, found.x):

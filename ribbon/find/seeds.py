@@ -14,7 +14,7 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion
-from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.problems.mixed import MixedProblem
 
 FloatArray = NDArray[np.float64]
 
@@ -41,16 +41,16 @@ def sampled(values: tuple[float, ...], s: FloatArray) -> FloatArray:
 
 def end_mismatch(problem: MixedProblem, x: FloatArray) -> FloatArray:
     """What is missing at the end: position (3,) in l if held, rotation vector (3,) in rad if the frame is held."""
-    last = problem.last
+    first, last = problem.layout.joint(0), problem.layout.joint(-1)
     parts = []
     if problem.closure is not None:
-        target_r, target_q = x[0:3], quaternion.compose(x[3:7], problem.seam)
+        target_r, target_q = x[first.position], quaternion.compose(x[first.quaternion], problem.seam)
     else:
         target_r, target_q = problem.end_position, problem.end_quaternion  # type: ignore[assignment]
     if target_r is not None:
-        parts.append(x[last : last + 3] - target_r)
+        parts.append(x[last.position] - target_r)
     if target_q is not None:
-        parts.append(_rotation_vector(quaternion.compose(quaternion.conjugate(target_q), x[last + 3 : last + 7])))
+        parts.append(_rotation_vector(quaternion.compose(quaternion.conjugate(target_q), x[last.quaternion])))
     return np.concatenate(parts) if parts else np.empty(0)
 
 
@@ -80,10 +80,9 @@ def fitted(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[F
 
     found = scipy.optimize.least_squares(residual, np.zeros(base.size), method="lm", max_nfev=3000)
     x = state(found.x)
-    last = small.last
     missing = float(np.abs(end_mismatch(small, x)).max(initial=0.0))
-    values = [np.interp(s, coarse, x[local : last + 9 : STRIDE]) for local in (7, 8)]
-    return values[0], values[1], missing
+    there, turned = small.joint_values(x)
+    return np.interp(s, coarse, there), np.interp(s, coarse, turned), missing
 
 
 def guesses(problem: MixedProblem) -> list[tuple[FloatArray, FloatArray]]:

@@ -17,8 +17,10 @@ from ribbon.find import band, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity
 from ribbon.problems import formulation
-from ribbon.problems.chained import ChainedProblem, Counters, segment_lengths
-from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.problems.chained import ChainedProblem, segment_lengths
+from ribbon.problems.layout import ChainedLayout
+from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import ipopt
 from ribbon.solvers.problem import FloatArray, Minimum, approach, kkt_residual, polish, violation
@@ -27,7 +29,6 @@ from ribbon.thesis import other_models
 
 Progress = Callable[[int, float, float], None]
 Values = float | tuple[float, ...] | list[float]
-Problem = ChainedProblem | MixedProblem
 
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
@@ -77,10 +78,7 @@ def solve(
         strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
         formulation=formulation, held_by=held_by,
     )  # fmt: skip
-    if (
-        isinstance(problem, MixedProblem)
-        and stretched.ends_apart(strip, problem.start, problem.end) >= stretched.STRETCHED
-    ):
+    if stretched.ends_apart(strip, problem.start, problem.end) >= stretched.STRETCHED:
         return stretched.straight(problem)
     starts = starting_shapes(problem, seed_curvature, seed_ruling, progress)
     best: Equilibrium | None = None
@@ -165,17 +163,16 @@ def starting_shapes(
     if curvature != "natural":
         raise RibbonInputError("seed_curvature", curvature, 'a number, a list of numbers, or "natural"')
     natural = seeds.sampled(problem.strip.curvature, s)
-    if isinstance(problem, ChainedProblem):
-        return [(natural, eta)]
+    glued: Any = problem
     if problem.closure is not None:
         if problem.closure.sign < 0:
-            return [band.moebius(problem, progress)]
+            return [band.moebius(glued, progress)]
         omega, _ = band.circle(problem)
         return [(omega, eta)]
     if problem.end is None:
         return [(natural, eta)]
-    shapes = [(natural, eta)] if problem.has_natural_curvature else seeds.guesses(problem)
-    fitted = [seeds.fitted(problem, *shape) for shape in shapes]
+    shapes = [(natural, eta)] if problem.has_natural_curvature else seeds.guesses(glued)
+    fitted = [seeds.fitted(glued, *shape) for shape in shapes]
     fitted.sort(key=lambda f: f[2] > 1e-2)
     return [(omega, turned) for omega, turned, _ in fitted[:3]]
 
@@ -190,8 +187,6 @@ def _values(key: str, value: Values) -> tuple[float, ...]:
 
 def solve_shape(problem: Problem, omega: FloatArray, eta: FloatArray, **keywords: Any) -> Equilibrium:
     """Equilibrium of `problem` from omega and eta (p + 1,) at the joints; keywords as in `solve_from`."""
-    if isinstance(problem, ChainedProblem):
-        return solve_from(problem, problem.shape(omega, eta), **keywords)
     return solve_from(problem, relax.placed(problem, omega, eta), **keywords)
 
 
@@ -231,18 +226,16 @@ _KICKS = (0.03, 0.3)
 
 def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progress | None) -> Equilibrium | None:
     """The equilibrium of lower energy reached from a saddle along its unstable mode, either way, or None."""
-    problem: Any = saddle.problem
-    omega, eta = joint_values(problem, saddle.at if saddle.at is not None else saddle.x)
-    d_omega, d_eta = joint_values(problem, saddle.mode)
+    problem = saddle.problem
+    omega, eta = problem.joint_values(saddle.at if saddle.at is not None else saddle.x)
+    d_omega, d_eta = problem.joint_values(saddle.mode)
     size = max(np.abs(d_omega).max() / (1.0 + np.abs(omega).max()), np.abs(d_eta).max(), 1e-300)
     best: Equilibrium | None = None
     for kick in _KICKS:
         for sign in (1.0, -1.0):
             step = sign * kick / size
             shape = omega + step * d_omega, np.clip(eta + step * d_eta, -5.0, 5.0)
-            chained = isinstance(problem, ChainedProblem)
-            start = problem.shape(*shape) if chained else problem.state(*shape)
-            found = _solve_once(problem, start, None, options, progress, True)
+            found = _solve_once(problem, problem.state(*shape), None, options, progress, True)
             lower = found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
             if found.status in (Status.CONVERGED, Status.SADDLE) and lower:
                 if best is None or (found.ok and not best.ok):
@@ -252,15 +245,6 @@ def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progr
     return best
 
 
-def joint_values(problem: Problem, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
-    if isinstance(problem, ChainedProblem):
-        steps = np.concatenate([[0.0], np.cumsum(x[2::2] * problem.lengths)])
-        turns = np.concatenate([[0.0], np.cumsum(x[3::2] * problem.lengths)])
-        return x[0] + steps, x[1] + turns
-    return x[7 : problem.last + 9 : STRIDE].copy(), x[8 : problem.last + 9 : STRIDE].copy()
-
-
 def _minimum(
     problem: Problem,
     x: FloatArray,
@@ -268,10 +252,17 @@ def _minimum(
     options: dict[str, Any] | None,
     progress: Progress | None,
 ) -> Minimum:
-    if isinstance(problem, MixedProblem):
-        if problem.model != "mixed":
-            return other_models.minimum(problem, x, options, progress)
-        return relax.minimum(problem, x, options, progress, warm)
+    asked: Any = problem
+    if not problem.row_count:
+        return _without_rows(asked, x, options, progress)
+    if problem.formulation != "mixed":
+        return other_models.minimum(asked, x, options, progress)
+    return relax.minimum(asked, x, options, progress, warm)
+
+
+def _without_rows(
+    problem: ChainedProblem, x: FloatArray, options: dict[str, Any] | None, progress: Progress | None
+) -> Minimum:
     minimum = ipopt.minimise(problem, x, options, progress)
     if not minimum.finished and minimum.residual > RESIDUAL_TOLERANCE and np.all(np.isfinite(minimum.x)):
         none = np.zeros_like(minimum.x)
@@ -279,28 +270,24 @@ def _minimum(
         residual = kkt_residual(problem, polished, none)
         if residual < minimum.residual:
             minimum = replace(minimum, x=polished, multipliers=none, residual=residual)
-    if minimum.residual > RESIDUAL_TOLERANCE and not np.any(x[1::2]):
+    if minimum.residual > RESIDUAL_TOLERANCE and not np.any(problem.joint_values(x)[1]):
         # a start without torsion stays without it to rounding: the planar state is stationary, if hardly a minimum
         none = np.zeros_like(x)
-        flat = ipopt.minimise(_fresh(problem, planar=True), x, options, progress)
+        flat = ipopt.minimise(problem.with_changes(planar=True), x, options, progress)
         residual = kkt_residual(problem, flat.x, none)
         if residual <= RESIDUAL_TOLERANCE:
             return replace(flat, multipliers=none, residual=residual, iterations=flat.iterations + minimum.iterations)
     return minimum
 
 
-def _fresh(problem: ChainedProblem, **changes: Any) -> ChainedProblem:
-    """The problem with fields replaced and nothing counted or cached."""
-    return replace(problem, counters=Counters(), _cache={}, **changes)
-
-
 def _kept(problem: Problem, x: FloatArray) -> Minimum | None:
-    """x itself when it is stationary with no bound active (chained model), else None."""
-    if not isinstance(problem, ChainedProblem):
+    """x itself when it is stationary with no bound active (a problem without rows), else None."""
+    if problem.row_count:
         return None
+    asked: Any = problem
     clock = time.perf_counter()
     none = np.zeros_like(x)
-    residual = kkt_residual(problem, x, none)
+    residual = kkt_residual(asked, x, none)
     if not residual <= RESIDUAL_TOLERANCE:
         return None
     return Minimum(x, none, np.empty(0), residual, 0, 0, "stationary from the start", True, time.perf_counter() - clock)
@@ -320,13 +307,8 @@ def _solve_once(
     parts = problem.energy_parts(minimum.x)
     clock = time.perf_counter()
     judged = want_check and bool(np.all(np.isfinite(minimum.x)) and np.all(np.isfinite(parts)))
-    judged = judged and (isinstance(problem, ChainedProblem) or minimum.residual <= RESIDUAL_TOLERANCE)
-    check = None
-    if judged:
-        if isinstance(problem, ChainedProblem):
-            check = stability.check(problem, minimum.x)
-        else:
-            check = stability.check_glued(problem, minimum.x, minimum.multipliers, minimum.rows)
+    judged = judged and (not problem.row_count or minimum.residual <= RESIDUAL_TOLERANCE)
+    check = stability.judge(problem, minimum) if judged else None
     steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
     status = _status(problem, minimum, check, parts, steepest, want_check)
     known = status in (Status.CONVERGED, Status.SADDLE)
@@ -380,12 +362,13 @@ def _status(
 
 
 def split_state(lengths: np.ndarray, x: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Segments cut into `parts` equal pieces and the unknowns of the same shape on them (exactly the same ribbon)."""
+    """Segments cut into `parts` equal pieces and the chained unknowns of the same shape on them (exactly the same)."""
     finer = np.repeat(lengths / parts, parts)
-    y = np.empty(2 * finer.size + 2)
-    y[:2] = x[:2]
-    y[2::2] = np.repeat(x[2::2], parts)
-    y[3::2] = np.repeat(x[3::2], parts)
+    old, new = ChainedLayout(lengths.size), ChainedLayout(finer.size)
+    y = np.empty(new.size)
+    y[new.omega], y[new.eta] = x[old.omega], x[old.eta]
+    y[new.omega_slope] = np.repeat(x[old.omega_slope], parts)
+    y[new.eta_slope] = np.repeat(x[old.eta_slope], parts)
     return finer, y
 
 
@@ -397,9 +380,9 @@ def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilib
     if parts < 1:
         raise RibbonInputError("parts", parts, "cut every segment into at least one piece")
     old: Any = equilibrium.problem
-    if isinstance(old, ChainedProblem):
+    if not old.row_count:
         lengths, x = split_state(old.lengths, equilibrium.x, parts)
-        fresh = _fresh(old, lengths=lengths)
+        fresh = old.with_changes(lengths=lengths)
         # a few steps of Newton's from so near; a minimiser with a barrier loses the start
         clock = time.perf_counter()
         x, steps = approach(fresh, x, 0.01 * RESIDUAL_TOLERANCE)

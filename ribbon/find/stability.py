@@ -10,6 +10,7 @@ eq. (6.1), (6.2)).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -17,8 +18,10 @@ import scipy.optimize
 
 from ribbon.find import reduction, relax
 from ribbon.problems.chained import ChainedProblem
-from ribbon.problems.mixed import STRIDE, MixedProblem
-from ribbon.solvers.problem import FloatArray
+from ribbon.problems.layout import at_joints
+from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem
+from ribbon.solvers.problem import FloatArray, Minimum
 
 #: A bound counts as active when the point is this close to it, relative to the bound's size.
 ACTIVE_DISTANCE = 1e-7
@@ -79,6 +82,14 @@ def _spectrum(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: 
     return _Spectrum(values, vectors, INDIFFERENT * max(1.0, float(np.abs(values).max())))
 
 
+def judge(problem: Problem, found: Minimum) -> Stability:
+    """Second-order check of a stationary point, in the unknowns of its problem."""
+    asked: Any = problem
+    if problem.row_count:
+        return check_glued(asked, found.x, found.multipliers, found.rows)
+    return check(asked, found.x)
+
+
 def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
     """Second-order check of a stationary point of the mixed model on the tangent of its active constraints.
 
@@ -93,14 +104,10 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
         twin = ChainedProblem(
             problem.strip, problem.start, problem.gravity, problem.energy, problem.lengths, problem.exponent_limit
         )
-        joints = slice(7, problem.last + 9, STRIDE), slice(8, problem.last + 9, STRIDE)
-        found = check(twin, twin.shape(x[joints[0]], x[joints[1]]))
-        mode = np.zeros(problem.size)
-        mode[joints[0]] = np.concatenate([[0.0], np.cumsum(found.mode[2::2] * problem.lengths)]) + found.mode[0]
-        mode[joints[1]] = np.concatenate([[0.0], np.cumsum(found.mode[3::2] * problem.lengths)]) + found.mode[1]
-        q = twin.parameters(found.at)
-        at = x.copy()
-        at[joints[1]] = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * problem.lengths[-1])
+        found = check(twin, twin.state(*problem.joint_values(x)))
+        mode, at = np.zeros(problem.size), x.copy()
+        mode[problem.layout.omega], mode[problem.layout.eta] = twin.joint_values(found.mode)
+        at[problem.layout.eta] = at_joints(twin.parameters(found.at), problem.lengths)[1]
         return replace(found, mode=mode, at=at)
     if problem.lengths.size > GLUED_LIMIT:
         return _on_fewer(problem, x, reduction.tangent(problem, x, multipliers, rows).bounds)
@@ -124,7 +131,7 @@ def _on_fewer(problem: MixedProblem, x: FloatArray, active: int) -> Stability:
     lengths = problem.lengths
     while lengths.size > GLUED_LIMIT:
         lengths = relax.merged(lengths)
-    few = problem.with_changes(lengths=lengths, reference=tuple(x[3:7].tolist()), origin=tuple(x[0:3].tolist()))
+    few = problem.anchored(problem.anchor(x)).with_changes(lengths=lengths)
     start = relax.transferred(problem, x, few)
     found = relax.from_near(few, start)
     if found.residual > relax.RESIDUAL_TOLERANCE:
@@ -133,11 +140,9 @@ def _on_fewer(problem: MixedProblem, x: FloatArray, active: int) -> Stability:
     mode = np.zeros(problem.size)
     s, there = np.concatenate([[0.0], np.cumsum(lengths)]), np.concatenate([[0.0], np.cumsum(problem.lengths)])
     at = x.copy()
-    for local in (7, 8):
-        fine, coarse = slice(local, problem.last + 9, STRIDE), slice(local, few.last + 9, STRIDE)
-        mode[fine] = np.interp(there, s, check.mode[coarse])
-        if local == 8:
-            at[fine] = np.interp(there, s, check.at[coarse])
+    bent, turned = few.joint_values(check.mode)
+    mode[problem.layout.omega], mode[problem.layout.eta] = np.interp(there, s, bent), np.interp(there, s, turned)
+    at[problem.layout.eta] = np.interp(there, s, few.joint_values(check.at)[1])
     return replace(check, mode=mode, at=at, active=active)
 
 
@@ -153,8 +158,8 @@ def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: re
 
 def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
     """The same shape with other rulings where the normal curvature vanishes and they move nothing."""
-    joints = STRIDE * np.arange(problem.lengths.size + 1)
-    straight = np.abs(x[joints + 7]) < _STRAIGHT
+    layout = problem.layout
+    straight = np.abs(x[layout.omega]) < _STRAIGHT
     if straight.sum() < 2:
         return []
     # a joint's ruling is free when both its neighbours are straight too
@@ -162,12 +167,12 @@ def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
     inner[1:] &= straight[:-1]
     inner[:-1] &= straight[1:]
     lower, upper = problem.bounds()
-    inner &= lower[joints + 8] < upper[joints + 8]
+    inner &= lower[layout.eta] < upper[layout.eta]
     if not inner.any():
         return []
     found = []
     for ruling in (*_RULINGS, 0.2, -0.2):
-        eta = x[joints + 8].copy()
+        eta = x[layout.eta].copy()
         eta[inner] = ruling
         slope = np.diff(eta) / problem.lengths
         steep = 0.9 / problem.half_width
@@ -178,8 +183,8 @@ def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
         if np.abs(slope).max() * problem.half_width >= 1.0:
             continue
         y = x.copy()
-        y[joints + 8] = eta
-        y[joints[:-1] + 9] = slope
+        y[layout.eta] = eta
+        y[layout.slope] = slope
         found.append(y)
     return found
 
@@ -220,7 +225,9 @@ def _worst_ruling(
     energy = problem.value(x)
     allowed = _SAME_ENERGY * max(1.0, abs(energy))
     lower, upper = problem.bounds()
-    bending = free & (np.arange(x.size) % 2 == 0)
+    layout = problem.layout
+    bending = np.zeros(x.size, dtype=bool)
+    bending[layout.bending] = free[layout.bending]
     bending_metric = problem.metric()[np.ix_(bending, bending)]
     joints = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     pieces = np.linspace(0.0, 1.0, min(problem.lengths.size, _PIECES) + 1)
@@ -228,10 +235,10 @@ def _worst_ruling(
     def moved(values: FloatArray) -> FloatArray:
         """x with the ruling through `values` at `pieces`, as far as null modes can take it there."""
         eta = np.interp(joints, pieces, values)
-        if not free[1]:
-            eta[0] = x[1]
+        if not free[layout.eta]:
+            eta[0] = x[layout.eta]
         target = x.copy()
-        target[1], target[3::2] = eta[0], np.diff(eta) / problem.lengths
+        target[layout.eta], target[layout.eta_slope] = eta[0], np.diff(eta) / problem.lengths
         y = x.copy()
         y[free] += null @ (dual @ (target - x)[free])
         return np.clip(y, 0.9 * lower, 0.9 * upper)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
-from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers.problem import violation
 from ribbon.strip import Strip
@@ -36,7 +36,7 @@ def check_distance(strip: Strip, start: Clamp | None, end: Clamp | None) -> None
         )
 
 
-def straight(problem: MixedProblem) -> Equilibrium:
+def straight(problem: Problem) -> Equilibrium:
     """The straight strip between ends that are one length apart: the only shape there is, whatever its tension."""
     none = np.zeros(problem.lengths.size + 1)
     x = problem.state(none, none)
@@ -50,7 +50,7 @@ def straight(problem: MixedProblem) -> Equilibrium:
         message=f"{status.value}; {message}" if fits else status.value,
         x=x,
         multipliers=np.zeros(problem.size),
-        rows=np.full(problem.constraint_bounds()[0].size, np.nan),
+        rows=np.full(problem.row_count, np.nan),
         residual=missing,
         iterations=0,
         evaluations={k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")},

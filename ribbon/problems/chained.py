@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ribbon import surface
 from ribbon.boundary import Clamp
+from ribbon.contact import Wall
 from ribbon.element.series import EXPONENT_LIMIT
-from ribbon.energies import CODES
+from ribbon.energies import CODES, chosen
 from ribbon.errors import RibbonInputError
+from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
 from ribbon.problems import chained_kernels as kernels
+from ribbon.problems.layout import ChainedLayout
+from ribbon.problems.protocol import Anchor
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 def segment_lengths(segments: int | ArrayLike) -> FloatArray:
@@ -86,13 +93,62 @@ class ChainedProblem:
     formulation = "chained"
 
     def __post_init__(self) -> None:
-        if self.energy not in CODES:
-            raise RibbonInputError("energy", self.energy, f"use one of {', '.join(sorted(CODES))}")
+        chosen(self.energy, self.strip)
 
     @property
     def size(self) -> int:
         """Number of unknowns, 2 p + 2."""
-        return 2 * self.lengths.size + 2
+        return self.layout.size
+
+    @property
+    def layout(self) -> ChainedLayout:
+        """Where the unknowns stand."""
+        return ChainedLayout(self.lengths.size)
+
+    @property
+    def start(self) -> Clamp:
+        """The clamp, at s = 0."""
+        return self.clamp
+
+    @property
+    def end(self) -> None:
+        """Free."""
+        return None
+
+    @property
+    def closure(self) -> None:
+        """Open."""
+        return None
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """None."""
+        return ()
+
+    @property
+    def row_count(self) -> int:
+        """No rows of constraints."""
+        return 0
+
+    def block_slices(self) -> dict[str, slice]:
+        """No rows."""
+        return {}
+
+    def free_motions(self) -> tuple[FloatArray, FloatArray]:
+        """None: the clamp holds them all."""
+        return np.empty((0, 3)), np.empty((0, 3))
+
+    def with_changes(self, **changes: Any) -> Self:
+        """The problem with fields replaced and nothing counted or cached."""
+        return replace(self, counters=Counters(), _cache={}, **changes)
+
+    def anchor(self, x: FloatArray) -> Anchor:
+        """None: the start is no unknown."""
+        return None
+
+    def anchored(self, anchor: Anchor) -> Self:
+        """The problem as it is: it refers to its clamp."""
+        return self
 
     @property
     def has_gravity(self) -> bool:
@@ -112,33 +168,35 @@ class ChainedProblem:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (2 p + 2,) of the unknowns."""
         upper = np.full(self.size, np.inf)
-        upper[3::2] = 1.0 / self.half_width
+        layout = self.layout
+        upper[layout.eta_slope] = 1.0 / self.half_width
         lower = -upper
         if self.clamp.ruling == "straight":
-            lower[1] = upper[1] = 0.0
+            lower[layout.eta] = upper[layout.eta] = 0.0
         if self.planar:
-            lower[1::2] = upper[1::2] = 0.0
+            lower[layout.ruling] = upper[layout.ruling] = 0.0
         return lower, upper
 
     def natural_state(self) -> FloatArray:
         """The stress-free shape omega = K(s), eta = 0 as unknowns (2 p + 2,)."""
-        return self.state(self.strip.curvature, (0.0, 0.0))
+        return self.linear(self.strip.curvature, (0.0, 0.0))
 
-    def state(self, curvature: tuple[float, float], ruling: tuple[float, float]) -> FloatArray:
+    def linear(self, curvature: tuple[float, float], ruling: tuple[float, float]) -> FloatArray:
         """Unknowns of omega and eta linear along the whole ribbon, from their values at both ends (omega in 1/l)."""
         x = np.empty(self.size)
-        x[0], x[1] = curvature[0], ruling[0]
-        x[2::2] = curvature[1] - curvature[0]
-        x[3::2] = ruling[1] - ruling[0]
+        layout = self.layout
+        x[layout.omega], x[layout.eta] = curvature[0], ruling[0]
+        x[layout.omega_slope] = curvature[1] - curvature[0]
+        x[layout.eta_slope] = ruling[1] - ruling[0]
         return x
 
-    def shape(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
+    def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
         """Unknowns of the shape with omega and eta (p + 1,) at the joints, linear between them."""
-        x = np.empty(self.size)
-        x[0], x[1] = omega[0], eta[0]
-        x[2::2] = np.diff(omega) / self.lengths
-        x[3::2] = np.diff(eta) / self.lengths
-        return x
+        return self.layout.unknowns(omega, eta, self.lengths)
+
+    def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
+        return self.layout.values(x, self.lengths)
 
     def parameters(self, x: FloatArray) -> FloatArray:
         """(a, b, n, m) of every segment, (p, 4)."""
@@ -162,7 +220,7 @@ class ChainedProblem:
         self.counters.series += self.lengths.size * (gamma != 0.0)
         position = np.asarray(self.clamp.position) / self.strip.length
         kernels.energy_parts(
-            q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+            q, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
             np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, position, self.clamp.frame,
             self.exponent_limit, parts,
         )  # fmt: skip
@@ -182,7 +240,7 @@ class ChainedProblem:
             if too_far(q, self.lengths):
                 return np.full((p, 15), np.nan), np.zeros((p, 4, 3)), np.zeros((p, 4, 3))
             kernels.local_derivatives(
-                q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+                q, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, local,
             )  # fmt: skip
             u = v = np.zeros((1, 4, 3))
@@ -224,3 +282,37 @@ class ChainedProblem:
         position = np.asarray(self.clamp.position) / self.strip.length
         kernels.walk(self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames)
         return points, frames
+
+    def parameter_map(self) -> tuple[IntArray, FloatArray]:
+        """All columns (p, 2 p + 2) and slopes (p, 4, 2 p + 2) of (a, b, n, m) by the unknowns."""
+        p = self.lengths.size
+        zero = self.parameters(np.zeros(self.size))
+        slopes = np.stack([self.parameters(unit) - zero for unit in np.eye(self.size)], axis=-1)
+        return np.tile(np.arange(self.size), (p, 1)), slopes
+
+    # -- what holds the ribbon ----------------------------------------------------------------------------------------
+
+    def start_force(self, x: FloatArray, rows: FloatArray) -> Force:
+        """What the clamp exerts, about its point: it carries the weight of the centreline."""
+        if self.gravity is None:
+            return Force(np.zeros(3), np.zeros(3))
+        weight = self.strip.gamma * np.asarray(self.gravity.up)
+        return Force(weight, np.cross(self._first_moment(x), weight))
+
+    def _first_moment(self, x: FloatArray) -> FloatArray:
+        """int (r - r(0)) ds (3,), with eight points a segment."""
+        nodes, weights = np.polynomial.legendre.leggauss(8)
+        starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        s = (starts[:-1, None] + self.lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
+        w = (self.lengths[:, None] * 0.5 * weights).ravel()
+        points, frames = self.joints(x)
+        centre = surface.centreline(self.parameters(x), self.lengths, points, frames, s, self.exponent_limit)[0]
+        return np.asarray(w @ (centre - points[0]))
+
+    def end_force(self, x: FloatArray, rows: FloatArray) -> Force | None:
+        """None: free."""
+        return None
+
+    def wall_forces(self, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
+        """None."""
+        return ()

@@ -49,7 +49,7 @@ def unpack(x, lengths, q):
 
 
 @njit(cache=True)
-def energy_parts(q, lengths, code, half_width, natural, curvature, poisson, gamma, up, position, frame, limit, parts):
+def energy_parts(q, lengths, code, section, natural, curvature, poisson, gamma, up, position, frame, limit, parts):
     """Fills `parts` (3,) with bending, natural-curvature and gravity energy (units D w / l).
 
     q (p, 4) from `unpack`; lengths (p,) in units of l; `natural` and ``gamma != 0`` switch the terms on;
@@ -61,7 +61,7 @@ def energy_parts(q, lengths, code, half_width, natural, curvature, poisson, gamm
     slope = curvature[1] - curvature[0]
     for i in range(lengths.size):
         a, b, n, m = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
-        parts[0] += bending_value(code, a, b, n, m, lengths[i], half_width)
+        parts[0] += bending_value(code, a, b, n, m, lengths[i], section)
         if natural:
             parts[1] += natural_value(a, b, n, m, lengths[i], curvature[0] + slope * s, slope, poisson)
         s += lengths[i]
@@ -95,14 +95,14 @@ def _height(q, lengths, up, position, frame, limit):
 
 
 @njit(cache=True)
-def local_derivatives(q, lengths, code, half_width, natural, curvature, poisson, local):
+def local_derivatives(q, lengths, code, section, natural, curvature, poisson, local):
     """Fills `local` (p, 15) with the jets of the elastic energy of every segment by its own parameters."""
     part = np.empty(15)
     s = 0.0
     slope = curvature[1] - curvature[0]
     for i in range(lengths.size):
         a, b, n, m = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
-        bending_jet(code, a, b, n, m, lengths[i], half_width, part)
+        bending_jet(code, a, b, n, m, lengths[i], section, part)
         local[i] = part
         if natural:
             natural_jet(a, b, n, m, lengths[i], curvature[0] + slope * s, slope, poisson, part)

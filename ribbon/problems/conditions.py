@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ribbon.element.quaternion import form, left_matrix, right_matrix, rotate, rotate_by_q
+from ribbon.problems.layout import ETA, OMEGA, POSITION, QUATERNION
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -43,6 +44,7 @@ class Rows(Protocol):
     def hessian(self, x: FloatArray, multipliers: FloatArray) -> FloatArray: ...
 
 
+_Q = range(QUATERNION, OMEGA)
 _NONE = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
 
@@ -170,8 +172,8 @@ def _distances(x, joints, stride, point, normal, half_width, height, out):
     edge = np.empty(3)
     for i in range(joints.size):
         k = stride * joints[i]
-        u[0], u[1], u[2] = 1.0, 0.0, x[k + 8]
-        rotate(x[k + 3 : k + 7], u, edge)
+        u[0], u[1], u[2] = 1.0, 0.0, x[k + ETA]
+        rotate(x[k + QUATERNION : k + OMEGA], u, edge)
         d = -height
         e = 0.0
         for c in range(3):
@@ -189,8 +191,8 @@ def _slopes(x, joints, stride, normal, half_width, plate, out):
     at = 0
     for i in range(joints.size):
         k = stride * joints[i]
-        q = x[k + 3 : k + 7]
-        u[0], u[1], u[2] = 1.0, 0.0, x[k + 8]
+        q = x[k + QUATERNION : k + OMEGA]
+        u[0], u[1], u[2] = 1.0, 0.0, x[k + ETA]
         rotate_by_q(q, u, by_q)
         u[0], u[2] = 0.0, 1.0
         rotate(q, u, edge)
@@ -215,9 +217,9 @@ def _curvatures(x, joints, stride, normal, half_width, multipliers, out):
     at = 0
     for i in range(joints.size):
         k = stride * joints[i]
-        q = x[k + 3 : k + 7]
+        q = x[k + QUATERNION : k + OMEGA]
         f = half_width * (multipliers[2 * i] - multipliers[2 * i + 1])
-        u[0], u[1], u[2] = 1.0, 0.0, x[k + 8]
+        u[0], u[1], u[2] = 1.0, 0.0, x[k + ETA]
         form(normal, u, n)
         for r in range(4):
             for c in range(r + 1):
@@ -261,7 +263,7 @@ class WallRows:
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
         """r, q, eta (and the plate's height) of the joint."""
-        local = np.array([0, 1, 2, 3, 4, 5, 6, 8])
+        local = np.array([*range(POSITION, OMEGA), ETA])
         columns = np.repeat(self.stride * self.joints, 2)[:, None] + local
         if self.plate >= 0:
             columns = np.column_stack([columns, np.full(self.count, self.plate)])
@@ -275,7 +277,8 @@ class WallRows:
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:
         """q by q and q by eta of every joint."""
-        pairs: list[Any] = [(3 + r, 3 + c) for r in range(4) for c in range(r + 1)] + [(8, 3 + r) for r in range(4)]
+        pairs: list[Any] = [(q, other) for q in _Q for other in range(QUATERNION, q + 1)]
+        pairs += [(ETA, q) for q in _Q]
         local = np.array(pairs)
         base = self.stride * self.joints[:, None]
         return (base + local[:, 0]).ravel(), (base + local[:, 1]).ravel()

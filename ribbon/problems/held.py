@@ -15,21 +15,19 @@ from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.element import quaternion
 from ribbon.element.series import EXPONENT_LIMIT
-from ribbon.energies import CODES
+from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.chained import Counters
 from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
+from ribbon.problems.layout import STRIDE, GluedLayout
+from ribbon.problems.protocol import Anchor
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-STRIDE = kernels.STRIDE
-POSITION = np.arange(3)
-FRAME = np.arange(3, 7)
-OMEGA, ETA, SLOPE = 7, 8, 9
 #: Quaternion of half a turn about the tangent: the seam of a Moebius band.
 HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -68,8 +66,7 @@ class Held:
         return self.model
 
     def __post_init__(self) -> None:
-        if self.energy not in CODES:
-            raise RibbonInputError("energy", self.energy, f"use one of {', '.join(sorted(CODES))}")
+        chosen(self.energy, self.strip)
         if self.held_by not in ("elimination", "constraints"):
             raise RibbonInputError("held_by", self.held_by, 'use "elimination" or "constraints"')
         if self.closure is not None and self.end is not None:
@@ -80,7 +77,12 @@ class Held:
     @property
     def size(self) -> int:
         """Number of unknowns, 10 p + 9 and one for every pressure plate."""
-        return STRIDE * self.lengths.size + 9 + len(self.plates)
+        return self.layout.size
+
+    @property
+    def layout(self) -> GluedLayout:
+        """Where the unknowns stand."""
+        return GluedLayout(self.lengths.size, len(self.plates))
 
     @property
     def plates(self) -> tuple[int, ...]:
@@ -105,7 +107,7 @@ class Held:
     @property
     def last(self) -> int:
         """First column of the last joint."""
-        return STRIDE * self.lengths.size
+        return self.layout.last
 
     @property
     def _level(self) -> int:
@@ -121,6 +123,19 @@ class Held:
     def with_changes(self, **changes: Any) -> Self:
         """The same problem with fields replaced and nothing cached."""
         return replace(self, counters=Counters(), _cache={}, **changes)
+
+    def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
+        return x[self.layout.omega].copy(), x[self.layout.eta].copy()
+
+    def anchor(self, x: FloatArray) -> Anchor:
+        """Quaternion and position of the start of the shape x."""
+        first = self.layout.joint(0)
+        return tuple(x[first.quaternion].tolist()), tuple(x[first.position].tolist())
+
+    def anchored(self, anchor: Anchor) -> Self:
+        """The problem with its gauges and the signs of its quaternions referring to `anchor`; unchanged for None."""
+        return self if anchor is None else self.with_changes(reference=anchor[0], origin=anchor[1])
 
     # -- what holds the ribbon ----------------------------------------------------------------------------------------
 
@@ -214,36 +229,37 @@ class Held:
 
     def _make_blocks(self) -> dict[str, Rows]:
         found: dict[str, Rows] = {}
-        last = self.last
+        first, last = self.layout.joint(0), self.layout.joint(-1)
         start, turned = self.start_position, self.start_quaternion
         if self.held_by == "constraints":
             if start is not None:
-                found["start_position"] = LinearRows(np.eye(3), POSITION, start)
+                found["start_position"] = LinearRows(np.eye(3), first.position, start)
             if turned is not None:
-                found["start_frame"] = LinearRows(np.eye(4), FRAME, turned)
+                found["start_frame"] = LinearRows(np.eye(4), first.quaternion, turned)
         translations, axes = self.free_motions()
         if turned is None and len(axes) < 3:
-            found["start_norm"] = UnitRow(FRAME)
+            found["start_norm"] = UnitRow(first.quaternion)
         if 0 < len(translations) < 3:
-            found["gauge_position"] = LinearRows(translations, POSITION, translations @ np.asarray(self.origin))
+            found["gauge_position"] = LinearRows(translations, first.position, translations @ np.asarray(self.origin))
         if len(axes) == 1:
             spun = 0.5 * quaternion.compose(np.concatenate([[0.0], axes[0]]), self.reference)
-            found["gauge_frame"] = LinearRows(spun[None, :], FRAME, np.zeros(1))
+            found["gauge_frame"] = LinearRows(spun[None, :], first.quaternion, np.zeros(1))
         end, held = self.end_position, self.end_quaternion
         if end is not None:
-            found["end_position"] = LinearRows(np.eye(3), last + POSITION, end)
+            found["end_position"] = LinearRows(np.eye(3), last.position, end)
         if held is not None:
-            found["end_frame"] = LinearRows(imaginary_part(held), last + FRAME, np.zeros(3))
+            found["end_frame"] = LinearRows(imaginary_part(held), last.quaternion, np.zeros(3))
         if self.closure is not None:
             both = np.hstack([-np.eye(3), np.eye(3)])
-            found["end_position"] = LinearRows(both, np.concatenate([POSITION, last + POSITION]), np.zeros(3))
-            found["end_frame"] = SeamRows(FRAME, last + FRAME, self.seam)
+            found["end_position"] = LinearRows(both, np.concatenate([first.position, last.position]), np.zeros(3))
+            found["end_frame"] = SeamRows(first.quaternion, last.quaternion, self.seam)
             pair = np.array([[-float(self.closure.sign), 1.0]])
-            found["seam_omega"] = LinearRows(pair, np.array([OMEGA, last + OMEGA]), np.zeros(1))
+            found["seam_omega"] = LinearRows(pair, np.array([first.omega, last.omega]), np.zeros(1))
             if self.slides:
-                found["gauge_slide"] = LinearRows(np.ones((1, 2)), np.array([ETA, STRIDE + ETA]), np.zeros(1))
+                both_eta = np.array([first.eta, self.layout.joint(1).eta])
+                found["gauge_slide"] = LinearRows(np.ones((1, 2)), both_eta, np.zeros(1))
             if self.closure.ruling == "free":
-                found["seam_eta"] = LinearRows(pair, np.array([ETA, last + ETA]), np.zeros(1))
+                found["seam_eta"] = LinearRows(pair, np.array([first.eta, last.eta]), np.zeros(1))
         found.update(self._wall_blocks())
         return found
 
@@ -254,7 +270,7 @@ class Held:
             joints = joints[1:]  # constant there
         if self.closure is not None or (self.end is not None and self.end.is_whole and self.end_straight):
             joints = joints[:-1]
-        plate = STRIDE * self.lengths.size + 9
+        plate = self.layout.ribbon
         for k, wall in enumerate(self.walls):
             column = -1
             if wall.stiffness is not None:
@@ -268,26 +284,28 @@ class Held:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of the unknowns; what is eliminated is fixed."""
         upper = np.full(self.size, np.inf)
-        upper[SLOPE : self.last : STRIDE] = 1.0 / self.half_width
+        layout = self.layout
+        first, last = layout.joint(0), layout.joint(-1)
+        upper[layout.slope] = 1.0 / self.half_width
         if self.box is not None:
-            upper[OMEGA : self.last + 9 : STRIDE] = self.box[0]
-            upper[ETA : self.last + 9 : STRIDE] = self.box[1]
+            upper[layout.omega] = self.box[0]
+            upper[layout.eta] = self.box[1]
         lower = -upper
         translations, axes = self.free_motions()
         fixed: list[tuple[IntArray, FloatArray]] = []
         if self.held_by == "elimination":
             if self.start_position is not None:
-                fixed.append((POSITION, self.start_position))
+                fixed.append((first.position, self.start_position))
             if self.start_quaternion is not None:
-                fixed.append((FRAME, self.start_quaternion))
+                fixed.append((first.quaternion, self.start_quaternion))
         if len(translations) == 3:
-            fixed.append((POSITION, np.asarray(self.origin)))
+            fixed.append((first.position, np.asarray(self.origin)))
         if len(axes) == 3:
-            fixed.append((FRAME, np.asarray(self.reference)))
+            fixed.append((first.quaternion, np.asarray(self.reference)))
         if self.start_straight:
-            fixed.append((np.array([ETA]), np.zeros(1)))
+            fixed.append((np.array([first.eta]), np.zeros(1)))
         if self.end_straight:
-            fixed.append((np.array([self.last + ETA]), np.zeros(1)))
+            fixed.append((np.array([last.eta]), np.zeros(1)))
         for columns, values in fixed:
             lower[columns] = upper[columns] = values
         return lower, upper
@@ -300,6 +318,11 @@ class Held:
             lower.append(np.full(rows.count, rows.lower))
             upper.append(np.full(rows.count, rows.upper))
         return np.concatenate(lower), np.concatenate(upper)
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows: the glue's and the blocks'."""
+        return kernels.ROWS * self.lengths.size + sum(rows.count for rows in self.blocks().values())
 
     def block_slices(self) -> dict[str, slice]:
         """Where the rows of each block stand."""

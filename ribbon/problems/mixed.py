@@ -14,17 +14,20 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from ribbon import supports
 from ribbon.element import quaternion
 from ribbon.element.body_series import body_jets_many
 from ribbon.energies import CODES
 from ribbon.problems import chained_kernels
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.chained import too_far
-from ribbon.problems.held import ETA, HALF_TURN, OMEGA, SLOPE, STRIDE, FloatArray, Held, IntArray
+from ribbon.problems.held import HALF_TURN, FloatArray, Held, IntArray
+from ribbon.problems.layout import ETA, OMEGA, QUATERNION, STRIDE
 
-__all__ = ["HALF_TURN", "STRIDE", "MixedProblem"]
+__all__ = ["HALF_TURN", "MixedProblem"]
 
-_ENDS = np.array([3, 4, 5, 6, ETA])
+#: Places of a joint on which the weight of an oblique end depends.
+_ENDS = np.array([*range(QUATERNION, OMEGA), ETA])
 
 
 @dataclass(frozen=True)
@@ -47,15 +50,14 @@ class MixedProblem(Held):
         if not exact or self.closure is not None:
             return found
         factor = gamma * self.half_width**2 / 3.0
-        for column, sign in ((0, 1.0), (self.last, -1.0)):
+        for column, joint, sign in ((0, self.layout.joint(0), 1.0), (self.last, self.layout.joint(-1), -1.0)):
             by, second = np.empty(5), np.empty(15)
-            q = np.ascontiguousarray(x[column + 3 : column + 7])
-            energy = kernels.end_weight(q, x[column + ETA], up, sign * factor, by, second)
+            energy = kernels.end_weight(x[joint.quaternion], x[joint.eta], up, sign * factor, by, second)
             found.append((column, energy, by, second))
         return found
 
     def _plate_energy(self, x: FloatArray) -> float:
-        heights = x[STRIDE * self.lengths.size + 9 :]
+        heights = x[self.layout.heights]
         return 0.5 * float(sum(self.walls[k].stiffness * h * h for k, h in zip(self.plates, heights, strict=True)))  # type: ignore[misc,operator]
 
     def _parts_and_glue(self, x: FloatArray, want_glue: bool) -> tuple[FloatArray, FloatArray]:
@@ -67,7 +69,7 @@ class MixedProblem(Held):
             return np.full(3, np.nan), np.full(glue.size, np.nan)
         self.counters.series += self.lengths.size * (want_glue or gamma != 0.0)
         kernels.energy_and_glue(
-            np.ascontiguousarray(x, dtype=float), self.lengths, CODES[self.energy], self.half_width,
+            np.ascontiguousarray(x, dtype=float), self.lengths, CODES[self.energy], self.strip.section,
             self.has_natural_curvature, np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, exact,
             self.exponent_limit, want_glue, parts, glue,
         )  # fmt: skip
@@ -96,6 +98,14 @@ class MixedProblem(Held):
         kernels.parameters(np.ascontiguousarray(x, dtype=float), self.lengths, q)
         return q
 
+    def parameter_map(self) -> tuple[IntArray, FloatArray]:
+        """Columns (p, 4) of (omega_0, eta_0, slope, omega_1) and slopes (p, 4, 4) of (a, b, n, m) by them."""
+        columns = STRIDE * np.arange(self.lengths.size)[:, None] + kernels.Z
+        slopes = np.zeros((self.lengths.size, 4, 4))
+        slopes[:, 0, 0], slopes[:, 0, 3] = -1.0 / self.lengths, 1.0 / self.lengths
+        slopes[:, 1, 0] = slopes[:, 2, 2] = slopes[:, 3, 1] = 1.0
+        return columns, slopes
+
     def _jets(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if self._cache.get("key") != key:
@@ -111,7 +121,7 @@ class MixedProblem(Held):
                 self._cache.pop("key", None)
                 return np.full_like(local, np.nan), np.full_like(jets, np.nan), np.full_like(weight, np.nan)
             chained_kernels.local_derivatives(
-                q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+                q, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, local,
             )  # fmt: skip
             body_jets_many(q, self.lengths, self.exponent_limit, self._level, jets)
@@ -129,7 +139,7 @@ class MixedProblem(Held):
         gamma, up, _ = self._gravity_arguments()
         out = np.empty(self.size)
         kernels.gradient(x, self.lengths, local, gamma, up, weight, out)
-        for k, column in zip(self.plates, range(STRIDE * self.lengths.size + 9, self.size), strict=True):
+        for k, column in zip(self.plates, range(self.layout.ribbon, self.size), strict=True):
             out[column] = self.walls[k].stiffness * x[column]  # type: ignore[operator]
         for column, _, by, _ in self._oblique_ends(x):
             out[column + _ENDS] += by
@@ -158,7 +168,7 @@ class MixedProblem(Held):
         if "hessian" not in self._cache:
             parts = [kernels.hessian_structure(self.lengths.size)]
             parts += [rows.hessian_structure() for rows in self.blocks().values()]
-            columns = np.arange(STRIDE * self.lengths.size + 9, self.size)
+            columns = np.arange(self.layout.ribbon, self.size)
             parts.append((columns, columns))
             for column, *_ in self._oblique_ends(np.zeros(self.size)):
                 rows, places = np.tril_indices(5)
@@ -195,31 +205,43 @@ class MixedProblem(Held):
         lower = sp.csr_matrix((values, (rows, columns)), shape=(self.size, self.size))
         return lower + sp.tril(lower, -1).T
 
+    # -- what holds the ribbon ----------------------------------------------------------------------------------------
+
+    def start_force(self, x: FloatArray, rows: FloatArray) -> supports.Force:
+        """What the support at s = 0 exerts on the ribbon, from the multipliers of the rows."""
+        return supports.start(self, x, rows)
+
+    def end_force(self, x: FloatArray, rows: FloatArray) -> supports.Force | None:
+        """What the clamp at s = l exerts; None for a free or closed end."""
+        return supports.end(self, x, rows)
+
+    def wall_forces(self, x: FloatArray, rows: FloatArray) -> tuple[supports.WallForce, ...]:
+        """What every wall exerts."""
+        return supports.walls(self, x, rows)
+
     # -- states -------------------------------------------------------------------------------------------------------
 
     def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
         """Unknowns of the shape with omega, eta (p + 1,) at the joints, glued, put where something holds it."""
         x = np.zeros(self.size)
-        x[3:7] = self.reference if self.start_quaternion is None else self.start_quaternion
-        x[0:3] = self.origin if self.start_position is None else self.start_position
-        x[OMEGA : self.last + 9 : STRIDE] = omega
-        x[ETA] = eta[0]
-        x[SLOPE : self.last : STRIDE] = np.diff(eta) / self.lengths
+        layout = self.layout
+        first, last = layout.joint(0), layout.joint(-1)
+        x[first.quaternion] = self.reference if self.start_quaternion is None else self.start_quaternion
+        x[first.position] = self.origin if self.start_position is None else self.start_position
+        x[layout.omega] = omega
+        x[first.eta] = eta[0]
+        x[layout.slope] = np.diff(eta) / self.lengths
         kernels.walk(x, self.lengths, self.exponent_limit)
-        x[ETA : self.last + 9 : STRIDE] = eta  # no rounding where a clamp holds it straight
+        x[layout.eta] = eta  # no rounding where a clamp holds it straight
         turned = self.start_quaternion
         if turned is None and self.end_quaternion is not None:
-            last = x[self.last + 3 : self.last + 7]
-            spin = quaternion.compose(self.end_quaternion, quaternion.conjugate(last))
-            x[3:7] = quaternion.compose(spin, x[3:7])
+            spin = quaternion.compose(self.end_quaternion, quaternion.conjugate(x[last.quaternion]))
+            x[first.quaternion] = quaternion.compose(spin, x[first.quaternion])
             kernels.walk(x, self.lengths, self.exponent_limit)
         if self.start_position is None and self.end_position is not None:
-            shift = self.end_position - x[self.last : self.last + 3]
-            for k in range(3):
-                x[k : self.last + 9 : STRIDE] += shift[k]
+            layout.positions(x)[:] += self.end_position - x[last.position]
         return x
 
     def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Positions (p + 1, 3) in units of l and frames (p + 1, 3, 3) at the joints."""
-        table = np.append(x[: self.last + 9], 0.0).reshape(-1, STRIDE)
-        return table[:, :3].copy(), quaternion.matrix(table[:, 3:7])
+        return self.layout.positions(x).copy(), quaternion.matrix(self.layout.quaternions(x))

@@ -6,7 +6,7 @@ consecutive numbers::
 
     r_i (0..2) | q_i (3..6) | omega_i (7) | eta_i (8) | n_i (9) | r_(i+1) (10..12) | q_(i+1) (13..16) | omega_(i+1) (17) | eta_(i+1) (18)
 
-Segment parameters: ``a = (omega_(i+1) - omega_i) / L, b = omega_i, n = n_i, m = eta_i``. Glue (thesis, eq. 5.6), eight
+The places have names in `ribbon.problems.layout`. Segment parameters: ``a = (omega_(i+1) - omega_i) / L, b = omega_i, n = n_i, m = eta_i``. Glue (thesis, eq. 5.6), eight
 rows a segment, with the end quaternion Q, the chord u and the weight integral v of `ribbon.element.body_series`
 (docs/theory.md, eq. (4.5))::
 
@@ -36,12 +36,15 @@ from ribbon.element.body_series import body_values
 from ribbon.element.element import bending_value, natural_value
 from ribbon.element.quaternion import form, product, rotate, rotate_by_q, unrotate
 from ribbon.element.series import PAIR_FIRST, PAIR_SECOND
+from ribbon.problems.layout import ETA, NEXT, OMEGA, QUATERNION, SLOPE, STRIDE
 
-#: Unknowns per segment; rows of the glue per segment.
-STRIDE = 10
+#: Rows of the glue per segment.
 ROWS = 8
 # local places of z = (omega_i, eta_i, n_i, omega_(i+1)), the parameters that bend a segment
-Z = np.array([7, 8, 9, 17])
+Z = np.array([OMEGA, ETA, SLOPE, NEXT + OMEGA])
+# the quaternions of a segment's joints
+_Q = range(QUATERNION, OMEGA)
+_NEXT_Q = range(NEXT + QUATERNION, NEXT + OMEGA)
 
 
 def jacobian_structure(p: int) -> tuple[np.ndarray, np.ndarray]:
@@ -50,12 +53,12 @@ def jacobian_structure(p: int) -> tuple[np.ndarray, np.ndarray]:
     columns: list[int] = []
     for k in range(3):
         rows += [k] * 10
-        columns += [k, 10 + k, 13, 14, 15, 16, *Z]
+        columns += [k, NEXT + k, *_NEXT_Q, *Z]
     for k in range(4):
         rows += [3 + k] * 9
-        columns += [13 + k, 3, 4, 5, 6, *Z]
+        columns += [_NEXT_Q[k], *_Q, *Z]
     rows += [7] * 3
-    columns += [18, 8, 9]
+    columns += [NEXT + ETA, ETA, SLOPE]
     i = np.arange(p)
     return (
         (ROWS * i[:, None] + np.array(rows)).ravel(),
@@ -67,9 +70,9 @@ def hessian_structure(p: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows and columns (52 p,) of the lower triangle, in the order in which `hessian` fills the values."""
     pairs: list[tuple[int, int]] = []
     pairs += [(int(Z[i]), int(Z[j])) for i, j in zip(PAIR_FIRST, PAIR_SECOND, strict=True)]
-    pairs += [(13 + i, 13 + j) for i in range(4) for j in range(i + 1)]
-    pairs += [(13 + i, int(z)) for z in Z for i in range(4)]
-    pairs += [(3 + i, int(z)) for z in Z for i in range(4)]
+    pairs += [(_NEXT_Q[i], _NEXT_Q[j]) for i in range(4) for j in range(i + 1)]
+    pairs += [(_NEXT_Q[i], int(z)) for z in Z for i in range(4)]
+    pairs += [(_Q[i], int(z)) for z in Z for i in range(4)]
     lower = np.array([(max(a, b), min(a, b)) for a, b in pairs])
     i = np.arange(p)
     return (STRIDE * i[:, None] + lower[:, 0]).ravel(), (STRIDE * i[:, None] + lower[:, 1]).ravel()
@@ -84,10 +87,10 @@ def parameters(x, lengths, q):
     """q (p, 4) = (a, b, n, m) of every segment from the unknowns."""
     for i in range(lengths.size):
         k = STRIDE * i
-        q[i, 0] = (x[k + 17] - x[k + 7]) / lengths[i]
-        q[i, 1] = x[k + 7]
-        q[i, 2] = x[k + 9]
-        q[i, 3] = x[k + 8]
+        q[i, 0] = (x[k + NEXT + OMEGA] - x[k + OMEGA]) / lengths[i]
+        q[i, 1] = x[k + OMEGA]
+        q[i, 2] = x[k + SLOPE]
+        q[i, 3] = x[k + ETA]
 
 
 @njit(cache=True)
@@ -116,7 +119,7 @@ def by_unknowns(jet, length):
 
 @njit(cache=True)
 def energy_and_glue(
-    x, lengths, code, half_width, natural, curvature, poisson, gamma, up, exact, limit, want_glue, parts, glue
+    x, lengths, code, section, natural, curvature, poisson, gamma, up, exact, limit, want_glue, parts, glue
 ):
     """Fills `parts` (3,) with bending, natural-curvature and gravity energy and, if wanted, `glue` (8 p,)."""
     parts[:] = 0.0
@@ -132,11 +135,11 @@ def energy_and_glue(
     for i in range(lengths.size):
         k = STRIDE * i
         length = lengths[i]
-        a = (x[k + 17] - x[k + 7]) / length
-        b = x[k + 7]
-        n = x[k + 9]
-        m = x[k + 8]
-        parts[0] += bending_value(code, a, b, n, m, length, half_width)
+        a = (x[k + NEXT + OMEGA] - x[k + OMEGA]) / length
+        b = x[k + OMEGA]
+        n = x[k + SLOPE]
+        m = x[k + ETA]
+        parts[0] += bending_value(code, a, b, n, m, length, section)
         if natural:
             parts[1] += natural_value(a, b, n, m, length, curvature[0] + slope * s, slope, poisson)
         s += length
@@ -147,21 +150,21 @@ def energy_and_glue(
             for c in range(3):
                 v[c] = out[7 + c]
             if exact:
-                f = half_width * half_width / 3.0 * n
+                f = section[0] * section[0] / 3.0 * n
                 for c in range(3):
                     v[c] += f * (out[10 + c] + (m + n * length) * out[4 + c] - n * out[7 + c])
-            rotate(x[k + 13 : k + 17], v, rotated)
+            rotate(x[k + NEXT + QUATERNION : k + NEXT + OMEGA], v, rotated)
             for c in range(3):
                 parts[2] += gamma * up[c] * (length * x[k + c] + rotated[c])
         if want_glue:
             g = ROWS * i
-            rotate(x[k + 13 : k + 17], out[4:7], rotated)
+            rotate(x[k + NEXT + QUATERNION : k + NEXT + OMEGA], out[4:7], rotated)
             for c in range(3):
-                glue[g + c] = x[k + 10 + c] - x[k + c] - rotated[c]
-            product(x[k + 3 : k + 7], out[0:4], turned)
+                glue[g + c] = x[k + NEXT + c] - x[k + c] - rotated[c]
+            product(x[k + QUATERNION : k + OMEGA], out[0:4], turned)
             for c in range(4):
-                glue[g + 3 + c] = x[k + 13 + c] - turned[c]
-            glue[g + 7] = x[k + 18] - m - n * length
+                glue[g + 3 + c] = x[k + NEXT + QUATERNION + c] - turned[c]
+            glue[g + 7] = x[k + NEXT + ETA] - m - n * length
 
 
 @njit(cache=True)
@@ -236,12 +239,14 @@ def gradient(x, lengths, local, gamma, up, weight, out):
             out[k + Z[z]] += local[i, 1 + z]
         if gamma == 0.0:
             continue
-        q = x[k + 13 : k + 17]
+        q = x[k + NEXT + QUATERNION : k + NEXT + OMEGA]
         for c in range(3):
             out[k + c] += gamma * lengths[i] * up[c]
         form(up, weight[i, :, 0], n)
         for r in range(4):
-            out[k + 13 + r] += 2.0 * gamma * (n[r, 0] * q[0] + n[r, 1] * q[1] + n[r, 2] * q[2] + n[r, 3] * q[3])
+            out[k + NEXT + QUATERNION + r] += (
+                2.0 * gamma * (n[r, 0] * q[0] + n[r, 1] * q[1] + n[r, 2] * q[2] + n[r, 3] * q[3])
+            )
         unrotate(q, up, e)
         for z in range(4):
             out[k + Z[z]] += gamma * (
@@ -258,8 +263,8 @@ def jacobian(x, lengths, jets, out):
     at = 0
     for i in range(lengths.size):
         k = STRIDE * i
-        q0 = x[k + 3 : k + 7]
-        q1 = x[k + 13 : k + 17]
+        q0 = x[k + QUATERNION : k + OMEGA]
+        q1 = x[k + NEXT + QUATERNION : k + NEXT + OMEGA]
         jet = jets[i]
         rotate_by_q(q1, jet[4:7, 0], block)
         for r in range(3):
@@ -311,8 +316,8 @@ def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out
     for i in range(lengths.size):
         k = STRIDE * i
         row = ROWS * i
-        q0 = x[k + 3 : k + 7]
-        q1 = x[k + 13 : k + 17]
+        q0 = x[k + QUATERNION : k + OMEGA]
+        q1 = x[k + NEXT + QUATERNION : k + NEXT + OMEGA]
         jet = jets[i]
         for c in range(3):
             lam[c] = multipliers[row + c]
@@ -416,11 +421,13 @@ def walk(x, lengths, limit):
     for i in range(lengths.size):
         k = STRIDE * i
         length = lengths[i]
-        body_values((x[k + 17] - x[k + 7]) / length, x[k + 7], x[k + 9], x[k + 8], length, limit, 0, out)
-        product(x[k + 3 : k + 7], out[0:4], turned)
+        body_values(
+            (x[k + NEXT + OMEGA] - x[k + OMEGA]) / length, x[k + OMEGA], x[k + SLOPE], x[k + ETA], length, limit, 0, out
+        )
+        product(x[k + QUATERNION : k + OMEGA], out[0:4], turned)
         for c in range(4):
-            x[k + 13 + c] = turned[c]
+            x[k + NEXT + QUATERNION + c] = turned[c]
         rotate(turned, out[4:7], rotated)
         for c in range(3):
-            x[k + 10 + c] = x[k + c] + rotated[c]
-        x[k + 18] = x[k + 8] + length * x[k + 9]
+            x[k + NEXT + c] = x[k + c] + rotated[c]
+        x[k + NEXT + ETA] = x[k + ETA] + length * x[k + SLOPE]

@@ -232,9 +232,13 @@ class ChainedClampedProblem:
         """Lower and upper bounds of the rows: all are equations."""
         return np.zeros(self._rows), np.zeros(self._rows)
 
-    def state(self, curvature: tuple[float, float], ruling: tuple[float, float]) -> FloatArray:
+    def linear(self, curvature: tuple[float, float], ruling: tuple[float, float]) -> FloatArray:
         """Unknowns of omega and eta linear along the whole ribbon, from their values at both ends (omega in 1/l)."""
-        return self._chain.state(curvature, ruling)
+        return self._chain.linear(curvature, ruling)
+
+    def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
+        """Unknowns of the shape with omega and eta (p + 1,) at the joints, linear between them."""
+        return self._chain.state(omega, eta)
 
     def parameters(self, x: FloatArray) -> FloatArray:
         """(a, b, n, m) of every segment, (p, 4)."""
@@ -278,7 +282,8 @@ class ChainedClampedProblem:
         if self.end.holds_frame:
             rows.append((np.roll(frames[-1], -1, axis=1) * np.roll(self.end.frame, -2, axis=1)).sum(axis=0))
         if self.end.ruling == "straight":
-            rows.append(np.array([x[1] + self.lengths @ x[3::2]]))
+            layout = self._chain.layout
+            rows.append(np.array([x[layout.eta] + self.lengths @ x[layout.eta_slope]]))
         return np.concatenate([np.empty(0), *rows])
 
     def _motions(self, x: FloatArray) -> tuple[FloatArray, ...]:
@@ -312,8 +317,8 @@ class ChainedClampedProblem:
             axes = np.cross(np.roll(frames[-1], -1, axis=1), np.roll(self.end.frame, -2, axis=1), axis=0)
             by_unknowns(self.lengths, turn @ axes, out[where["end_frame"]])
         if "end_ruling" in where:
-            out[where["end_ruling"], 1] = 1.0
-            out[where["end_ruling"], 3::2] = self.lengths
+            out[where["end_ruling"], self._chain.layout.eta] = 1.0
+            out[where["end_ruling"], self._chain.layout.eta_slope] = self.lengths
         return out
 
     def jacobian(self, x: FloatArray) -> FloatArray:

@@ -30,6 +30,12 @@ from ribbon.loads import Gravity
 from ribbon.problems import chained_kernels, mixed_kernels
 from ribbon.problems.chained import Counters
 from ribbon.problems.conditions import LinearRows
+from ribbon.problems.layout import MATRIX_A as A
+from ribbon.problems.layout import MATRIX_FRAME as FRAME
+from ribbon.problems.layout import MATRIX_M as M
+from ribbon.problems.layout import MATRIX_N as N
+from ribbon.problems.layout import MATRIX_STRIDE as STRIDE
+from ribbon.problems.layout import MatrixLayout
 from ribbon.problems.mixed import MixedProblem
 from ribbon.strip import Strip
 from ribbon.thesis import matrix_kernels as kernels
@@ -38,10 +44,10 @@ from ribbon.thesis.matrix_kernels import EndRows
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-STRIDE = kernels.STRIDE
-_POSITION = np.arange(3)
-_FRAME = np.arange(3, 12)
-_N, _M = 14, 15
+_POSITION = np.arange(FRAME)
+_FRAME = np.arange(FRAME, A)
+#: Places of R_x, R_z.
+_AXES = np.array([*range(FRAME, A, 3), *range(FRAME + 2, A, 3)])
 #: A frame is right where the diagonal products of the glue exceed this; where the rows hold they are 1, 0 or -1.
 _RIGHT = 0.5
 
@@ -66,19 +72,21 @@ class SegmentWallRows:
         """Two rows a segment."""
         return 2 * self.segments.size
 
-    def _table(self, x: FloatArray) -> FloatArray:
-        return x[STRIDE * self.segments[:, None] + np.arange(STRIDE)]
+    def _places(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """r, R_x, R_z (k, 3) and m (k, 1)."""
+        table = x[STRIDE * self.segments[:, None] + np.arange(STRIDE)]
+        return table[:, :FRAME], table[:, _AXES[:3]], table[:, _AXES[3:]], table[:, M:]
 
     def values(self, x: FloatArray) -> FloatArray:
         """Distances (count,) of the edges from the wall."""
-        table = self._table(x)
-        edge = self.half_width * ((table[:, 3:12:3] + table[:, 15:] * table[:, 5:12:3]) @ self.normal)
-        distance = (table[:, :3] - self.point) @ self.normal - (x[self.plate] if self.plate >= 0 else 0.0)
+        place, across, along, m = self._places(x)
+        edge = self.half_width * ((across + m * along) @ self.normal)
+        distance = (place - self.point) @ self.normal - (x[self.plate] if self.plate >= 0 else 0.0)
         return np.column_stack([distance + edge, distance - edge]).ravel()
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
         """r, R_x, R_z, m (and the plate's height)."""
-        local = np.array([0, 1, 2, 3, 6, 9, 5, 8, 11, _M])
+        local = np.array([*range(FRAME), *_AXES, M])
         columns = np.repeat(STRIDE * self.segments, 2)[:, None] + local
         if self.plate >= 0:
             columns = np.column_stack([columns, np.full(self.count, self.plate)])
@@ -86,20 +94,20 @@ class SegmentWallRows:
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """In the order of the structure."""
-        table = self._table(x)
+        _, _, along, m = self._places(x)
         out = np.empty((self.segments.size, 2, 11 if self.plate >= 0 else 10))
         out[:, :, :3] = self.normal
         for side, f in enumerate((self.half_width, -self.half_width)):
             out[:, side, 3:6] = f * self.normal
-            out[:, side, 6:9] = f * table[:, 15:] * self.normal
-            out[:, side, 9] = f * (table[:, 5:12:3] @ self.normal)
+            out[:, side, 6:9] = f * m * self.normal
+            out[:, side, 9] = f * (along @ self.normal)
         out[:, :, 10:] = -1.0
         return out.ravel()
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:
         """m by R_z."""
         base = STRIDE * self.segments[:, None]
-        return (base + np.full(3, _M)).ravel(), (base + np.array([5, 8, 11])).ravel()
+        return (base + np.full(3, M)).ravel(), (base + _AXES[3:]).ravel()
 
     def hessian(self, x: FloatArray, multipliers: FloatArray) -> FloatArray:
         """In the order of the structure."""
@@ -112,7 +120,9 @@ Part = LinearRows | SegmentWallRows | EndRows
 
 @dataclass(frozen=True)
 class MatrixProblem:
-    """Energy of the glued ribbon in the thesis's unknowns; fields, methods: `ribbon.problems.mixed.MixedProblem`."""
+    """Energy of the glued ribbon in the thesis's unknowns; fields and methods as in
+    `ribbon.problems.mixed.MixedProblem`.
+    """
 
     strip: Strip
     start: Clamp | None
@@ -145,7 +155,12 @@ class MatrixProblem:
     @property
     def size(self) -> int:
         """Number of unknowns, 16 p and one for every pressure plate."""
-        return STRIDE * self.lengths.size + len(self.plates)
+        return self.layout.size
+
+    @property
+    def layout(self) -> MatrixLayout:
+        """Where the unknowns stand."""
+        return MatrixLayout(self.lengths.size, len(self.plates))
 
     @property
     def plates(self) -> tuple[int, ...]:
@@ -170,7 +185,7 @@ class MatrixProblem:
     @property
     def last(self) -> int:
         """First column of the last segment."""
-        return STRIDE * (self.lengths.size - 1)
+        return self.layout.last
 
     @property
     def _seam(self) -> int:
@@ -221,7 +236,7 @@ class MatrixProblem:
             found["end_frame"] = [EndRows(self.end.frame.T[[2, 0, 1]], np.eye(5)[[1, 2, 0]], np.zeros(3), self.last)]
         if self.end is not None and self.end.ruling == "straight":
             slope = np.array([[self.lengths[-1], 1.0]])
-            found["end_ruling"] = [LinearRows(slope, self.last + np.array([_N, _M]), np.zeros(1))]
+            found["end_ruling"] = [LinearRows(slope, self.last + np.array([N, M]), np.zeros(1))]
         return {**found, **self._walls()}
 
     def _walls(self) -> dict[str, list[Part]]:
@@ -232,7 +247,7 @@ class MatrixProblem:
         at_end = self.closure is None and not (self.end is not None and self.end.is_whole and self._twin.end_straight)
         mix = np.array([[0.0, 0.0, 0.0, 1.0, self.half_width], [0.0, 0.0, 0.0, 1.0, -self.half_width]])
         for k, wall in enumerate(self.walls):
-            column = self.last + STRIDE + self.plates.index(k) if k in self.plates else -1
+            column = self.layout.ribbon + self.plates.index(k) if k in self.plates else -1
             point, normal = np.asarray(wall.point) / self.strip.length, np.asarray(wall.normal)
             found[f"wall_{k}"] = [SegmentWallRows(segments, point, normal, self.half_width, column)]
             if at_end:
@@ -266,7 +281,7 @@ class MatrixProblem:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of the unknowns; what is eliminated is fixed."""
         upper = np.full(self.size, np.inf)
-        upper[_N : self.last + STRIDE : STRIDE] = 1.0 / self.half_width
+        upper[self.layout.slope] = 1.0 / self.half_width
         lower = -upper
         translations, axes = self._free_motions
         place = self._twin.start_position
@@ -281,7 +296,7 @@ class MatrixProblem:
         if len(axes) == 3:
             fixed.append((_FRAME, quaternion.matrix(self.reference).ravel()))
         if self._twin.start_straight:
-            fixed.append(([_M], 0.0))
+            fixed.append(([M], 0.0))
         for columns, values in fixed:
             lower[columns] = upper[columns] = values
         return lower, upper
@@ -295,7 +310,7 @@ class MatrixProblem:
 
     def parameters(self, x: FloatArray) -> FloatArray:
         """(a, b, n, m) of every segment, (p, 4)."""
-        return x[: self.last + STRIDE].reshape(-1, STRIDE)[:, 12:].copy()
+        return self.layout.parameters(x).copy()
 
     def _evaluated(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Energies (4,), core rows and the end of the last segment (5, 3), one evaluation for all."""
@@ -307,11 +322,11 @@ class MatrixProblem:
             self.counters.value += 1
             self.counters.series += self.lengths.size
             kernels.energy_and_rows(
-                x, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+                x, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, exact, self.exponent_limit,
                 self._known, self._seam, parts, rows, tail,
             )  # fmt: skip
-            parts[3] = 0.5 * self._stiffness @ x[self.last + STRIDE :] ** 2
+            parts[3] = 0.5 * self._stiffness @ x[self.layout.heights] ** 2
             self._cache["values"], self._cache["value_key"] = (parts, rows, tail), key
         return self._cache["values"]  # type: ignore[no-any-return]
 
@@ -339,7 +354,7 @@ class MatrixProblem:
             local, states = np.empty((p, 15)), np.empty((p, 18 if exact else 15 if gamma else 12, 15))
             weight, tail = np.empty((p if gamma else 1, 3, 15)), np.empty((5, 3, 15))
             chained_kernels.local_derivatives(
-                q, self.lengths, CODES[self.energy], self.half_width, self.has_natural_curvature,
+                q, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, local,
             )  # fmt: skip
             walk(q, self.lengths, self.exponent_limit, states)
@@ -363,7 +378,7 @@ class MatrixProblem:
         gamma, up, _ = self._twin._gravity_arguments()
         out = np.empty(self.size)
         kernels.gradient(np.ascontiguousarray(x, dtype=float), self.lengths, local, gamma, up, weight, out)
-        out[self.last + STRIDE :] = self._stiffness * x[self.last + STRIDE :]
+        out[self.layout.heights] = self._stiffness * x[self.layout.heights]
         return out
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
@@ -386,7 +401,7 @@ class MatrixProblem:
         """Rows and columns of the entries of the Hessian's lower triangle; entries of one place add up."""
         found = [kernels.hessian_structure(self.lengths.size, self._known, self._seam)]
         found += [part.hessian_structure() for _, part in self._parts]
-        plates = np.arange(self.last + STRIDE, self.size)
+        plates = np.arange(self.layout.ribbon, self.size)
         return np.concatenate([*(f[0] for f in found), plates]), np.concatenate([*(f[1] for f in found), plates])
 
     def hessian(self, x: FloatArray, multipliers: FloatArray, factor: float = 1.0) -> FloatArray:
@@ -430,16 +445,16 @@ class MatrixProblem:
 
     def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Positions (p + 1, 3) in units of l and frames (p + 1, 3, 3) at the joints; the last is the last end."""
-        table = x[: self.last + STRIDE].reshape(-1, STRIDE)
         points, frames = self._ends(x)
-        return np.vstack([table[:, :3], points[-1:]]), np.concatenate([table[:, 3:12].reshape(-1, 3, 3), frames[-1:]])
+        own = self.layout
+        return np.vstack([own.positions(x), points[-1:]]), np.concatenate([own.frames(x), frames[-1:]])
 
     def flipped(self, x: FloatArray) -> bool:
         """Whether a frame is left-handed, or a glue, a seam or the end's clamp is met in a frame turned over.
 
         All rows hold for such frames too (thesis, 5.1): the products ``<R'_k, G_k>`` are then 0 or -1, not 1.
         """
-        own = x[: self.last + STRIDE].reshape(-1, STRIDE)[:, 3:12].reshape(-1, 3, 3)
+        own = self.layout.frames(x)
         ends = self._ends(x)[1]
         others = [*own[1:]]
         if self.closure is not None:

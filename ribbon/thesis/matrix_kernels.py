@@ -35,16 +35,20 @@ from ribbon.element.body_series import body_values
 from ribbon.element.element import bending_value, natural_value
 from ribbon.element.quaternion import rotate
 from ribbon.element.series import PAIR_FIRST, PAIR_SECOND
+from ribbon.problems.layout import MATRIX_A as A
+from ribbon.problems.layout import MATRIX_B as B
+from ribbon.problems.layout import MATRIX_FRAME as FRAME
+from ribbon.problems.layout import MATRIX_M as M
+from ribbon.problems.layout import MATRIX_N as N
+from ribbon.problems.layout import MATRIX_STRIDE as STRIDE
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Unknowns per segment; rows of orthonormality; rows of a glue.
-STRIDE = 16
+#: First place of (a, b, n, m); rows of orthonormality; rows of a glue.
+SHAPE = A
 ORTHONORMAL = 6
 GLUE = 8
-FRAME = 3
-SHAPE = 12
 #: Trial points whose segments turn further (rad) have no value: unglued, they may be anywhere, and a series takes long.
 FURTHEST = 1e4
 _ORTHONORMAL_ENTRIES = 27
@@ -142,10 +146,10 @@ def ends(x, lengths, limit, points, frames):
     chord = np.empty(3)
     for i in range(lengths.size):
         k = STRIDE * i
-        body_values(x[k + 12], x[k + 13], x[k + 14], x[k + 15], lengths[i], limit, 0, out)
+        body_values(x[k + A], x[k + B], x[k + N], x[k + M], lengths[i], limit, 0, out)
         _to_matrix(out[0:4], q)
         rotate(out[0:4], out[4:7], chord)
-        frame = x[k + 3 : k + 12].reshape(3, 3)
+        frame = x[k + FRAME : k + SHAPE].reshape(3, 3)
         for r in range(3):
             points[i, r] = x[k + r]
             for c in range(3):
@@ -155,7 +159,7 @@ def ends(x, lengths, limit, points, frames):
 
 @njit(cache=True)
 def energy_and_rows(
-    x, lengths, code, half_width, natural, curvature, poisson, gamma, up, exact, limit, first, seam, parts, rows, tail,
+    x, lengths, code, section, natural, curvature, poisson, gamma, up, exact, limit, first, seam, parts, rows, tail,
 ):  # fmt: skip
     """Fills `parts` (3,): bending, natural-curvature and gravity energy, and the core's `rows`; nan past `FURTHEST`.
 
@@ -176,20 +180,20 @@ def energy_and_rows(
     for i in range(count):
         k = STRIDE * i
         length = lengths[i]
-        a, b, n, m = x[k + 12], x[k + 13], x[k + 14], x[k + 15]
+        a, b, n, m = x[k + A], x[k + B], x[k + N], x[k + M]
         if not length * (abs(b) + abs(a) * length) * (1.0 + abs(m) + abs(n) * length) < FURTHEST:
             parts[:] = np.nan
             rows[:] = np.nan
             return
-        parts[0] += bending_value(code, a, b, n, m, length, half_width)
+        parts[0] += bending_value(code, a, b, n, m, length, section)
         if natural:
             parts[1] += natural_value(a, b, n, m, length, curvature[0] + slope * s, slope, poisson)
         s += length
         body_values(a, b, n, m, length, limit, level, out)
-        frame = x[k + 3 : k + 12].reshape(3, 3)
+        frame = x[k + FRAME : k + SHAPE].reshape(3, 3)
         if gamma != 0.0:
             if exact:
-                f = half_width * half_width / 3.0 * n
+                f = section[0] * section[0] / 3.0 * n
                 for c in range(3):
                     out[7 + c] += f * (out[10 + c] + (m + n * length) * out[4 + c] - n * out[7 + c])
             rotate(out[0:4], out[7:10], v)
@@ -227,8 +231,8 @@ def energy_and_rows(
                 g = frame[r, 0] * q[0, e] + frame[r, 1] * q[1, e] + frame[r, 2] * q[2, e]
                 total += x[j + FRAME + 3 * r + d] * g
             rows[at + 3 + c] = flip * (delta if d < 2 else 1.0) * total
-        rows[at + 6] = flip * (delta * x[j + 13] - b - length * a)
-        rows[at + 7] = flip * (delta * x[j + 15] - m - length * n)
+        rows[at + 6] = flip * (delta * x[j + B] - b - length * a)
+        rows[at + 7] = flip * (delta * x[j + M] - m - length * n)
 
 
 @njit(cache=True)
@@ -257,7 +261,7 @@ def jacobian(x, lengths, states, first, seam, out):
     h = np.empty(3)
     at = 0
     for i in range(first, count):
-        frame = x[STRIDE * i + 3 : STRIDE * i + 12].reshape(3, 3)
+        frame = x[STRIDE * i + FRAME : STRIDE * i + SHAPE].reshape(3, 3)
         for c in range(3):
             for r in range(3):
                 out[at + 3 * c + r] = 2.0 * frame[r, c]
@@ -271,8 +275,8 @@ def jacobian(x, lengths, states, first, seam, out):
         k = STRIDE * i
         j = 0 if last else k + STRIDE
         jet = states[i]
-        frame = x[k + 3 : k + 12].reshape(3, 3)
-        other = x[j + 3 : j + 12].reshape(3, 3)
+        frame = x[k + FRAME : k + SHAPE].reshape(3, 3)
+        other = x[j + FRAME : j + SHAPE].reshape(3, 3)
         for r in range(3):
             out[at] = flip
             out[at + 1] = -flip
@@ -323,7 +327,7 @@ def hessian(x, lengths, multipliers, factor, local, states, gamma, up, weight, f
     for i in range(count):
         k = STRIDE * i
         jet = states[i]
-        frame = x[k + 3 : k + 12].reshape(3, 3)
+        frame = x[k + FRAME : k + SHAPE].reshape(3, 3)
         if i < glued:
             last = i == count - 1
             flip = -1.0 if last else 1.0
@@ -410,7 +414,7 @@ class EndRows:
     def values(self, x: FloatArray, tail: FloatArray) -> FloatArray:
         """(count,); tail (5, 3)."""
         own = x[self.base : self.base + STRIDE]
-        ends = self.mix[:, 3:4] * own[:3] + (self.mix @ tail) @ own[3:12].reshape(3, 3).T
+        ends = self.mix[:, 3:4] * own[:FRAME] + (self.mix @ tail) @ own[FRAME:SHAPE].reshape(3, 3).T
         return (self.forms * ends).sum(axis=1) - self.value - (x[self.plate] if self.plate >= 0 else 0.0)
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
@@ -421,12 +425,12 @@ class EndRows:
     def jacobian(self, x: FloatArray, jets: FloatArray) -> FloatArray:
         """In the order of the structure; jets (5, 3, 15)."""
         e = np.tensordot(self.mix, jets[:, :, :5], 1)
-        turned = self.forms @ x[self.base + 3 : self.base + 12].reshape(3, 3)
-        out = np.empty((self.count, 17 if self.plate >= 0 else 16))
-        out[:, :3] = self.mix[:, 3:4] * self.forms
-        out[:, 3:12] = (self.forms[:, :, None] * e[:, None, :, 0]).reshape(-1, 9)
-        out[:, 12:16] = np.einsum("kc,kcz->kz", turned, e[:, :, 1:])
-        out[:, 16:] = -1.0
+        turned = self.forms @ x[self.base + FRAME : self.base + SHAPE].reshape(3, 3)
+        out = np.empty((self.count, STRIDE + int(self.plate >= 0)))
+        out[:, :FRAME] = self.mix[:, 3:4] * self.forms
+        out[:, FRAME:SHAPE] = (self.forms[:, :, None] * e[:, None, :, 0]).reshape(-1, 9)
+        out[:, SHAPE:STRIDE] = np.einsum("kc,kcz->kz", turned, e[:, :, 1:])
+        out[:, STRIDE:] = -1.0
         return out.ravel()
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:
@@ -440,6 +444,6 @@ class EndRows:
         """In the order of the structure; jets (5, 3, 15)."""
         # what pulls at each of the five: (3, 5)
         pull = (multipliers[:, None] * self.forms).T @ self.mix
-        turned = x[self.base + 3 : self.base + 12].reshape(3, 3).T @ pull
+        turned = x[self.base + FRAME : self.base + SHAPE].reshape(3, 3).T @ pull
         seconds = np.tensordot(turned, jets[:, :, 5:], ([1, 0], [0, 1]))
         return np.concatenate([seconds, np.tensordot(pull, jets[:, :, 1:5], 1).ravel()])

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.find import relax
-from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.problems.layout import at_joints
+from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import ipopt
 from ribbon.solvers.problem import Minimum
 from ribbon.thesis.chained_clamped import ChainedClampedProblem
@@ -48,19 +49,9 @@ def minimum(
 ) -> Minimum:
     """Stationary point found by the other model from the shape x, as unknowns of `problem`."""
     other = twin(problem)
-    omega, eta = x[7 : problem.last + 9 : STRIDE], x[8 : problem.last + 9 : STRIDE]
-    if problem.model == "matrix":
-        start = other.state(omega, eta)
-    else:
-        start = np.empty(2 * problem.lengths.size + 2)
-        start[0], start[1] = omega[0], eta[0]
-        start[2::2], start[3::2] = np.diff(omega) / problem.lengths, np.diff(eta) / problem.lengths
-    found = ipopt.minimise(other, start, options, progress)
-    q = other.parameters(found.x)
-    there = np.append(q[:, 1], q[-1, 1] + q[-1, 0] * problem.lengths[-1])
-    turned = np.append(q[:, 3], q[-1, 3] + q[-1, 2] * problem.lengths[-1])
+    found = ipopt.minimise(other, other.state(*problem.joint_values(x)), options, progress)
     mixed = problem.with_changes(model="mixed")
-    y = mixed.state(there, turned)
+    y = mixed.state(*at_joints(other.parameters(found.x), problem.lengths))
     if other.flipped(found.x):
         return _as_found(found, problem, y, FLIPPED)
     if found.residual > relax.RESIDUAL_TOLERANCE:

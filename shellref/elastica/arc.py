@@ -21,6 +21,7 @@ import numpy as np
 import scipy.sparse
 from scipy.optimize import brentq
 
+from shellref.elastica.fem import stability
 from shellref.elastica.problem import Array
 from shellref.elastica.system import System, solve_sparse
 
@@ -64,7 +65,10 @@ class ArcOptions:
 
 @dataclass(frozen=True)
 class Point:
-    """An equilibrium on a path: z (N + m,) at t, unit tangent (dz, dt), lowest eigenvalues (k,) on the constraints."""
+    """An equilibrium on a path: z (N + m,) at t, unit tangent (dz, dt), lowest eigenvalues (k,) on the constraints.
+
+    rounding : bound of what the eigenvalues are known to; at a located event no less than the one that is zero there.
+    """
 
     t: float
     z: Array
@@ -72,15 +76,23 @@ class Point:
     eigenvalues: Array
     norm: float
     iterations: int
+    rounding: float
 
     @property
-    def stable(self) -> bool:
-        return bool(self.eigenvalues[0] > 0.0)
+    def stable(self) -> bool | None:
+        """None at a fold or a bifurcation: the lowest eigenvalue is zero to rounding."""
+        return stability(float(self.eigenvalues[0]), self.rounding)
 
     @property
     def negative(self) -> int:
-        """Number of negative eigenvalues, among those followed."""
+        """Number of negative eigenvalues, among those followed, by sign alone: so that a change of sign along a path
+        lies in one of its steps and not between two, wherever rounding puts it."""
         return int(np.sum(self.eigenvalues < 0.0))
+
+    @property
+    def unstable(self) -> int:
+        """Number of those that are negative beyond rounding."""
+        return int(np.sum(self.eigenvalues < -self.rounding))
 
 
 @dataclass(frozen=True)
@@ -264,7 +276,7 @@ def _finished(
     tangent = _tangent(system, z, t, along)
     if tangent is None:
         return None
-    return Point(t, z, tangent, system.eigenpairs(z, t)[0], norm, iterations)
+    return Point(t, z, tangent, system.eigenpairs(z, t)[0], norm, iterations, system.rounding(z, t))
 
 
 def _agreement(system: System, here: Point, there: Point) -> float:
@@ -328,6 +340,7 @@ def _event(system: System, here: Point, there: Point, step: float, options: ArcO
     smallest = int(np.argmin(np.abs(values)))
     if abs(value(root)) > JUMP * abs(value(reach) - value(0.0)):
         return Event("jump", point, modes[:, smallest])
+    point = replace(point, rounding=max(point.rounding, float(abs(values[smallest]))))
     return Event("limit" if limit else "bifurcation", point, modes[:, smallest])
 
 

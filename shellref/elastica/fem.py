@@ -13,6 +13,7 @@ for n elements.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -51,6 +52,15 @@ QUADRATURE_ORDER = 19
 
 DENSE_EIGENVALUES = 40
 """Number of unknowns up to which the lowest eigenvalue is computed with dense matrices."""
+
+
+ROUNDING = 10.0
+"""Rounding of a lowest eigenvalue, over eps times the highest one that the elements can have."""
+
+
+def stability(eigenvalue: float, rounding: float) -> bool | None:
+    """Stable or not by the sign of the lowest eigenvalue; None within its rounding: at a fold or a bifurcation."""
+    return None if abs(eigenvalue) <= rounding else eigenvalue > 0.0
 
 
 class Loads(Protocol):
@@ -105,6 +115,7 @@ class Discretisation:
         self._stiffness = _stiffness.assemble(self.basis)
         self._full_mass = _product.assemble(self.basis, factor=DiscreteField(np.ones_like(self.s)))
         self.mass = self._reduced(self._full_mass)
+        self._stiffest = _stiffest(degree, hermite) / float(np.min(np.diff(nodes))) ** 2
         norm = self._stiffness if len(self.given) else self._stiffness + self._full_mass  # a free turn costs nothing
         self._solve_stiffness = scipy.sparse.linalg.factorized(self._reduced(norm).tocsc())
         points, weights = np.polynomial.legendre.leggauss(12)
@@ -202,6 +213,17 @@ class Discretisation:
             )
         return float(values[0])
 
+    def rounding(self, coefficients: Array, loads: Loads) -> float:
+        """Bound of the rounding of the lowest eigenvalues, in D w / l: ROUNDING eps times the highest one.
+
+        Dense eigenvalues are those of matrices that differ by eps times the norm (LAPACK Users' Guide, SIAM 1999,
+        section 4.8). The highest is at most that of the single elements (I. Fried, J. Sound Vib. 22 (1972), 407), with
+        <t, p>. Measured, states and matrices rounded anew, dense and sparse, 12 to 400 elements of degree 2 to 4: the
+        lowest eigenvalues of one state lie within 2 eps times it of each other.
+        """
+        highest = self._stiffest + float(np.max(np.abs(self._pull(coefficients, loads))))
+        return ROUNDING * float(np.finfo(float).eps) * highest
+
     def energies(self, coefficients: Array, loads: Loads) -> tuple[float, float]:
         """int 1/2 theta'^2 - K theta' and int <t, p>, in D w / l."""
         rate = np.asarray(self.basis.interpolate(coefficients).grad)[0]
@@ -246,3 +268,13 @@ class Discretisation:
     def _reduced(self, matrix: Any) -> Any:
         """Rows and columns of the free unknowns."""
         return matrix[self.free][:, self.free]
+
+
+@lru_cache
+def _stiffest(degree: int, hermite: bool) -> float:
+    """Highest eigenvalue of int u' v' = lambda int u v on one element of length 1: 12, 60, 170, 380 by degree."""
+    element = ElementLineHermite() if hermite else ELEMENTS[degree]()
+    basis = Basis(MeshLine(np.array([0.0, 1.0])), element, intorder=QUADRATURE_ORDER)
+    one = DiscreteField(np.ones_like(np.asarray(basis.dx)))
+    stiffness, mass = _stiffness.assemble(basis), _product.assemble(basis, factor=one)
+    return float(scipy.linalg.eigvalsh(stiffness.toarray(), mass.toarray())[-1])

@@ -98,27 +98,36 @@ def drive(
     """The end of the way to `problem`; `options.arc_length` "never" takes plain steps, anything else arc length."""
     system = System(nodes, degree, way_to(problem, options.bow), hermite)
     arc = ArcOptions(tolerance=tolerance, steps=options.arc_steps)
-    start = point_at(system, natural_state(system), 0.0, arc)
+    natural = natural_state(system)
+    start = point_at(system, natural, 0.0, arc)
     if start is None:
-        raise ArithmeticError("the natural shape is no equilibrium of the discrete problem: use more elements")
+        return not_begun(system, natural)
     if options.arc_length == "never":
         return plain_steps(system, start, tolerance, options)
     branch = trace(system, start, 1.0, (-1.0, 1.0), arc)
     return best_end(system, branch, arc, options)
 
 
+def not_begun(system: System, z: Array) -> Arrival:
+    """The way that cannot begin at z (N + m,): it is no equilibrium, or its tangent is singular."""
+    norm, values = system.norm(system.residual(z, 0.0)), system.eigenpairs(z, 0.0)[0]
+    point = Point(0.0, z, (np.zeros_like(z), 0.0), values, norm, 0, system.rounding(z, 0.0))
+    return Arrival(system, point, 0, 0, 0, 0, "failed")
+
+
 def best_end(system: System, branch: Branch, arc: ArcOptions, options: ElasticaOptions) -> Arrival:
     """The path's end; when that is unstable, the stable end of a branch that leaves the path, or a stable state where
-    the path, followed beyond its end, comes back to it; if there is one."""
+    the path, followed beyond its end, comes back to it; if there is one. An end at a fold or a bifurcation is left as
+    it is: on which side of the last step the event lies, rounding decides."""
     iterations, switches = branch.iterations, 0
     chosen = branch
-    if options.switch and not branch.points[-1].stable:
+    if options.switch and branch.points[-1].stable is False:
         for event in branch.bifurcations():
             points = switch(system, event, arc)
             for point in points[::-1] if (options.bow or 0.0) < 0.0 else points:
                 other = trace(system, point, math.copysign(1.0, point.tangent[1]), (-1.0, 1.0), arc)
                 iterations += other.iterations
-                if other.ended == "reached" and other.points[-1].stable:
+                if other.ended == "reached" and other.points[-1].stable is True:
                     chosen, switches = other, 1
                     break
             if switches:
@@ -127,10 +136,10 @@ def best_end(system: System, branch: Branch, arc: ArcOptions, options: ElasticaO
     steps = len(branch.points) - 1 + (len(chosen.points) if switches else 0)
     limits = len(branch.limits()) + (len(chosen.limits()) if switches else 0)
     end = chosen.points[-1]
-    if options.switch and not stopped and not end.stable:
+    if options.switch and not stopped and end.stable is False:
         beyond = trace(system, end, 1.0, (-1.0, BEYOND), arc)
         iterations, steps = iterations + beyond.iterations, steps + len(beyond.points) - 1
-        back = [point for point in states_at(system, beyond, np.array([1.0]), arc)[0] if point.stable]
+        back = [point for point in states_at(system, beyond, np.array([1.0]), arc)[0] if point.stable is True]
         if back:
             end, limits = back[0], limits + len(beyond.limits())
     return Arrival(system, end, iterations, steps, limits, switches, stopped)
@@ -145,7 +154,7 @@ def plain_steps(system: System, start: Point, tolerance: float, options: Elastic
         solved = system.newton(point.z, t, tolerance, options.iterations, most_turn=1.0)
         spent += solved.iterations
         found = None if solved.z is None else point_at(system, solved.z, t, ArcOptions(tolerance=tolerance))
-        if found is None or found.negative > point.negative:
+        if found is None or found.unstable > point.unstable:
             step *= options.cut
             if step > options.smallest * 1e-2:
                 continue

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse.linalg
 
-from shellref.elastica.fem import Array, Discretisation, Loads
+from shellref.elastica.fem import Array, Discretisation, Loads, stability
+from shellref.elastica.system import solve_sparse
 
 QUICK = 6
 """Newton iterations of a step that count as quick: the next load step is longer."""
@@ -74,15 +74,22 @@ class ElasticaOptions:
 
 @dataclass
 class Path:
-    """Where the stepping stands: coefficients (N,), residual norm, lowest eigenvalue, share of the loads, counts."""
+    """Where the stepping stands: coefficients (N,), residual norm, lowest eigenvalue and the bound of its rounding,
+    share of the loads, counts."""
 
     coefficients: Array
     residual: float
     eigenvalue: float
+    rounding: float
     reached: float = 0.0
     steps: int = 0
     iterations: int = 0
     snaps: int = 0
+
+    @property
+    def stable(self) -> bool | None:
+        """None at a fold or a bifurcation: the lowest eigenvalue is zero to rounding."""
+        return stability(self.eigenvalue, self.rounding)
 
 
 def follow(
@@ -98,18 +105,20 @@ def follow(
         natural,
         discrete.moment_norm(discrete.residual(natural, loads_at(0.0))),
         discrete.lowest_eigenvalue(natural, loads_at(0.0)),
+        discrete.rounding(natural, loads_at(0.0)),
     )
     first = step = min(1.0, options.first_load / max(load, options.first_load))
-    guarded = True  # refuse steps from a stable to an unstable equilibrium
+    guarded = True  # refuse steps from a stable to an unstable equilibrium; one at a fold is neither, and is taken
     while path.reached < 1.0:
         target = min(1.0, path.reached + step)
         loads = loads_at(target)
         trial, norm, used = newton(discrete, loads, path.coefficients, tolerance, options)
         path.iterations += used
         if trial is not None:
-            eigenvalue = discrete.lowest_eigenvalue(trial, loads)
-            if eigenvalue > 0.0 or not guarded:
-                path.coefficients, path.residual, path.eigenvalue = trial, norm, eigenvalue
+            eigenvalue, rounding = discrete.lowest_eigenvalue(trial, loads), discrete.rounding(trial, loads)
+            if not guarded or stability(eigenvalue, rounding) is not False:
+                path.coefficients, path.residual = trial, norm
+                path.eigenvalue, path.rounding = eigenvalue, rounding
                 path.reached, path.steps = target, path.steps + 1
                 step *= options.growth if used <= QUICK else 1.0
                 continue
@@ -120,7 +129,7 @@ def follow(
             break
         step = first
         guarded = _snap(discrete, loads_at, tolerance, options, path)
-        if not guarded and path.eigenvalue > 0.0:
+        if not guarded and path.stable is not False:
             break
     return path
 
@@ -140,7 +149,10 @@ def newton(
         if norm <= tolerance:
             return coefficients, norm, iteration
         if iteration < options.iterations:
-            coefficients[discrete.free] -= scipy.sparse.linalg.spsolve(discrete.tangent(coefficients, loads), residual)
+            step = solve_sparse(discrete.tangent(coefficients, loads), residual)
+            if step is None:
+                return None, norm, iteration
+            coefficients[discrete.free] -= step
     return None, norm, options.iterations
 
 
@@ -151,7 +163,7 @@ def _snap(
     options: ElasticaOptions,
     path: Path,
 ) -> bool:
-    """Relax `path` at a slightly higher load. True: it rests in a minimum; False: it did not, or rests on a saddle.
+    """Relax `path` at a slightly higher load. True: it rests, and on no saddle; False: it did not, or rests on one.
 
     On a symmetric saddle (a straight strip above its buckling load) there is no slope to descend: the path is left
     there, unstable, and its eigenvalue says so.
@@ -164,7 +176,8 @@ def _snap(
         return False
     path.coefficients, path.residual, path.reached = relaxed, norm, target
     path.eigenvalue = discrete.lowest_eigenvalue(relaxed, loads_at(target))
-    return path.eigenvalue > 0.0
+    path.rounding = discrete.rounding(relaxed, loads_at(target))
+    return path.stable is not False
 
 
 def descend(
@@ -183,7 +196,9 @@ def descend(
         shift = DESCENT_SHIFT - discrete.lowest_eigenvalue(coefficients, loads)
         if shift > 0.0:
             tangent = (tangent + shift * discrete.mass).tocsc()
-        direction = -scipy.sparse.linalg.spsolve(tangent, residual)
+        direction = solve_sparse(tangent, -residual)
+        if direction is None:
+            return None, norm, iteration
         slope = float(residual @ direction)
         size = min(1.0, DESCENT_TURN / float(np.max(np.abs(direction))))
         for _ in range(40):

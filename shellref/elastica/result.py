@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shellref.elastica.fem import Array, Discretisation
+from shellref.elastica.fem import Array, Discretisation, stability
 from shellref.elastica.problem import ElasticaEnergy, ElasticaForces, ElasticaProblem
 
 
@@ -16,7 +16,7 @@ class ElasticaStatus(StrEnum):
     """How a solve ended."""
 
     CONVERGED = "converged"
-    """Equilibrium, stable to the sign of the tangent's lowest eigenvalue."""
+    """Equilibrium; stable, or at a fold (`stable` is None): the tangent's lowest eigenvalue is zero to rounding."""
     UNSTABLE = "unstable"
     """Equilibrium, but not a minimum of the energy."""
     LIMIT_POINT = "limit_point"
@@ -33,7 +33,7 @@ class ElasticaResult:
     forces : what the supports and the dead force do to both ends, at the loads reached.
     residual : L2 norm of the out-of-balance moment, in D w / l, and of the misfit where ends are held.
     lowest_eigenvalue : of the tangent on the constraints against int v^2 (clamped-free without load: pi^2/4), in
-        D w / l.
+        D w / l. rounding : bound of what it is known to (`Discretisation.rounding`), in D w / l.
     load_factor : share of the loads (of the way, where the end is held) that was reached; 1 unless the status is
         LIMIT_POINT or NOT_CONVERGED.
     iterations : Newton iterations in all; steps : load or arc-length steps; snaps : descents past limit points;
@@ -54,6 +54,7 @@ class ElasticaResult:
     forces: ElasticaForces
     residual: float
     lowest_eigenvalue: float
+    rounding: float
     load_factor: float
     iterations: int
     steps: int
@@ -67,8 +68,9 @@ class ElasticaResult:
     _coefficients: Array = field(repr=False, compare=False)
 
     @property
-    def stable(self) -> bool:
-        return self.lowest_eigenvalue > 0.0
+    def stable(self) -> bool | None:
+        """None at a fold or a bifurcation: the lowest eigenvalue is zero to rounding."""
+        return stability(self.lowest_eigenvalue, self.rounding)
 
     def angle(self, s: ArrayLike) -> Array:
         """theta at the abscissae s (N,): shape (N,)."""

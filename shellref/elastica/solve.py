@@ -151,8 +151,8 @@ def _solve_once(
         return _result(
             problem, degree, hermite, status, message, discrete, path.coefficients, loaded, path.reached, began,
             forces=ElasticaForces(start, loaded.force, couple, 0.0), residual=path.residual,
-            lowest_eigenvalue=path.eigenvalue, iterations=path.iterations, steps=path.steps, snaps=path.snaps,
-            limits=0, switches=0,
+            lowest_eigenvalue=path.eigenvalue, rounding=path.rounding, iterations=path.iterations, steps=path.steps,
+            snaps=path.snaps, limits=0, switches=0,
         )  # fmt: skip
     end = drive(problem, nodes, degree, hermite, tolerance, options)
     return arrived(problem, degree, hermite, end, began)
@@ -165,8 +165,8 @@ def arrived(problem: ElasticaProblem, degree: int, hermite: bool, end: Arrival, 
     return _result(
         problem, degree, hermite, status, message, system.discrete, point.z[: system.count], system.way.at(point.t),
         point.t, began, forces=system.forces(point.z, point.t), residual=point.norm,
-        lowest_eigenvalue=float(point.eigenvalues[0]), iterations=end.iterations, steps=end.steps, snaps=0,
-        limits=end.limits, switches=end.switches,
+        lowest_eigenvalue=float(point.eigenvalues[0]), rounding=point.rounding, iterations=end.iterations,
+        steps=end.steps, snaps=0, limits=end.limits, switches=end.switches,
     )  # fmt: skip
 
 
@@ -220,13 +220,20 @@ def _verdict(path: Path, options: ElasticaOptions) -> tuple[ElasticaStatus, str]
         if path.eigenvalue < NEAR_LIMIT and (options.arc_length == "never" or options.snaps == 0):
             return ElasticaStatus.LIMIT_POINT, f"{where}, at a limit point: {OFFER}, or let it snap (snaps above 0)"
         return ElasticaStatus.NOT_CONVERGED, f"{where}: allow more snaps, use more elements, or {OFFER}"
-    if path.eigenvalue <= 0.0:
+    if path.stable is False:
         return (
             ElasticaStatus.UNSTABLE,
             f"equilibrium, but unstable (lowest eigenvalue {path.eigenvalue:.3g}): tilt the clamp or the load a little",
         )
     snapped = f", after {path.snaps} snap(s) past limit points: other minima may exist" if path.snaps else ""
+    if path.stable is None:
+        return ElasticaStatus.CONVERGED, f"{_at_fold(path.eigenvalue, path.rounding)}{snapped}"
     return ElasticaStatus.CONVERGED, f"stable equilibrium{snapped}"
+
+
+def _at_fold(eigenvalue: float, rounding: float) -> str:
+    """What is said of a state whose lowest eigenvalue is zero to rounding."""
+    return f"equilibrium at a fold: lowest eigenvalue {eigenvalue:.2g}, rounding {rounding:.2g}; neither stable nor not"
 
 
 def _arrival_verdict(end: Arrival) -> tuple[ElasticaStatus, str]:
@@ -238,10 +245,12 @@ def _arrival_verdict(end: Arrival) -> tuple[ElasticaStatus, str]:
         return ElasticaStatus.NOT_CONVERGED, f"{where}: use more elements, more arc_steps, or another `bow`"
     eigenvalue = float(end.point.eigenvalues[0])
     passed = f", past {end.limits} limit point(s): other minima may exist" if end.limits else ""
-    if eigenvalue <= 0.0:
+    if end.point.stable is False:
         why = f"equilibrium, but unstable (lowest eigenvalue {eigenvalue:.3g}){passed}"
         return ElasticaStatus.UNSTABLE, f"{why}: tilt a clamp or the load a little, or start from another `bow`"
     switched = ", on a branch that leaves the first path" if end.switches else ""
+    if end.point.stable is None:
+        return ElasticaStatus.CONVERGED, f"{_at_fold(eigenvalue, end.point.rounding)}{switched}{passed}"
     return ElasticaStatus.CONVERGED, f"stable equilibrium{switched}{passed}"
 
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from shellref.elastica.arc import ArcOptions, point_at, trace
 from shellref.elastica.fem import Array
-from shellref.elastica.held import Arrival, best_end, natural_state, plain_steps
+from shellref.elastica.held import Arrival, best_end, natural_state, not_begun, plain_steps
 from shellref.elastica.path import ElasticaOptions
 from shellref.elastica.problem import ElasticaProblem, Way
 from shellref.elastica.result import ElasticaResult, ElasticaStatus
@@ -153,13 +153,14 @@ def _along(problems: Sequence[ElasticaProblem], joints: Array, degree: int, opti
         system = System(joints, degree, Way(first, last))
         tolerance = max(_tolerance(first, options), _tolerance(last, options))
         arc = ArcOptions(tolerance=tolerance, steps=options.arc_steps)
-        start = point_at(system, natural_state(system) if z is None else z, 0.0, arc)
-        if start is None:
-            raise ArithmeticError("the first shape is no equilibrium of the discrete problem: use more elements")
+        first_z = natural_state(system) if z is None else z
+        start = point_at(system, first_z, 0.0, arc)
         by_arc = options.arc_length == "always" or (
             options.arc_length == "auto" and (index == 0 or last.end is not None)
         )
-        if by_arc:
+        if start is None:
+            end = not_begun(system, first_z)
+        elif by_arc:
             end = best_end(system, trace(system, start, 1.0, (-1.0, 1.0), arc), arc, options)
         else:
             end = plain_steps(system, start, tolerance, options)

@@ -12,7 +12,8 @@ and B_j = int <t_perp, n_j> v, the rows are (docs/theory.md, eq. (8.5))
 Every row is affine in the data of the problem, and these in t: dG/dt = G(z, 1) - G(z, 0) exactly.
 
 **Stability.** Stable when A is positive on the v with v = 0 where theta is given and B v = 0: the lowest eigenvalues
-of A v = lambda M v there, M the L2 product (theory sheet, section 6).
+of A v = lambda M v there, M the L2 product (theory sheet, section 6). A lowest eigenvalue within its rounding
+(`Discretisation.rounding`) is that of a fold or a bifurcation: neither stable nor unstable.
 """
 
 from __future__ import annotations
@@ -133,6 +134,10 @@ class System:
         modes[free] = vectors
         side = self._side @ modes[: self.count]
         return values, np.where(side < 0.0, -1.0, 1.0) * modes
+
+    def rounding(self, z: Array, t: float) -> float:
+        """Bound of the rounding of `eigenpairs`' values, in D w / l."""
+        return self.discrete.rounding(z[: self.count], self.loads(z, t))
 
     def forces(self, z: Array, t: float) -> ElasticaForces:
         """Forces and couples on both ends; the couples from the balance of the ends' unknowns (order 2 p)."""

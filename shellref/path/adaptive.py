@@ -9,16 +9,14 @@ estimate is the sum of both distances over 3/4.
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from shellref.path.solver import Solver
 from shellref.shell.result import ShellResult, ShellStatus
 from shellref.shell.strip import build_strip
 from shellref.shell.surface import ShellSurface
-
-if TYPE_CHECKING:
-    from shellref.path.solve import Solver
 
 SAFETY = 4.0 / 3.0
 
@@ -35,8 +33,6 @@ def refine(result: ShellResult, solver: Solver) -> ShellResult:
     `discretisation` states the estimate for the mesh of the result, and the meshes tried; the two finer ones that the
     last estimate rests on are not kept, and may have twice max_cells.
     """
-    from shellref.path.solve import Solver as OtherSolver
-
     options = solver.options
     accuracy = options.accuracy
     assert accuracy is not None
@@ -44,10 +40,10 @@ def refine(result: ShellResult, solver: Solver) -> ShellResult:
 
     def solved(near: ShellResult, cuts: tuple[int, int]) -> ShellResult:
         strip = build_strip(solver.strip.problem, options, cuts)
-        other = OtherSolver(strip, options, solver.comm, solver.report)
+        other = Solver(strip, options, solver.comm, solver.report)
         found = other.run(near.surface)
         if found.status is not ShellStatus.CONVERGED:
-            found = OtherSolver(strip, options, solver.comm, solver.report).run()  # the whole path on this mesh
+            found = Solver(strip, options, solver.comm, solver.report).run()  # the whole path on this mesh
         return dataclasses.replace(
             found,
             steps=near.steps + found.steps,
@@ -88,6 +84,8 @@ def refine(result: ShellResult, solver: Solver) -> ShellResult:
                     result = across
                 else:
                     result = solved(along, cuts)
+                    if result.status is not ShellStatus.CONVERGED:
+                        return result
                 continue
         found = {"accuracy": accuracy, "reached": done, "estimate": row["estimate"], "meshes": rows}
         note = "" if done else f"; accuracy {accuracy:g} not reached within max_cells = {options.max_cells}"

@@ -11,18 +11,14 @@ limit point (located on the path), else a bifurcation (located by bisection on t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shellref.path.newton import Attempt, Equilibrium, Plane
+from shellref.path.point import Point, Walk, Walker
 from shellref.path.stability import lowest_mode
 from shellref.shell.director import retract
-from shellref.shell.naghdi import Stress
 from shellref.shell.result import ShellStatus
-
-if TYPE_CHECKING:
-    from shellref.path.walk import Walk, Walker
 
 SMALLEST = 1e-4  # smallest arc-length step, over the first one
 TANGENT_AFTER = 2  # failed steps along a secant, after which the tangent shows the way
@@ -31,16 +27,6 @@ FARTHEST = 2.0  # loads outside [-FARTHEST, 1 + FARTHEST] end a path
 BISECTIONS = (0.5, 0.35, 0.65, 0.2, 0.8)  # shares of a bracket tried in turn
 MOST_LOCATES = 6  # solves to locate a limit point
 BRANCH_STEPS = (0.01, 0.02, 0.05, 0.005)  # first amplitudes on a bifurcated branch, over the surface's size
-
-
-@dataclass
-class Point:
-    """An equilibrium: load of its stage, nodal values (nodes, 6), stress, negative eigenvalues of its tangent."""
-
-    load: float
-    state: np.ndarray
-    stress: Stress
-    negative: int | None = None
 
 
 @dataclass(frozen=True)
@@ -52,42 +38,61 @@ class Direction:
 
     @classmethod
     def of(cls, equilibrium: Equilibrium, state: np.ndarray, load: float) -> tuple[Direction, float]:
-        """The direction of an increment, and its length."""
+        """The direction of an increment, and its length: 0 (and no direction) of one that moves nothing."""
         size = float(np.sqrt(equilibrium.mean(state, state))) / equilibrium.length
+        if not 0.0 < size < np.inf:
+            return cls(np.zeros_like(state), 0.0), 0.0
         return cls(state / size, load / size), size
 
     def slope(self, equilibrium: Equilibrium, sway: np.ndarray) -> float:
-        """d(load) per length along this direction on the path whose du/dload is `sway` (nodes, 6); 0 at a limit."""
-        return equilibrium.length**2 / equilibrium.mean(sway, self.state)
+        """d(load) per length along this direction on the path whose du/dload is `sway` (nodes, 6); 0 at a limit,
+        infinite where the load does not move the surface this way.
+        """
+        along = equilibrium.mean(sway, self.state)
+        return equilibrium.length**2 / along if along else np.inf
 
     def cosine(self, equilibrium: Equilibrium, other: Direction) -> float:
         """Cosine of the angle between two directions."""
         return equilibrium.mean(self.state, other.state) / equilibrium.length**2
 
 
-def _first(walker: Walker, walk: Walk) -> tuple[Direction, float]:
-    """Direction and step with which a path begins at the walk's point; its tangent becomes the last sway."""
+def _first(walker: Walker, walk: Walk) -> tuple[Direction, float, np.ndarray] | None:
+    """Direction and step with which a path begins at the walk's point, and du/dload there (nodes, 6).
+
+    Along the secant when there is one, else along the tangent. None, and the walk is stopped, when there is neither.
+    """
     e, point, older, o = walker.equilibrium, walk.point, walk.older, walker.options
     sway, point.negative = e.tangent_of(point.state, walker.stages[walk.stage], point.load)
     if older is not None:
         direction, length = Direction.of(e, point.state - older.state, point.load - older.load)
-        return direction, min(length, o.max_arc)
-    direction, size = Direction.of(e, sway, 1.0)
-    return direction, min(o.arc_step, o.first_step * size)
+        if length:
+            return direction, min(length, o.max_arc), direction.state if sway is None else sway
+    direction, size = Direction.of(e, np.zeros_like(point.state) if sway is None else sway, 1.0)
+    if sway is None or not size:
+        why = "its load does not move the surface" if sway is not None else f"no tangent of the path there: {e.trouble}"
+        where = f"{walker.stages[walk.stage].name} stopped at {point.load:.6g} of its full value"
+        walk.stop(ShellStatus.NOT_CONVERGED, f"{where}: {why}; use another mesh or smaller steps (first_step)")
+        return None
+    return direction, min(o.arc_step, o.first_step * size), sway
 
 
-def _tangent(walker: Walker, walk: Walk, direction: Direction) -> Direction:
+def _tangent(walker: Walker, walk: Walk, direction: Direction) -> tuple[Direction, np.ndarray] | None:
     """The tangent at the walk's point instead of the secant, which leads off when the path has changed branches.
 
-    It points to where the secant does; from a stable state to higher loads.
+    It points to where the secant does; from a stable state to higher loads. With du/dload (nodes, 6); None when there
+    is no tangent.
     """
     e, point = walker.equilibrium, walk.point
     sway, point.negative = e.tangent_of(point.state, walker.stages[walk.stage], point.load)
+    if sway is None:
+        return None
+    tangent, size = Direction.of(e, sway, 1.0)
+    if not size:
+        return None
     walk.older = None
-    tangent, _ = Direction.of(e, sway, 1.0)
-    if point.negative and tangent.cosine(e, direction) < 0.0:
-        return Direction(-tangent.state, -tangent.load)
-    return tangent
+    if point.negative != 0 and tangent.cosine(e, direction) < 0.0:
+        return Direction(-tangent.state, -tangent.load), sway
+    return tangent, sway
 
 
 def follow(walker: Walker, walk: Walk, start: tuple[Direction, float] | None = None) -> None:
@@ -97,8 +102,11 @@ def follow(walker: Walker, walk: Walk, start: tuple[Direction, float] | None = N
     """
     e, o, stage = walker.equilibrium, walker.options, walker.stages[walk.stage]
     walk.arc = True
-    direction, ds = start or _first(walker, walk)
-    sway, smallest = e.last_sway, max(SMALLEST * ds, o.tolerance)
+    begun = _first(walker, walk) if start is None else (*start, e.last_sway)
+    if begun is None:
+        return
+    direction, ds, sway = begun
+    smallest = max(SMALLEST * ds, o.tolerance)
     turned, failures = False, 0
     for _ in range(o.max_steps):
         attempt, fresh, note = _advance(walker, walk, direction, ds)
@@ -110,12 +118,12 @@ def follow(walker: Walker, walk: Walk, start: tuple[Direction, float] | None = N
                 walker.log(walk, "arc", attempt.load, attempt, False, note)
             ds, failures = o.cut * ds, failures + 1
             if failures == TANGENT_AFTER:
-                direction = _tangent(walker, walk, direction)
-                sway = e.last_sway
+                direction, sway = _tangent(walker, walk, direction) or (direction, sway)
             if ds < smallest:
+                why = f" ({attempt.reason})" if attempt.reason else ""
                 walk.stop(
                     ShellStatus.NOT_CONVERGED,
-                    f"{stage.name} stopped at {walk.point.load:.6g}: arc-length steps fell under {smallest:.2g}; a"
+                    f"{stage.name} stopped at {walk.point.load:.6g}: arc-length steps fell under {smallest:.2g}{why}; a"
                     " finer mesh or a larger max_newton may pass",
                 )
                 return
@@ -125,7 +133,7 @@ def follow(walker: Walker, walk: Walk, start: tuple[Direction, float] | None = N
         turned = turned or limit
         if limit:
             note = f"limit point at {_limit(walker, walk, attempt, (sway, ahead)):.6g}"
-        elif walk.point.negative != attempt.negative:
+        elif None not in (walk.point.negative, attempt.negative) and walk.point.negative != attempt.negative:
             note = f"bifurcation between {walk.point.load:.6g} and {attempt.load:.6g}: "
             note += f"{walk.point.negative} to {attempt.negative} negative eigenvalue(s)"
         walker.accept(walk, "arc", attempt, note, settle=not limit)
@@ -133,8 +141,10 @@ def follow(walker: Walker, walk: Walk, start: tuple[Direction, float] | None = N
             return
         direction, sway = fresh, ahead
         if walk.older is None:  # the state jumped
-            direction, ds = _first(walker, walk)
-            sway = e.last_sway
+            begun = _first(walker, walk)
+            if begun is None:
+                return
+            direction, ds, sway = begun
         elif attempt.iterations <= 5:
             ds = min(o.growth * ds, o.max_arc)
         elif attempt.iterations >= 10:
@@ -164,13 +174,13 @@ def _advance(walker: Walker, walk: Walk, direction: Direction, ds: float) -> tup
     stress = point.stress
     if older is not None:
         _, last = Direction.of(e, point.state - older.state, 0.0)
-        stress = stress.extrapolate(older.stress, ds / last)
+        stress = stress.extrapolate(older.stress, ds / last) if last else stress
     plane = Plane(state, load, direction.state, 0.0)
     attempt = e.solve(state, stress, walker.stages[walk.stage], load, plane)
     if not attempt.converged:
         return attempt, None, ""
     fresh, _ = Direction.of(e, attempt.state - point.state, attempt.load - point.load)
-    if fresh.cosine(e, direction) < SHARPEST:
+    if fresh.cosine(e, direction) < SHARPEST:  # or did not move at all
         return attempt, None, "turned too sharply"
     return attempt, fresh, ""
 
@@ -215,6 +225,8 @@ def _limit(walker: Walker, walk: Walk, attempt: Attempt, sways: tuple[np.ndarray
             return guess
         value, at = found.load, x[0] + share * (x[1] - x[0])
         sway, _ = e.tangent_of(found.state, stage, found.load)
+        if sway is None:
+            return value
         slope, point = direction.slope(e, sway), Point(found.load, found.state, found.stress)
         if (slope > 0.0) == (slopes[0] > 0.0):
             low, x[0], slopes[0] = point, at, slope
@@ -227,6 +239,8 @@ def _extremum(values: tuple[float, float], slopes: tuple[float, float]) -> tuple
     """Where in (0, 1), and how large, the cubic with these end values and slopes of opposite sign is extreme."""
     (a, b), (p, q) = values, slopes
     cubic = np.array([2.0 * (a - b) + p + q, 3.0 * (b - a) - 2.0 * p - q, p, a])
+    if not np.all(np.isfinite(cubic)):
+        return 0.5, 0.5 * (a + b)
     roots = np.roots(np.polyder(cubic))
     roots = roots[np.abs(roots.imag) < 1e-9].real
     inner = roots[(roots > 0.0) & (roots < 1.0)]
@@ -235,7 +249,10 @@ def _extremum(values: tuple[float, float], slopes: tuple[float, float]) -> tuple
 
 
 def locate(walker: Walker, walk: Walk, stable: Point, unstable: Point) -> tuple[Point, Point]:
-    """Bisection on the inertia along the load: (last stable, first unstable) points, event_tolerance apart."""
+    """Bisection on the inertia along the load: (last stable, first unstable) points, event_tolerance apart.
+
+    Farther apart when nothing between them can be solved for, or its tangent not factored.
+    """
     stage = walker.stages[walk.stage]
     low, high = stable, unstable
     while abs(high.load - low.load) > walker.options.event_tolerance:
@@ -245,8 +262,9 @@ def locate(walker: Walker, walk: Walk, stable: Point, unstable: Point) -> tuple[
             attempt = walker.equilibrium.solve(state, low.stress.extrapolate(high.stress, -share), stage, load)
             if attempt.converged:
                 attempt.negative = walker.equilibrium.negative_eigenvalues(attempt.state, stage, load)
-            walker.log(walk, "locate", attempt.load, attempt, attempt.converged, "bifurcation")
-            if attempt.converged:
+            found = attempt.converged and attempt.negative is not None
+            walker.log(walk, "locate", attempt.load, attempt, found, "bifurcation")
+            if found:
                 break
         else:
             break
@@ -270,7 +288,8 @@ def switch(walker: Walker, walk: Walk, before: Point) -> bool:
         return False
     shape, _ = Direction.of(e, mode.vector, 0.0)
     # the plane goes along with the old path, whose moving clamps may have a part along the mode
-    drift = -e.mean(shape.state, after.state - before.state) / (after.load - before.load)
+    climb = after.load - before.load
+    drift = -e.mean(shape.state, after.state - before.state) / climb if climb else 0.0
     for amplitude in BRANCH_STEPS:
         field = amplitude * shape.state
         state = retract(low.state, field)

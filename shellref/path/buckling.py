@@ -72,9 +72,14 @@ class Buckling:
 
 
 def tangent_change(walker: Walker, walk: Walk) -> Any:
-    """dK/dload (PETSc) along the path at the walk's point, in the tangent vectors of its state."""
+    """dK/dload (PETSc) along the path at the walk's point, in the tangent vectors of its state.
+
+    None when there is no du/dload.
+    """
     e, stage, point = walker.equilibrium, walker.stages[walk.stage], walk.point
     sway, _ = e.tangent_of(point.state, stage, point.load)
+    if sway is None:
+        return None
     bases = e.last_bases
     matrices = []
     for sign in (1.0, -1.0):
@@ -102,7 +107,9 @@ def linearised(walker: Walker, walk: Walk) -> tuple[Estimate | None, np.ndarray 
     """Critical load expected from the walk's point, and its mode (nodes, 6); None when that point is not stable."""
     e, stage, point = walker.equilibrium, walker.stages[walk.stage], walk.point
     change = tangent_change(walker, walk)
-    if e.negative_eigenvalues(point.state, stage, point.load):  # K itself, factored
+    if change is None:
+        return None, None
+    if e.negative_eigenvalues(point.state, stage, point.load) != 0:  # K itself, factored
         change.destroy()
         return None, None
     distances, vectors = petsc.buckling_pairs(e.matrix, change, 1, e.factors)
@@ -145,8 +152,11 @@ def find(walker: Walker, walk: Walk, factor: float = 1.0, closeness: float = 1e-
         load = min(1.0, before.load + step)
         state, stress = walker.predict(walk, load)
         attempt = walker.equilibrium.solve(state, stress, stage, load)
-        walker.log(walk, "load", load, attempt, attempt.converged)
-        if not attempt.converged:
+        negative = None
+        if attempt.converged:
+            negative = walker.equilibrium.negative_eigenvalues(attempt.state, stage, load)
+        walker.log(walk, "load", load, attempt, negative is not None)
+        if negative is None:  # not solved for, or not known to be stable or not
             step *= walker.options.cut
             walk.older = None
             if step < walker.options.min_step:
@@ -157,7 +167,6 @@ def find(walker: Walker, walk: Walk, factor: float = 1.0, closeness: float = 1e-
                     factor=factor,
                 )
             continue
-        negative = walker.equilibrium.negative_eigenvalues(attempt.state, stage, load)
         walk.older, walk.point = before, Point(load, attempt.state, attempt.stress, negative)
     low, high = locate(walker, walk, before, walk.point)
     bracket = (low.load, high.load)

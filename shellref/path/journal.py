@@ -19,6 +19,7 @@ import numpy as np
 
 from shellref.path.arc import Point
 from shellref.path.walk import Walk
+from shellref.shell import archive
 from shellref.shell.body import Stage
 from shellref.shell.naghdi import NaghdiModel
 from shellref.shell.result import LoadStep
@@ -76,10 +77,7 @@ class FolderJournal:
             "steps": len(walk.steps),
         }
         if self.first:
-            temporary = self.checkpoint.with_name(".checkpoint.tmp")
-            with temporary.open("wb") as stream:
-                np.savez(stream, fields=fields, meta=np.array(json.dumps(meta)))
-            os.replace(temporary, self.checkpoint)
+            archive.write(self.checkpoint, archive.npz(fields=fields, meta=np.array(json.dumps(meta))))
         self._last = time.monotonic()
 
     def resume(self) -> Walk | None:
@@ -110,9 +108,7 @@ class FolderJournal:
         known = meta.get("key") == self.key
         steps = self._log(meta["steps"]) if known else []
         lines = "".join(_line(step) for step in steps)
-        temporary = self.folder / ".steps.tmp"
-        temporary.write_text(lines, encoding="utf-8")
-        os.replace(temporary, self.folder / "steps.jsonl")  # the log goes on from the checkpoint, or begins anew
+        archive.write(self.folder / "steps.jsonl", lines.encode())  # goes on from the checkpoint, or begins anew
         return {"meta": meta, "fields": fields, "steps": steps} if known else None
 
     def _log(self, count: int) -> list[LoadStep]:

@@ -33,6 +33,7 @@ from shellref.shell.naghdi import NaghdiModel, Stress
 from shellref.shell.options import ShellOptions
 
 THINNEST = 5e-6  # thickness over length at which rounding of the membrane stiffness hides the bending stiffness
+SOFT = 1.0  # shift of a singular tangent, D / (areal mass l^4): a clamped-free strip's lowest eigenvalue is 12.4
 LARGEST_CORRECTION = 3.0  # a larger component (in the length of the surface, or radians) is a failed solve
 
 
@@ -75,6 +76,7 @@ class Equilibrium:
         self.iterations = self.factorisations = 0
         self.seconds: dict[str, float] = {}
         self.last_bases = self.last_sway = np.zeros(0)
+        self.trouble = ""  # why a factorisation failed last
         self._full = model.create_tangent()
         self._projection: Any = None
         self._reduced: Any = None
@@ -219,10 +221,14 @@ class Equilibrium:
         try:
             return self._solve(state, stress, stage, load, plane)
         except petsc.FactorisationFailed as error:
-            reason = str(error)
-            if self.model.body.thickness < THINNEST * self.length:
-                reason += f"; thinner than about {THINNEST:g} of its length a shell is beyond double precision"
-            return Attempt(False, state, stress or self.model.stress(state), 1, np.inf, None, load, reason)
+            self.trouble = str(error) + self.thin()
+            return Attempt(False, state, stress or self.model.stress(state), 1, np.inf, None, load, self.trouble)
+
+    def thin(self) -> str:
+        """A word on shells so thin that their tangent is singular to rounding."""
+        if self.model.body.thickness >= THINNEST * self.length:
+            return ""
+        return f"; thinner than about {THINNEST:g} of its length a shell is beyond double precision"
 
     def _solve(
         self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None
@@ -251,7 +257,10 @@ class Equilibrium:
             if plane is not None:
                 sway = self.last_sway = self._sway(state, stage, load, bases)
                 miss = self.mean(plane.tangent, state + step - plane.state) + plane.rate * (load - plane.load)
-                change = -miss / (self.mean(plane.tangent, sway) + plane.rate)
+                across = self.mean(plane.tangent, sway) + plane.rate
+                if across == 0.0:
+                    raise petsc.FactorisationFailed("the path lies in the plane that it should cross")
+                change = -miss / across
                 step = step + change * sway
             correction = max(self.largest(step), abs(change))
             if not correction <= LARGEST_CORRECTION:
@@ -281,16 +290,38 @@ class Equilibrium:
             force = force + self._stiff(step)
         return step - self.back(force, bases)
 
-    def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, int]:
-        """(du/dload (nodes, 6), number of negative eigenvalues) at an equilibrium."""
-        negative = self.negative_eigenvalues(state, stage, load)
-        self.last_sway = self._sway(state, stage, load, self.last_bases)
-        return self.last_sway, negative
+    def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray | None, int | None]:
+        """(du/dload (nodes, 6), number of negative eigenvalues) at an equilibrium; None for what cannot be had.
 
-    def negative_eigenvalues(self, state: np.ndarray, stage: Stage, load: float) -> int:
-        """Negative (and zero) eigenvalues of the tangent at a state, by its own factorisation."""
+        Where the tangent is singular, du/dload is that of the tangent + SOFT * mass: nearly along its null vector.
+        """
+        negative = self.negative_eigenvalues(state, stage, load)
+        for shift in (0.0, SOFT):
+            try:
+                if shift or negative is None:
+                    self.factor_at(state, stage, load, shift)
+                self.last_sway = self._sway(state, stage, load, self.last_bases)
+            except petsc.FactorisationFailed as error:
+                self.trouble = str(error) + self.thin()
+                continue
+            return self.last_sway, negative
+        return None, negative
+
+    def factor_at(self, state: np.ndarray, stage: Stage, load: float, shift: float = 0.0) -> None:
+        """Factorise the tangent of the state itself + shift * mass; `last_bases` are those of its unknowns.
+
+        Raises petsc_api.FactorisationFailed.
+        """
         self.model.set_control(stage.at(load))
         stress = self.model.stress(state)
-        self.last_bases = self.factor(state, stress, self.model.force(state, stress))
+        self.last_bases = self.factor(state, stress, self.model.force(state, stress), shift)
+
+    def negative_eigenvalues(self, state: np.ndarray, stage: Stage, load: float) -> int | None:
+        """Negative (and zero) eigenvalues of the tangent at a state, by its own factorisation; None when that fails."""
+        try:
+            self.factor_at(state, stage, load)
+        except petsc.FactorisationFailed as error:
+            self.trouble = str(error) + self.thin()
+            return None
         negative, zero, _ = self._factor.inertia()
         return negative + zero

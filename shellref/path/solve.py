@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 import os
-import resource
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
-import numpy as np
-
-from shellref.shell.clamps import reactions
+from shellref.path.solver import Progress, Solver
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 from shellref.shell.result import ShellResult, ShellStatus
-from shellref.shell.strip import Strip, build_strip
+from shellref.shell.strip import build_strip
 from shellref.shell.surface import ShellSurface
-
-Progress = Callable[[dict[str, Any]], None]
-HOURGLASS = 0.02  # share of the elastic energy in the stabilisation, above which a state is no shell's
 
 
 def solve(
@@ -50,7 +41,7 @@ def solve(
     built = time.perf_counter()
     result = solver.run(start, folder)
     if options.accuracy is not None and result.status is ShellStatus.CONVERGED:
-        from shellref.path.adaptive import refine
+        from shellref.path.adaptive import refine  # not loaded where no accuracy is asked for
 
         result = refine(result, solver)
     if solver.unfinished is not None:
@@ -61,183 +52,3 @@ def solve(
         {"event": "done", "status": result.status.value, "message": result.message, "seconds": result.seconds["total"]}
     )
     return result
-
-
-@dataclass
-class Solver:
-    """One strip on one mesh: model, Newton and walker, and the result of a walk."""
-
-    strip: Strip
-    options: ShellOptions
-    comm: Any
-    report: Progress
-    unfinished: Any = None  # the journal of a walk that has reached its end
-
-    def __post_init__(self) -> None:
-        from shellref.path.newton import Equilibrium
-        from shellref.shell.naghdi import NaghdiModel
-
-        begin = time.perf_counter()
-        self.model = NaghdiModel(self.strip.body, self.options.stabilisation, self.comm)
-        self.equilibrium = Equilibrium(self.model, self.options)
-        seconds = time.perf_counter() - begin
-        self.report({"event": "built", "unknowns": self.equilibrium.unknowns, "seconds": seconds})
-
-    def observe(self, state: np.ndarray) -> dict[str, Any]:
-        """Middle and end of the centreline (units l)."""
-        surface = self.surface(state)
-        return {name: surface.centreline(np.array(s)).tolist() for name, s in (("middle", 0.5), ("end", 1.0))}
-
-    def surface(self, state: np.ndarray) -> ShellSurface:
-        """The surface of a state, whole on every process."""
-        grid, field = self.model.grid, self.model.on_grid(state)
-        return ShellSurface(grid.s_nodes, grid.v_nodes, field[..., :3], field[..., 3:], grid.degree)
-
-    def state_of(self, surface: ShellSurface) -> np.ndarray:
-        """Nodal values (nodes, 6) of a surface on another mesh of the same strip."""
-        s, v = self.model.nodes.T
-        return np.hstack([surface.evaluate(s, v), surface.director(s, v)])
-
-    def run(self, start: ShellSurface | None = None, folder: str | os.PathLike[str] | None = None) -> ShellResult:
-        """Walk the path, or settle from a surface at the full load."""
-        from shellref.path.arc import Point
-        from shellref.path.walk import Walk, Walker
-
-        begin = time.perf_counter()
-        stages = self.strip.stages
-        journal = None
-        if folder is not None:
-            from shellref.path.journal import FolderJournal, digest
-
-            key = digest(self.strip.problem.to_dict(), self.options.to_dict())
-            journal = FolderJournal(folder, key, self.model, stages)
-        walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
-        walk = journal.resume() if journal is not None and start is None else None
-        first = 0.0
-        if walk is None:
-            state = self.strip.initial_state(self.model.nodes) if start is None else self.state_of(start)
-            walk = Walk(Point(0.0, state, None))  # type: ignore[arg-type]
-            if start is None:
-                walker.start(walk)
-            else:
-                walker.settle_at_end(walk)
-            first = time.perf_counter() - begin
-        else:
-            self.equilibrium.iterations = sum(step.iterations for step in walk.steps)
-            self.equilibrium.factorisations = sum(step.factorisations for step in walk.steps)
-        walker.run(walk)
-        status, message, negative, eigenvalue = walker.verdict(walk)
-        if journal is not None and walk.status is None:
-            self.unfinished = journal  # refinement may follow; until then the end of the walk is what is resumed
-            journal.point(walk, now=True)
-        seconds = {"first": first, **{name: round(value, 6) for name, value in self.equilibrium.seconds.items()}}
-        return self._result(walk, status, message, negative, eigenvalue, seconds)
-
-    def _result(
-        self,
-        walk: Any,
-        status: ShellStatus,
-        message: str,
-        negative: int | None,
-        eigenvalue: float | None,
-        seconds: dict[str, float],
-    ) -> ShellResult:
-        """Collect everything known about the last good state of a walk."""
-        from shellref.fenics import dolfinx_api as api
-
-        problem, model, equilibrium, stages = self.strip.problem, self.model, self.equilibrium, self.strip.stages
-        state = walk.point.state
-        if stages:
-            at = min(walk.stage, len(stages) - 1)
-            model.set_control(stages[at].at(walk.point.load if walk.stage == at else 1.0))
-        control = model.control
-        residual = model.residual(state)
-        absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
-        held = np.where(equilibrium.held, residual, 0.0)
-        weight = model.external(state, control)
-        scale = sum(float(np.sqrt(equilibrium.total(field**2))) for field in (weight, held))
-        energies = model.energies(state)
-        surface = self.surface(state)
-        bad = (ShellStatus.NOT_CONVERGED, ShellStatus.LIMIT_POINT, ShellStatus.STRETCHED)
-        if status not in bad and upright(surface) < 0.5:
-            status = ShellStatus.INVALID
-            message = "the director is over 60 degrees from the normal somewhere: refine the mesh"
-        elif status not in bad and energies.stabilisation > HOURGLASS * max(energies.elastic, flattening(problem)) > 0:
-            status = ShellStatus.INVALID
-            message = (
-                f"the stabilisation carries {energies.stabilisation / energies.elastic:.1%} of the elastic energy"
-                " (hourglass modes): use more elements, two or more across"
-            )
-        parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
-        elastic = energies.elastic
-        fields = [model.on_grid(field) for field in (state, residual, equilibrium.held.astype(float))]
-        clamps = self._clamps(control.move, *(field.reshape(-1, 6) for field in fields))
-        return ShellResult(
-            problem=problem,
-            options=self.options,
-            status=status,
-            message=message,
-            surface=surface,
-            elements=model.grid.elements,
-            load_factor=control.weight if problem.loaded else (1.0 if walk.status is None else 0.0),
-            natural_factor=control.natural,
-            path_factor=(walk.stage + (walk.point.load if walk.stage < len(stages) else 0.0)) / max(len(stages), 1),
-            stable=None if negative is None else negative == 0,
-            negative_eigenvalues=negative,
-            lowest_eigenvalue=eigenvalue,
-            residual={"absolute": absolute, "relative": absolute / max(1.0, scale)},
-            newton_iterations=equilibrium.iterations,
-            factorisations=equilibrium.factorisations,
-            steps=tuple(walk.steps),
-            energy={**parts, "elastic": elastic, "gravity": energies.gravity, "total": energies.total},
-            share={name: part / elastic if elastic > 0 else 0.0 for name, part in parts.items()},
-            stabilisation={
-                "c": self.options.stabilisation,
-                "alpha": model.largest_alpha,
-                "energy": energies.stabilisation,
-                "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
-            },
-            clamps=clamps,
-            cell_midpoints=api.gather_rows(model.comm, model.midpoints),
-            energy_density=api.gather_rows(model.comm, energies.density),
-            unknowns=equilibrium.unknowns,
-            seconds=seconds,
-            memory_mb=api.sum_over(model.comm, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0),
-            provenance={
-                "versions": api.versions(),
-                "linear_solver": "MUMPS L D L^T",
-                "processes": model.comm.size,
-                "threads": os.environ.get("OMP_NUM_THREADS", "default"),
-            },
-        )
-
-    def _clamps(
-        self, move: float, state: np.ndarray, residual: np.ndarray, held: np.ndarray
-    ) -> dict[str, dict[str, np.ndarray]]:
-        """Force and moment of each clamp, about its own position; fields (all nodes, 6) in the order of the grid."""
-        grid = self.model.grid
-        s = np.repeat(grid.s_nodes, len(grid.v_nodes))
-        out = {}
-        for name, path, side in (("start", self.strip.start, s < 0.5), ("end", self.strip.end, s >= 0.5)):
-            if path is not None:
-                where = side & (held.max(axis=1) > 0.5)
-                force, moment = reactions(state, residual, where, path.at(move)[0])
-                out[name] = {"force": force, "moment": moment}
-        return out
-
-
-def flattening(problem: ShellProblem) -> float:
-    """Energy (D w / l) that makes the natural shape flat: a scale for a strip that is in that shape."""
-    a, b = problem.natural_curvature
-    return (a * a + a * b + b * b) / 6.0 + 0.5 * problem.transverse_curvature**2
-
-
-def upright(surface: ShellSurface) -> float:
-    """Smallest cosine between director and normal over the elements: normal from the diagonals of each element."""
-    k = surface.degree
-    p, ends = surface.points[::k, ::k], (surface.s_nodes[::k], surface.v_nodes[::k])
-    s, v = (0.5 * (x[1:] + x[:-1]) for x in ends)
-    d = surface.director(s[:, None], v[None, :])
-    normal = np.cross(p[1:, 1:] - p[:-1, :-1], p[:-1, 1:] - p[1:, :-1])
-    length = np.linalg.norm(normal, axis=-1)
-    return float(np.min(np.sum(normal * d, axis=-1) / np.where(length > 0, length, np.inf)))

@@ -23,39 +23,52 @@ class Mode:
     """An eigenpair of tangent x = lambda mass x (docs/theory.md, eq. (7.13)).
 
     value: squared angular frequency of a small vibration, in D / (areal mass l^4); negative = unstable. vector
-    (nodes, 6), largest component 1. value None: Lanczos did not converge.
+    (nodes, 6), largest component 1. value None: Lanczos did not converge, or the tangent cannot be factored. rounding:
+    bound of the value's own (petsc_api.rounding).
     """
 
     value: float | None
     vector: np.ndarray
+    rounding: float = 0.0
+
+    @property
+    def at_fold(self) -> bool:
+        """The value is zero to rounding: its sign says nothing, the state is at a fold or a bifurcation."""
+        return self.value is not None and abs(self.value) <= self.rounding
 
 
-def lowest_mode(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> tuple[Mode, int]:
-    """The lowest mode at a state and the number of its negative eigenvalues (Lanczos on the inverse, SLEPc)."""
+def lowest_mode(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> tuple[Mode, int | None]:
+    """The lowest mode at a state and the number of its negative eigenvalues (Lanczos on the inverse, SLEPc).
+
+    The number is None when the tangent cannot be factored; the mode may be known all the same, by a shifted one.
+    """
     negative = equilibrium.negative_eigenvalues(state, stage, load)
     count, end = (negative, "negative") if negative else (1, "positive")
-    values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, count, end)
-    if not len(values) and negative:
+    values, vectors = np.zeros(0), np.zeros((0, 0))
+    if negative is not None:
+        values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, count, end)
+    if not len(values) and negative != 0:
         values, vectors = _shifted(equilibrium, state, stage, load)
     if not len(values):
         return Mode(None, np.zeros_like(state)), negative
     field = equilibrium.expand(vectors[0], equilibrium.last_bases)
     size = equilibrium.largest(field)
-    return Mode(float(values[0]), field / size * _sign(field)), negative
+    bound = petsc.rounding(equilibrium.matrix, vectors[0])
+    return Mode(float(values[0]), field / size * _sign(field), bound), negative
 
 
 def _shifted(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, np.ndarray]:
     """The lowest pair with tangent + shift * mass positive definite: finds a mode whose eigenvalue is far below
     zero.
     """
-    model = equilibrium.model
-    model.set_control(stage.at(load))
-    stress = model.stress(state)
-    force, shift = model.force(state, stress), 1.0
+    shift = 1.0
     while shift < MOST_SHIFT:
         shift *= 10.0
-        equilibrium.last_bases = equilibrium.factor(state, stress, force, shift)
-        if equilibrium.factors.inertia()[0] == 0:
+        try:
+            equilibrium.factor_at(state, stage, load, shift)
+        except petsc.FactorisationFailed:
+            continue
+        if equilibrium.factors.inertia()[:2] == (0, 0):
             values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, 1, "positive")
             return values - shift, vectors
     return np.zeros(0), np.zeros((0, 0))
@@ -85,9 +98,9 @@ def _sign(field: np.ndarray) -> float:
 
 
 def leave_saddle(
-    equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float, max_iterations: int = 60
+    equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float, mode: Mode, max_iterations: int = 60
 ) -> Attempt:
-    """From an unstable equilibrium down its most unstable mode to a stable one, at the same load.
+    """From an unstable equilibrium down its most unstable mode, the lowest one, to a stable one at the same load.
 
     Kicks along the mode, growing until one succeeds: the mode's strain is followed to first order only (the mixed
     iteration's stress), so a large kick does not stretch a thin strip. Then mixed Newton with the tangent shifted by
@@ -95,9 +108,8 @@ def leave_saddle(
     attempt is converged only when it ends at a lower energy with a positive definite tangent.
     """
     model = equilibrium.model
-    mode, negative = lowest_mode(equilibrium, state, stage, load)
     if mode.value is None:
-        return Attempt(False, state, model.stress(state), 0, np.inf, negative, load)
+        return Attempt(False, state, model.stress(state), 0, np.inf, None, load, "no critical mode was found")
     energy, spent, correction = _energy(equilibrium, state, stage, load), 0, np.inf
     for size in KICKS:
         attempt = _descend(equilibrium, state, size * mode.vector, abs(mode.value), stage, load, max_iterations)
@@ -108,7 +120,7 @@ def leave_saddle(
             return attempt
         if spent > MOST_DESCENT:
             break
-    return Attempt(False, state, model.stress(state), spent, correction, negative, load)
+    return Attempt(False, state, model.stress(state), spent, correction, None, load)
 
 
 def _energy(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> float:
@@ -135,12 +147,17 @@ def _descend(
     shift, correction = 2.0 * scale, np.inf
     for iteration in range(1, max_iterations + 1):
         residual, force = model.residual(state), model.force(state, stress)
-        bases = equilibrium.factor(state, stress, force, shift)
         equilibrium.iterations += 1
-        if equilibrium.factors.inertia()[0] > 0:
+        try:
+            bases = equilibrium.factor(state, stress, force, shift)
+            if equilibrium.factors.inertia()[0] > 0:
+                raise petsc.FactorisationFailed("not positive definite")
+            step = -equilibrium.back(residual, bases)
+        except petsc.FactorisationFailed:
             shift = max(4.0 * shift, scale)
+            if shift > MOST_SHIFT:
+                break
             continue
-        step = -equilibrium.back(residual, bases)
         correction = equilibrium.largest(step)
         if not correction < LARGEST_CORRECTION:
             return Attempt(False, state, stress, iteration, correction, None, load)

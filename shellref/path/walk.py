@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shellref.fenics import dolfinx_api as api
-from shellref.path.arc import Point, follow, switch
+from shellref.path.arc import follow, switch
 from shellref.path.newton import Attempt, Equilibrium
+from shellref.path.point import Journal, Point, Walk
 from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
 from shellref.shell.body import Control, Stage
 from shellref.shell.director import retract
@@ -33,40 +33,17 @@ Progress = Callable[[dict[str, Any]], None]
 Observe = Callable[[np.ndarray], dict[str, Any]]
 
 
-@dataclass
-class Walk:
-    """The walk so far: the last good point and the one before it, where it is, every attempt, what went wrong.
+class Verdict(NamedTuple):
+    """How a walk ended: negative eigenvalues and the lowest one of its last tangent, None where not known.
 
-    stage: number of the stage, len(stages) at the end. step: of the load; arc: this stage is followed by arc length.
-    kicks: unstable states left; left: the last attempt to leave one succeeded.
+    stable: None when it was not checked, is not known, or the state is at a fold.
     """
 
-    point: Point
-    older: Point | None = None
-    stage: int = 0
-    step: float | None = None
-    arc: bool = False
-    steps: list[LoadStep] = field(default_factory=list)
-    status: ShellStatus | None = None
-    message: str = ""
-    kicks: int = 0
-    left: bool = True
-
-    def stop(self, status: ShellStatus, message: str) -> None:
-        """End the walk here."""
-        self.status, self.message = status, message
-
-
-class Journal(Protocol):
-    """Where a walk is written down while it goes on."""
-
-    def step(self, step: LoadStep) -> None:
-        """One attempt."""
-        ...
-
-    def point(self, walk: Walk) -> None:
-        """An accepted point."""
-        ...
+    status: ShellStatus
+    message: str
+    negative: int | None = None
+    eigenvalue: float | None = None
+    stable: bool | None = None
 
 
 class Silent:
@@ -169,6 +146,8 @@ class Walker:
     def _moves(self, walk: Walk) -> bool:
         """True when the stage's load moves the surface: where it does not, there is no arc to go along."""
         sway, _ = self.equilibrium.tangent_of(walk.point.state, self._stage(walk), walk.point.load)
+        if sway is None:  # load steps, each with its own factors, say what is wrong
+            return False
         return float(np.sqrt(self.equilibrium.mean(sway, sway))) > STILL * self.equilibrium.length
 
     def load_steps(self, walk: Walk) -> None:
@@ -191,7 +170,7 @@ class Walker:
                 walk.older = None
                 step = o.cut * (load - walk.point.load)
                 if step < smallest:
-                    self._stuck(walk)
+                    self._stuck(walk, attempt)
                 continue
             self.accept(walk, "load", attempt)
             if walk.status is None and attempt.iterations <= EASY_ITERATIONS:
@@ -199,17 +178,18 @@ class Walker:
             walk.step = step
             self.journal.point(walk)
 
-    def _stuck(self, walk: Walk) -> None:
+    def _stuck(self, walk: Walk, attempt: Attempt) -> None:
         """Load steps became too small: go on by arc length when that is allowed."""
         o, stage = self.options, self._stage(walk)
         if o.arc_length == "auto":
             follow(self, walk)
             return
+        why = f" ({attempt.reason})" if attempt.reason else ""
         walk.stop(
             ShellStatus.NOT_CONVERGED,
             f"{stage.name} stopped at {walk.point.load:.6g} of its full value: the next step fell under min_step ="
-            f' {o.min_step:g}; a smaller min_step, a larger max_newton or a finer mesh may pass; arc_length = "auto"'
-            " passes limit points",
+            f" {o.min_step:g}{why}; a smaller min_step, a larger max_newton or a finer mesh may pass;"
+            ' arc_length = "auto" passes limit points',
         )
 
     def predict(self, walk: Walk, load: float) -> tuple[np.ndarray, Stress]:
@@ -264,8 +244,11 @@ class Walker:
             return True
         if not o.kick or self.model.couples is not None:  # couples have no potential: no way down
             return False
+        mode, _ = lowest_mode(self.equilibrium, point.state, self._stage(walk), point.load)
+        if mode.at_fold:  # no way leads down from it that rounding would not have chosen
+            return False
         walk.kicks += 1
-        attempt = leave_saddle(self.equilibrium, point.state, self._stage(walk), point.load)
+        attempt = leave_saddle(self.equilibrium, point.state, self._stage(walk), point.load, mode)
         moved = self.equilibrium.largest(attempt.state - point.state)
         self.report({"event": "kick", "load": point.load, "converged": attempt.converged, "moved": moved})
         note = f"left an unstable state with {point.negative} negative eigenvalue(s); moved by {moved:.3g}"
@@ -277,24 +260,28 @@ class Walker:
         walk.point = Point(point.load, attempt.state, attempt.stress, attempt.negative)
         return True
 
-    def verdict(self, walk: Walk) -> tuple[ShellStatus, str, int | None, float | None]:
-        """Status, message, negative eigenvalues and lowest eigenvalue at the end; the inertia is checked afresh."""
+    def verdict(self, walk: Walk) -> Verdict:
+        """How the walk ended; the inertia is checked afresh."""
         if walk.status is not None:
-            return walk.status, walk.message, None, None
+            return Verdict(walk.status, walk.message)
+        there = "equilibrium at the full load"
         if not self.options.stability:
-            return ShellStatus.CONVERGED, "equilibrium at the full load; stability not checked", None, None
+            return Verdict(ShellStatus.CONVERGED, f"{there}; stability not checked")
         at = min(walk.stage, len(self.stages) - 1)
         load = 1.0 if self.stages else 0.0
         stage = self.stages[at] if self.stages else self._stage(walk)
         mode, negative = lowest_mode(self.equilibrium, walk.point.state, stage, load)
-        if negative:
+        if mode.at_fold:
+            said = f"its lowest eigenvalue {mode.value:.2g} is zero to rounding ({mode.rounding:.2g})"
+            message = f"{there}, at a fold: {said}, neither stable nor unstable{self.equilibrium.thin()}"
+            return Verdict(ShellStatus.CONVERGED, message, None, mode.value)
+        if negative is None and mode.value is None:
+            message = f"{there}; its stability is not known: {self.equilibrium.trouble}"
+            return Verdict(ShellStatus.CONVERGED, message)
+        if negative or (negative is None and mode.value is not None and mode.value < 0.0):
             remedy = "set kick = true to leave it" if not self.options.kick else "try smaller steps (max_step)"
             hint = hourglass_hint(self.model, walk.point.state, self.options.stabilisation)
-            return (
-                ShellStatus.UNSTABLE,
-                f"unstable equilibrium, {negative} negative eigenvalue(s): {remedy}{hint}",
-                negative,
-                mode.value,
-            )
+            message = f"unstable equilibrium, {negative or 'some'} negative eigenvalue(s): {remedy}{hint}"
+            return Verdict(ShellStatus.UNSTABLE, message, negative, mode.value, False)
         note = f"; left {walk.kicks} unstable state(s) on the way" if walk.kicks and walk.left else ""
-        return ShellStatus.CONVERGED, f"equilibrium at the full load{note}", negative, mode.value
+        return Verdict(ShellStatus.CONVERGED, f"{there}{note}", negative, mode.value, True)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from shellref.shell import archive
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 from shellref.shell.surface import ShellSurface
@@ -20,7 +21,7 @@ from shellref.shell.surface import ShellSurface
 class ShellStatus(StrEnum):
     """How a solve ended; the message of the result names what to try."""
 
-    CONVERGED = "converged"  # equilibrium at the full load; stable, when stability was checked
+    CONVERGED = "converged"  # equilibrium at the full load; stable, unless `stable` is None: not known, or at a fold
     NOT_CONVERGED = "not_converged"  # steps fell under the minimum: the last good state and its load factor
     LIMIT_POINT = "limit_point"  # the load cannot be carried: the path turned back, and was followed as far as allowed
     STRETCHED = "stretched"  # membrane strain over `max_strain`: the clamps pull the strip beyond its length
@@ -64,6 +65,7 @@ class ShellResult:
 
     Energies in D w / l, forces in D w / l^2, moments in D w / l (about the clamp's position), lengths in l.
     elements: of the mesh that was used (refined when `accuracy` asked for it); discretisation: the estimated error.
+    stable: None when it was not checked or is not known, or the lowest eigenvalue is zero to rounding (at a fold).
     load_factor, natural_factor: fractions of weight and natural curvature at this state; path_factor: of the stages.
     clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
     residual: `absolute` 2-norm of dE/du on the free unknowns (5 per node), `relative` the same over the 2-norm of the
@@ -162,6 +164,4 @@ class ShellResult:
 
 def write_json(path: Path, data: dict[str, Any]) -> None:
     """Write strict JSON (no NaN) through a temporary file in the same folder."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(temporary, path)
+    archive.write(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())

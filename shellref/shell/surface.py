@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from shellref.shell import lagrange
+from shellref.shell import archive, lagrange
 
 
 def _locate(nodes: np.ndarray, degree: int, x: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -98,19 +97,15 @@ class ShellSurface:
 
     def save(self, path: str | os.PathLike[str], **extra: np.ndarray) -> None:
         """Write an .npz (s_nodes, v_nodes, points, directors, degree and `extra` arrays), atomically."""
-        path = Path(path)
-        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        with open(temporary, "wb") as stream:
-            np.savez(
-                stream,
-                s_nodes=self.s_nodes,
-                v_nodes=self.v_nodes,
-                points=self.points,
-                directors=self.directors,
-                degree=np.array(self.degree),
-                **extra,
-            )  # type: ignore[arg-type]
-        os.replace(temporary, path)
+        content = archive.npz(
+            s_nodes=self.s_nodes,
+            v_nodes=self.v_nodes,
+            points=self.points,
+            directors=self.directors,
+            degree=np.array(self.degree),
+            **extra,
+        )
+        archive.write(path, content)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> ShellSurface:

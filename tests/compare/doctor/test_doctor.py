@@ -39,14 +39,6 @@ PARTS = {
 }
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _patience():
-    """Other tests load the machine at the same time; the limit itself is tested below."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(doctor, "TIMEOUT", 60.0)
-        yield
-
-
 @pytest.fixture(scope="module")
 def here() -> doctor.Diagnosis:
     return doctor.diagnose()
@@ -88,6 +80,12 @@ def _pretend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, body:
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
 
 
+def looked_at(probe: str) -> list[doctor.Row]:
+    """The rows of one probe."""
+    (rows,) = doctor._look([probe])
+    return rows
+
+
 ABSENT = "raise ModuleNotFoundError('No module named x')"
 
 
@@ -103,7 +101,7 @@ ABSENT = "raise ModuleNotFoundError('No module named x')"
 )
 def test_what_is_absent_is_named_with_its_remedy(tmp_path, monkeypatch, probe, module, row, remedy):
     _pretend(tmp_path, monkeypatch, module, ABSENT)
-    rows = {entry.name: entry for entry in doctor._probe(probe)}
+    rows = {entry.name: entry for entry in looked_at(probe)}
     assert not rows[row].ok
     assert rows[row].what == "not installed"
     assert remedy in rows[row].remedy
@@ -111,30 +109,85 @@ def test_what_is_absent_is_named_with_its_remedy(tmp_path, monkeypatch, probe, m
 
 def test_the_rest_of_a_probe_is_still_seen(tmp_path, monkeypatch):
     _pretend(tmp_path, monkeypatch, "dolfinx", ABSENT)
-    rows = {entry.name: entry.ok for entry in doctor._probe("dolfinx")}
+    rows = {entry.name: entry.ok for entry in looked_at("dolfinx")}
     assert rows["dolfinx"] is False
     assert rows["PETSc"] is True
 
 
 def test_a_library_that_crashes_is_a_row(tmp_path, monkeypatch):
     _pretend(tmp_path, monkeypatch, "cyipopt", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
-    (row,) = doctor._probe("ipopt")
+    (row,) = looked_at("ipopt")
     assert not row.ok
     assert "crashes (signal 9)" in row.what
     assert "coinor-libipopt-dev" in row.remedy
 
 
-def test_a_library_that_hangs_is_a_row(tmp_path, monkeypatch):
+def test_a_library_that_hangs_is_not_known_and_nothing_is_proposed(tmp_path, monkeypatch):
+    """A busy machine looks the same: no remedy, and no exit code of something missing."""
     _pretend(tmp_path, monkeypatch, "cyipopt", "import time; time.sleep(600)")
-    monkeypatch.setattr(doctor, "TIMEOUT", 2.0)
-    (row,) = doctor._probe("ipopt")
-    assert "does not answer within 2 s" in row.what
+    monkeypatch.setattr(doctor, "TIMEOUT", 0.2)
+    (row,) = looked_at("ipopt")
+    assert (row.ok, row.remedy) == (None, "")
+    diagnosis = doctor.Diagnosis((doctor.Row("x", "1", True), row))
+    assert (diagnosis.ok, diagnosis.missing, diagnosis.unknown) == (False, (), (row,))
+    assert diagnosis.exit_code == 1
+
+
+def test_what_is_known_missing_counts_beside_what_is_too_slow():
+    rows = (doctor.Row("a", "not installed", False, "make setup"), doctor.Row("b", "no answer", None))
+    assert doctor.Diagnosis(rows).exit_code == 3
+    assert doctor.Diagnosis(rows).missing == rows[:1]
+
+
+def test_a_slow_probe_is_named_while_it_works(tmp_path, monkeypatch):
+    """Whoever waits sees for what; the probe ends when its rows are there, however long that takes."""
+    gate = tmp_path / "gate"
+    body = f"import os, time\nwhile not os.path.exists({str(gate)!r}): time.sleep(0.01)\n__version__ = '0'"
+    _pretend(tmp_path, monkeypatch, "mpi4py", body)
+    monkeypatch.setattr(doctor, "SLOW", 0.01)
+    said = []
+
+    def say(words):
+        said.append(words)
+        if len(said) == 3:
+            gate.touch()
+
+    (rows,) = doctor._look(["dolfinx"], say)
+    assert len(said) >= 3
+    assert all("dolfinx" in words for words in said)
+    assert all(row.ok is not None for row in rows)
+
+
+def lines_of(*rows: dict) -> str:
+    """What a probe has printed when it has found these rows, the last line torn."""
+    return "".join(f"\n{doctor_probes.MARK}{json.dumps([row])}\n" for row in rows) + doctor_probes.MARK + '[{"name": '
+
+
+@pytest.mark.parametrize(
+    ("trouble", "ok", "remedy"), [(None, None, ""), ("crashes (signal 11)", False, "apt-get install libegl1")]
+)
+def test_what_was_begun_is_slow_or_has_crashed(trouble, ok, remedy):
+    there = doctor_probes.row("pyvista, VTK", "0.44, 9.4")
+    begun = doctor_probes.begun("off-screen pictures", "apt-get install libegl1")
+    rows = doctor._rows("pictures", lines_of(there, begun), trouble)
+    assert [(row.name, row.ok) for row in rows] == [("pyvista, VTK", True), ("off-screen pictures", ok)]
+    assert rows[1].remedy == remedy
+    ended = doctor._rows("pictures", lines_of(there, begun, doctor_probes.row("off-screen pictures", "EGL")), "")
+    assert [(row.name, row.ok) for row in ended] == [("pyvista, VTK", True), ("off-screen pictures", True)]
+
+
+def test_rows_found_before_the_time_was_out_are_kept():
+    there, absent = doctor_probes.row("numpy", "1.26"), doctor_probes.row("scipy", "not installed", False, "make setup")
+    rows = {row.name: row for row in doctor._rows("python", lines_of(there, absent), None)}
+    assert [row.ok for row in rows.values()] == [True, False, None]
+    assert rows["scipy"].remedy == "make setup"
+    assert rows["Python packages"].remedy == ""
 
 
 def test_vtk_that_crashes_while_it_renders_is_a_row(tmp_path, monkeypatch):
     body = "import os, signal\n__version__ = '0'\ndef Plotter(**_): os.kill(os.getpid(), signal.SIGSEGV)\n"
     _pretend(tmp_path, monkeypatch, "pyvista", body)
-    rows = {entry.name: entry for entry in doctor._probe("pictures")}
+    rows = {entry.name: entry for entry in looked_at("pictures")}
     assert not rows["off-screen pictures"].ok
     assert "libegl1" in rows["off-screen pictures"].remedy
 
@@ -142,7 +195,7 @@ def test_vtk_that_crashes_while_it_renders_is_a_row(tmp_path, monkeypatch):
 def test_a_compiler_that_is_absent_or_fails(monkeypatch):
     for command in ("no-such-compiler", "false"):
         monkeypatch.setenv("CC", command)
-        (row,) = doctor._probe("compiler")
+        (row,) = looked_at("compiler")
         assert not row.ok
         assert "gcc" in row.remedy
 
@@ -160,7 +213,7 @@ ILL = doctor.Diagnosis((doctor.Row("a [b]", "1.0", True), doctor.Row("dolfinx", 
 
 @pytest.mark.parametrize("markup", [True, False])
 def test_the_report_and_its_exit_code(monkeypatch, markup):
-    monkeypatch.setattr(doctor, "diagnose", lambda: ILL)
+    monkeypatch.setattr(doctor, "diagnose", lambda say: ILL)
     text = io.StringIO()
     assert doctor.main(Console(file=text, width=100, markup=markup)) == 3
     assert "a [b]" in text.getvalue()
@@ -169,8 +222,34 @@ def test_the_report_and_its_exit_code(monkeypatch, markup):
 
 
 def test_json_is_the_same_in_machine_form(monkeypatch, capsys):
-    monkeypatch.setattr(doctor, "diagnose", lambda: ILL)
+    monkeypatch.setattr(doctor, "diagnose", lambda say: ILL)
     assert doctor.main(Console(), as_json=True) == 3
     seen = json.loads(capsys.readouterr().out)
     assert seen["ok"] is False
     assert seen["rows"][1] == {"name": "dolfinx", "what": "not installed", "ok": False, "remedy": "apt-get [x]"}
+
+
+def test_slow_is_said_without_a_remedy(monkeypatch, capsys):
+    slow = doctor.Diagnosis((doctor.Row("numpy", "1.26", True), doctor.Row("dolfinx", "no answer within 3 s", None)))
+    monkeypatch.setattr(doctor, "diagnose", lambda say: slow)
+    text = io.StringIO()
+    assert doctor.main(Console(file=text, width=100)) == 1
+    assert "dolfinx: no answer within 3 s" in text.getvalue()
+    assert "mend" not in text.getvalue()
+    assert doctor.main(Console(), as_json=True) == 1
+    assert [row["ok"] for row in json.loads(capsys.readouterr().out)["rows"]] == [True, None]
+
+
+def test_an_interrupted_look_leaves_no_process(tmp_path, monkeypatch):
+    _pretend(tmp_path, monkeypatch, "cyipopt", "import time; time.sleep(600)")
+    monkeypatch.setattr(doctor, "SLOW", 0.0)
+    begun = []
+    start = doctor.subprocess.Popen
+    monkeypatch.setattr(doctor.subprocess, "Popen", lambda *a, **k: begun.append(start(*a, **k)) or begun[-1])
+
+    def interrupt(words):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        doctor._look(["ipopt"], interrupt)
+    assert [process.returncode for process in begun] == [-9]

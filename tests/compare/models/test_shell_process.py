@@ -24,6 +24,7 @@ from compare.studies import compare as comparison
 from compare.studies.compare import compare
 from shellref.shell.options import ShellOptions
 from shellref.shell.surface import ShellSurface
+from tests.patience import PATIENCE
 
 SMALL = {"shell.width_to_thickness": [50], "shell.elements": [12, 2]}
 KEY = case_key("a case")
@@ -67,24 +68,30 @@ def test_an_unfinished_case_with_nothing_in_it_is_not_kept(tmp_path):
 
 
 def test_one_at_a_time_works_on_a_case(tmp_path):
-    """Eight threads, each with a lock of its own: never two inside, and whoever waits says so."""
+    """Eight threads, each with a lock of its own: never two inside, and whoever waits says so. The first stays until
+    all others wait."""
     inside, most, waited = [], [], []
+    others_wait = threading.Event()
+
+    def wait(number):
+        waited.append(number)
+        if len(waited) == 7:
+            others_wait.set()
 
     def work(number):
-        with CaseStore(tmp_path).unfinished(KEY, lambda: waited.append(number)):
+        with CaseStore(tmp_path).unfinished(KEY, lambda: wait(number)):
             inside.append(number)
             most.append(len(inside))
-            time.sleep(0.03)
+            assert others_wait.wait(PATIENCE)
             inside.remove(number)
 
     threads = [threading.Thread(target=work, args=(number,)) for number in range(8)]
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(timeout=20)
+        thread.join(timeout=PATIENCE)
     assert most == [1] * 8
-    assert waited
-    assert len(set(waited)) == len(waited)
+    assert len(set(waited)) == len(waited) == 7
 
 
 def test_a_child_that_inherits_the_lock_holds_the_case(tmp_path):
@@ -230,15 +237,14 @@ def test_a_killed_compare_goes_on_from_its_checkpoint(tmp_path):
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     process = subprocess.Popen(command, env=environment)
     kept = tmp_path / "cases" / ".unfinished"
-    end = time.monotonic() + 60
     logs: list = []
-    while time.monotonic() < end and process.poll() is None:
+    while process.poll() is None:
         logs = [path for path in kept.glob("*/path/steps.jsonl") if path.read_text().count("\n") >= 2]
         if logs and (logs[0].parent / "checkpoint.npz").exists():
             break
         time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
-    assert process.wait(timeout=20) == -signal.SIGKILL
+    assert process.wait(timeout=PATIENCE) == -signal.SIGKILL
     assert logs, "the shell was never at work"
     first = json.loads(logs[0].read_text().splitlines()[0])
     assert subprocess.run(command, env=environment, check=False).returncode == 0
@@ -265,7 +271,7 @@ def test_two_runs_of_one_case_make_it_once(tmp_path):
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(timeout=60)
+        thread.join(timeout=PATIENCE)
     assert sorted(case.reused for case in found) == [False, True]
     assert found[0].data == found[1].data
     assert "another run works on this case: waiting for it" in said

@@ -14,8 +14,9 @@ import subprocess
 import time
 from pathlib import Path
 
+from tests.patience import PATIENCE
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-PATIENCE = 60.0
 
 
 class Browser:
@@ -66,7 +67,7 @@ class Browser:
             self.process.wait()
             os.close(self._to)
             os.close(self._from)
-            end = time.monotonic() + 10
+            end = time.monotonic() + PATIENCE
             while self.processes() and time.monotonic() < end:
                 time.sleep(0.05)
 

@@ -19,11 +19,13 @@ from compare.export.formats import COLOURED_BY, pvd_bytes
 from compare.export.gltf import glb_bytes, turn
 from compare.export.source import FORMATS, chosen, read_source
 from compare.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
+from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.scene.scene import load, loads
-from compare.studies.compare import Grid
 from tests.compare.scene import held_scenes
+from tests.energy_integrals import over_s, over_surface
 
 SCALARS = {"S", "v", "ruling_foot", "segment", "omega", "eta", "energy_density"}
 VECTORS = {"ruling", "tangent", "width_direction", "normal"}
@@ -48,7 +50,7 @@ def surface(solved):
     """The surface as the solver has it, on the grid of the export."""
     scene = load("coil_10_100")
     grid = Grid.for_shape(scene, float(np.abs(solved.omega(np.linspace(0, 1, 2001))).max()))
-    points = grid.ribbon(solved)
+    points = grid.of(RibbonShape(solved))
     return grid, points.reshape(-1, 3), export_ribbon.fields(solved, grid.s, grid.v)
 
 
@@ -69,34 +71,12 @@ def test_the_files_of_an_export(made):
 
 
 @pytest.mark.parametrize(("name", "energy"), [("coil_10_100", "sadowsky"), ("curl_4_3", "wunderlich")])
-def test_energy_per_length_integrates_to_the_elastic_energy(name, energy):
+def test_energy_per_length_and_per_area_integrate_to_the_elastic_energy(name, energy):
     scene = load(name)
     e = solve_scene(scene, "ribbon").native
     assert e.problem.energy == energy
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    lengths = e.problem.lengths
-    starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
-    s = (starts[:, None] + lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
-    total = (0.5 * lengths[:, None] * weights).ravel() @ export_ribbon.line_density(e, s)
-    assert total == pytest.approx(e.energy.elastic, rel=1e-9)
-
-
-@pytest.mark.parametrize("name", ["coil_10_100", "curl_4_3"])
-def test_energy_per_area_integrates_to_the_elastic_energy(name):
-    """Over (s, v) with dS dv = (1 + v eta') ds dv: every ruling of the strip, energy in D = w / l times D w / l."""
-    scene = load(name)
-    e = solve_scene(scene, "ribbon").native
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    lengths, width = e.problem.lengths, scene.width / scene.strip.length
-    starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
-    s = (starts[:, None] + lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
-    by_s = (0.5 * lengths[:, None] * weights).ravel()
-    slope = np.repeat(e.parameters[:, 2], len(nodes))
-    total = 0.0
-    for node, weight in zip(nodes, weights, strict=True):
-        v = np.full(len(s), 0.5 * width * node)
-        total += 0.5 * width * weight * (by_s * (1.0 + v * slope)) @ export_ribbon.area_density(e, s, v)
-    assert total == pytest.approx(width * e.energy.elastic, rel=1e-6)
+    assert over_s(e) == pytest.approx(e.energy.elastic, rel=1e-9)
+    assert over_surface(e) == pytest.approx(e.energy.elastic, rel=1e-6)
 
 
 def test_the_exported_energy_density_integrates_over_the_triangles(made, solved):

@@ -7,18 +7,7 @@ import json
 import pytest
 
 from compare.errors import BadInput
-from compare.page.page import (
-    PAGE,
-    Page,
-    Picture,
-    Surface,
-    Table,
-    again,
-    as_markdown,
-    read_page,
-    right_aligned,
-    write_page,
-)
+from compare.page.page import PAGE, Page, Picture, Surface, Table, as_markdown, read_page, right_aligned, write_page
 from compare.page.page import markdown_text as literal
 
 
@@ -76,9 +65,3 @@ def test_text_and_sides():
 def test_markdown_takes_words_literally():
     assert literal("a\n b") == "a b"
     assert literal("<script> & ![x](y) `c` *d*") == "&lt;script> &amp; !\\[x](y) \\`c\\` \\*d\\*"
-
-
-def test_the_command_that_makes_it_again():
-    assert again("solve", "curl_4_3") == "ribbonbench solve curl_4_3"
-    command = again("shell", "/elsewhere/my scene.toml", ["strip.gamma=5", "shell.elements=[4, 2]"], "--plain")
-    assert command == "ribbonbench shell 'my scene.toml' --set strip.gamma=5 --set 'shell.elements=[4, 2]' --plain"

@@ -12,8 +12,8 @@ from matplotlib.image import imread
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.export.vtu import Sheet, write_vtu
+from compare.page.drawing import save
 from compare.page.page import PAGE, Page, Picture, Surface, Table, read_page, write_page
-from compare.pictures.drawing import save
 from compare.report import surfaces as report_surfaces
 from compare.report.folders import folders_of
 from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
@@ -360,7 +360,6 @@ def test_solve_leaves_a_page(capsys, tmp_path):
     assert main(["solve", "coil_10_100", "--out", str(tmp_path / "o"), "--set", "strip.gamma=90"]) == DONE
     assert "ribbonbench report" in capsys.readouterr().out
     page = read_page(tmp_path / "o")
-    assert page.again == "ribbonbench solve coil_10_100 --set strip.gamma=90"
     assert page.command == "solve"
     assert page.up == tuple(read_json(tmp_path / "o" / "result.json")["provenance"]["scene"]["gravity"]["up"])
     assert dict(page.tables[0].rows)["status"].startswith("converged")
@@ -378,7 +377,6 @@ def test_an_elastica_has_a_page_without_surfaces(tmp_path):
     out = tmp_path / "o"
     assert main(["solve", str(path), "--out", str(out), "--quiet"]) == DONE
     page = read_page(out)
-    assert page.again == "ribbonbench solve mine.toml"
     assert page.surfaces == ()
     assert main(["report", str(out), "--quiet"]) == DONE
     text = (out / "report.html").read_text()

@@ -107,7 +107,7 @@ def test_frames_turn_at_a_constant_rate_about_a_fixed_axis(end, angle):
         np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-15)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10**6), st.floats(0.0, 1.0))
 def test_the_shortest_rotation_between_any_two_frames(seed, t):
     """Orthonormal and right-handed everywhere; the two parts of the way add up to the whole, at most half a turn."""

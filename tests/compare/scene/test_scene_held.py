@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from compare.errors import BadInput
-from compare.scene.scene import ClampSpec, ClosureSpec, WallSpec, load, loads
+from compare.scene.scene import load, loads
+from compare.scene.spec import ClampSpec, ClosureSpec, WallSpec
 from tests.compare.scene.scene_texts import PLANAR, fault, text
 
 NO_START = {f"clamp.start.{key}": None for key in ("position", "tangent", "normal")}

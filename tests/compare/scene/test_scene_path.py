@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from compare.errors import BadInput
-from compare.scene.scene import StageSpec, loads
+from compare.scene.scene import loads
+from compare.scene.spec import StageSpec
 from tests.compare.scene.scene_texts import fault, text
 
 END = {

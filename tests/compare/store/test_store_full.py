@@ -108,13 +108,14 @@ while True:
 
 def test_killed_in_mid_write_every_case_is_whole_or_absent(tmp_path):
     rng = random.Random(1)
-    finished = 0
-    for _ in range(8):
+    finished = kills = 0
+    while kills < 8 or not finished:  # on a busy machine the first ones may come before anything is written
+        kills += 1
         process = subprocess.Popen(
             [sys.executable, "-c", WRITER, str(tmp_path), str(finished)], stdout=subprocess.PIPE, text=True
         )
         assert process.stdout.readline() == "go\n"
-        time.sleep(rng.uniform(0.0, 0.06))
+        time.sleep(rng.uniform(0.0, 0.0075 * kills))
         process.send_signal(signal.SIGKILL)
         process.wait()
         process.stdout.close()
@@ -124,7 +125,6 @@ def test_killed_in_mid_write_every_case_is_whole_or_absent(tmp_path):
             finished += 1
         folders = [p for p in tmp_path.iterdir() if not p.name.startswith(".")]
         assert len(folders) == finished
-    assert finished > 0
     CaseStore(tmp_path).put(case_key("last"), write)
     assert list((tmp_path / ".partial").iterdir()) == []
 

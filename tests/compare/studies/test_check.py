@@ -255,8 +255,6 @@ def test_the_command(compared, tmp_path, capsys, bound, code):
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["status"] == {"0.03": "agreed", "0.021": "undecided", "0.01": "disproved"}[bound]
     assert result["pins"][0]["claims"][0]["value"] == 0.02
-    page = json.loads((tmp_path / "page.json").read_text())
-    assert page["again"] == f"ribbonbench check curl_4_3 --distance {bound} --width-to-thickness 100"
     assert str(tmp_path) not in (tmp_path / "page.json").read_text()
 
 

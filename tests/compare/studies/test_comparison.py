@@ -11,11 +11,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compare.export import surfaces as export
+from compare.export.ribbon import centreline_csv
+from compare.export.surfaces import write_surface
 from compare.measure.align import aligned
 from compare.measure.distance import centreline_distance
+from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.base import Options
+from compare.models.ribbon import RibbonModel
+from compare.models.shell import coarser
+from compare.models.shell_build import natural_constant
 from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.page import read_page
 from compare.pages import compare as report
@@ -26,16 +31,7 @@ from compare.pictures import ribbon as profile
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, jsonable
-from compare.studies.compare import (
-    Comparison,
-    Grid,
-    Row,
-    coarser,
-    compare,
-    fit_slope,
-    natural_constant,
-    ribbon_discretisation_error,
-)
+from compare.studies.compare import Comparison, Row, compare, fit_slope
 from ribbon.find.solve import solve
 from shellref.shell.surface import ShellSurface
 from tests.compare.scene import held_scenes
@@ -85,7 +81,7 @@ class Shells:
 @pytest.fixture
 def made(tmp_path, monkeypatch):
     def run(failing=(), assignments=None) -> Comparison:
-        monkeypatch.setattr("compare.studies.compare.run_shell", Shells(tmp_path, failing))
+        monkeypatch.setattr("compare.models.shell.run_shell", Shells(tmp_path, failing))
         scene = load("curl_4_3").replace({"shell.width_to_thickness": [10, 20, 100], **(assignments or {})})
         return compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
 
@@ -100,10 +96,10 @@ def test_rows_carry_three_lengths_and_the_slope_is_found(made):
         assert row.centreline == pytest.approx(0.1 / ratio, abs=5e-6)  # the stored shell is interpolated
         assert 0.2 * row.centreline < row.hausdorff <= row.centreline * 1.01
         assert row.shell_error == pytest.approx(1e-5, rel=0.7)
-        assert row.ribbon_error == found.ribbon_error > 0
+        assert row.ribbon_error == found.fast.error > 0
         assert row.claimed
-        assert row.energy["elastic_ribbon"] == pytest.approx(12.3 - 50.0)
-        assert row.ratio == pytest.approx(5.0 / found.ribbon.warm)
+        assert row.energy.elastic == pytest.approx(12.3 - 50.0)
+        assert row.ratio == pytest.approx(5.0 / found.fast.seconds.warm)
     assert found.slope.value == pytest.approx(1.0, abs=0.05)
     assert found.slope.rows == 3
 
@@ -115,14 +111,14 @@ def test_a_failed_shell_is_a_row_with_its_status_and_stops_nothing(made, tmp_pat
     assert (failed.status, failed.hausdorff, failed.claimed) == ("not_converged", None, False)
     assert found.slope.rows == 2
     assert any("stopped at load 0.4" in sentence for sentence in tables.verdict(found))
-    page = report.write(tmp_path / "out", found)
+    page = report.write(tmp_path / "out", found, "")
     assert "not_converged" in page.read_text()
     assert not (tmp_path / "out" / "shell_w20.vtu").exists()
 
 
 def test_no_difference_is_claimed_below_the_errors(made):
     found = made(assignments={"shell.width_to_thickness": [10, 100000]})
-    assert found.ribbon_error > 1e-4
+    assert found.fast.error > 1e-4
     assert found.rows[0].claimed
     assert not found.rows[1].claimed
     assert found.slope is None
@@ -188,7 +184,7 @@ def test_result_json_keeps_the_contract(made):
 def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
     out = tmp_path / "out"
     found = made()
-    page = report.write(out, found).read_text()
+    page = report.write(out, found, "").read_text()
     names = {path.name for path in out.iterdir()}
     wanted = {"report.md", "report.html", "page.json", "surfaces.png", "ribbon.npz", "result.json", "table.csv",
               "table.md", "convergence.png", "shapes.png", "ribbon.png",
@@ -213,9 +209,9 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
 
 def test_surfaces_read_back(made, tmp_path):
     found = made()
-    export.write_ribbon(tmp_path / "r.vtu", found.ribbon.equilibrium, found.grid)
+    write_surface(tmp_path / "r.vtu", found.fast.shape, found.grid)
     mesh = meshio.read(tmp_path / "r.vtu")
-    points = found.grid.ribbon(found.ribbon.equilibrium).reshape(-1, 3)
+    points = found.grid.of(found.fast.shape).reshape(-1, 3)
     assert np.abs(mesh.points - points).max() == 0
     assert mesh.cells_dict["triangle"].max() == len(points) - 1
     for name in ("S", "v", "omega", "eta", "ruling_foot", "ruling", "normal"):
@@ -223,8 +219,8 @@ def test_surfaces_read_back(made, tmp_path):
     on_axis = mesh.point_data["v"] == 0
     assert on_axis.sum() == found.grid.s.size
     assert np.abs(mesh.point_data["ruling_foot"][on_axis] - mesh.point_data["S"][on_axis]).max() < 1e-14
-    line = np.loadtxt(io.StringIO(export.centreline_csv(found.ribbon.equilibrium)), delimiter=",", skiprows=1)
-    assert np.allclose(line[:, 1:4], found.ribbon.equilibrium.position(line[:, 0]), atol=1e-11)
+    line = np.loadtxt(io.StringIO(centreline_csv(found.fast.native)), delimiter=",", skiprows=1)
+    assert np.allclose(line[:, 1:4], found.fast.native.position(line[:, 0]), atol=1e-11)
 
 
 def test_rendering_falls_back_when_vtk_cannot(made, tmp_path, monkeypatch):
@@ -242,15 +238,14 @@ def test_the_ribbons_error_is_not_underestimated(elements, grading):
         {"strip.gamma": 1e4, "model.elements": elements, "model.grading": grading, "shell.width_to_thickness": 100}
     )
     elastica = solve_scene(scene, "elastica", options=Options(error=True))
-    assert elastica.result.error < 1e-6
-    e = solve_scene(scene, "ribbon").native
+    assert elastica.error < 1e-6
+    ribbon = solve_scene(scene, "ribbon")
     grid = Grid.for_shape(scene, 150.0)
-    estimate = ribbon_discretisation_error(e, grid, Reporter(quiet=True))
-    true = centreline_distance(e.position(grid.s), elastica.centreline(grid.s))
-    surface = grid.ribbon(e)[:, grid.v.size // 2]
-    gap = min(
-        true, np.linalg.norm(surface[:, None, :] - elastica.centreline(np.linspace(0, 1, 4001)), axis=2).min(1).max()
-    )
+    estimate = RibbonModel().error(ribbon, None, grid)
+    line = elastica.shape.centreline
+    true = centreline_distance(ribbon.shape.centreline(grid.s), line(grid.s))
+    surface = grid.of(ribbon.shape)[:, grid.v.size // 2]
+    gap = min(true, np.linalg.norm(surface[:, None, :] - line(np.linspace(0, 1, 4001)), axis=2).min(1).max())
     assert 0.9 * gap - 2e-6 < estimate < 3.0 * true + 2e-6
 
 
@@ -261,12 +256,12 @@ def test_a_ribbon_on_a_saddle_claims_nothing(made, tmp_path):
         "strip.natural_curvature": [-0.35, -0.49], "model.grading": "uniform",
     }  # fmt: skip
     found = made(assignments=keys)
-    assert found.ribbon.equilibrium.status.code == "saddle"
+    assert found.fast.word == "saddle"
     assert not found.ok
-    assert found.ribbon_error is None
+    assert found.fast.error is None
     assert not any(r.claimed for r in found.rows)
     assert any("discretisation error is unknown" in sentence for sentence in tables.verdict(found))
-    assert report.write(tmp_path / "out", found).exists()
+    assert report.write(tmp_path / "out", found, "").exists()
     assert comparison_result(found)["complete"] is False
 
 
@@ -307,17 +302,17 @@ def test_a_clipped_wall_covers_the_box_and_lies_in_its_plane():
 def test_free_motions_are_no_distance():
     """A ring that nothing holds, turned and moved; a strip on a floor, moved along it; a clamped one, not moved."""
     turn = Rotation.from_rotvec([0.3, -0.2, 0.5])
-    ring = solve_scene(loads(held_scenes.CIRCLE), "ribbon").native
-    points = ring.surface(100, 4).grid
+    ring = solve_scene(loads(held_scenes.CIRCLE), "ribbon")
+    points = ring.native.surface(100, 4).grid
     moved = turn.apply(points.reshape(-1, 3)).reshape(points.shape) + np.array([0.1, 0.2, 0.3])
-    assert np.abs(aligned(moved, points, ring) - points).max() < 1e-12
+    assert np.abs(aligned(moved, points, ring.motions) - points).max() < 1e-12
     lying = loads(held_scenes.CIRCLE.replace("poisson = 0.3", "poisson = 0.3\ngamma = 5.0") + FLOOR_BELOW)
-    e = solve_scene(lying, "ribbon").native
-    points = e.surface(100, 4).grid
+    e = solve_scene(lying, "ribbon")
+    points = e.native.surface(100, 4).grid
     spun = Rotation.from_rotvec([0.0, 0.0, 0.4]).apply(points.reshape(-1, 3)).reshape(points.shape)
-    assert np.abs(aligned(spun + np.array([0.1, -0.2, 0.0]), points, e) - points).max() < 1e-12
-    lifted = aligned(points + np.array([0.0, 0.0, 0.01]), points, e)
+    assert np.abs(aligned(spun + np.array([0.1, -0.2, 0.0]), points, e.motions) - points).max() < 1e-12
+    lifted = aligned(points + np.array([0.0, 0.0, 0.01]), points, e.motions)
     assert np.abs(lifted - points).max() == pytest.approx(0.01)
-    clamped = solve_scene(load("curl_4_3"), "ribbon").native
+    clamped = solve_scene(load("curl_4_3"), "ribbon").motions
     assert aligned(points + 0.1, points, clamped) is not points
     assert np.array_equal(aligned(points + 0.1, points, clamped), points + 0.1)

@@ -1,7 +1,11 @@
-"""What accuracy costs: front and interpolation on made-up marks, ladders of real runs, bad input, the command."""
+"""What accuracy costs: front and interpolation on made-up marks, ladders of real runs, bad input, the command.
+
+What is inside the clocks: test_cost_clock.py.
+"""
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -9,19 +13,22 @@ import numpy as np
 import pytest
 
 from compare.cli import main
+from compare.measure.distance import grid_hausdorff
 from compare.measure.front import Mark, front, reach
+from compare.models import solve
 from compare.page.page import read_page
 from compare.pages import cost as cost_write
-from compare.scene.scene import load
+from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.studies.cost import available, measure
-from compare.studies.cost_plan import Cost, Plan, Reference, Row
-from compare.studies.cost_runs import Kept, Run, repeated, sized
-from compare.studies.cost_start import seconds_of_first
+from compare.studies.cost_plan import Cost, Plan, Reference, Row, chosen, families
+from compare.studies.cost_runs import Finest, Kept, Run
+from tests.compare.scene.scene_texts import PLANAR, text
+from tests.compare.studies.outside import SIZES, Apart, Arc, ArcShape, Coarse, registered
 
 QUICK = Plan(
     solvers=("chained", "mixed", "elastica"), segments=(5, 10, 20), elastica_elements=(5, 10), reference="ribbon",
-    repeats=2,
+    repeats=2, budget=1e9,
 )  # fmt: skip
 
 
@@ -59,7 +66,8 @@ def test_runs_off_the_front_do_not_count():
 
 
 def run(solver, label, seconds, points=None, ok=True, **changes) -> Run:
-    return Run(solver, label, 10, "converged" if ok else "not_converged", ok, seconds, None, points, **changes)
+    status = "converged" if ok else "not_converged"
+    return Run(solver, label, 10, status, ok, seconds, None, points, **{"model": "ribbon", **changes})
 
 
 def made(rows, plan=QUICK, common="shell") -> Cost:
@@ -152,7 +160,7 @@ def test_errors_fall_with_the_order_of_each_solver(flat):
         orders = np.log2(np.array(errors[:-1]) / errors[1:])
         assert np.all(np.abs(orders - order) < 0.5), (solver, orders)
     assert all(r.shown for r in cost.rows)
-    assert all(r.run.warm > 0 and len(r.run.seconds) == 2 for r in cost.rows)
+    assert all(len(r.run.seconds) == 2 for r in cost.rows)
 
 
 def test_the_models_agree_where_they_are_one_and_their_references_state_errors(flat):
@@ -177,6 +185,7 @@ def test_finished_runs_are_found_again_and_fresh_ones_made(flat):
     cost, folder = flat
     plan = replace(QUICK, segments=(5, 20), solvers=("chained",))
     again = measure(load("cantilever"), plan, folder, Reporter(quiet=True))
+    assert len(again.references) == 1
     assert [r.run.label for r in again.rows] == ["5", "20"]
     assert all(r.run.reused for r in again.rows)
     before = [r for r in cost.rows if r.run.solver == "chained" and r.run.label in ("5", "20")]
@@ -199,9 +208,19 @@ def test_an_interrupted_ladder_loses_nothing_that_was_finished(tmp_path):
     assert found.reused
     assert found.seconds == (1.0, 2.0)
     assert found.points.shape == (2, 2, 3)
+    with pytest.raises(KeyboardInterrupt):
+        Kept(tmp_path).finest(["a"], stopped)
+    fine = Finest(run("ribbon", "80 segments", (), np.ones((2, 2, 3))), 1e-6, "160 segments", run("x", "5", (1.0,)))
+    Kept(tmp_path).finest(["a"], lambda: fine)
+    kept = Kept(tmp_path).finest(["a"], stopped)
+    assert (kept.error, kept.checked, kept.against.seconds) == (1e-6, "160 segments", (1.0,))
+    assert kept.run.points.shape == (2, 2, 3)
     without = Kept(tmp_path).run(["c"], lambda: run("chained", "5", ()))
     assert without.points is None
     assert Kept(tmp_path).run(["c"], stopped).warm is None
+    Kept(tmp_path).run(["d"], lambda: replace(run("shell", "5 x 2", (), ok=False), status="crashed"))
+    with pytest.raises(KeyboardInterrupt):  # a process that died is tried again
+        Kept(tmp_path).run(["d"], stopped)
 
 
 def test_an_unstable_size_is_a_row_without_a_mark(flat):
@@ -212,41 +231,167 @@ def test_an_unstable_size_is_a_row_without_a_mark(flat):
     assert any("chained 5 (saddle)" in text for text in cost_write.sentences(changed))
 
 
-def test_repeats_are_as_many_as_asked_for():
-    calls = []
-    result, times = repeated(lambda: calls.append(1) or len(calls), 3)
-    assert (result, len(times), len(calls)) == (4, 3, 4)  # one more beforehand loads what is to be loaded
-
-
 def test_the_placed_ribbon_reaches_its_tolerance(tmp_path):
-    plan = Plan(solvers=("placed",), segments=(40,), tolerances=(1e-2, 1e-4), repeats=1, reference="own")
+    plan = Plan(
+        solvers=("mixed", "placed"), segments=(40,), tolerances=(1e-2, 1e-4), repeats=1, reference="own", budget=1e9
+    )
     cost = measure(load("curl_4_3"), plan, tmp_path, Reporter(quiet=True))
-    assert [r.error < t for r, t in zip(cost.rows, (1e-2, 1e-4), strict=True)] == [True, True]
+    placed = [r for r in cost.rows if r.run.solver == "placed"]
+    assert [r.error < t for r, t in zip(placed, (1e-2, 1e-4), strict=True)] == [True, True]
     assert cost.common is None
     assert all(r.distance is None for r in cost.rows)
 
 
-def test_sizes_replace_what_the_scene_says():
-    scene = load("curl_4_3")
-    assert len(sized(scene, "mixed", 40).model.lengths) == 40
-    assert sized(scene, "mixed", 40).model.formulation == "mixed"
-    placed = sized(scene, "placed", 1e-3)
-    assert placed.model.tolerance == 1e-3
-    assert len(sized(placed, "chained", 10).model.lengths) == 10
+def test_sizes_of_the_plan_are_those_of_its_ladders():
+    plan = Plan(
+        segments=(20, 5), tolerances=(1e-4, 1e-2), meshes=((50, 4), (10, 2)), elastica_elements=(7,), ratio=50.0
+    )
+    found, _ = chosen(load("cantilever"), plan)
+    values = {entry.ladder.name: [size.values for size in entry.ladder.sizes] for entry in found}
+    assert values == {
+        "chained": [(5,), (20,)], "mixed": [(5,), (20,)], "placed": [(1e-2,), (1e-4,)],
+        "elastica 1": [(7,)], "elastica 2": [(7,)], "elastica 3": [(7,)], "shell": [(10, 2), (50, 4)],
+    }  # fmt: skip
+    assert [e.ladder.sizes[0].degree for e in found if e.model.name == "elastica"] == [1, 2, 3]
+    assert found[-1].scene.require_shell() == (50.0,)
+    usual, _ = chosen(load("cantilever"), Plan(solvers=("elastica",)))
+    assert [e.ladder for e in usual] == list(usual[0].model.ladders(load("cantilever")))
 
 
 def test_a_band_has_no_chained_ribbon_and_no_shell():
     found, why = available(load("moebius_6_1"), Plan(solvers=("chained", "mixed", "shell", "elastica")))
     assert found == ("mixed",)
-    assert len(why) == 3
-    assert "closed bands" in why[0]
+    assert [text.split(":")[0] for text in why] == ["chained", "elastica", "shell"]
+    assert families(load("moebius_6_1")) == ("chained", "mixed", "placed", "elastica", "shell")
 
 
-def test_a_first_call_in_a_fresh_process_is_timed():
-    text = load("cantilever").to_toml()
-    request = {"scene": text, "solver": "elastica", "elements": 5, "degree": 2, "formulation": ""}
-    assert seconds_of_first(request) > 0.0
-    assert seconds_of_first({**request, "scene": "nothing"}) is None
+# -- one truth --------------------------------------------------------------------------------------------------------
+
+#: Two level clamps 0.8 apart in a plane: [6, -12, 6] bends it down, the natural shape's way leads up.
+BOWED = {
+    "strip.natural_curvature": "0.0", "strip.gamma": "1.0", "strip.width": "0.05",
+    "clamp.end.position": "[0.0, 0.0, 0.8]", "clamp.end.tangent": "[0.0, 0.0, 1.0]",
+    "clamp.end.normal": "[1.0, 0.0, 0.0]", "seed.curvature": "[6.0, -12.0, 6.0]",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def bowed(tmp_path_factory):
+    scene = loads(text(PLANAR, BOWED))
+    plan = Plan(
+        solvers=("mixed", "elastica"), segments=(10, 20), elastica_elements=(10, 20), reference="ribbon", repeats=1
+    )
+    return measure(scene, plan, tmp_path_factory.mktemp("bowed"), Reporter(quiet=True))
+
+
+def test_all_models_are_on_the_branch_of_the_seed(bowed):
+    """The elastica from the natural shape, whatever the seed, is 0.53 l away, with an energy of 8.45605."""
+    assert {r.model for r in bowed.rows} == {"ribbon", "elastica"}
+    assert bowed.ok
+    for row in bowed.rows:
+        assert row.distance < 2e-2, row.label
+        if row.run.solver != "elastica 1":  # too coarse an energy
+            assert row.run.energy == pytest.approx(8.18973, abs=0.05), row.label
+    finest = [r for r in bowed.rows if r.run.solver == "elastica 3"][-1]
+    assert finest.run.energy == pytest.approx(8.189728, abs=1e-6)  # as `ribbonbench solve` has it
+    assert finest.distance < 2e-5
+    assert cost_write.plateau(bowed, "elastica") is None or cost_write.plateau(bowed, "elastica") < 1e-5
+
+
+def test_a_first_call_that_needs_another_models_shape_is_left_out(bowed):
+    assert [start.solver for start in bowed.starts] == ["mixed"]
+    assert any(words.startswith("first calls of elastica:") for words in bowed.left_out)
+
+
+@pytest.mark.parametrize("which", ["flat", "bowed"])
+def test_runs_are_what_solve_finds(which, request):
+    """End, middle and energy of every run: the scene's own solve of that model and size, which knows of no bench."""
+    found = request.getfixturevalue(which)
+    cost = found[0] if which == "flat" else found
+    assert len(cost.rows) >= 8
+    for row in cost.rows:
+        state = solve(cost.scene, row.model, size=row.run.size)
+        line = row.run.points[:, row.run.points.shape[1] // 2]
+        assert row.run.energy == pytest.approx(state.energy.total, rel=1e-8), row.label
+        assert line[-1] == pytest.approx(state.end.position, abs=1e-7), row.label
+        assert line[line.shape[0] // 2] == pytest.approx(state.middle.position, abs=1e-7), row.label
+        assert row.run.status == state.word
+
+
+# -- a model from outside ---------------------------------------------------------------------------------------------
+
+
+def test_a_model_from_outside_is_measured_like_the_others(tmp_path):
+    """Its errors are the distances to its limit; its reference is refined, its first call a process."""
+    scene = load("cantilever")
+    with registered(tmp_path / "site", Arc):
+        assert families(scene)[-1] == "arc"
+        plan = Plan(solvers=("mixed", "arc"), segments=(5, 10), repeats=1, reference="ribbon")
+        cost = measure(scene, plan, tmp_path / "cases", Reporter(quiet=True))
+    assert "arc" not in families(scene)
+    mine = [r for r in cost.rows if r.model == "arc"]
+    assert [r.run.label for r in mine] == ["4", "8", "16", "32"]
+    exact = cost.grid.of(ArcShape(10**6, scene.position, scene.frame, 1.0))
+    true = {
+        n: grid_hausdorff(cost.grid.of(ArcShape(n, scene.position, scene.frame, 1.0)), exact) for n in (*SIZES, 128)
+    }
+    assert [r.error for r in mine] == pytest.approx([true[n] for n in SIZES], rel=1e-1)
+    assert np.log2([a.error / b.error for a, b in itertools.pairwise(mine)]) == pytest.approx([2.0] * 3, abs=0.2)
+    reference = cost.reference_of("arc")
+    assert (reference.what, reference.checked) == ("128", "256")
+    assert reference.error == pytest.approx(true[128], rel=2e-2)
+    assert [s.solver for s in cost.starts] == ["mixed", "arc"]
+    assert all(r.distance > 0.01 for r in mine)  # another model
+    assert cost.ok
+    assert cost_write.result(cost)["cost"]["rows"][-1]["solver"] == "arc"
+    assert "arc" in " ".join(cost_write.sentences(cost))
+    assert cost_write.picture(tmp_path / "c.png", cost).exists()
+
+
+def test_a_model_that_does_not_refine_is_checked_by_the_size_before(tmp_path):
+    scene = load("cantilever")
+    with registered(tmp_path / "site", Coarse):
+        plan = Plan(solvers=("coarse",), repeats=1, reference="coarse")
+        cost = measure(scene, plan, tmp_path / "cases", Reporter(quiet=True))
+    reference = cost.reference_of("coarse")
+    assert (reference.what, reference.checked) == ("32", "16")
+    sizes = [cost.grid.of(ArcShape(n, scene.position, scene.frame, 1.0)) for n in (16, 32)]
+    assert reference.error == pytest.approx(grid_hausdorff(*sizes), rel=1e-9)
+    assert cost.rows[-1].shown is False
+
+
+def test_a_model_in_its_own_processes_is_run_again_and_brings_its_first_calls(tmp_path):
+    scene = load("cantilever")
+    plan = Plan(solvers=("apart",), repeats=3, reference="own")
+    with registered(tmp_path / "site", Apart):
+        Apart.calls = 0
+        cost = measure(scene, plan, tmp_path / "cases", Reporter(quiet=True))
+        calls = Apart.calls
+        again = measure(scene, plan, tmp_path / "cases", Reporter(quiet=True))
+        assert Apart.calls == calls == 2 + 3 * len(SIZES)  # the reference and its check, then the ladder
+    mine = [r.run for r in cost.rows if r.model == "apart"]
+    assert [run.seconds for run in mine] == [(1.0 / n,) * 3 for n in SIZES]
+    assert [run.start for run in mine] == [0.25] * len(mine)
+    assert [(start.solver, start.seconds) for start in cost.starts] == [("apart", 0.25)]
+    assert [r.run.seconds for r in again.rows if r.model == "apart"] == [run.seconds for run in mine]
+    assert all(r.run.reused for r in again.rows)
+
+
+def test_the_budget_ends_ladders_and_says_where(tmp_path):
+    """Nothing is left from the beginning: of a ladder in this process the smallest size, of one in others nothing."""
+    scene = load("cantilever")
+    plan = Plan(solvers=("arc", "apart"), repeats=3, reference="own", budget=1e-9)
+    with registered(tmp_path / "site", Arc, Apart):
+        cost = measure(scene, plan, tmp_path / "cases", Reporter(quiet=True))
+    assert [r.label for r in cost.rows] == ["arc 4"]
+    left = [words.split(":")[0] for words in cost.left_out]
+    assert left == [*(f"arc {n}" for n in SIZES[1:]), *(f"apart {n}" for n in SIZES)]
+    assert not cost.ok
+    with registered(
+        tmp_path / "again", Apart
+    ):  # 0.5 s for the first, 1/8 + 1/4 for the next: within 100 s, all of them
+        plan = replace(plan, solvers=("apart",), budget=100.0)
+        assert len(measure(scene, plan, tmp_path / "other", Reporter(quiet=True)).rows) == len(SIZES)
 
 
 # -- the command ------------------------------------------------------------------------------------------------------
@@ -263,7 +408,7 @@ def test_a_first_call_in_a_fresh_process_is_timed():
         (["--tolerances", "0.5"], "--tolerances"),
         (["--repeats", "0"], "--repeats"),
         (["--budget", "-1"], "--budget"),
-        (["--reference", "elastic"], "shell, ribbon, elastica, own"),
+        (["--reference", "elastic"], "ribbon, elastica, shell, own"),
         (["--width-to-thickness", "0.5"], "--width-to-thickness"),
     ],
 )
@@ -285,7 +430,7 @@ def test_a_reference_that_is_not_run_is_refused(tmp_path, capsys):
 def test_cost_from_the_command_line(tmp_path, capsys):
     pytest.importorskip("dolfinx")
     asked = "--solvers chained shell --segments 10 20 --meshes 10x2 20x2 --width-to-thickness 20.0 --target 0.01"
-    arguments = ["cost", "curl_4_3", *asked.split(), "--repeats", "1", "--out", str(tmp_path)]
+    arguments = ["cost", "curl_4_3", *asked.split(), "--repeats", "1", "--budget", "1e9", "--out", str(tmp_path)]
     assert main(arguments) == 0
     assert "permille of l" in capsys.readouterr().out
     result = json.loads((tmp_path / "result.json").read_text())
@@ -294,7 +439,9 @@ def test_cost_from_the_command_line(tmp_path, capsys):
     assert cost["common"] == "shell"
     shells = [r for r in cost["rows"] if r["solver"] == "shell"]
     assert [r["size"] for r in shells] == ["10 x 2", "20 x 2", "30 x 3"]
-    assert all(r["seconds"]["warm"] > 0 and r["seconds"]["start"] > 0 for r in shells)
+    starts = [r["seconds"]["start"] for r in shells]
+    assert cost["starts"][-1] == {"solver": "shell", "seconds": pytest.approx(np.median(starts)), "compiled": None}
+    assert all(0.1 < start < 60.0 for start in starts)  # Python, dolfinx and the forms: never none
     reference = next(r for r in cost["references"] if r["model"] == "shell")
     assert shells[-1]["error"] == pytest.approx(reference["error"])  # the mesh the reference is checked on
     # the shell's distance is its own error, the ribbon's ends on the difference of the models
@@ -302,7 +449,6 @@ def test_cost_from_the_command_line(tmp_path, capsys):
     ribbons = [r for r in cost["rows"] if r["model"] == "ribbon"]
     assert all(r["distance"] > 0.05 for r in ribbons)
     page = read_page(tmp_path)
-    assert page.again == f"ribbonbench cost curl_4_3 {asked} --repeats 1"
     assert str(tmp_path) not in (tmp_path / "page.json").read_text() + (tmp_path / "result.json").read_text()
     assert (tmp_path / page.pictures[0].file).exists()
     # again: shells come from the store, with their times marked

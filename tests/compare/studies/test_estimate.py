@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
+from compare.models.ribbon_estimate import CORNER_CLAMP, EDGE_CLAMP, estimate
+from compare.models.shell import ShellShape
 from compare.scene.scene import load
-from compare.studies.estimate import CORNER_CLAMP, EDGE_CLAMP, estimate
 from compare.studies.limits import with_clamp
 
 
@@ -75,10 +77,11 @@ def test_against_the_shell_of_4_3():
     pytest.importorskip("dolfinx")
     import tempfile
 
+    from compare.measure.distance import grid_hausdorff
+    from compare.measure.grid import Grid
     from compare.models.shell_build import shell_options, shell_problem
     from compare.models.shell_process import run_shell
     from compare.store.store import CaseStore
-    from compare.studies.compare import Grid, grid_hausdorff
 
     scene = load("curl_4_3").replace({"shell.width_to_thickness": 50, "shell.elements": [50, 4]})
     equilibrium = solve_scene(scene, "ribbon").native
@@ -87,7 +90,7 @@ def test_against_the_shell_of_4_3():
         case = run_shell(shell_problem(scene, 50.0), CaseStore(folder), shell_options(scene))
         assert case.ok
         grid = Grid.for_shape(scene, 20.0)
-        distance = grid_hausdorff(grid.ribbon(equilibrium), grid.shell(case))
+        distance = grid_hausdorff(grid.of(RibbonShape(equilibrium)), grid.of(ShellShape(case)))
         share = case.data["share"]["membrane"] + case.data["share"]["shear"]
     assert found.distance == pytest.approx(distance, rel=0.1)
     assert found.share == pytest.approx(share, rel=0.2)

@@ -112,7 +112,6 @@ def test_quick_grid_from_the_command_line(tmp_path, capsys):
     assert page.command == "limits"
     assert len(page.tables[0].rows) == 8
     assert not page.pictures
-    assert "--clamp both --quick" in page.again or "--quick" in page.again
 
 
 @pytest.mark.shell

@@ -126,13 +126,14 @@ with Journal(Path(sys.argv[1]), "s") as journal:
 
 def test_killed_at_random_moments_nothing_finished_is_lost(tmp_path):
     rng = random.Random(4)
-    count = 0
-    for _ in range(8):
+    count = kills = 0
+    while kills < 8 or not count:  # on a busy machine the first ones may come before anything is written
+        kills += 1
         process = subprocess.Popen(
             [sys.executable, "-c", WRITER, str(tmp_path), str(count)], stdout=subprocess.PIPE, text=True
         )
         assert process.stdout.readline() == "go\n"
-        time.sleep(rng.uniform(0.0, 0.05))
+        time.sleep(rng.uniform(0.0, 0.00625 * kills))
         process.send_signal(signal.SIGKILL)
         process.wait()
         process.stdout.close()
@@ -140,6 +141,5 @@ def test_killed_at_random_moments_nothing_finished_is_lost(tmp_path):
         assert len(found) >= count
         assert all(found[f"key{k}"]["k"] == k for k in range(len(found)))
         count = len(found)
-    assert count > 0
     first = (tmp_path / JOURNAL).read_text().split("\n")[0]
     assert json.loads(first.partition(" ")[2])["format"] == sweep_journal.FORMAT

@@ -134,7 +134,7 @@ def test_jets_against_multiple_precision(parameters):
         assert np.all(np.abs(jets[rows] - expected[rows]).max(axis=0) <= 1e-12 * np.maximum(size, 1e-3 * length**6))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(
     a=st.floats(-60, 60), b=st.floats(-60, 60), n=st.floats(-8, 8), m=st.floats(-2, 2), length=st.floats(1e-3, 1.0)
 )  # fmt: skip

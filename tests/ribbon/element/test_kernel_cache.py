@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[3]
 CODE = (
     "from ribbon.element.element import bending_value, bending_jet; import ribbon.problems.chained_kernels as k; "
-    "print(bending_value(1, 0.0, 2.0, 0.5, 0.1, 1.0, 0.2), sum(bending_value.stats.cache_hits.values()))"
+    "print(bending_value(1, 0.0, 2.0, 0.5, 0.1, 1.0, (0.2, 1e-3, 0.3)), sum(bending_value.stats.cache_hits.values()))"
 )
 
 

@@ -116,7 +116,7 @@ def test_against_an_ode_solver():
     assert np.abs(np.concatenate([q.ravel(), p, j]) - end).max() < 1e-11
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     a=st.floats(-60, 60), b=st.floats(-60, 60), n=st.floats(-8, 8), m=st.floats(-2, 2),
     length=st.floats(1e-3, 1.0), cut=st.floats(0.05, 0.95),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_bvp
 
-from ribbon.energies.edge_layer import Section, layer, membrane, shear, softening
+from ribbon.energies.edge_layer import Section, layer
 
 SECTION = Section(poisson=0.4, width=0.1, thickness=1e-3)
 
@@ -84,11 +84,11 @@ def test_the_minimum_over_the_section_is_the_plates(kappa, eta, natural):
     whole, stretching = plate(nu, w, h, kappa, eta * kappa, natural)
     here = np.array([kappa]), np.array([eta]), np.array([natural])
     thin = Section(nu, w, h)
-    gained = softening(*here, thin)[0] + (1.0 - nu) * thin.twist_loss * (eta * kappa) ** 2
+    gained = thin.softening(*here)[0] + (1.0 - nu) * thin.twist_loss * (eta * kappa) ** 2
     b = nu * (kappa - natural) + eta**2 * kappa
     sadowsky = 0.5 * (1.0 - nu**2) * (kappa - natural) ** 2 + (1.0 - nu) * (eta * kappa) ** 2 + 0.5 * b**2
     assert sadowsky + gained[0] == pytest.approx(whole, rel=2e-6)
-    assert membrane(*here, thin)[0] == pytest.approx(stretching, rel=2e-5)
+    assert thin.membrane(*here)[0] == pytest.approx(stretching, rel=2e-5)
 
 
 def test_sadowsky_is_the_energy_without_softening():
@@ -107,7 +107,7 @@ def test_torsion_of_a_thin_rectangle():
     series = sum(np.tanh(k * np.pi * 10 / 2) / k**5 for k in range(1, 60, 2))
     saint_venant = 1.0 - 192.0 / np.pi**5 / 10.0 * series
     assert 1.0 - section.twist_loss == pytest.approx(saint_venant, rel=1e-3)
-    energy = shear(np.array([2.0]), np.array([0.5]), section)[0]
+    energy = section.shear(np.array([2.0]), np.array([0.5]))[0]
     assert energy == pytest.approx(0.7 * 0.5 * section.twist_loss, rel=1e-6)
 
 
@@ -116,11 +116,11 @@ def test_derivatives_of_the_softening():
     kappa = np.concatenate([rng.normal(size=20) * 5.0, [1e-3, -1e-5, 0.0]])
     eta, natural = rng.normal(size=23) * 0.6, rng.normal(size=23) * 3.0
     step = 1e-5
-    value, gradient, hessian = softening(kappa, eta, natural, SECTION)
+    value, gradient, hessian = SECTION.softening(kappa, eta, natural)
     assert value.shape == (23,)
     assert hessian.shape == (23, 2, 2)
     for place, move in enumerate(((step, 0.0), (0.0, step))):
-        plus = softening(kappa + move[0], eta + move[1], natural, SECTION)
-        minus = softening(kappa - move[0], eta - move[1], natural, SECTION)
+        plus = SECTION.softening(kappa + move[0], eta + move[1], natural)
+        minus = SECTION.softening(kappa - move[0], eta - move[1], natural)
         np.testing.assert_allclose((plus[0] - minus[0]) / (2 * step), gradient[:, place], rtol=1e-6, atol=1e-6)
         np.testing.assert_allclose((plus[1] - minus[1]) / (2 * step), hessian[:, place], rtol=1e-5, atol=2e-4)

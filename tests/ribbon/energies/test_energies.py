@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from dataclasses import replace
+
 import mpmath as mp
 import numpy as np
 import pytest
 
-from ribbon import energies
+from ribbon import Clamp, Gravity, RibbonInputError, Strip, energies, solve
 from ribbon.element.element import bending_jet, bending_value, natural_jet, natural_value
 from ribbon.element.series import PAIR_INDEX
 from ribbon.energies import CODES, natural, wunderlich
+from tests.energy_integrals import over_s, over_surface
 
 
 def exact_width_factor(x):
@@ -62,12 +67,15 @@ def test_width_factor_is_infinite_where_rulings_meet(x):
     assert c == np.inf
 
 
+SECTION = (0.05, 1e-3, 0.3)  # w / (2 l), h / l, nu
+
+
 def density(name, omega, eta, x, poisson=0.3, curvature=7.0):
     out = np.empty(10)
     if name == "natural":
         natural.density(omega, eta, curvature, poisson, out)
     else:
-        energies.density(CODES[name], omega, eta, x, out)
+        energies.density(CODES[name], omega, eta, x, SECTION, out)
     return out
 
 
@@ -117,26 +125,38 @@ def test_bending_and_natural_terms_are_the_plate_energy_of_a_developable_strip()
         assert ours == pytest.approx(plate, rel=1e-12, abs=1e-12)
 
 
+#: Energies whose density on a segment is a polynomial times a function of x, in mpmath: the factor.
+EXACT = {"sadowsky": lambda x: mp.mpf(1), "wunderlich": lambda x: mp.atanh(mp.mpf(x)) / mp.mpf(x)}
+
+
 @pytest.mark.parametrize("name", CODES)
 def test_segment_energy_is_exact(name):
-    """Four Gauss points integrate the segment exactly: against mpmath quadrature; jets agree with the values."""
+    """Four Gauss points integrate the segment exactly: against mpmath where the formula is known, else 40 points.
+
+    Jets agree with the values.
+    """
     a, b, n, m, length, half_width = -8.0, 3.0, 4.0, -0.6, 0.3, 0.05
     k_start, k_slope, nu = 5.0, -2.0, 0.35
     with mp.workdps(30):
-        h = mp.atanh(mp.mpf(half_width * n)) / mp.mpf(half_width * n) if name == "wunderlich" else mp.mpf(1)
-        bending = mp.quad(lambda s: h * (a * s + b) ** 2 * (1 + (n * s + m) ** 2) ** 2 / 2, [0, length])
+        if name in EXACT:
+            h = EXACT[name](half_width * n)
+            bending = mp.quad(lambda s: h * (a * s + b) ** 2 * (1 + (n * s + m) ** 2) ** 2 / 2, [0, length])
+        else:
+            nodes, weights = np.polynomial.legendre.leggauss(40)
+            s = 0.5 * length * (nodes + 1)
+            bending = 0.5 * length * weights @ [density(name, a * t + b, n * t + m, half_width * n)[0] for t in s]
         work = mp.quad(lambda s: -(k_start + k_slope * s) * (a * s + b) * (1 + nu * (n * s + m) ** 2), [0, length])
-    code = CODES[name]
-    assert bending_value(code, a, b, n, m, length, half_width) == pytest.approx(float(bending), rel=1e-14)
+    code, section = CODES[name], (half_width, *SECTION[1:])
+    assert bending_value(code, a, b, n, m, length, section) == pytest.approx(float(bending), rel=1e-14)
     assert natural_value(a, b, n, m, length, k_start, k_slope, nu) == pytest.approx(float(work), rel=1e-14)
     jet, other = np.empty(15), np.empty(15)
-    bending_jet(code, a, b, n, m, length, half_width, jet)
+    bending_jet(code, a, b, n, m, length, section, jet)
     natural_jet(a, b, n, m, length, k_start, k_slope, nu, other)
     assert jet[0] == pytest.approx(float(bending), rel=1e-14)
     assert other[0] == pytest.approx(float(work), rel=1e-14)
     q = np.array([a, b, n, m])
     for got, evaluate in ((jet, bending_jet), (other, natural_jet)):
-        last = (code, half_width) if evaluate is bending_jet else (k_start, k_slope, nu)
+        last = (code, section) if evaluate is bending_jet else (k_start, k_slope, nu)
 
         def at(x, evaluate=evaluate, last=last):
             out = np.empty(15)
@@ -154,3 +174,56 @@ def test_segment_energy_is_exact(name):
             assert abs(got[1 + i] - slope[0]) < 1e-10 * scale
             for k in range(4):
                 assert abs(got[PAIR_INDEX[i, k]] - slope[1 + k]) < 1e-9 * scale
+
+
+@pytest.mark.parametrize("name", CODES)
+@pytest.mark.parametrize("x", [-0.8, 0.0, 0.3])
+def test_the_spread_over_a_ruling_has_the_density_as_its_mean(name, x):
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    across = energies.ENERGIES[name].across
+    mean = density(name, 3.0, 0.4, x)[0]
+    if across is not None:
+        many = np.ones(nodes.size)
+        mean = 0.5 * weights @ across(3.0 * many, 0.4 * many, x * many, nodes, SECTION)
+    assert mean == pytest.approx(density(name, 3.0, 0.4, x)[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_whether_it_knows_the_width_and_its_factor(name):
+    energy = energies.ENERGIES[name]
+    narrow, wide = density(name, 3.0, 0.4, 0.0)[0], density(name, 3.0, 0.4, 0.5)[0]
+    assert (wide != narrow) == energy.knows_width
+    factor = energy.factor(0.5)
+    assert np.isnan(factor) or wide == pytest.approx(factor * density("sadowsky", 3.0, 0.4, 0.5)[0], rel=1e-15)
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_the_exported_densities_integrate_to_the_elastic_energy(name):
+    """Over s and over the surface, on a ribbon that leaves the plane, with natural curvature and oblique rulings."""
+    strip = Strip(1.0, 0.2, poisson=0.4, natural_curvature=(8.0, 5.0), gamma=60.0, thickness=1e-3)
+    clamp = Clamp(normal=(-(0.5**0.5), 0.5**0.5, 0.0))
+    found = solve(strip, clamp, Gravity(up=(1, 0, 0)), energy=name, segments=8)
+    assert found.ok
+    assert found.max_abs_eta_prime_w_half > 0.1
+    assert over_s(found) == pytest.approx(found.energy.elastic, rel=1e-12)
+    assert over_surface(found) == pytest.approx(found.energy.elastic, rel=1e-10)
+
+
+def test_what_an_energy_needs_is_asked_for_by_name(monkeypatch):
+    needing = replace(energies.ENERGIES["sadowsky"], needs=("thickness",))
+    monkeypatch.setitem(energies.ENERGIES, "sadowsky", needing)
+    assert solve(Strip(1.0, 0.1, thickness=1e-3), energy="sadowsky", segments=2).ok
+    with pytest.raises(RibbonInputError) as refusal:
+        solve(Strip(1.0, 0.1), energy="sadowsky", segments=2)
+    assert refusal.value.key == "thickness"
+
+
+def test_scenes_know_the_registry_without_loading_a_solver():
+    code = (
+        "import sys; from compare.scene.keys import ENERGIES; from compare.scene import load; load('cantilever')\n"
+        "print(*ENERGIES); print(*{m.split('.')[0] for m in sys.modules} & {'numba', 'ribbon', 'cyipopt'})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    names, loaded = done.stdout.split("\n")[:2]
+    assert names.split() == ["auto", *CODES, "elastica"]
+    assert not loaded

@@ -71,7 +71,7 @@ def test_an_arc_with_its_end_moved_is_that_of_the_mixed_model(energy):
     strip, lengths = Strip(1.0, 0.05, 0.5, gamma=1.0), segment_lengths(8)
     chained = ChainedClampedProblem(strip, Clamp(), end, Gravity(), energy, lengths)
     mixed = MixedProblem(strip, Clamp(), end, None, (), Gravity(), energy, lengths)
-    one = minimise(chained, chained.state((1.0, 1.0), (1e-3, 1e-3)), {"tol": 1e-12})
+    one = minimise(chained, chained.linear((1.0, 1.0), (1e-3, 1e-3)), {"tol": 1e-12})
     two = minimise(mixed, mixed.state(np.ones(9), np.full(9, 1e-3)), {"tol": 1e-12})
     assert one.residual < 1e-8
     assert two.residual < 1e-8
@@ -106,10 +106,10 @@ def test_rows_that_hold_in_a_flipped_frame_are_found():
 
 def test_a_trial_point_that_winds_up_has_no_value():
     problem = ChainedClampedProblem(CURLY, START, END, Gravity(), "sadowsky", LENGTHS)
-    x = problem.state((1e7, 1e7), (1e7, 0.0))
+    x = problem.linear((1e7, 1e7), (1e7, 0.0))
     assert np.isnan(problem.value(x))
     assert np.all(np.isnan(problem.constraints(x)))
-    assert np.isfinite(problem.value(problem.state((1000.0, 1000.0), (0.1, 0.0))))
+    assert np.isfinite(problem.value(problem.linear((1000.0, 1000.0), (0.1, 0.0))))
 
 
 def test_what_the_model_cannot_hold_is_refused():

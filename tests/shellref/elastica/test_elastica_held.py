@@ -7,12 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 
+from shellref.elastica import arc as elastica_arc
+from shellref.elastica import path as elastica_path
+from shellref.elastica import system as elastica_system
 from shellref.elastica.arc import Branch, point_at, trace
+from shellref.elastica.buckling import buckling_modes, strut
+from shellref.elastica.fem import ROUNDING, Discretisation
 from shellref.elastica.held import natural_state, suitable_bow, way_to
 from shellref.elastica.problem import Way
-from shellref.elastica.solve import ElasticaOptions, ElasticaProblem, ElasticaStatus, solve
-from shellref.elastica.system import System
+from shellref.elastica.solve import ElasticaOptions, ElasticaProblem, ElasticaResult, ElasticaStatus, solve
+from shellref.elastica.start import solve_along
+from shellref.elastica.system import System, dense_pairs, solve_sparse, sparse_pairs
 from tests.reference import elastica_closed as closed
 from tests.reference.elastica_collocation import collocation, near
 
@@ -180,7 +187,10 @@ def test_limit_points_in_end_displacement_and_states_past_them():
     assert branch.ended == "closed"  # down and up again with the mirror image
     assert len(folds) == 4
     assert sorted(folds) == pytest.approx([-0.552438, -0.427316, 0.427316, 0.552438], abs=2e-6)
-    past = next(p for p in branch.points[1:] if not p.stable)
+    # at the folds that end a stable part the lowest eigenvalue is zero, and rounding alone gives its sign: neither; at
+    # the others the second one is, and the state is unstable
+    assert {round(abs(e.point.t) * height, 3): e.point.stable for e in branch.limits()} == {0.427: None, 0.552: False}
+    past = next(p for p in branch.points[1:] if p.stable is False)
     assert past.t * height < folds[0]
     problem = system.way.at(past.t)
     s = np.linspace(0.0, 1.0, 301)
@@ -189,6 +199,100 @@ def test_limit_points_in_end_displacement_and_states_past_them():
     guess = np.vstack([theta, np.gradient(theta, s), place])
     other = collocation(problem, lambda x: np.array([np.interp(x, s, row) for row in guess]), past.z[system.count :])
     assert np.max(np.abs(other.sol(s)[0] - theta)) < 1e-6
+
+
+def critical(ends: str, options: ElasticaOptions) -> ElasticaResult:
+    """The straight strut under the buckling load of its own elements: its tangent is singular."""
+    load = float(buckling_modes(20, 3, 1, ends).loads[0])
+    return solve(strut(ends, load), np.linspace(0.0, 1.0, 21), 3, options, estimate_error=False)
+
+
+@pytest.mark.parametrize(
+    ("ends", "options"),
+    [
+        ("clamped-free", ElasticaOptions()),
+        ("clamped-free", ALWAYS),
+        ("clamped-free", NEVER),
+        ("pinned-pinned", ElasticaOptions(switch=False)),
+        ("clamped-pinned", ElasticaOptions()),
+    ],
+)
+@pytest.mark.parametrize("noise", [0.0, 0.5, -0.5])
+def test_at_its_buckling_load_a_strut_is_neither_stable_nor_unstable(monkeypatch, ends, options, noise):
+    """Whatever the rounding of the eigenvalues: `noise` of its bound is added to them."""
+    pairs, lowest = System.eigenpairs, Discretisation.lowest_eigenvalue
+
+    def noisy_pairs(self, z, t, *rest):
+        values, modes = pairs(self, z, t, *rest)
+        return values + noise * self.rounding(z, t), modes
+
+    monkeypatch.setattr(System, "eigenpairs", noisy_pairs)
+    monkeypatch.setattr(
+        Discretisation,
+        "lowest_eigenvalue",
+        lambda self, z, loads: lowest(self, z, loads) + noise * self.rounding(z, loads),
+    )
+    result = critical(ends, options)
+    assert (result.status, result.stable) == (ElasticaStatus.CONVERGED, None), result.message
+    assert abs(result.lowest_eigenvalue) <= result.rounding < 1e-8
+    assert result.load_factor == 1.0
+    assert "fold" in result.message
+    assert result.end == pytest.approx((1.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "degree", "hermite"), [(12, 3, False), (40, 4, False), (90, 4, False), (30, 3, True)]
+)
+def test_the_bound_of_rounding_holds_for_states_rounded_anew(nodes, degree, hermite):
+    """Eigenvalues of a state, of it with every number changed by eps or less, dense and sparse; none far below it."""
+    eps, rng = np.finfo(float).eps, np.random.default_rng(0)
+    problem = ElasticaProblem(gamma=100.0, curvature=(3.0, 1.0), force=(1.0, -4.0), start_angle=0.5)
+    joints = np.linspace(0.0, 1.0, nodes + 1)
+    system = System(joints, degree, Way(problem, problem), hermite)
+    z = solve(problem, joints, degree, estimate_error=False, hermite=hermite)._coefficients
+    loads, bound = system.loads(z, 1.0), system.rounding(z, 1.0)
+    free = system.discrete.free
+    below = -system.discrete.highest_pull(z, loads) - 1.0
+    values = [system.discrete.lowest_eigenvalue(z, loads)]
+    for _ in range(3):
+        near = z * (1.0 + eps * rng.uniform(-1.0, 1.0, z.shape))
+        matrices = system.discrete.tangent(near, loads), system.discrete.mass, np.zeros((0, len(free)))
+        values += [dense_pairs(*matrices, 1)[0][0], sparse_pairs(*matrices, 1, below)[0][0]]
+    assert np.ptp(values) < bound
+    tangent, mass = system.discrete.tangent(z, loads).toarray(), system.discrete.mass.toarray()
+    highest = scipy.linalg.eigvalsh(tangent, mass)[-1]
+    assert 0.4 * bound < ROUNDING * eps * highest < bound  # the highest of the elements bounds it, and not by far
+
+
+@pytest.mark.parametrize("calls", [1, 2, 5, 10**6])
+@pytest.mark.parametrize("way", ["auto", "always", "never", "along", "held"])
+def test_a_singular_matrix_is_a_status(monkeypatch, way, calls):
+    """The first solutions, or all of them, do not come: another step is tried, then it is said where the way ends."""
+    left = calls
+
+    def singular(matrix, rhs, original=solve_sparse):
+        nonlocal left
+        left -= 1
+        return None if left >= 0 else original(matrix, rhs)
+
+    for module in (elastica_system, elastica_path, elastica_arc):
+        monkeypatch.setattr(module, "solve_sparse", singular)
+    problem = HELD["clamped-clamped, straight"] if way == "held" else ElasticaProblem(gamma=10.0, curvature=(2.0, 1.0))
+    if way == "along":
+        problems = [replace(problem, gamma=0.0), replace(problem, gamma=5.0), problem]
+        result = solve_along(problems, 10, estimate_error=False)
+    else:
+        options = ElasticaOptions() if way == "held" else ElasticaOptions(arc_length=way)
+        result = solve(problem, 10, 3, options, estimate_error=False)
+    assert left < calls
+    assert np.all(np.isfinite(result.theta))
+    if result.status is ElasticaStatus.CONVERGED:
+        assert calls < 10**6
+        assert (result.load_factor, result.stable) == (1.0, True)
+    else:
+        assert result.status in (ElasticaStatus.NOT_CONVERGED, ElasticaStatus.LIMIT_POINT)
+        assert result.load_factor < 1.0
+        assert result.message
 
 
 @pytest.mark.parametrize("gamma", [200.0])

@@ -15,6 +15,7 @@ import ufl
 
 from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as la
+from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.shell
 ROOT = Path(__file__).parents[3]
@@ -230,7 +231,9 @@ def test_several_processes(processes):
         pytest.skip("no mpirun")
     command = [mpirun, "--oversubscribe", "-n", str(processes), *call("several_processes")]
     environment = os.environ | ENVIRONMENT
-    run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=100, check=False)
+    run = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
     assert run.returncode == 0, run.stderr
     assert run.stdout.count("fine") == processes
 
@@ -246,7 +249,7 @@ def test_cache_is_shared_and_names_do_not_depend_on_it(tmp_path):
 
     def at_once(count: int) -> set[str]:
         started = [subprocess.Popen(call("compile_all"), cwd=ROOT, env=environment) for _ in range(count)]
-        assert [process.wait(timeout=100) for process in started] == [0] * count
+        assert [process.wait(timeout=PATIENCE) for process in started] == [0] * count
         return {path.name: path.stat().st_mtime_ns for path in folder.glob("*.so")}
 
     empty = at_once(2)  # two processes that compile the same forms at once

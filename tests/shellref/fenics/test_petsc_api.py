@@ -15,6 +15,7 @@ pytest.importorskip("slepc4py")
 from mpi4py import MPI
 
 from shellref.fenics import petsc_api as la
+from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.shell
 SELF = MPI.COMM_SELF
@@ -111,6 +112,8 @@ def test_what_cannot_be_factored_says_so_and_spoils_nothing():
         factor.solve(np.ones(6))
     la.refill(matrix, scipy_csr(dense))
     factor.factor()
+    with pytest.raises(la.FactorisationFailed, match="not finite"):
+        factor.solve(np.full(6, np.nan))
     assert np.allclose(dense @ factor.solve(np.ones(6)), 1.0)
 
 
@@ -129,6 +132,39 @@ def test_lowest_pairs_against_scipy(end, count):
     again = la.lowest_pairs(factor, mass, count, end)
     assert np.array_equal(again[0], values)
     assert np.array_equal(again[1], vectors)
+
+
+@pytest.mark.parametrize("good", [0, 1, 5])
+def test_a_solution_that_fails_within_slepc_gives_no_pairs_and_spoils_nothing(monkeypatch, good):
+    """An exception that crosses SLEPc's callback leaves its objects locked, and PETSc ends the process."""
+    dense = symmetric(40, negative=4)
+    matrix, _ = distributed(dense)
+    factor = la.SymmetricFactor(matrix)
+    factor.factor()
+    solve, left = la.SymmetricFactor.solve, good
+
+    def failing(self, right):
+        nonlocal left
+        left -= 1
+        if left < 0:
+            raise la.FactorisationFailed("injected")
+        return solve(self, right)
+
+    monkeypatch.setattr(la.SymmetricFactor, "solve", failing)
+    values, vectors = la.lowest_pairs(factor, np.ones(40), 4, "negative")
+    assert (values.shape, vectors.shape) == ((0,), (0, 40))
+    monkeypatch.undo()
+    values, _ = la.lowest_pairs(factor, np.ones(40), 4, "negative")
+    assert np.allclose(values, np.linalg.eigvalsh(dense)[:4])
+
+
+def test_rounding_is_that_of_the_entries():
+    rng, dense = np.random.default_rng(3), symmetric(9)
+    matrix, _ = distributed(dense)
+    x = rng.standard_normal(9)
+    bound = la.rounding(matrix, x)
+    assert bound == pytest.approx(np.finfo(float).eps * np.abs(x) @ np.abs(dense) @ np.abs(x), rel=1e-12)
+    assert np.array_equal(la.to_scipy(matrix).toarray(), dense)
 
 
 def test_lowest_pairs_of_a_stable_matrix_has_no_negative_end():
@@ -223,7 +259,7 @@ def test_two_processes():
     env = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
     command = [mpirun, "--oversubscribe", "-n", "2", sys.executable, "-m", "mpi4py", "-c", call]
     run = subprocess.run(
-        command, cwd=Path(__file__).parents[3], env=env, capture_output=True, text=True, timeout=120, check=False
+        command, cwd=Path(__file__).parents[3], env=env, capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.count("fine") == 2

@@ -12,6 +12,7 @@ pytestmark = pytest.mark.shell
 
 from shellref.path.adaptive import gap  # noqa: E402
 from shellref.path.solve import solve  # noqa: E402
+from shellref.shell.strip import build_strip  # noqa: E402
 
 CURL = ShellProblem(
     width=0.1,
@@ -59,7 +60,7 @@ def test_refinement_goes_where_the_error_is():
     assert result.elements == (6, 2)
 
 
-def test_a_mesh_without_equilibrium_is_said():
+def test_a_mesh_without_equilibrium_is_said(monkeypatch):
     """Refinement that fails is a status of the coarse result, which is kept."""
     from shellref.path import adaptive
 
@@ -75,15 +76,8 @@ def test_a_mesh_without_equilibrium_is_said():
         def run(self, start=None):
             return replace(coarse, status=ShellStatus.NOT_CONVERGED, message="nothing found", elements=(12, 1))
 
-    import shellref.path.solve
-
-    true, shellref.path.solve.Solver = shellref.path.solve.Solver, Lost
-    try:
-        result = adaptive.refine(
-            coarse, Lost(shellref.path.solve.build_strip(CURL, options), options, None, lambda e: None)
-        )
-    finally:
-        shellref.path.solve.Solver = true
+    monkeypatch.setattr(adaptive, "Solver", Lost)
+    result = adaptive.refine(coarse, Lost(build_strip(CURL, options), options, None, lambda e: None))
     assert result.status is ShellStatus.NOT_CONVERGED
     assert "refined mesh (12, 1): nothing found" in result.message
     np.testing.assert_array_equal(result.surface.points, coarse.surface.points)

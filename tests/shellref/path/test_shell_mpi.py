@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from shellref import Pose, ShellOptions, ShellProblem, ShellSurface, Waypoint
+from tests.patience import PATIENCE
 
 pytest.importorskip("dolfinx")
 pytestmark = [
@@ -78,7 +79,7 @@ def parallel(tmp_path_factory):
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     }
     command = ["mpirun", "--oversubscribe", "-n", "2", sys.executable, "-c", CODE, str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=300)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     return folder
 

@@ -6,13 +6,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 
 from shellref import ShellOptions, ShellProblem, ShellStatus, ShellSurface
 from shellref.worker import distances, solved
+from tests.patience import PATIENCE
 
 PROBLEM = {
     "width": 0.1,
@@ -249,13 +249,11 @@ def test_a_killed_worker_goes_on_from_its_checkpoint(tmp_path):
             process.send_signal(signal.SIGKILL)
             break
     process.stdout.close()
-    assert process.wait(timeout=20) == -signal.SIGKILL
+    assert process.wait(timeout=PATIENCE) == -signal.SIGKILL
     log = (tmp_path / "kept" / "path" / "steps.jsonl").read_text().splitlines()
     first = json.loads(log[0])
-    began = time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
-    assert time.perf_counter() - began < 60
     result = json.loads((tmp_path / "out" / "shell.json").read_text())
     assert result["status"] == "converged"
     assert result["steps"][0] == first

@@ -112,7 +112,7 @@ def branch_table(diagrams: dict[tuple[str, float], list[StemCurve]]) -> str:
             events = [f"limit point {1e3 * mass:.5f} g (estimate {estimate:.4f})" for mass in curve.limits]
             events += [f"bifurcation {1e3 * mass:.6f} g" for mass in curve.bifurcations]
             at_most = max(curve.states, key=lambda state: (state.mass, state.lowest_eigenvalue))
-            stable = sum(state.stable for state in curve.states)
+            stable = sum(state.stable is True for state in curve.states)
             rows.append([
                 kind, f"{curvature:g}", curve.name, f"{len(curve.states)}", f"{stable}", ", ".join(events) or "none",
                 f"{1e2 * at_most.deflection:+.4f}",
@@ -182,7 +182,7 @@ def curve_figure(path: Path, diagrams: dict[tuple[str, float], list[StemCurve]],
         for number, curve in enumerate(diagrams[kind, curvature]):
             x = 1e2 * np.array([state.deflection for state in curve.drawn])
             mass = 1e3 * np.array([state.mass for state in curve.drawn])
-            stable = np.array([state.stable for state in curve.drawn])
+            stable = np.array([state.stable is True for state in curve.drawn])
             for event in curve.bifurcations:  # where the stability changes, between two states
                 place = int(np.searchsorted(mass, 1e3 * event))
                 x = np.insert(x, place, np.interp(1e3 * event, mass, x))

@@ -23,6 +23,7 @@ import numpy as np
 from shellref.elastica.arc import ArcOptions, Branch, Point, point_at, states_at
 from shellref.elastica.branches import diagram, equilibria
 from shellref.elastica.buckling import buckling_modes
+from shellref.elastica.fem import stability
 from shellref.elastica.problem import Array, Way
 from shellref.elastica.rod import Rod, circular, circular_polar
 from shellref.elastica.system import System
@@ -38,7 +39,8 @@ LAB_MASSES = np.round(np.arange(0, 101) * 1e-4, 10)
 class StemState:
     """An equilibrium of the stem: mass [kg], tip (2,) [m], deflection [m], theta at s = linspace(0, L, 101), stability.
 
-    deflection : transverse displacement x of largest size along the stem, with its sign.
+    deflection : transverse displacement x of largest size along the stem, with its sign. rounding : bound of what the
+    lowest eigenvalue is known to.
     """
 
     mass: float
@@ -46,10 +48,12 @@ class StemState:
     deflection: float
     theta: Array
     lowest_eigenvalue: float
+    rounding: float
 
     @property
-    def stable(self) -> bool:
-        return self.lowest_eigenvalue > 0.0
+    def stable(self) -> bool | None:
+        """None at a limit point or a bifurcation: the lowest eigenvalue is zero to rounding."""
+        return stability(self.lowest_eigenvalue, self.rounding)
 
 
 @dataclass(frozen=True)
@@ -196,4 +200,5 @@ def _state(system: System, rod: Rod, mass: float, point: Point) -> StemState:
         float(across[np.argmax(np.abs(across))]),
         system.discrete.angle(theta, s),
         float(point.eigenvalues[0]),
+        point.rounding,
     )

@@ -116,7 +116,7 @@ def stem_table(diagrams: dict[float, list[StemCurve]]) -> str:
         for curve in curves:
             events = [f"limit point {1e3 * mass:.5f} g" for mass in curve.limits]
             events += [f"bifurcation {1e3 * mass:.5f} g" for mass in curve.bifurcations]
-            stable = sum(state.stable for state in curve.states)
+            stable = sum(state.stable is True for state in curve.states)
             rows.append([
                 f"{curvature:g}", curve.name, str(len(curve.states)), str(stable), ", ".join(events),
                 f"{1e2 * curve.states[-1 if curve.name != 'apart' else 0].deflection:+.4f}",
@@ -139,7 +139,7 @@ def figure(path: Path, measured: dict[str, dict[str, np.ndarray]], diagrams: dic
             states = curve.drawn
             x = 1e2 * np.array([state.deflection for state in states])
             mass = 1e3 * np.array([state.mass for state in states])
-            stable = np.array([state.stable for state in states])
+            stable = np.array([state.stable is True for state in states])
             label = f"$\\kappa_0$ = {curvature:g} /m" if number == 0 else None
             meets = ~stable | np.roll(~stable, 1) | np.roll(~stable, -1)  # dotted up to the stable part
             right.plot(x, np.where(stable, mass, np.nan), color=f"C{k}", label=label)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from compare.measure.distance import grid_hausdorff
+from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
 from compare.scene.scene import load
-from compare.studies.compare import Grid
 from ribbon import refine
 from tests.validation import page
 
@@ -20,14 +21,14 @@ def run(out: Path) -> None:
     finest = solve_scene(scene.replace({"model.elements": 48}), "ribbon").native
     for _ in range(3):
         finest = refine(finest)
-    exact = grid.ribbon(finest)
+    exact = grid.of(RibbonShape(finest))
     rows = []
     errors = {}
     for count in COUNTS:
         cells = [str(count)]
         for grading in ("uniform", "clamp"):
             run_ = solve_scene(scene.replace({"model.elements": count, "model.grading": grading}), "ribbon")
-            errors[grading, count] = grid_hausdorff(grid.ribbon(run_.equilibrium), exact)
+            errors[grading, count] = grid_hausdorff(grid.of(run_.shape), exact)
             cells += [f"{errors[grading, count]:.1e}", f"{run_.warm * 1e3:.3g}"]
         rows.append(cells)
     page.write(

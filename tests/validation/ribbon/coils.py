@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from compare.measure.distance import grid_hausdorff
+from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
 from compare.scene.scene import Scene, load
-from compare.studies.compare import Grid
 from ribbon import Equilibrium, refine
 from ribbon.find.solve import solve_from
 from tests.validation import page
@@ -30,7 +31,7 @@ def _reference(start: Equilibrium, grid: Grid) -> tuple[Equilibrium, bool]:
     current, stayed = start, True
     while current.problem.lengths.size * 2 <= FINEST:
         finer = refine(current)
-        stayed = stayed and grid_hausdorff(grid.ribbon(current), grid.ribbon(finer)) < JUMP
+        stayed = stayed and grid_hausdorff(grid.of(RibbonShape(current)), grid.of(RibbonShape(finer))) < JUMP
         current = finer
     return current, stayed
 
@@ -52,9 +53,9 @@ def _row(scene: Scene, sign: int) -> list[str]:
     e = run.native
     grid = Grid.for_shape(scene, 1.5 * abs(k))
     reference, stayed = _reference(e, grid)
-    error = grid_hausdorff(grid.ribbon(e), grid.ribbon(reference))
+    error = grid_hausdorff(grid.of(RibbonShape(e)), grid.of(RibbonShape(reference)))
     near = _nearest(e, reference)
-    near_error = grid_hausdorff(grid.ribbon(near), grid.ribbon(reference))
+    near_error = grid_hausdorff(grid.of(RibbonShape(near)), grid.of(RibbonShape(reference)))
     if not (e.ok and reference.ok and e.residual < 1e-8):
         raise AssertionError(f"{scene.name}, K = {k:g}: {e.message}")
     thesis, auto = THESIS[scene.name]

@@ -12,7 +12,6 @@ from compare.models.ribbon_build import ribbon_arguments
 from compare.scene.scene import load
 from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
 from ribbon.find.solve import build, solve_shape
-from ribbon.problems.mixed import STRIDE
 from ribbon.surface import surface
 from tests.validation import page
 
@@ -83,7 +82,7 @@ def weights(problem: Any, x: np.ndarray) -> dict[str, float]:
     plain = problem.with_changes(gravity=replace(problem.gravity, exact=False))
     ends = 0.0
     for joint, sign in ((0, 1.0), (-1, -1.0)):
-        eta = x[problem.last * (joint != 0) + 8]
+        eta = x[problem.layout.joint(joint).eta]
         across, along = frames[joint, :, 0] @ up, frames[joint, :, 2] @ up
         ends += sign * width**2 / 12 * (eta * across + eta**2 / 2 * along)
     return {
@@ -120,7 +119,7 @@ def _straight() -> tuple[list[list[str]], float]:
     for first in (0.0, -1.0, -10.0, -100.0, -1000.0):
         eta = first + 0.9 * 2.0 / width * s
         x = problem.state(np.zeros(s.size), eta)
-        assert np.array_equal(x[8 : problem.last + 9 : STRIDE], eta)
+        assert np.array_equal(x[problem.layout.eta], eta)
         q = problem.joints(x)[1][:, :, 0] + eta[:, None] * problem.joints(x)[1][:, :, 2]
         line = gamma * float(np.asarray(UP)[2]) / 2
         # trapezium rule: exact, the integrand is linear

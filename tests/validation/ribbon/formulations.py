@@ -16,7 +16,7 @@ from compare.scene.scene import load
 from ribbon import Equilibrium, refine, solve
 from ribbon.find import relax, stability
 from ribbon.find.solve import build, solve_shape, starting_shapes
-from ribbon.problems.mixed import STRIDE, MixedProblem
+from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import ipopt
 from ribbon.surface import surface
 from ribbon.thesis.chained_clamped import ChainedClampedProblem
@@ -62,7 +62,7 @@ def _bare(arguments: dict[str, Any]) -> tuple[Any, np.ndarray]:
     problem = build(given.pop("strip"), given.pop("clamp"), given.pop("gravity"), **given)
     omega, eta = starting_shapes(problem, curvature, ruling)[0]
     if not isinstance(problem, MixedProblem):
-        return problem, problem.shape(omega, eta)
+        return problem, problem.state(omega, eta)
     if problem.model == "matrix":
         twin = MatrixProblem(
             problem.strip, problem.start, problem.end, problem.closure, problem.walls, problem.gravity, problem.energy,
@@ -157,7 +157,7 @@ def _alone(reading: str, name: str, energy: str, p: int) -> Clamped:
         stable = stability.check_glued(problem, m.x, m.multipliers, m.rows).stable
         status = "converged" if stable else "saddle"
     seconds = time.process_time() - clock
-    eta = float(np.abs(m.x[8 : problem.last + 9 : STRIDE]).max())
+    eta = float(np.abs(m.x[problem.layout.eta]).max())
     text = "solved" if m.finished else m.message
     return Clamped(
         reading, ALONE, energy, p, status, text, m.iterations, seconds, m.residual, problem.value(m.x), eta
@@ -210,7 +210,7 @@ def _chained_between_clamps(e: Equilibrium) -> tuple[np.ndarray, np.ndarray, flo
         problem.strip, problem.start, problem.end, problem.gravity, problem.energy, problem.lengths
     )
     x = np.empty(chained.size)
-    omega, eta = e.x[7 : problem.last + 9 : STRIDE], e.x[8 : problem.last + 9 : STRIDE]
+    omega, eta = problem.joint_values(e.x)
     x[0], x[1] = omega[0], eta[0]
     x[2::2], x[3::2] = np.diff(omega) / problem.lengths, np.diff(eta) / problem.lengths
     # from a point off the solution, so that it has to find it

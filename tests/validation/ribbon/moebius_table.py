@@ -15,7 +15,6 @@ from ribbon import Equilibrium, solve
 from ribbon.element import quaternion
 from ribbon.find import relax
 from ribbon.find.solve import solve_from
-from ribbon.problems.mixed import STRIDE
 from tests.validation import page
 
 FloatArray = NDArray[np.float64]
@@ -71,15 +70,14 @@ def turned(found: Equilibrium, axis: FloatArray, angle: float) -> Equilibrium:
     """Where the band comes to rest that is lifted off the table, turned by `angle` about `axis`, and let go."""
     problem: Any = found.problem
     spin = quaternion.from_matrix(Rotation.from_rotvec(angle * axis).as_matrix())
-    start = quaternion.compose(spin, found.x[3:7])
+    start = quaternion.compose(spin, found.x[problem.layout.joint(0).quaternion])
     fresh = problem.with_changes(reference=tuple(start.tolist()))
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     x = relax.placed(fresh, found.omega(s), found.eta(s))
     wall = problem.walls[0]
-    normal, points = np.asarray(wall.normal), np.append(x[: problem.last + 9], 0.0).reshape(-1, STRIDE)[:, :3]
+    normal, points = np.asarray(wall.normal), problem.layout.positions(x)
     drop = float(((points - np.asarray(wall.point)) @ normal).min()) - 1.2 * problem.half_width
-    for k in range(3):
-        x[k : problem.last + 9 : STRIDE] -= drop * normal[k]
+    points -= drop * normal
     return solve_from(fresh, x)
 
 

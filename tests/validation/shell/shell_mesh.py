@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from compare.measure.distance import grid_hausdorff
+from compare.measure.grid import Grid
+from compare.models.shell import ShellShape
 from compare.models.shell_process import run_shell, shell_problem
 from compare.scene.scene import load
 from compare.store.store import CaseStore
-from compare.studies.compare import Grid
 from tests.validation import page
 
 RATIOS = (10.0, 100.0, 1000.0)
@@ -29,9 +30,9 @@ def run(out: Path) -> None:
     for ratio in RATIOS:
         cases = [run_shell(shell_problem(scene, ratio, mesh), store) for mesh in MESHES]
         even = run_shell(replace(shell_problem(scene, ratio, (100, 4)), grading=(1.0, 1.0)), store)
-        finest = grid.shell(cases[-1])
+        finest = grid.of(ShellShape(cases[-1]))
         for mesh, case, word in [*zip(MESHES, cases, ["graded"] * len(MESHES), strict=True), ((100, 4), even, "even")]:
-            error = grid_hausdorff(grid.shell(case), finest) if case.ok else np.inf
+            error = grid_hausdorff(grid.of(ShellShape(case)), finest) if case.ok else np.inf
             if word == "graded" and mesh != MESHES[-1]:
                 worst[mesh] = max(worst.get(mesh, 0.0), error)
             share, energy = case.data["share"], case.data["energy"]

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from compare.measure.distance import grid_hausdorff
+from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
+from compare.models.shell import ShellShape
 from compare.models.shell_process import run_shell, shell_problem
 from compare.scene.scene import load
 from compare.store.store import CaseStore
-from compare.studies.compare import Grid
 from tests.validation import page
 
 RATIOS = (50.0, 200.0, 1000.0, 4000.0)
@@ -29,10 +30,11 @@ def run(out: Path) -> None:
     last: dict[tuple[str, str], float] = {}
     for ratio in RATIOS:
         coarse, fine = (run_shell(shell_problem(scene, ratio, mesh), store) for mesh in MESHES)
-        points = grid.shell(fine)
+        points = grid.of(ShellShape(fine))
         last = {key: grid_hausdorff(points, ribbon) for key, ribbon in ribbons.items()}
         rows.append([
-            f"{ratio:g}", f"{grid_hausdorff(points, grid.shell(coarse)):.1e}", *(f"{d:.2e}" for d in last.values()),
+            f"{ratio:g}", f"{grid_hausdorff(points, grid.of(ShellShape(coarse))):.1e}",
+            *(f"{d:.2e}" for d in last.values()),
             f"{100 * fine.data['share']['membrane']:.3f}",
         ])  # fmt: skip
     page.write(

@@ -173,21 +173,21 @@ def run(out: Path) -> None:
         scene = load(name)
         if beyond_the_ribbon(scene) is not None:
             rod = solve_scene(scene, "elastica", options=Options(error=True))
-            if rod.result.status.value != "converged":
-                raise AssertionError(f"{name}: {rod.result.message}")
+            if rod.word != "converged":
+                raise AssertionError(f"{name}: {rod.message}")
             atomic_write_bytes(docs / picture_name(scene), rod_picture(rod))
             entries.append(rod_entry(scene, rod))
             print(f"  {name}: {HEADLINES[name].text(rod)}", flush=True)
             continue
         found = solve_scene(scene, "ribbon")
-        if not found.equilibrium.ok:
-            raise AssertionError(f"{name}: {found.equilibrium.message}")
+        if not found.ok:
+            raise AssertionError(f"{name}: {found.message}")
         data = picture(scene, found)
         if len(data) > LARGEST:
             raise AssertionError(f"{name}: the picture has {len(data)} bytes")
         atomic_write_bytes(docs / picture_name(scene), data)
         entries.append(entry(scene, found))
-        print(f"  {name}: {HEADLINES[name].text(found.equilibrium)}, {len(data)} bytes", flush=True)
+        print(f"  {name}: {HEADLINES[name].text(found.native)}, {len(data)} bytes", flush=True)
     made = versions()
     packages = made["packages"]
     named = ", ".join(f"{key} {packages[key]}" for key in ("numpy", "numba", "cyipopt") if key in packages)

@@ -1,6 +1,6 @@
 """Which effects a scene switches on in the ribbon, why, and what each adds to the problem.
 
-What an effect adds is measured by switching it off alone (`compare.models.ribbon_effects_off`): unknowns, constraints
+What an effect adds is measured by switching it off alone (`compare.models.effects.ribbon_off`): unknowns, constraints
 and the time of one evaluation.
 """
 
@@ -13,8 +13,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.models.base import Effect, Evaluation
-from compare.models.ribbon_build import formulation_why, ribbon_problem
-from compare.models.ribbon_effects_off import (
+from compare.models.effects.ribbon_off import (
     FIXED,
     PROCEDURES,
     FloatArray,
@@ -23,14 +22,14 @@ from compare.models.ribbon_effects_off import (
     explained_problem,
     free_unknowns,
     keys_without,
-    row_count,
     starting_state,
 )
+from compare.models.ribbon_build import formulation_why
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
+from ribbon.energies import ENERGIES
 from ribbon.find.adaptive import FIRST_SEGMENTS
 from ribbon.find.solve import Problem
-from ribbon.problems.chained import ChainedProblem
 
 
 def effects(scene: Scene) -> tuple[Effect, ...]:
@@ -51,7 +50,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
 def evaluation(scene: Scene) -> Evaluation:
     """The ribbon's problem: its size, and the time of one evaluation of all that the minimiser asks for."""
     problem = explained_problem(scene)
-    rows = row_count(problem)
+    rows = problem.row_count
     return Evaluation(
         formulation=problem.formulation,
         why=formulation_why(scene, problem.formulation),
@@ -82,7 +81,7 @@ def _measured(scene: Scene, problem: Problem, shape: FloatArray, effect: Effect)
         effect,
         changes=keys,
         unknowns=free_unknowns(problem) - free_unknowns(other),
-        constraints=row_count(problem) - row_count(other),
+        constraints=problem.row_count - other.row_count,
         seconds=float(np.median(times[:, 0] - times[:, 1])),
     )
 
@@ -121,22 +120,30 @@ def _shape(scene: Scene, problem: Problem) -> list[Effect]:
         found.append(_effect("natural curvature", True, law, "one term, 4 Gauss points a segment"))
     else:
         found.append(_effect("natural curvature", False, "the strip is naturally flat", "no term"))
-    energy = problem.energy
-    if energy == "wunderlich":
-        chosen = "chosen by the scene" if scene.model.energy == energy else f'energy = "{scene.model.energy}"'
-        why = f"{chosen}, w/l = {scene.width:g}"
-        found.append(_effect("finite width (Wunderlich)", True, why, "the factor H(w eta'/2)"))
-    else:
-        found.append(_effect("finite width (Wunderlich)", False, f'energy = "{energy}"', "H = 1, not evaluated"))
+    found.extend(_energies(scene, problem))
     bounds = f"{problem.lengths.size} pairs of bounds, no constraint"
     found.append(_effect("rulings do not cross", True, "|eta'| <= 2/w (thesis, 2.7)", bounds))
     return found
 
 
+def _energies(scene: Scene, problem: Problem) -> list[Effect]:
+    """The effects that energies have of their own: on for the ribbon's energy, off for all others."""
+    found = []
+    for name, energy in ENERGIES.items():
+        if energy.words is None:
+            continue
+        if name != problem.energy:
+            found.append(_effect(energy.words.effect, False, f'energy = "{problem.energy}"', energy.words.absent))
+            continue
+        why = ["chosen by the scene" if scene.model.energy == name else f'energy = "{scene.model.energy}"']
+        why += [f'"{name}"'] if name not in energy.words.effect.lower() else []
+        why += [f"w/l = {scene.width:g}"] if energy.knows_width else []
+        found.append(_effect(energy.words.effect, True, ", ".join(why), energy.words.adds))
+    return found
+
+
 def _blocks(problem: Any, *names: str) -> int:
     """Rows of the blocks whose name begins with one of `names`."""
-    if isinstance(problem, ChainedProblem):
-        return 0
     slices = problem.block_slices().items()
     return sum(where.stop - where.start for name, where in slices if name.startswith(names))
 
@@ -144,7 +151,7 @@ def _blocks(problem: Any, *names: str) -> int:
 def _ends(scene: Scene, problem: Any) -> list[Effect]:
     """Clamps at both ends, straight rulings, closure, rigid motions that nothing resists."""
     found = []
-    chained = isinstance(problem, ChainedProblem)
+    chained = not problem.row_count
     if scene.clamp_start is None:
         why = "closed: the seam is the start" if scene.closure is not None else "no [clamp.start]: free"
         found.append(_effect("clamp at the start", False, why, "nothing is held"))
@@ -199,10 +206,9 @@ def _held(clamp: Any) -> str:
 
 def _rigid(scene: Scene, problem: Any) -> Effect:
     """Rigid motions that nothing resists are removed."""
-    if isinstance(problem, ChainedProblem):
+    if not problem.row_count:
         return _effect("rigid motions removed", False, "the clamp holds them", "nothing")
-    glued: Any = problem if hasattr(problem, "free_motions") else ribbon_problem(scene, "mixed")
-    shifts, turns = (len(part) for part in glued.free_motions())
+    shifts, turns = (len(part) for part in problem.free_motions())
     if not shifts + turns:
         return _effect("rigid motions removed", False, "what is held, and the loads, resist all of them", "nothing")
     rows = _blocks(problem, "gauge_")

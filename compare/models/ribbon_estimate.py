@@ -2,8 +2,8 @@
 
 Five effects that an inextensible ribbon leaves out, each from the ribbon's own curvatures and loads:
 
-- edges: across its width the strip bends and, near its free edges, stretches (`ribbon.energies.edge_layer`, no constant
-  is fitted);
+- edges: across its width the strip bends and, near its free edges, stretches (`ribbon.energies.edge_layer`, or what
+  the ribbon's energy brings in its place; no constant is fitted);
 - shear: the twisting moment ends in transverse shear there; the ribbon softened by both says how far the shape moves;
 - in-plane bending, M_y^2 / (2 (1 - nu^2) w^2 / h^2) per length, M_y the moment about the surface's normal;
 - tension, N^2 h^2 / (24 (1 - nu^2)) per length;
@@ -27,7 +27,8 @@ from compare.measure.distance import grid_hausdorff
 from compare.models.shell_build import natural_constant
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
-from ribbon.energies.edge_layer import Section, membrane, shear, softening
+from ribbon.energies import ENERGIES
+from ribbon.energies.along import line_density
 from ribbon.energies.softened import soften
 
 FloatArray = NDArray[np.float64]
@@ -94,19 +95,19 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     clock = time.perf_counter()
     h = scene.width / width_to_thickness
     nu = scene.strip.poisson
-    section = Section(nu, scene.width, h)
+    section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
     softened = soften(equilibrium, h)
     there = softened if softened is not None else equilibrium
     state = _state(scene, there)
-    arguments = state.omega, state.eta, state.natural, section
-    elastic = _elastic(scene, there) + float(softening(*arguments)[0].mean())
+    arguments = state.omega, state.eta, state.natural
+    elastic = _elastic(scene, there) + float(section.softening(*arguments)[0].mean())
     in_plane = state.moment**2 * (h / scene.width) ** 2 / (2.0 * (1.0 - nu**2))
     tension = (state.tension * h) ** 2 / (24.0 * (1.0 - nu**2))
     whole = elastic + float(in_plane.mean()) + float(tension.mean())
     whole = whole if whole > 0.0 else 1.0
     parts = {
-        "edges": float(membrane(*arguments).mean()) / whole,
-        "shear": float(shear(state.omega, state.eta, section).mean()) / whole,
+        "edges": float(section.membrane(*arguments).mean()) / whole,
+        "shear": float(section.shear(state.omega, state.eta).mean()) / whole,
         "in_plane": float(in_plane.mean()) / whole,
         "tension": float(tension.mean()) / whole,
         "clamps": _clamps(scene, there, state, h),
@@ -158,7 +159,7 @@ def _ends(scene: Scene) -> list[float]:
 
 def _clamps(scene: Scene, e: Equilibrium, state: _State, h: float) -> float:
     """Share of the elastic energy that the clamps stretch."""
-    density = 0.5 * state.omega**2 * (1.0 + state.eta**2) ** 2 - state.natural * state.omega + 0.5 * state.natural**2
+    density = line_density(e, state.s) + 0.5 * state.natural**2
     total = float(density.mean())
     if not total > 0.0:
         return 0.0

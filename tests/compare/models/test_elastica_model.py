@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from compare.models.elastica_run import elastica_problem, out_of_plane, ribbon_angle, seed_turn
 
 from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
+from compare.models.elastica_start import angle_of, elastica_problem, out_of_plane, seed_turn
 from compare.models.ribbon import RibbonShape
 from compare.pages.result import comparison_result
 from compare.scene.scene import load, loads
@@ -49,21 +49,18 @@ def test_beside_the_ribbon_between_two_clamps(name):
     assert r.error < 1e-7
     assert r.energy.total == pytest.approx(ribbon.energy.total, abs=5e-4)
     assert ribbon.end_support is not None
-    for mine, theirs in (
-        (run.in_space(r.forces.end), ribbon.end_support.force),
-        (run.in_space(r.forces.start), ribbon.start.force),
-        (run.couple(r.forces.end_moment), ribbon.end_support.moment),
-        (run.couple(r.forces.start_moment), ribbon.start.moment),
-    ):
-        assert relative(mine, theirs) < 5e-4
-    assert run.frames(np.array([1.0]))[0] == pytest.approx(scene.end_frame, abs=1e-9)
+    mine = run.supports
+    for own, theirs in ((mine.end, ribbon.end_support), (mine.start, ribbon.start)):
+        assert relative(own.force, theirs.force) < 5e-4
+        assert relative(own.moment, theirs.moment) < 5e-4
+    assert run.shape.frames(np.array([1.0]))[0] == pytest.approx(scene.end_frame, abs=1e-9)
 
 
 def test_alone_it_finds_the_same_from_the_seed():
     scene = load("two_clamps_5_3_2")
     alone = solve_scene(scene, "elastica", options=Options(error=True))
-    assert (alone.result.status.value, alone.start) == ("converged", "seed")
-    assert alone.result.energy.total == pytest.approx(2.26901227, abs=1e-6)
+    assert (alone.native.status.value, alone.start) == ("converged", "seed")
+    assert alone.native.energy.total == pytest.approx(2.26901227, abs=1e-6)
 
 
 def test_along_a_path():
@@ -73,8 +70,8 @@ def test_along_a_path():
     straight = solve_scene(scene, "elastica", options=Options(error=True))
     by_way = solve_scene(scene.replace({"path": [{"strip.gamma": 1.0}]}), "elastica", options=Options(error=True))
     assert by_way.start == "path"
-    assert by_way.result.status.value == straight.result.status.value == "converged"
-    assert by_way.result.energy.total == pytest.approx(straight.result.energy.total, abs=1e-8)
+    assert by_way.native.status.value == straight.native.status.value == "converged"
+    assert by_way.native.energy.total == pytest.approx(straight.native.energy.total, abs=1e-8)
 
 
 def test_a_path_that_lets_go_is_refused():
@@ -97,19 +94,19 @@ def test_the_ribbon_s_angle(segments, within):
     scene = load("cantilever").replace({"model.elements": segments})
     ribbon = solve_scene(scene, "ribbon").native
     s = np.linspace(0.0, 1.0, 101)
-    theta = ribbon_angle(scene, ribbon, s)
+    theta = angle_of(scene, RibbonShape(ribbon), s)
     assert theta.shape == (101,)
     assert theta == pytest.approx(
         solve_scene(scene, "elastica", options=Options(error=True)).native.angle(s), abs=within
     )
-    assert out_of_plane(scene, ribbon, s) < 1e-9
+    assert out_of_plane(scene, RibbonShape(ribbon), s) < 1e-9
 
 
 def test_a_ribbon_out_of_the_plane_is_no_start():
     """0.4 m of the curl is planar by its scene, and its ribbon leaves the plane (results/curl_length.md)."""
     scene = load("curl_4_4_long")
     ribbon = solve_scene(scene, "ribbon").native
-    assert out_of_plane(scene, ribbon, np.linspace(0.0, 1.0, 101)) > 0.1
+    assert out_of_plane(scene, RibbonShape(ribbon), np.linspace(0.0, 1.0, 101)) > 0.1
     assert solve_scene(scene, "elastica", near=RibbonShape(ribbon), options=Options(error=True)).start == "natural"
 
 
@@ -181,6 +178,6 @@ def test_compare_writes_the_elastica_with_the_forces_of_both_ends(tmp_path):
     elastica = comparison_result(found)["elastica"]
     assert (elastica["status"], elastica["start"]) == ("converged", "ribbon")
     assert elastica["ribbon_centreline"] < 1e-4
-    assert relative(elastica["forces"]["end"], found.ribbon.equilibrium.end_support.force) < 5e-3  # type: ignore[union-attr]
+    assert relative(elastica["forces"]["end"], found.fast.native.end_support.force) < 5e-3  # type: ignore[union-attr]
     assert found.rows[0].elastica is not None
     assert json.dumps({key: np.asarray(value).tolist() for key, value in elastica["moments"].items()})

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from compare.models.ribbon_build import build_arguments, ribbon_problem
 from compare.scene.scene import Scene
 from compare.scene.stages import stages_without
+from ribbon.energies import ENERGIES
 from ribbon.find.adaptive import FIRST_SEGMENTS
 from ribbon.find.seeds import joints, sampled
 from ribbon.find.solve import Problem, build
-from ribbon.problems.chained import ChainedProblem
 
 FloatArray = NDArray[np.float64]
 
@@ -56,7 +56,6 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "gravity": lambda scene: {"gravity": None},
     "gravity over the surface": lambda scene: {"gravity.exact": None},
     "natural curvature": lambda scene: {"strip.natural_curvature": None},
-    "finite width (Wunderlich)": lambda scene: {"model.energy": "sadowsky"},
     "clamp at the start": lambda scene: {"clamp.start": None},
     "clamp at the end": lambda scene: {"clamp.end": None},
     "straight rulings": _straight,
@@ -67,13 +66,17 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
 }
 
 
+#: Effect of an energy -> the energy that lacks it.
+_LACKING = {energy.words.effect: energy.words.without for energy in ENERGIES.values() if energy.words is not None}
+
+
 def keys_without(scene: Scene, effect: str, formulation: str) -> dict[str, Any]:
     """The keys that switch off `effect` alone, one that is not in `FIXED`, in the same formulation.
 
     What the stages of a path say about the effect goes with it. Equal segments stand for those that a tolerance placed:
     how many is the size of the solved scene (`compare.models.base.Effect.same_size`).
     """
-    keys = _KEYS[effect](scene)
+    keys: dict[str, Any] = _KEYS[effect](scene) if effect in _KEYS else {"model.energy": _LACKING[effect]}
     if scene.path and effect not in PROCEDURES:
         keys["path"] = stages_without(scene.path, tuple(keys)) or None
     if scene.model.formulation == "auto":  # which might choose another one without the effect
@@ -92,23 +95,18 @@ def starting_state(scene: Scene, problem: Problem) -> FloatArray:
     """Unknowns of the shape that the seed's curvature and ruling describe, whatever else holds the ribbon."""
     s = joints(problem.lengths)
     shape = sampled(scene.seed_curvature, s), sampled(scene.seed.ruling, s)
-    return problem.shape(*shape) if isinstance(problem, ChainedProblem) else problem.state(*shape)
+    return problem.state(*shape)
 
 
 def _evaluate(problem: Any, x: FloatArray, rows: FloatArray) -> None:
     problem.value(x)
     problem.gradient(x)
-    if isinstance(problem, ChainedProblem):
+    if not problem.row_count:
         problem.hessian(x)
         return
     problem.constraints(x)
     problem.jacobian(x)
     problem.hessian(x, rows)
-
-
-def row_count(problem: Any) -> int:
-    """How many constraints a problem has."""
-    return 0 if isinstance(problem, ChainedProblem) else int(problem.constraint_bounds()[0].size)
 
 
 def free_unknowns(problem: Any) -> int:
@@ -126,7 +124,7 @@ def bounded_unknowns(problem: Any) -> int:
 def evaluation_times(problems: tuple[Problem, ...], shape: FloatArray) -> FloatArray:
     """Times (samples, problems) in s of one evaluation of each, in turns, near the unknowns `shape`, kernels warm."""
     rng = np.random.default_rng(0)
-    rows = [rng.standard_normal(row_count(problem)) for problem in problems]
+    rows = [rng.standard_normal(problem.row_count) for problem in problems]
     times = np.empty((_SAMPLES + 1, len(problems)))
     for sample in times:
         x = shape + _SPREAD * rng.standard_normal(shape.size)

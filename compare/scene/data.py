@@ -1,0 +1,195 @@
+"""A scene as numbers: the sections with the values of the file in its own units, and what follows from them.
+
+The derived, dimensionless numbers that the solvers take (lengths in l, energies in D w / l; theory sheet, section 2;
+thesis 4.1) are properties: `width`, `curvature`, `gamma`, `up`, `start_position`, `start_frame`, `end_position`, ...
+Nothing here reads, checks or changes a scene: that is built on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.scene.loads import gamma_of, load_of
+from compare.scene.spec import (
+    ClampSpec,
+    ClosureSpec,
+    GravitySpec,
+    ModelSpec,
+    SeedSpec,
+    ShellSpec,
+    StageSpec,
+    StripSpec,
+    TipSpec,
+    WallSpec,
+)
+
+
+def unit(vector: Any) -> NDArray[np.float64]:
+    """The vector normalised to rounding."""
+    array = np.array(vector, dtype=float)
+    return array / np.linalg.norm(array)
+
+
+def frame_of(clamp: ClampSpec | None) -> NDArray[np.float64] | None:
+    """The held frame, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding; None: not held."""
+    if clamp is None or clamp.tangent is None or clamp.normal is None:
+        return None
+    tangent = unit(clamp.tangent)
+    given = np.array(clamp.normal)
+    normal = unit(given - (given @ tangent) * tangent)
+    return np.column_stack([np.cross(normal, tangent), normal, tangent])
+
+
+@dataclass(frozen=True)
+class SceneData:
+    """One scene: a strip, what holds and loads it, the ribbon's model, the way to the scene and the shell runs.
+
+    `name` and `source`: where it was read; `own_keys`: the dotted keys that it sets itself, without those of its path.
+    """
+
+    name: str
+    title: str
+    source: str
+    strip: StripSpec
+    gravity: GravitySpec | None
+    tip: TipSpec | None
+    clamp_start: ClampSpec | None
+    clamp_end: ClampSpec | None
+    closure: ClosureSpec | None
+    walls: tuple[WallSpec, ...]
+    model: ModelSpec
+    seed: SeedSpec
+    path: tuple[StageSpec, ...]
+    shell: ShellSpec
+    own_keys: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+
+    # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------
+
+    @property
+    def width(self) -> float:
+        """w / l."""
+        return self.strip.width / self.strip.length
+
+    @property
+    def thickness(self) -> float | None:
+        """h / l, or None when the scene gives no thickness."""
+        return None if self.strip.thickness is None else self.strip.thickness / self.strip.length
+
+    @property
+    def curvature(self) -> tuple[float, float]:
+        """Natural normal curvature times l, at s = 0 and at s = 1."""
+        start, end = self.strip.natural_curvature
+        return start * self.strip.length, end * self.strip.length
+
+    @property
+    def gamma(self) -> float:
+        """Gamma = rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)); 0.0 without gravity."""
+        return 0.0 if self.gravity is None else gamma_of(self.strip, self.gravity.acceleration)
+
+    @property
+    def tip_load(self) -> float:
+        """Load at s = 1 along -up in D w / l^2 (Y I / l^2 of a rod): M g l^2 / (Y I) of a mass M; 0.0 without [tip]."""
+        if self.tip is None or self.gravity is None:
+            return 0.0
+        return load_of(self.tip, self.strip, self.gravity.acceleration)
+
+    @property
+    def up(self) -> NDArray[np.float64] | None:
+        """Unit vector against the weight, shape (3,), normalised to rounding; None without gravity."""
+        return None if self.gravity is None else unit(self.gravity.up)
+
+    @property
+    def start_position(self) -> NDArray[np.float64] | None:
+        """The point held at s = 0 in units of l, shape (3,); None: not held."""
+        return self._position(self.clamp_start)
+
+    @property
+    def start_frame(self) -> NDArray[np.float64] | None:
+        """The frame held at s = 0, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding, or None."""
+        return frame_of(self.clamp_start)
+
+    @property
+    def end_position(self) -> NDArray[np.float64] | None:
+        """The point held at s = length in units of l, shape (3,); None: not held."""
+        return self._position(self.clamp_end)
+
+    @property
+    def end_frame(self) -> NDArray[np.float64] | None:
+        """The frame held at s = length, as `start_frame`; None: not held."""
+        return frame_of(self.clamp_end)
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """`start_position` of a scene whose start is fully clamped; `BadInput` for another one."""
+        position = self.start_position
+        if position is None or not self.start_clamped:
+            raise self._start_not_clamped()
+        return position
+
+    @property
+    def frame(self) -> NDArray[np.float64]:
+        """`start_frame` of a scene whose start is fully clamped; `BadInput` for another one."""
+        frame = self.start_frame
+        if frame is None or not self.start_clamped:
+            raise self._start_not_clamped()
+        return frame
+
+    @property
+    def start_clamped(self) -> bool:
+        """True when position and frame are held at s = 0."""
+        return self.clamp_start is not None and self.clamp_start.holds_all
+
+    @property
+    def wall_points(self) -> NDArray[np.float64]:
+        """A point of every wall in units of l, shape (walls, 3); of a pressure plate, where it rests."""
+        return np.array([wall.point for wall in self.walls]).reshape(-1, 3) / self.strip.length
+
+    @property
+    def wall_normals(self) -> NDArray[np.float64]:
+        """Unit normals of the walls towards the ribbon, shape (walls, 3), normalised to rounding."""
+        return np.array([unit(wall.normal) for wall in self.walls]).reshape(-1, 3)
+
+    @property
+    def seed_curvature(self) -> tuple[float, ...]:
+        """Curvature of the starting shape times l ("natural" resolved) at equal distances from s = 0 to s = 1.
+
+        Two values or more; linear in between.
+        """
+        if self.seed.curvature is None:
+            return self.curvature
+        return tuple(value * self.strip.length for value in self.seed.curvature)
+
+    def _position(self, clamp: ClampSpec | None) -> NDArray[np.float64] | None:
+        if clamp is None or clamp.position is None:
+            return None
+        return np.array(clamp.position) / self.strip.length
+
+    def _start_not_clamped(self) -> BadInput:
+        return BadInput(
+            "clamp.start",
+            None,
+            "does not hold position and frame, which this needs",
+            "add [clamp.start] with position, tangent and normal",
+        )
+
+    @property
+    def shell_corner(self) -> float | None:
+        """Size of the shell's held corner cells in units of l; None: one cell of its mesh."""
+        return None if self.shell.corner is None else self.shell.corner / self.strip.length
+
+    @property
+    def shell_edge_layer(self) -> float | str | None:
+        """Width in units of l of the layer at the shell's clamps and edges, or "auto"; None: the mesh is graded."""
+        layer = self.shell.edge_layer
+        return layer if layer is None or isinstance(layer, str) else layer / self.strip.length
+
+    @property
+    def shell_start_curvature(self) -> float | None:
+        """Curvature times l of the arc where the shell's path begins; None: not said."""
+        curvature = self.shell.start_curvature
+        return None if curvature is None else curvature * self.strip.length

@@ -1,0 +1,83 @@
+"""What an energy is, to all that asks for one: kernels for the solver, its spread over the surface, needs and words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ribbon.energies.edge_layer import Section
+
+FloatArray = NDArray[np.float64]
+#: `ribbon.Strip.section`, what a kernel may ask of the cross-section: w / (2 l), h / l (nan: not given), nu.
+SectionNumbers = tuple[float, float, float]
+
+
+class RelaxedSection(Protocol):
+    """What a section of finite thickness gains by curving and stretching across its width; all in D w / l^2."""
+
+    @property
+    def scale(self) -> float:
+        """c in z = c sqrt|kappa|: z below about 2 means that the layers of both edges meet."""
+        ...
+
+    def softening(
+        self, kappa: FloatArray, eta: FloatArray, natural: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What the energy is short of: value (k,), gradient (k, 2), Hessian (k, 2, 2) by (kappa, eta)."""
+        ...
+
+    def membrane(self, kappa: FloatArray, eta: FloatArray, natural: FloatArray) -> FloatArray:
+        """Membrane energy (k,)."""
+        ...
+
+    def shear(self, kappa: FloatArray, eta: FloatArray) -> FloatArray:
+        """Energy of transverse shear (k,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Words:
+    """The effect that an energy has beyond another one, for `ribbonbench explain`.
+
+    effect: its name; adds: what it adds to an evaluation; absent: what is spared without it; without: the name of the
+    energy that lacks it and nothing else.
+    """
+
+    effect: str
+    adds: str
+    absent: str
+    without: str
+
+
+@njit(cache=True)
+def no_factor(x):
+    """Not a number: the energy is no multiple of Sadowsky's."""
+    return np.nan
+
+
+@dataclass(frozen=True)
+class EnergyDensity:
+    """An elastic energy of the ribbon, without its natural curvature (`ribbon.energies.natural`); units D w / l^2.
+
+    density: kernel ``(omega, eta, x, section, out)`` that fills ten numbers (layout: `ribbon.energies`),
+    x = w eta' / 2, section: `SectionNumbers`; factor: kernel ``(x)``, the energy over Sadowsky's where that depends on
+    x alone (it is then evaluated once a segment), `no_factor` otherwise.
+    across: ``(omega, eta, x, t, section)``, arrays (k,) -> (k,): the density at the place t in [-1, 1] of the ruling,
+    per width of the strip, whose mean over t is the density; None: the same on the whole ruling.
+    knows_width: whether x matters; needs: fields of `ribbon.Strip` that must be given, such as "thickness".
+    relaxed: ``(poisson, width, thickness)``, lengths in l -> what a strip of finite thickness gains beyond this energy.
+    words: of its own effect; None: it has none.
+    """
+
+    density: Any
+    factor: Any = no_factor
+    across: Callable[[FloatArray, FloatArray, FloatArray, FloatArray, SectionNumbers], FloatArray] | None = None
+    knows_width: bool = False
+    needs: tuple[str, ...] = ()
+    relaxed: Callable[[float, float, float], RelaxedSection] = Section
+    words: Words | None = None

@@ -1,0 +1,148 @@
+"""What the finding, the judging and the showing of equilibria ask of a problem, whatever its formulation.
+
+A problem without rows is a bounded minimisation of a few unknowns (`ribbon.solvers.problem.BoundedProblem`, dense
+Hessian); one with rows is sparse (`ConstrainedProblem`). `row_count` tells, and nothing else needs to be known of the
+formulation by those who call.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.boundary import Clamp, Closure
+from ribbon.contact import Wall
+from ribbon.forces import Force, WallForce
+from ribbon.loads import Gravity
+from ribbon.strip import Strip
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+#: Quaternion and position at s = 0 to which a problem may refer; None: they follow from what it is.
+Anchor = tuple[tuple[float, ...], tuple[float, ...]] | None
+
+
+class Problem(Protocol):
+    """A ribbon as a minimisation problem; lengths in l, energies in D w / l.
+
+    Beside what a minimiser asks for (size, bounds, value, gradient, hessian; with rows also constraint_bounds,
+    constraints, jacobian and their structures).
+    """
+
+    @property
+    def strip(self) -> Strip: ...
+
+    @property
+    def start(self) -> Clamp | None: ...
+
+    @property
+    def end(self) -> Clamp | None: ...
+
+    @property
+    def closure(self) -> Closure | None: ...
+
+    @property
+    def walls(self) -> tuple[Wall, ...]: ...
+
+    @property
+    def gravity(self) -> Gravity | None: ...
+
+    @property
+    def energy(self) -> str: ...
+
+    @property
+    def lengths(self) -> FloatArray: ...
+
+    @property
+    def exponent_limit(self) -> float: ...
+
+    @property
+    def formulation(self) -> str: ...
+
+    @property
+    def counters(self) -> Any: ...
+
+    @property
+    def size(self) -> int: ...
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of constraints."""
+        ...
+
+    @property
+    def half_width(self) -> float: ...
+
+    @property
+    def has_gravity(self) -> bool: ...
+
+    @property
+    def has_natural_curvature(self) -> bool: ...
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]: ...
+
+    def value(self, x: FloatArray) -> float: ...
+
+    def gradient(self, x: FloatArray) -> FloatArray: ...
+
+    def energy_parts(self, x: FloatArray) -> FloatArray:
+        """Bending, natural-curvature and gravity energy, and that of pressure plates where there may be some."""
+        ...
+
+    def block_slices(self) -> dict[str, slice]:
+        """Where the rows of what holds the ribbon stand, by name."""
+        ...
+
+    def free_motions(self) -> tuple[FloatArray, FloatArray]:
+        """Unit translations (k, 3) and axes of rotation (m, 3) that change neither energy nor constraints."""
+        ...
+
+    def with_changes(self, **changes: Any) -> Self:
+        """The same problem with fields replaced and nothing counted or cached."""
+        ...
+
+    # -- shapes -------------------------------------------------------------------------------------------------------
+
+    def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
+        """Unknowns of the shape with omega and eta (p + 1,) at the joints."""
+        ...
+
+    def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
+        ...
+
+    def parameters(self, x: FloatArray) -> FloatArray:
+        """(a, b, n, m) of every segment, (p, 4)."""
+        ...
+
+    def parameter_map(self) -> tuple[IntArray, FloatArray]:
+        """How they follow from the unknowns: columns (p, k) of those that matter to each segment, slopes (p, 4, k)."""
+        ...
+
+    def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (p + 1, 3) and frames (p + 1, 3, 3) at the joints."""
+        ...
+
+    def anchor(self, x: FloatArray) -> Anchor:
+        """Where the start of the shape x stands, for `anchored`; None where it is no unknown."""
+        ...
+
+    def anchored(self, anchor: Anchor) -> Self:
+        """The problem with its gauges and the signs of its quaternions referring to `anchor`; unchanged for None."""
+        ...
+
+    # -- what holds the ribbon, from the multipliers of the rows ------------------------------------------------------
+
+    def start_force(self, x: FloatArray, rows: FloatArray) -> Force:
+        """What the support at s = 0 exerts on the ribbon (zero where nothing is held)."""
+        ...
+
+    def end_force(self, x: FloatArray, rows: FloatArray) -> Force | None:
+        """What the clamp at s = l exerts; None for a free or closed end."""
+        ...
+
+    def wall_forces(self, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
+        """What every wall exerts."""
+        ...

@@ -1,0 +1,50 @@
+"""The names of ribbonbench under one roof: `import ribbonbench`; `python -m ribbonbench` is the command.
+
+The work is done by the three packages that come with it: `ribbon` (the ribbon), `shellref` (shell and elastica, the
+references) and `compare` (scenes, studies, the command line). A name is looked up there when it is first used, so that
+importing this module imports no solver.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from compare import __version__ as __version__
+    from compare.check import assert_agreement as assert_agreement
+    from ribbon import Clamp as Clamp
+    from ribbon import Gravity as Gravity
+    from ribbon import Strip as Strip
+    from ribbon import refine as refine
+    from ribbon import solve as solve
+
+#: Name -> the module that has it.
+_FROM = {
+    "Clamp": "ribbon",
+    "Gravity": "ribbon",
+    "Strip": "ribbon",
+    "__version__": "compare",
+    "assert_agreement": "compare.check",
+    "refine": "ribbon",
+    "solve": "ribbon",
+}
+
+__all__ = list(_FROM)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _FROM:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(_FROM[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_FROM})
+
+
+if __name__ == "__main__":
+    from compare.cli import main
+
+    sys.exit(main())

@@ -1,0 +1,163 @@
+"""The rooms of the house: arrows go downward only, no circle, who may know a solver, how full a room is."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from tests.test_setup import ROOT, imported
+
+#: The rooms of `compare`, top to bottom: a module imports from its own room and from those below. Rooms of one tuple
+#: stand side by side and do not import each other.
+LEVELS = (
+    ("compare.cli",),
+    ("compare.commands",),
+    ("compare.doctor",),
+    ("compare.pages",),
+    ("compare.sweep", "compare.pictures", "compare.check"),
+    ("compare.studies",),
+    ("compare.report",),
+    ("compare.export",),
+    ("compare.page",),
+    ("compare.models",),
+    ("compare.measure",),
+    ("compare.scene",),
+    ("compare.store",),
+    ("compare.registry",),
+    ("compare.errors",),
+    ("compare",),
+)
+#: Who in `compare` may import a solver.
+KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pictures.ribbon")
+SOLVERS = ("ribbon", "shellref")
+#: Most modules of a room, its __init__ not counted.
+FULL = 16
+
+Graph = Mapping[str, set[str]]
+
+
+def modules(root: Path) -> dict[str, Path]:
+    """Dotted name -> file of every module of the three packages; a package's own name stands for its __init__."""
+    found = {}
+    for package in ("ribbon", "shellref", "compare"):
+        for path in sorted((root / package).rglob("*.py")):
+            parts = path.relative_to(root).with_suffix("").parts
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def graph() -> dict[str, set[str]]:
+    """Every module with the modules of ours that it imports, wherever in it."""
+    known = modules(ROOT)
+    found: dict[str, set[str]] = {}
+    for name, path in known.items():
+        targets = imported(name, path.read_text(), path.name == "__init__.py")
+        # `from a import b` yields a and a.b: where a.b is a module, a itself is only its package
+        deeper = {target.rpartition(".")[0] for target in targets if target in known}
+        found[name] = {target for target in targets if target in known and target != name} - (deeper - {name})
+    return found
+
+
+def circles(edges: Graph) -> list[set[str]]:
+    """Strongly connected components of more than one module (Tarjan)."""
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[set[str]] = []
+
+    def visit(node: str) -> None:
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for target in edges.get(node, ()):
+            if target not in index:
+                visit(target)
+                low[node] = min(low[node], low[target])
+            elif target in stack:
+                low[node] = min(low[node], index[target])
+        if low[node] == index[node]:
+            component: set[str] = set()
+            while node not in component:
+                component.add(stack.pop())
+            if len(component) > 1:
+                found.append(component)
+
+    for node in edges:
+        if node not in index:
+            visit(node)
+    return found
+
+
+def level(name: str) -> int:
+    """The place of a module's room in `LEVELS`."""
+    fits = [
+        (len(room), place)
+        for place, rooms in enumerate(LEVELS)
+        for room in rooms
+        if name == room or name.startswith(room + ".")
+    ]
+    return max(fits)[1]
+
+
+def upward(edges: Graph) -> Iterator[str]:
+    """Imports within `compare` that do not go downward."""
+    for name, targets in edges.items():
+        for target in sorted(targets):
+            if not name.startswith("compare") or not target.startswith("compare"):
+                continue
+            same_room = name.split(".")[:2] == target.split(".")[:2]
+            if not same_room and level(name) >= level(target):
+                yield f"{name} imports {target}"
+
+
+def strangers(edges: Graph) -> Iterator[str]:
+    """Modules that import a solver and may not."""
+    for name, targets in edges.items():
+        if not name.startswith("compare") or name.startswith(KNOW_SOLVERS):
+            continue
+        yield from (f"{name} imports {target}" for target in sorted(targets) if target.split(".")[0] in SOLVERS)
+
+
+def test_no_circle():
+    assert circles(graph()) == []
+
+
+def test_arrows_go_downward_only():
+    assert list(upward(graph())) == []
+
+
+def test_only_the_models_know_a_solver():
+    assert list(strangers(graph())) == []
+
+
+def test_every_room_of_compare_has_a_level():
+    unknown = [name for name in graph() if name.startswith("compare.") and level(name) == len(LEVELS) - 1]
+    assert unknown == []
+
+
+def test_rooms_are_not_full():
+    held: dict[Path, int] = defaultdict(int)
+    for path in modules(ROOT).values():
+        held[path.parent] += path.name != "__init__.py"
+    assert {str(folder.relative_to(ROOT)): count for folder, count in held.items() if count > FULL} == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "target", "rule"),
+    [
+        ("compare.scene.read", "compare.models.base", upward),
+        ("compare.models.base", "compare.pages.solve", upward),
+        ("compare.page.page", "compare.export.vtu", upward),
+        ("compare.studies.limits", "ribbon", strangers),
+        ("compare.commands.solve", "shellref.shell.options", strangers),
+    ],
+)
+def test_the_rules_can_fail(name, target, rule):
+    edges = {name: {target}, target: set()}
+    assert len(list(rule(edges))) == 1
+
+
+def test_a_circle_is_found():
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [{"a", "b", "c"}]
