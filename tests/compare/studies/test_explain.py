@@ -225,7 +225,7 @@ def test_a_model_from_outside_is_explained_with_its_effects_its_solve_and_its_mo
 def test_a_curve_from_outside_without_evaluations_moves_by_its_centreline(explained):
     said, result, page = explained("thread")
     found = rows(page.tables[1])
-    assert set(found) == {"everything on", "weight", "natural curvature"}
+    assert set(found) == {"everything on", "weight", "natural curvature", "being an arc"}
     assert "unknowns" not in found["everything on"]
     end = math.hypot(1.0 - math.sin(1.0), 1.0 - math.cos(1.0))
     assert found["natural curvature"]["moves / l"] == pytest.approx(end, abs=1e-12)
