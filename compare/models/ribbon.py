@@ -271,15 +271,15 @@ class RibbonModel:
         return estimate(scene, state.native, width_to_thickness)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
-        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.ribbon_effects`)."""
-        from compare.models.ribbon_effects import effects
+        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
+        from compare.models.effects.ribbon import effects
 
         with self._admitted(scene):
             return effects(scene)
 
     def evaluation(self, scene: Scene) -> Evaluation:
         """The size of the problem, and the time of one evaluation (`compare.models.base.Evaluates`)."""
-        from compare.models.ribbon_effects import evaluation
+        from compare.models.effects.ribbon import evaluation
 
         with self._admitted(scene):
             return evaluation(scene)
@@ -416,7 +416,7 @@ def _motions(e: Equilibrium) -> Motions | None:
     """The rigid motions that nothing resists."""
     problem: Any = e.problem
     translations, axes = problem.free_motions()
-    if not len(translations) + len(axes):
+    if not len(translations) and not len(axes):
         return None
     held = [r for r in (problem.start_position, problem.end_position) if r is not None]
     return Motions(translations, axes, held[0] if held else None)

@@ -222,7 +222,7 @@ def table(scene: Scene, states: Sequence[State]) -> Table:
 
 
 def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:
-    """result.json, page.json and the files of `write_states`. again: the command line that remakes them."""
+    """result.json, page.json and the files of `write_states`. again: as of `Page`."""
     written = write_states(out, scene, states)
     Study(
         "shell",
