@@ -1,18 +1,27 @@
-"""docs/extend.md: the energy of the page, added to a copy of the package as the page says, is solved there.
+"""docs/extend.md: what the page adds works where the page says: energy and command in a copy, the model beside it.
 
 The copy runs in a process of its own with numba's compiler off: few segments, no compilation.
 """
 
 from __future__ import annotations
 
+import csv
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
+import pyvista
 
+from compare import registry
+from compare.cli import main
+from compare.models import solve
+from compare.scene.scene import load
 from tests.docs_blocks import DOCS, ROOT, blocks
 from tests.patience import PATIENCE
 
@@ -38,12 +47,11 @@ print("threaded", gap)
 
 #: The same energy in a scene: exported, estimated and explained with its own terms.
 OWN_TERMS = """
-import compare.studies.effects as timed
+import compare.models.ribbon_effects_off as timed
 import numpy as np
 from compare.studies.effects import explain
-from compare.studies.effects_off import without
+from compare.models import solve as solve_scene
 from compare.models.ribbon_estimate import CORNER_CLAMP, estimate
-from compare.models.ribbon_run import run_ribbon
 from compare.scene import load
 from ribbon.energies import threaded
 from ribbon.energies.softened import soften
@@ -51,7 +59,7 @@ from tests.energy_integrals import over_s, over_surface
 
 assert "copy" in threaded.__file__, threaded.__file__
 scene = load("curl_4_3").replace({"model.energy": "threaded", "model.elements": 3, "shell.clamp": "corners"})
-e = run_ribbon(scene, repeat=False).equilibrium
+e = solve_scene(scene, "ribbon").native
 assert e.ok and e.problem.energy == "threaded" and e.max_abs_eta > 0.1, (e.message, e.max_abs_eta)
 assert abs(over_s(e) - e.energy.elastic) < 1e-9 * abs(e.energy.elastic), (over_s(e), e.energy.elastic)
 assert abs(over_surface(e) - e.energy.elastic) < 1e-9 * abs(e.energy.elastic), (over_surface(e), e.energy.elastic)
@@ -68,12 +76,12 @@ found = estimate(scene, e, 100.0)
 assert abs(found.parts["clamps"] - expected) < 1e-9 * expected, (found.parts, expected)
 
 timed._SAMPLES = 2  # kernels are interpreted here
-effects = {effect.name: effect for effect in explain(scene).effects}
+effects = {effect.key: effect for effect in explain(scene).effects}
 assert effects["thread"].on and effects["thread"].seconds is not None and "threaded" in effects["thread"].why
 assert not effects["finite width (Wunderlich)"].on
-assert without(scene, "thread", "chained").scene.model.energy == "sadowsky"
+assert effects["thread"].changes["model.energy"] == "sadowsky"
 plain = explain(scene.replace({"model.energy": "wunderlich"})).effects
-assert [effect.on for effect in plain if effect.name in ("finite width (Wunderlich)", "thread")] == [True, False]
+assert [effect.on for effect in plain if effect.key in ("finite width (Wunderlich)", "thread")] == [True, False]
 print("own terms")
 """
 
@@ -107,7 +115,7 @@ def copy(tmp_path):
     shutil.copy(ROOT / "pyproject.toml", root)
     added = 0
     for block in blocks(PAGE):
-        named = re.match(r"# (ribbon/\S+\.py)\n", block.text)
+        named = re.match(r"# ((?:ribbon|compare)/\S+\.py)\n", block.text)
         if block.info == "python" and named:
             (root / named[1]).write_text(block.text)
             added += 1
@@ -116,7 +124,7 @@ def copy(tmp_path):
             for hunk in changes:
                 (root / name).write_text(patched((root / name).read_text(), hunk, name))
             added += 1
-    assert added == 2
+    assert added == 4
     return root
 
 
@@ -129,3 +137,98 @@ def test_the_energy_of_the_page(copy, tmp_path, code):
         [sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 0, done.stderr[-3000:]
+
+
+def test_the_command_of_the_page(copy, tmp_path):
+    """The page's study runs on the scene's own model, whatever that is."""
+    environment = {**os.environ, "PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "compare.cli", "reach", "cantilever", "--quiet"]
+    done = subprocess.run(
+        [*command, "--set", "model.energy=elastica"], cwd=tmp_path, env=environment, capture_output=True, text=True,
+        timeout=PATIENCE,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
+    found = re.findall(r"elastica elastica 1 (\d+): (\S+) l, converged", done.stdout)
+    assert [size for size, _ in found] == ["5", "10", "20"]
+    reach = [float(value) for _, value in found]
+    fine = solve(load("cantilever"), "elastica").end.position
+    apart = [abs(value - float(np.linalg.norm(fine))) for value in reach]
+    assert apart[0] > 3.0 * apart[1] > 9.0 * apart[2]  # order 2
+
+
+@pytest.fixture
+def arc(tmp_path, monkeypatch):
+    """The model of the page, installed in a folder of its own: three files."""
+    folder = tmp_path / "site"
+    written = 0
+    for block in blocks(PAGE):
+        named = re.match(r"# (arc_model\S*)\n", block.text)
+        if named:
+            path = folder / named[1]
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(block.text if path.suffix == ".py" else block.text.partition("\n")[2])
+            written += 1
+    assert written == 3
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), str(ROOT)]))
+    monkeypatch.chdir(tmp_path)
+    registry.entries.cache_clear()
+    registry.model.cache_clear()
+    yield
+    registry.entries.cache_clear()
+    registry.model.cache_clear()
+    sys.modules.pop("arc_model", None)
+
+
+#: curl_4_3 for the arc: a quarter of a turn, one small shell.
+OWN = [
+    "--set", "model.energy=arc", "--set", "strip.natural_curvature=1.5707963267948966",
+    "--set", "model.grading=uniform", "--set", "shell.width_to_thickness=[10, 20]", "--set", "shell.elements=[8, 1]",
+    "--quiet",
+]  # fmt: skip
+
+
+def result_of(command: str, *more: str, own: list[str] = OWN) -> dict:
+    assert main([command, "curl_4_3", *own, *more, "--out", f"out/{command}"]) in (0, 1)
+    return json.loads(Path(f"out/{command}/result.json").read_text())
+
+
+def test_the_model_of_the_page_is_solved_swept_explained_and_exported(arc):
+    """Everywhere the same end: the arc's, (1 - 1/n^2) from that of a quarter turn."""
+    solved = result_of("solve")
+    curvature = 0.5 * np.pi * (1.0 + 20.0**-2)
+    scene = load("curl_4_3")
+    end = (
+        np.array([np.sin(curvature), np.cos(curvature) - 1.0])
+        / curvature
+        @ np.array([scene.frame[:, 2], scene.frame[:, 1]])
+    )
+    assert solved["end"]["position"] == pytest.approx(end, abs=1e-12)
+    assert solved["energy"]["elastic"] == pytest.approx(-0.5 * curvature**2)
+    assert solved["status"] == "converged"
+    assert main(["sweep", "curl_4_3", *OWN, "--solver", "arc", "--vary", "model.elements=20,40", "--workers", "1"]) == 0
+    with Path("out/curl_4_3_sweep/cases.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["status"] for row in rows] == ["converged"] * 2
+    assert [float(rows[0][f"end.{axis}"]) for axis in "xyz"] == pytest.approx(end, abs=1e-12)
+    explained = result_of("explain")
+    assert next(effect["key"] for effect in explained["effects"]) == "natural curvature"
+    assert main(["export", "out/solve", "--format", "obj,vtu,gltf", "--out", "out/export", "--quiet"]) == 0
+    points = pyvista.read("out/export/arc.vtu").points
+    assert np.linalg.norm(points - end, axis=1).min() < 1e-6
+    assert main(["solve", "curl_4_3", *OWN, "--set", "seed.curvature=3.0", "--out", "out/x"]) == 2  # it has no seed
+
+
+@pytest.mark.shell
+def test_the_model_of_the_page_is_compared_converged_and_timed(arc):
+    pytest.importorskip("dolfinx")
+    row = result_of("compare")["rows"][0]
+    assert row["status"] == "converged"
+    assert row["ribbon_error"] == pytest.approx(0.5 * np.pi * (1 + 1 / 400) / 400)
+    assert 0.0 < row["centreline"] < 1.0  # its weight, which the arc does not feel
+    assert [one["status"] for one in result_of("converge")["rows"]] == ["converged"] * 2
+    cost = result_of("cost", "--meshes", "4x1", "8x1", "--repeats", "1", "--width-to-thickness", "10")
+    arcs = [one for one in cost["rows"] if one["solver"] == "arc"]
+    assert len(arcs) == 4
+    errors = [one["error"] for one in arcs]
+    assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]

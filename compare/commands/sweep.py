@@ -36,8 +36,9 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="replace a key of the scene at every point (repeatable)",
     )  # fmt: skip
     parser.add_argument(
-        "--solver", choices=("ribbon", "elastica", "shell", "compare"), default=None,
-        help="what runs at each point (default: the file's, or ribbon)",
+        "--solver", metavar="NAME", default=None,
+        help="what runs at each point: a model (ribbon, elastica, shell, ...) or compare (default: the file's, or the "
+        "model that the scene's model.energy names)",
     )  # fmt: skip
     parser.add_argument("--errors", action="store_true", help="measure each discretisation error too (slower)")
     common.leave_saddle_argument(parser)
@@ -113,7 +114,7 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
 def _sweep(options: argparse.Namespace) -> Sweep:
     from compare.scene.axes import parse_axis
     from compare.scene.scene import parse_assignment
-    from compare.sweep.file import load_sweep
+    from compare.sweep.file import known_solver, load_sweep
 
     axes = [parse_axis(text) for text in options.vary]
     sweep = load_sweep(options.sweep, dict(parse_assignment(text) for text in options.assignments), axes)
@@ -128,6 +129,8 @@ def _sweep(options: argparse.Namespace) -> Sweep:
         )
         if value is not None
     }
+    if options.solver is not None:
+        known_solver(options.solver, "--solver")
     if options.show is not None and options.against is None:
         changes["against"] = ""  # the file's belongs to what the file shows
     if "show" in changes or "against" in changes:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
-from compare.registry import names
+from compare.registry import name_for, names
 from compare.scene.axes import Axis, checked, spaced
 from compare.scene.scene import Scene, load
 from compare.scene.scene import shipped as shipped_scenes
@@ -49,14 +49,15 @@ class Sweep:
 
     name: of the folder of results; scene: with the assignments of [set]; axes: the last one fastest; show: the quantity
     (a column of cases.csv) in the picture, against: another one on its horizontal axis, "" for the axes themselves;
-    errors: whether each ribbon's discretisation error is measured too.
+    solver: a model, or `COMPARE` ("": the model that the scene chooses); errors: whether each discretisation error is
+    measured too.
     """
 
     name: str
     title: str
     scene: Scene
     axes: tuple[Axis, ...]
-    solver: str = "ribbon"
+    solver: str = ""
     show: str = ""
     against: str = ""
     errors: bool = False
@@ -113,7 +114,8 @@ def _with_axes(sweep: Sweep, axes: Sequence[Axis], given: str) -> Sweep:
         raise BadInput(
             "SWEEP", given, "varies nothing", "add --vary 'strip.gamma=log(1,1e4,9)', or name a sweep's file"
         )
-    return replace(sweep, axes=tuple(axes))
+    own = sweep.solver or name_for(sweep.scene.model.energy)
+    return replace(sweep, axes=tuple(axes), solver=own)
 
 
 def _no_such(name: str) -> BadInput:
@@ -155,9 +157,9 @@ def _of_document(document: Mapping[str, Any], path: Path) -> Sweep:
     if not isinstance(assigned, dict):
         raise BadInput("set", assigned, "is not a table", 'write [set], then e.g. "strip.poisson" = 0.5')
     keys = _flat(assigned)
-    solver = _text(document, "solver", "ribbon")
-    if solver not in solvers():
-        raise BadInput("solver", solver, "is not known", f"choose from {', '.join(solvers())}")
+    solver = _text(document, "solver", "")
+    if solver:
+        known_solver(solver, "solver")
     return Sweep(
         name=path.stem,
         title=title,
@@ -179,6 +181,12 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
         key = f"{prefix}{name}"
         found.update(_flat(value, f"{key}.") if isinstance(value, dict) else {key: value})
     return found
+
+
+def known_solver(name: str, key: str) -> None:
+    """`BadInput` for a solver that is none of `solvers`; key: where it was given."""
+    if name not in solvers():
+        raise BadInput(key, name, "is not known", f"choose from {', '.join(solvers())}")
 
 
 def _known(table: Mapping[str, Any], keys: Sequence[str], where: str) -> None:
