@@ -70,7 +70,7 @@ def _sentences(one: Study) -> list[str]:
         + ("." if claimed == rows else "; the others are shown and take no part.")
     ]
     if one.slope is None:
-        said.append("No slope: it takes two such rows. Use a finer shell (--elements) or more ribbon segments.")
+        said.append(f"No slope: it takes two such rows. Use a finer shell (--elements) or a finer {one.model}.")
     else:
         s = one.slope
         apart = (
@@ -95,9 +95,11 @@ def _sentences(one: Study) -> list[str]:
     inside = [s.name for s in one.scalars if s.inside]
     outside = [s.name for s in one.scalars if s.inside is False]
     if inside:
-        said.append(f"Extrapolated to h/w = 0, the ribbon's value lies in the interval of: {', '.join(inside)}.")
+        said.append(f"Extrapolated to h/w = 0, the {one.model}'s value lies in the interval of: {', '.join(inside)}.")
     if outside:
-        said.append(f"Extrapolated to h/w = 0, the ribbon's value lies outside the interval of: {', '.join(outside)}.")
+        said.append(
+            f"Extrapolated to h/w = 0, the {one.model}'s value lies outside the interval of: {', '.join(outside)}."
+        )
     said += [
         f"w/h = {row.width_to_thickness:g}: the shell is {row.status}: {row.message}"
         for row in one.comparison.rows
@@ -122,12 +124,12 @@ def _place(one: Study) -> str:
         else f" (the thinnest shell is {thinnest.hausdorff:.1e} l away)"
     )
     if low > 0.0:
-        return f"The ribbon is not the limit of these shells: at least {low:.1e} l is left at h/w = 0{known}."
+        return f"The {one.model} is not the limit of these shells: at least {low:.1e} l is left at h/w = 0{known}."
     if high <= YARDSTICK:
-        return f"The ribbon is the limit of these shells to {max(high, 0.0):.1e} l{known}."
+        return f"The {one.model} is the limit of these shells to {max(high, 0.0):.1e} l{known}."
     return (
-        f"The ribbon may be the limit of these shells: the interval contains 0, and reaches up to {high:.1e} l{known}. "
-        "Thinner shells would tell more."
+        f"The {one.model} may be the limit of these shells: the interval contains 0, and reaches up to "
+        f"{high:.1e} l{known}. Thinner shells would tell more."
     )
 
 
