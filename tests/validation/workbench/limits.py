@@ -12,10 +12,10 @@ from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
 from compare.pages import limits as limits_results
 from compare.pictures import limits as limits_figures
-from compare.scene.axes import parse_axis, points
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_text
+from compare.studies.axes import parse_axis, points
 from compare.studies.limits import Finding, Thresholds, hits, study, with_clamp
 from tests.validation import page
 
