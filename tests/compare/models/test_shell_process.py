@@ -12,9 +12,10 @@ import time
 
 import numpy as np
 import pytest
-from compare.models.shell_start import ribbon_surface
 
 from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
+from compare.models.shell import starting_surface
 from compare.models.shell_build import shell_problem
 from compare.models.shell_process import ShellCase, event_text, run_shell, shell_key
 from compare.scene.scene import load
@@ -130,7 +131,7 @@ def test_the_ribbons_surface_at_the_shells_nodes():
     scene = load("shift_7_2").replace({"shell.width_to_thickness": 50, "shell.grading": [1.0, 1.0], "path": None})
     scene = scene.replace({"clamp.end.position": [0.5, 0.01, 0.0], "model.elements": 20})
     e = solve_scene(scene, "ribbon").native
-    surface = ribbon_surface(e, shell_problem(scene, 50.0, (30, 4), way=False))
+    surface = starting_surface(RibbonShape(e), shell_problem(scene, 50.0, (30, 4), way=False))
     assert np.abs(surface.points - e.surface(60, 8).grid).max() < 1e-12
     assert np.linalg.norm(surface.directors, axis=-1) == pytest.approx(1.0)
     along = np.gradient(surface.points, surface.s_nodes, axis=0)

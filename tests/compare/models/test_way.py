@@ -155,7 +155,7 @@ def test_an_impossible_way_is_refused_before_anything_is_solved(scene):
         run_way(turned, on_step=never)
 
 
-def test_run_ribbon_takes_the_path(scene, whole):
+def test_a_solve_takes_the_path(scene, whole):
     run = solve_scene(scene, "ribbon", options=Options(repeats=1))
     assert path_result(scene, run)["stages"] == 3
     assert run.native.energy.total == pytest.approx(whole.equilibrium.energy.total, rel=1e-10)
