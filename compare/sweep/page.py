@@ -16,7 +16,7 @@ from compare.page.study import Study
 from compare.page.table import Cell, Column, Table
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_text, case_key, jsonable
-from compare.sweep.file import Sweep
+from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.run import Finished, summary
 
 CASES_FORMAT = 1
@@ -24,10 +24,10 @@ CASES_FORMAT = 1
 
 #: Rows of the page's table; all of them are in cases.csv.
 ROWS_SHOWN = 20
-#: What is shown when nothing is asked for.
-SHOWN = {"ribbon": "energy.total", "elastica": "energy.total", "shell": "energy.total", "compare": "hausdorff"}
+#: What is shown when nothing is asked for: of a comparison, and of a model.
+SHOWN_OF_COMPARE, SHOWN = "hausdorff", "energy.total"
 _PARTS = ("bending", "membrane", "shear")
-_ENERGIES = (*_PARTS, "elastic", "gravity", "total")
+_ENERGIES = (*_PARTS, "elastic", "gravity", "tip", "plates", "total")
 _PLACES = tuple(f"{name}.{axis}" for name in ("end", "middle", "shell_end") for axis in "xyz")
 _WORD, _TRUTH, _NUMBER = "word", "truth", "digits:5"
 
@@ -262,7 +262,7 @@ def write(out: Path, finished: Finished, again: str) -> Page:
     rows = rows_of(finished)
     atomic_write_text(out / "cases.json", cases_json(finished))
     data: Mapping[str, Any] = result(finished, rows)
-    show = quantity(finished, rows, sweep.show or SHOWN[sweep.solver], "--show")
+    show = quantity(finished, rows, sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN), "--show")
     against = quantity(finished, rows, sweep.against, "--against") if sweep.against else ""
     alt = sweep_picture.draw(out / "sweep.png", finished, rows, show, against)
     return Study(
