@@ -418,6 +418,8 @@ def _motions(e: Equilibrium) -> Motions | None:
     if not hasattr(problem, "free_motions"):
         return None
     translations, axes = problem.free_motions()
+    if not len(translations) and not len(axes):
+        return None
     held = [r for r in (problem.start_position, problem.end_position) if r is not None]
     return Motions(translations, axes, held[0] if held else None)
 
