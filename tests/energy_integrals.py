@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from compare.export.ribbon import area_density, line_density
 from ribbon import Equilibrium
+from ribbon.energies.along import area_density, line_density
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 

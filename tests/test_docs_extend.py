@@ -47,7 +47,7 @@ print("threaded", gap)
 
 #: The same energy in a scene: exported, estimated and explained with its own terms.
 OWN_TERMS = """
-import compare.models.ribbon_effects_off as timed
+import compare.models.effects.ribbon_off as timed
 import numpy as np
 from compare.studies.effects import explain
 from compare.models import solve as solve_scene

@@ -49,8 +49,8 @@ def coarse_shell(scene: Scene) -> tuple[Model, Scene, Size]:
 
     Raises `BadInput` for a scene without a shell.
     """
+    from compare.models.effects.shell import thickest
     from compare.models.shell import mesh_size
-    from compare.models.shell_effects import thickest
 
     alone, mesh = thickest(scene)
     return model("shell"), alone, mesh_size(mesh)

@@ -243,7 +243,7 @@ class ElasticaModel:
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, ends and natural curvature, on or off."""
-        from compare.models.elastica_effects import effects
+        from compare.models.effects.elastica import effects
 
         return effects(scene)
 

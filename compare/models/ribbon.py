@@ -271,15 +271,15 @@ class RibbonModel:
         return estimate(scene, state.native, width_to_thickness)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
-        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.ribbon_effects`)."""
-        from compare.models.ribbon_effects import effects
+        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
+        from compare.models.effects.ribbon import effects
 
         with self._admitted(scene):
             return effects(scene)
 
     def evaluation(self, scene: Scene) -> Evaluation:
         """The size of the problem, and the time of one evaluation (`compare.models.base.Evaluates`)."""
-        from compare.models.ribbon_effects import evaluation
+        from compare.models.effects.ribbon import evaluation
 
         with self._admitted(scene):
             return evaluation(scene)
@@ -415,8 +415,6 @@ def _constant(e: Equilibrium) -> float:
 def _motions(e: Equilibrium) -> Motions | None:
     """The rigid motions that nothing resists."""
     problem: Any = e.problem
-    if not hasattr(problem, "free_motions"):
-        return None
     translations, axes = problem.free_motions()
     if not len(translations) and not len(axes):
         return None

@@ -34,8 +34,8 @@ from compare.models.base import (
     Variant,
     pose_of,
 )  # fmt: skip
+from compare.models.effects.shell import effects
 from compare.models.shell_build import natural_constant, shell_elements, shell_options, shell_problem
-from compare.models.shell_effects import effects
 from compare.models.shell_process import SOURCES, ShellCase, run_shell
 from compare.store.store import CaseStore
 

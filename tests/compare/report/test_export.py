@@ -14,7 +14,6 @@ import pytest
 
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
 from compare.errors import BadInput
-from compare.export import ribbon as export_ribbon
 from compare.export.formats import COLOURED_BY, pvd_bytes
 from compare.export.gltf import glb_bytes, turn
 from compare.export.source import FORMATS, chosen, read_source
@@ -22,9 +21,13 @@ from compare.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.ribbon import RibbonShape
+from compare.models.ribbon_fields import fields
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.scene.scene import load, loads
+from ribbon.energies import along
+from tests.compare.models import outside
 from tests.compare.scene import held_scenes
+from tests.compare.studies.outside import registered
 from tests.energy_integrals import over_s, over_surface
 
 SCALARS = {"S", "v", "ruling_foot", "segment", "omega", "eta", "energy_density"}
@@ -51,7 +54,7 @@ def surface(solved):
     scene = load("coil_10_100")
     grid = Grid.for_shape(scene, float(np.abs(solved.omega(np.linspace(0, 1, 2001))).max()))
     points = grid.of(RibbonShape(solved))
-    return grid, points.reshape(-1, 3), export_ribbon.fields(solved, grid.s, grid.v)
+    return grid, points.reshape(-1, 3), fields(solved, grid.s, grid.v)
 
 
 def test_the_files_of_an_export(made):
@@ -94,16 +97,16 @@ def test_the_exported_energy_density_integrates_over_the_triangles(made, solved)
 def test_segment_numbers(solved):
     joints = np.concatenate([[0.0], np.cumsum(solved.problem.lengths)])
     middles = 0.5 * (joints[1:] + joints[:-1])
-    assert list(export_ribbon.segment_of(solved, middles)) == list(range(10))
-    assert list(export_ribbon.segment_of(solved, np.array([-0.1, 0.0, 1.0, 1.1]))) == [0, 0, 9, 9]
+    assert list(along.segment_of(solved, middles)) == list(range(10))
+    assert list(along.segment_of(solved, np.array([-0.1, 0.0, 1.0, 1.1]))) == [0, 0, 9, 9]
 
 
 def test_rulings_that_cross_have_no_energy_per_area(solved):
-    density = export_ribbon.area_density(solved, np.array([0.55, 0.55]), np.array([0.0, 1e6]))
-    slope = solved.parameters[export_ribbon.segment_of(solved, np.array([0.55])), 2]
+    density = along.area_density(solved, np.array([0.55, 0.55]), np.array([0.0, 1e6]))
+    slope = solved.parameters[along.segment_of(solved, np.array([0.55])), 2]
     assert np.isfinite(density[0])
     assert np.isnan(density[1]) == (slope[0] < 0)
-    assert np.isnan(export_ribbon.area_density(solved, np.array([0.55]), -np.sign(slope) * 1e6)).all()
+    assert np.isnan(along.area_density(solved, np.array([0.55]), -np.sign(slope) * 1e6)).all()
 
 
 # --- formats ---------------------------------------------------------------------------------------------------------
@@ -312,7 +315,7 @@ def test_csv(made, solved, surface):
     assert line.shape == (401,)
     position = solved.position(line["s"])
     assert np.abs(np.column_stack([line[axis] for axis in "xyz"]) - position).max() < 1e-11
-    assert np.allclose(line["energy_density"], export_ribbon.line_density(solved, line["s"]), rtol=1e-9)
+    assert np.allclose(line["energy_density"], along.line_density(solved, line["s"]), rtol=1e-9)
     segments = np.genfromtxt(made / "segments.csv", delimiter=",", names=True)
     assert segments.shape == (10,)
     assert np.allclose(np.column_stack([segments[k] for k in "abnm"]), solved.parameters, rtol=1e-10)
@@ -342,6 +345,98 @@ def test_npz(made, solved, surface):
         local = s - data["joints"][k]
         assert solved.omega(s)[0] == pytest.approx(a * local + b)
         assert solved.eta(s)[0] == pytest.approx(n * local + m)
+
+
+# --- a model from outside ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def bow(tmp_path_factory):
+    """The folder of an export of a scene of an outside model, and its surface and fields in closed form."""
+    folder = tmp_path_factory.mktemp("bow")
+    path = folder / "arc.toml"
+    path.write_text(outside.SCENE.format(energy="arc"))
+    with registered(folder / "site", outside.Arc):
+        scene = loads(path.read_text())
+        assert main(["export", str(path), "--out", str(folder / "out"), "--quiet"]) == DONE
+    grid = Grid.for_shape(scene, 1.0)
+    s, v = (part.ravel() for part in np.meshgrid(grid.s, grid.v, indexing="ij"))
+    scalars = {"S": s, "v": v, "energy_density": -0.5 * s, "x": 2.0 * s}
+    normal = np.column_stack([np.sin(s), 0.0 * s, np.cos(s)])
+    vectors = {"normal": normal, "pull of weight": np.broadcast_to(outside.PULL, normal.shape)}
+    return folder / "out", np.column_stack([np.sin(s), v, np.cos(s) - 1.0]), scalars, vectors
+
+
+def test_the_files_of_a_model_from_outside(bow):
+    out, _, _, _ = bow
+    names = {path.name for path in out.iterdir()}
+    assert names == {"arc.vtu", "surfaces.pvd", "arc.obj", "arc.ply", "surfaces.glb", "arc_points.csv", "arc.npz",
+                     "result.json", "page.json", "solve"}  # fmt: skip
+    result = json.loads((out / "result.json").read_text())
+    assert (result["status"], result["model"]["energy"]) == ("converged", "arc")
+    assert {path.name for path in (out / "solve").iterdir()} == {
+        "arc.vtu",
+        "centreline.csv",
+        "result.json",
+        "page.json",
+    }
+    line = np.genfromtxt(out / "solve" / "centreline.csv", delimiter=",", names=True)
+    assert np.abs(line["z"] - (np.cos(line["s"]) - 1.0)).max() < 1e-11
+
+
+def test_vtu_and_npz_of_a_model_from_outside(bow):
+    out, points, scalars, vectors = bow
+    mesh = meshio.read(out / "arc.vtu")
+    assert np.abs(mesh.points - points).max() < 1e-14
+    with np.load(out / "arc.npz", allow_pickle=False) as data:
+        assert np.abs(data["points"] - points).max() < 1e-14
+        assert set(mesh.point_data) == scalars.keys() | vectors.keys()
+        assert {name for name in data.files if name.startswith("point_")} == {
+            f"point_{name}" for name in mesh.point_data
+        }
+        for name, values in {**scalars, **vectors}.items():
+            assert np.abs(mesh.point_data[name] - values).max() < 1e-14, name
+            assert np.abs(data[f"point_{name}"] - values).max() < 1e-14, name
+
+
+def test_ply_and_csv_keep_fields_whose_names_they_need_themselves(bow):
+    """The field x beside the coordinate x, the field with blanks in one word."""
+    out, points, scalars, vectors = bow
+    mesh = meshio.read(out / "arc.ply")
+    line = np.genfromtxt(out / "arc_points.csv", delimiter=",", names=True)
+    assert np.abs(mesh.points - points).max() < 1e-14
+    assert np.abs(np.column_stack([line[axis] for axis in "xyz"]) - points).max() < 1e-11
+    for table, within in ((mesh.point_data, 1e-6), (line, 1e-11)):
+        assert np.abs(table["x_"] - scalars["x"]).max() < within
+        assert np.abs(table["energy_density"] - scalars["energy_density"]).max() < within
+        for name, values in vectors.items():
+            stored = np.column_stack([table[f"{name.replace(' ', '_')}_{axis}"] for axis in "xyz"])
+            assert np.abs(stored - values).max() < within, name
+
+
+def test_gltf_and_obj_of_a_model_from_outside(bow):
+    out, points, scalars, _ = bow
+    document, binary = gltf(out / "surfaces.glb")
+    attributes = document["meshes"][0]["primitives"][0]["attributes"]
+    assert np.array_equal(accessor(document, binary, attributes["POSITION"]), points.astype("<f4"))
+    for name, values in scalars.items():
+        assert np.abs(accessor(document, binary, attributes[f"_{name.upper()}"])[:, 0] - values).max() < 1e-6, name
+    assert len({tuple(c) for c in accessor(document, binary, attributes["COLOR_0"])}) > 50
+    assert np.abs(meshio.read(out / "arc.obj").points - points).max() < 1e-8
+
+
+def test_arrays_of_a_ribbon_that_was_in_the_folder_before_are_left_alone(bow, made, tmp_path):
+    """The arc solved into the folder of a ribbon: the ribbon's arrays are still there, and are not the arc's."""
+    folder = tmp_path / "results"
+    folder.mkdir()
+    for path in (bow[0] / "solve").iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    (folder / "ribbon.npz").write_bytes((made / "solve" / "ribbon.npz").read_bytes())
+    assert main(["export", str(folder), "--format", "npz,csv", "--quiet"]) == DONE
+    names = {path.name for path in (folder / "export").iterdir()}
+    assert names == {"arc.npz", "arc_points.csv", "result.json", "page.json"}
+    with np.load(folder / "export" / "arc.npz", allow_pickle=False) as data:
+        assert "parameters" not in data.files
 
 
 # --- surfaces --------------------------------------------------------------------------------------------------------
@@ -412,6 +507,8 @@ def test_neither_folder_nor_scene(capsys, tmp_path):
     code, _, err = run(capsys, "cantilever", "--set", "model.energy=elastica", "--out", tmp_path / "o")
     assert code == BAD_INPUT
     assert "no surface" in err
+    assert not (tmp_path / "o").exists()  # said before anything is solved
+    assert run(capsys, "daisy_5g", "--out", tmp_path / "o")[0] == BAD_INPUT
 
 
 def test_options_that_do_not_fit_a_folder(capsys, made, tmp_path):

@@ -8,11 +8,11 @@ import math
 import numpy as np
 import pytest
 
+from compare import registry
 from compare.cli import DONE, main
 from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.ribbon_build import check_model
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -126,9 +126,9 @@ def test_bad_tip(change, key, problem, remedy):
 
 def test_ribbon_and_shell_say_which_model_knows_a_load_at_the_tip(tmp_path):
     scene = load("daisy_5g")
-    with pytest.raises(BadInput, match="elastica") as caught:
-        check_model(scene)
-    assert caught.value.key == "tip"
+    refused = registry.model("ribbon").refusal(scene)
+    assert refused.key == "tip"
+    assert "elastica" in str(refused)
     with pytest.raises(BadInput) as caught:
         compare(scene.replace({"shell.width_to_thickness": 10.0}), CaseStore(tmp_path), Reporter(quiet=True))
     assert caught.value.key == "tip"

@@ -9,15 +9,15 @@ import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
-from compare.models import ribbon_effects_off
+from compare.models.effects import ribbon_off
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
-from compare.models.ribbon_effects_off import explained_problem
 from compare.page.page import read_page
 from compare.scene.scene import load, loads
 from compare.studies.effects import explain
 from ribbon import solve
 from tests.compare.models import outside
 from tests.compare.scene import held_scenes
+from tests.compare.studies.outside import registered
 
 NAMES = {
     "gravity", "gravity over the surface", "natural curvature", "finite width (Wunderlich)", "rulings do not cross",
@@ -66,7 +66,7 @@ def test_what_is_off_adds_no_row_and_no_unknown(case):
     """The counts of the problem are those of what is on, one by one."""
     text, on = CASES[case]
     scene = loads(text)
-    problem = explained_problem(scene)
+    problem = ribbon_off.explained_problem(scene)
     found = explain(scene)
     blocks = {name.split("_")[0] for name in problem.block_slices()}
     assert ("wall" in blocks) == ("contact" in on)
@@ -108,15 +108,15 @@ def test_costs_are_measured_where_an_effect_can_be_off_alone(monkeypatch):
     def evaluate(problem, x, rows):
         now[0] += 1.0 + 3.0 * problem.has_gravity + 3.0 * (problem.has_gravity and problem.gravity.exact)
 
-    monkeypatch.setattr(ribbon_effects_off, "_evaluate", evaluate)
-    monkeypatch.setattr(ribbon_effects_off.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(ribbon_off, "_evaluate", evaluate)
+    monkeypatch.setattr(ribbon_off.time, "perf_counter", lambda: now[0])
 
     def costs(text):
         found = explain(loads(text))
-        return {effect.key: effect.seconds for effect in found.effects}, found
+        return {effect.key: effect.seconds for effect in found.effects}, found.evaluation.seconds
 
-    spared, found = costs(CASES["exact weight"][0])
-    assert found.evaluation.seconds == 7.0
+    spared, whole = costs(CASES["exact weight"][0])
+    assert whole == 7.0
     assert {name: spared[name] for name in ("gravity", "gravity over the surface")} == {
         "gravity": 6.0, "gravity over the surface": 3.0,
     }  # fmt: skip
@@ -179,7 +179,7 @@ def explained(tmp_path, capsys):
     """Explains the scene of an outside model: what the command says, and its result.json and page."""
 
     def run(energy, *arguments, code=DONE):
-        with outside.installed(tmp_path / "site"):
+        with registered(tmp_path / "site", outside.Arc, outside.Thread):
             (tmp_path / "arc.toml").write_text(outside.SCENE.format(energy=energy))
             out = ["--out", str(tmp_path / "out")]
             assert main(["explain", str(tmp_path / "arc.toml"), *out, *arguments]) == code
@@ -225,7 +225,7 @@ def test_a_model_from_outside_is_explained_with_its_effects_its_solve_and_its_mo
 def test_a_curve_from_outside_without_evaluations_moves_by_its_centreline(explained):
     said, result, page = explained("thread")
     found = rows(page.tables[1])
-    assert set(found) == {"everything on", "weight", "natural curvature"}
+    assert set(found) == {"everything on", "weight", "natural curvature", "being an arc"}
     assert "unknowns" not in found["everything on"]
     end = math.hypot(1.0 - math.sin(1.0), 1.0 - math.cos(1.0))
     assert found["natural curvature"]["moves / l"] == pytest.approx(end, abs=1e-12)
@@ -238,8 +238,7 @@ def test_no_run_solves_nothing_and_a_refused_key_is_named(explained, tmp_path, c
     assert result["status"] == "explained"
     assert result["without"] is None
     assert rows(page.tables[1])["natural curvature"]["moves"] is None
-    (tmp_path / "other").mkdir()
-    with outside.installed(tmp_path / "other"):
+    with registered(tmp_path / "other", outside.Arc):
         path = tmp_path / "wall.toml"
         path.write_text(
             outside.SCENE.format(energy="arc") + "[[wall]]\npoint = [0.0, 0.0, -9.0]\nnormal = [0.0, 0.0, 1.0]\n"

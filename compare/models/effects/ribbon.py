@@ -1,6 +1,6 @@
 """Which effects a scene switches on in the ribbon, why, and what each adds to the problem.
 
-What an effect adds is measured by switching it off alone (`compare.models.ribbon_effects_off`): unknowns, constraints
+What an effect adds is measured by switching it off alone (`compare.models.effects.ribbon_off`): unknowns, constraints
 and the time of one evaluation.
 """
 
@@ -13,8 +13,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.models.base import Effect, Evaluation
-from compare.models.ribbon_build import formulation_why
-from compare.models.ribbon_effects_off import (
+from compare.models.effects.ribbon_off import (
     FIXED,
     PROCEDURES,
     FloatArray,
@@ -25,6 +24,7 @@ from compare.models.ribbon_effects_off import (
     keys_without,
     starting_state,
 )
+from compare.models.ribbon_build import formulation_why
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
 from ribbon.energies import ENERGIES
