@@ -62,7 +62,7 @@ def cost_table(found: Explanation, solves: Solves | None) -> Table:
         rows[0] |= {"status": state.word, "iterations": iterations(state), "seconds": state.seconds.warm}
     for effect in found.effects:
         row = _without(effect, found, solves)
-        if effect.on and (whole is not None or len(row) > 2 or row["reason"]):  # a solve is all that some models have
+        if effect.on and (whole is not None or any(row[key] for key in row if key != "effect")):
             rows.append(row)
     columns = (_EFFECT, *(() if whole is None else _EVALUATION), *_SOLVE, moves, _REASON)
     title = "What each costs, and what changes without it"
