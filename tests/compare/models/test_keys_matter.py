@@ -91,7 +91,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "model.held_by": ({"model.formulation": "mixed"}, None, "constraints"),
     "model.arc_length": ({"model.energy": "elastica", "strip.natural_curvature": -40.0}, None, "always"),
     "seed.curvature": ({**END, **GAMMA}, [-9.0, 18.0, -9.0], [9.0, -18.0, 9.0]),
-    "seed.ruling": ({**ON_EDGE, "seed.curvature": 1.0}, 0.3, -0.3),
+    "seed.ruling": ({**ON_EDGE, "seed.curvature": 1.0}, None, [0.0, 0.3]),
     "path": ({**END, "seed.curvature": [9.0, -18.0, 9.0]}, None, [{"strip.density": 800.0}]),
     "shell.width_to_thickness": ({"strip.thickness": None, **GAMMA}, 50.0, 60.0),
     "shell.clamp": ({}, None, "corners"),
