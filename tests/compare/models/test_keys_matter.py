@@ -14,6 +14,7 @@ import pytest
 from compare import registry
 from compare.errors import BadInput
 from compare.models.base import check_keys, covered
+from compare.models.effects.ribbon_off import explained_problem, starting_state
 from compare.models.shell_build import shell_options, shell_problem
 from compare.scene.keys import KEYS
 from compare.scene.scene import Scene, loads
@@ -49,8 +50,6 @@ END = {
     "clamp.end.tangent": [0.0, 0.0, 1.0],
     "clamp.end.normal": [-1.0, 0.0, 0.0],
 }
-#: Flat and on edge, heavy enough to buckle: without a ruling in its seed it stays in its plane.
-ON_EDGE = {**GAMMA, "strip.gamma": 60.0, "strip.natural_curvature": 0.0, "gravity.up": [0.0, 1.0, 0.0]}
 ROD = {"strip.second_moment": 1e-12, "strip.thickness": None, "strip.density": None, "gravity.acceleration": 9.81}
 #: A planar ring as a band of its own: nothing but the closure holds it.
 BARE = {"clamp.start": None, "gravity": None, "strip.young": None, "strip.density": None}
@@ -91,7 +90,6 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "model.held_by": ({"model.formulation": "mixed"}, None, "constraints"),
     "model.arc_length": ({"model.energy": "elastica", "strip.natural_curvature": -40.0}, None, "always"),
     "seed.curvature": ({**END, **GAMMA}, [-9.0, 18.0, -9.0], [9.0, -18.0, 9.0]),
-    "seed.ruling": ({**ON_EDGE, "seed.curvature": 1.0}, None, [0.0, 0.3]),
     "path": ({**END, "seed.curvature": [9.0, -18.0, 9.0]}, None, [{"strip.density": 800.0}]),
     "shell.width_to_thickness": ({"strip.thickness": None, **GAMMA}, 50.0, 60.0),
     "shell.clamp": ({}, None, "corners"),
@@ -106,6 +104,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
 APART = {
     "title": "a name", "clamp.start.across": "checks the clamp", "clamp.end.across": "checks the clamp",
     "clamp.start.frame": "its one word says that tangent and normal are not held", "clamp.end.frame": "the same",
+    "seed.ruling": "test_the_ruling_of_a_seed",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall",
 }  # fmt: skip
@@ -181,3 +180,12 @@ def test_a_key_that_no_one_reads_is_refused_by_name():
     with pytest.raises(BadInput) as caught:
         check_keys(Less(), scene)
     assert caught.value.key == "seed.ruling"
+
+
+def test_the_ruling_of_a_seed():
+    """It moves the shape from which the ribbon starts; where that ends is the same for a scene with one equilibrium."""
+    scene = loads(PLANAR.format(energy="wunderlich"), "planar").replace({"clamp.start.ruling": "free"})
+    turned = scene.replace({"seed.ruling": 0.2})
+    starts = [starting_state(one, explained_problem(one)) for one in (scene, turned)]
+    assert np.abs(starts[1] - starts[0]).max() == pytest.approx(0.2)
+    assert answer(turned, "ribbon")[:5] == pytest.approx(answer(scene, "ribbon")[:5], abs=1e-7)
