@@ -13,10 +13,12 @@ The entry point's name is the model's, and the value of ``model.energy`` that ch
 from __future__ import annotations
 
 import functools
+import hashlib
 import importlib
 import importlib.metadata
 import importlib.util
 import runpy
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -84,6 +86,16 @@ def name_for(energy: str) -> str:
             if energy in entry.energies:
                 return entry.name
     raise KeyError(energy)
+
+
+def outside(name: str) -> str:
+    """SHA-256 of the module of a model that is not ours, "" for one of ours (whose `wing` is digested)."""
+    known = model(name)
+    module = sys.modules[type(known).__module__]
+    file = getattr(module, "__file__", None)
+    if module.__name__.split(".")[0] in ("compare", "ribbon", "shellref") or file is None:
+        return ""
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
 
 
 @functools.cache

@@ -17,6 +17,7 @@ from compare.measure.grid import Grid
 from compare.models.base import BESIDE, Model, Options, Shape, Size
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.reference import reference
+from compare.registry import outside
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
@@ -82,7 +83,7 @@ class Bench:
     def _parts(self, model: Model, scene: Scene, *parts: Any) -> list[Any]:
         """What determines a kept run, its model's sources and those of `base` included."""
         made_by = software(*sorted({*model.wing, *self._wing, *_OWN}))
-        return [model.name, *parts, scene.canonical(), self._key, made_by]
+        return [model.name, *parts, scene.canonical(), self._key, made_by, outside(model.name)]
 
     # -- references ---------------------------------------------------------------------------------------------------
 

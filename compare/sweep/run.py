@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
-from compare.registry import model, name_for, names
+from compare.registry import model, name_for, names, outside
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
@@ -98,7 +98,8 @@ def software_digest(solver: str) -> str:
     own = {"compare/sweep/case.py", "compare/registry.py"}
     if solver == COMPARE:
         own |= {"compare/studies/compare.py"}
-    return case_key(software(*sorted(wings | own)))
+    asked = names() if solver == COMPARE else (solver,)
+    return case_key(software(*sorted(wings | own)), [outside(name) for name in asked])
 
 
 def key_of(sweep: Sweep, point: Point, digest: str) -> str:
