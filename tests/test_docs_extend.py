@@ -212,7 +212,7 @@ def test_the_model_of_the_page_is_solved_swept_explained_and_exported(arc):
     assert [row["status"] for row in rows] == ["converged"] * 2
     assert [float(rows[0][f"end.{axis}"]) for axis in "xyz"] == pytest.approx(end, abs=1e-12)
     explained = result_of("explain")
-    assert next(effect["key"] for effect in explained["effects"]) == "natural curvature"
+    assert next(effect["name"] for effect in explained["explanation"]["effects"]) == "natural curvature"
     assert main(["export", "out/solve", "--format", "obj,vtu,gltf", "--out", "out/export", "--quiet"]) == 0
     points = pyvista.read("out/export/arc.vtu").points
     assert np.linalg.norm(points - end, axis=1).min() < 1e-6

@@ -22,7 +22,7 @@ from compare.pages.solve import upwards
 from compare.pages.written import Written
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_bytes, atomic_write_json, atomic_write_text
+from compare.store.store import atomic_write_json, atomic_write_text
 
 PICTURE = "shell.png"
 LEGEND = (
@@ -51,7 +51,9 @@ def ratio_of(state: State) -> float:
 
 
 def result(scene: Scene, state: State) -> dict[str, Any]:
-    """The contract's keys of one shell."""
+    """The contract's keys of one shell; none of its own for one whose process died."""
+    if state.shape is None:
+        return {}
     data = state.native.data
     problem, spent = data["problem"], data["seconds"]
     start, end = (
@@ -122,17 +124,21 @@ def cells(scene: Scene, state: State) -> tuple[str, ...]:
 
 def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
     """The same, name and text."""
+    if state.shape is None:
+        return [("status", f"{state.word}: {state.message}")]
     return list(zip(HEADINGS, cells(scene, state), strict=True))
 
 
 def sentences(scene: Scene, state: State) -> list[str]:
     """The state in a sentence."""
+    if state.shape is None:
+        return [f"Shell: {state.word}: {state.message}"]
     return [f"w/h = {ratio_of(state):g}: {state.word}: {state.message}"]
 
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """shell.npz and shell.vtu at the nodes of the mesh, path.csv, shell.png."""
-    return write_states(out, scene, [state])
+    return write_states(out, scene, [state]) if state.shape is not None else Written()
 
 
 # -- several shells ---------------------------------------------------------------------------------------------------
@@ -185,7 +191,8 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         name = "shell" if len(states) == 1 else f"shell_w{ratio:g}"
         label = f"shell, w/h = {ratio:g}"
         case = state.native
-        atomic_write_bytes(out / f"{name}.npz", (case.folder / "shell.npz").read_bytes())
+        midpoints, density = case.density()
+        case.surface.save(out / f"{name}.npz", cell_midpoints=midpoints, energy_density=density)
         write_surface(out / f"{name}.vtu", case)
         surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", ratio))
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"

@@ -63,7 +63,7 @@ def test_the_files_of_an_export(made):
               "centreline.csv", "segments.csv", "ribbon.npz", "result.json", "page.json", "solve"}  # fmt: skip
     assert names == wanted
     page = read_page(made)
-    assert page.again == "ribbonbench export coil_10_100"
+    assert page.again.startswith("ribbonbench export coil_10_100 --out ")
     assert set(page.files) == wanted - {"result.json", "page.json", "solve"}
     result = json.loads((made / "result.json").read_text())
     assert result["status"] == "converged"
@@ -542,4 +542,4 @@ def test_a_ribbon_that_is_not_stable_is_exported_with_exit_code_1(capsys, tmp_pa
     code, _, _ = run(capsys, path, "--format", "ply", "--out", tmp_path / "o", "--quiet")
     assert code == NOT_CONVERGED
     assert (tmp_path / "o" / "ribbon.ply").is_file()
-    assert read_page(tmp_path / "o").again == "ribbonbench export edge.toml --format ply"
+    assert "edge.toml --format ply" in read_page(tmp_path / "o").again
