@@ -437,6 +437,14 @@ def test_arrays_of_a_ribbon_that_was_in_the_folder_before_are_left_alone(bow, ma
     assert names == {"arc.npz", "arc_points.csv", "result.json", "page.json"}
     with np.load(folder / "export" / "arc.npz", allow_pickle=False) as data:
         assert "parameters" not in data.files
+    # beside the ribbon's own surface they are the ribbon's alone
+    (folder / "ribbon.vtu").write_bytes((made / "solve" / "ribbon.vtu").read_bytes())
+    both = tuple(Surface(f"{name}.vtu", name, "ribbon") for name in ("arc", "ribbon"))
+    write_page(folder, Page("compare", "both", surfaces=both))
+    assert main(["export", str(folder), "--format", "npz", "--quiet"]) == DONE
+    for name in ("arc", "ribbon"):
+        with np.load(folder / "export" / f"{name}.npz", allow_pickle=False) as data:
+            assert ("parameters" in data.files) == (name == "ribbon")
 
 
 # --- surfaces --------------------------------------------------------------------------------------------------------
