@@ -208,7 +208,7 @@ CLEAN = {
     "shellref.shell.result": "import numpy",
     "shellref.shell.naghdi": "import dolfinx",
     "compare": "",
-    "compare.models.ribbon_run": "import ribbon\nfrom shellref import naghdi",
+    "compare.models.ribbon": "import ribbon\nfrom shellref.shell import naghdi",
 }
 
 

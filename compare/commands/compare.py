@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from rich.console import Console
 
@@ -21,6 +22,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
+    from compare.page.terminal import print_table
     from compare.pages import compare as report
     from compare.pages import comparison as tables
     from compare.store.store import CaseStore
@@ -34,7 +36,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         reporter.step("writing tables, pictures and surfaces")
         page = report.write(out, comparison, options.line)
     if not options.quiet:
-        console.print(tables.as_terminal(comparison))
+        print_table(console, replace(tables.table(comparison), title=scene.title), legend=False)
         for sentence in tables.verdict(comparison):
             console.print(f"- {sentence}")
         console.print(f"Report: {page.with_suffix('.html')} and {page.name}")

@@ -11,7 +11,7 @@ from compare.commands import common
 from compare.errors import BadInput
 from compare.store.progress import Reporter
 
-HELP = "convergence as h/w falls: slope with its interval, the limit, the ribbon's place in it"
+HELP = "convergence as h/w falls: slope with its interval, the limit, the ribbon's (or another model's) place in it"
 RULINGS = ("free", "straight", "both")
 
 
@@ -50,6 +50,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     elements = None if options.elements is None else (options.elements[0], options.elements[1])
     scene = convergence_run.prepared(common.scene_of(options), options.width_to_thickness, elements)
     rulings = ("straight", "free") if options.ruling == "both" else (options.ruling,) if options.ruling else ()
+    convergence_run.check_rulings(scene, rulings)
     out = common.out_folder(options, f"{scene.name}-converge")
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         found = convergence_run.studies(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
 from compare.commands import common
 from compare.errors import BadInput
@@ -34,7 +34,8 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
-    from compare.export.source import chosen, read_source, write, write_page_of
+    from compare.export.source import chosen, read_source, sizes, write, write_page_of
+    from compare.page.terminal import print_table
     from compare.store.store import check_writable
 
     formats = chosen(options.formats)
@@ -53,12 +54,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             files = write(out, source, formats)
             write_page_of(out, source, files, options.line)
     if not options.quiet:
-        table = Table(title=source.page.title, title_justify="left")
-        for heading, justify in (("file", "left"), ("what", "left"), ("KiB", "right")):
-            table.add_column(heading, justify=justify, overflow="fold")  # type: ignore[arg-type]
-        for file, what in files.items():
-            table.add_row(file, what, f"{(out / file).stat().st_size / 1024:.0f}")
-        console.print(table)
+        print_table(console, replace(sizes(out, files), title=source.page.title))
         if "npz" in formats and not source.ribbon and source.has_ribbon:
             console.print("The folder has no ribbon.npz: the ribbon's own segments are left out.")
         console.print(f"Files: {out}")

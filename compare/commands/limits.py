@@ -14,8 +14,8 @@ from compare.errors import BadInput
 from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
-    from compare.scene.axes import Axis
     from compare.scene.scene import Scene
+    from compare.studies.axes import Axis
     from compare.studies.compare import Comparison
     from compare.studies.limits import Finding, Thresholds
 
@@ -56,8 +56,8 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Studies the scene or the grid."""
     from compare.pages import limits as limits_results
-    from compare.scene.axes import points
     from compare.studies import limits
+    from compare.studies.axes import points
 
     thresholds = _thresholds(options)
     scene = common.scene_of(options)
@@ -90,7 +90,7 @@ def _thresholds(options: argparse.Namespace) -> Thresholds:
 
 def _axes(options: argparse.Namespace, scene: Scene) -> list[Axis]:
     """The axes of --vary and of the short options; w/l and h/w are turned into the scene's keys."""
-    from compare.scene.axes import Axis, parse_axis
+    from compare.studies.axes import Axis, parse_axis
 
     axes = [parse_axis(text) for text in options.vary]
     for name, key in _AXES.items():
@@ -148,7 +148,7 @@ def _tell(console: Console, findings: list[Finding], thresholds: Thresholds, out
     from compare.page.terminal import print_table
     from compare.pages import limits as limits_results
 
-    print_table(console, limits_results.brief(limits_results.table(findings)), legend=False)
+    print_table(console, limits_results.table(findings), legend=False)
     for sentence in limits_results.verdict(findings, thresholds):
         console.print(f"- {sentence}")
     console.print(f"Results: {out}")

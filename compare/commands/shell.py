@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
+from dataclasses import replace
 
 from rich.console import Console
-from rich.table import Table
 
 from compare.commands import common
 from compare.store.progress import Reporter
@@ -38,6 +38,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
     from compare.models.shell_here import run as run_here
+    from compare.page.terminal import print_table
     from compare.pages import shell as pages
     from compare.store.store import CaseStore
     from compare.store.world import world
@@ -68,13 +69,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             if processes.first:
                 holder.__exit__(None, None, None)
     if processes.first and not options.quiet:
-        found = pages.table(scene, states)
-        table = Table(title=scene.title, title_justify="left")
-        for heading in found.headings:
-            table.add_column(heading, justify="right", overflow="fold")
-        for line in found.texts():
-            table.add_row(*line)
-        console.print(table)
+        print_table(console, replace(pages.table(scene, states), title=scene.title), legend=False)
         for state in states:
             console.print(f"- w/h = {pages.ratio_of(state):g}: {state.message}")
         console.print(f"Results: {out}; as a page: ribbonbench report {out}")

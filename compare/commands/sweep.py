@@ -112,8 +112,8 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
 
 
 def _sweep(options: argparse.Namespace) -> Sweep:
-    from compare.scene.axes import parse_axis
     from compare.scene.scene import parse_assignment
+    from compare.studies.axes import parse_axis
     from compare.sweep.file import known_solver, load_sweep
 
     axes = [parse_axis(text) for text in options.vary]

@@ -122,7 +122,7 @@ def one_word(name: str) -> str:
 def points_csv(sheet: Sheet) -> bytes:
     """x, y, z and every field, one line a point, names of the columns first; empty where a value is not known."""
     named = [(axis, sheet.points[:, k]) for k, axis in enumerate(_AXES)] + _named(sheet, _AXES)
-    return _csv([name for name, _ in named], np.column_stack([values for _, values in named]))
+    return array_csv([name for name, _ in named], np.column_stack([values for _, values in named]))
 
 
 def line_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
@@ -136,7 +136,7 @@ def line_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
         names += [f"{name}_{axis}" for axis in _AXES]
         parts.append(ribbon["line_frame"][:, :, k])
     names += [f"ruling_{axis}" for axis in _AXES]
-    return _csv(names, np.column_stack([*parts, ribbon["line_ruling"]]))
+    return array_csv(names, np.column_stack([*parts, ribbon["line_ruling"]]))
 
 
 def segments_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
@@ -144,10 +144,11 @@ def segments_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
     start = ribbon["joints"][:-1]
     columns = [np.arange(len(start)), start, ribbon["segment_lengths"], ribbon["parameters"]]
     names = ["segment", "start", "length", "a", "b", "n", "m", *_AXES]
-    return _csv(names, np.column_stack([*columns, ribbon["joint_positions"][:-1]]))
+    return array_csv(names, np.column_stack([*columns, ribbon["joint_positions"][:-1]]))
 
 
-def _csv(names: Sequence[str], table: FloatArray) -> bytes:
+def array_csv(names: Sequence[str], table: FloatArray) -> bytes:
+    """Points as CSV: an array (n, k) of numbers under k names, to 12 digits; empty where a value is not known (nan)."""
     out = io.StringIO()
     np.savetxt(out, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
     return out.getvalue().replace("nan", "").encode()

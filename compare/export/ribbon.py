@@ -5,12 +5,12 @@ Stored beside the results as `ribbon.npz`, so that an export needs no solver. Le
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.export.formats import array_csv
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
@@ -53,19 +53,14 @@ def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
     }
 
 
-def centreline_csv(equilibrium: Equilibrium, points: int = LINE_POINTS) -> str:
+def centreline_csv(equilibrium: Equilibrium) -> bytes:
     """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
-    s = np.linspace(0.0, 1.0, points)
+    s = np.linspace(0.0, 1.0, LINE_POINTS)
     frame = equilibrium.frame(s)
-    table = np.column_stack(
-        [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
-        + [frame[:, :, column] for column in range(3)]
-    )
+    columns = [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
     names = ["s", "x", "y", "z", "omega", "eta"]
     names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
-    out = io.StringIO()
-    np.savetxt(out, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
-    return out.getvalue()
+    return array_csv(names, np.column_stack(columns + [frame[:, :, column] for column in range(3)]))
 
 
 def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,9 @@ from compare.errors import BadInput
 from compare.export import formats as export_formats
 from compare.export import gltf as export_gltf
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
-from compare.page.page import Page, Surface, Table, read_page, write_page
+from compare.page.page import Page, Surface, read_page, write_page
+from compare.page.study import Study
+from compare.page.table import Column, Table
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes, atomic_write_json, read_json
 
@@ -177,9 +179,22 @@ def _steps(surfaces: Sequence[Named]) -> list[tuple[float, int, str, str]]:
     return entries
 
 
+_FILES = (
+    Column("file", "file", kind="word"),
+    Column("what", "what", kind="word"),
+    Column("size", "KiB", "KiB", "decimals:0"),
+)
+
+
+def sizes(out: Path, files: Mapping[str, str]) -> Table:
+    """The files of an export with their sizes."""
+    return Table(
+        "Files", _FILES, tuple((name, what, (out / name).stat().st_size / 1024) for name, what in files.items())
+    )
+
+
 def write_page_of(out: Path, source: Source, files: dict[str, str], again: str) -> None:
     """page.json and result.json of the export: the source's result with the list of files."""
-    rows = [(name, what, round((out / name).stat().st_size / 1024, 1)) for name, what in files.items()]
     page = source.page
     kept = {found.stem: surface for found, surface in zip(source.surfaces, page.surfaces, strict=False)}
     shown = tuple(
@@ -187,10 +202,8 @@ def write_page_of(out: Path, source: Source, files: dict[str, str], again: str) 
         for stem, s in kept.items()
         if f"{stem}.vtu" in files
     )
-    sizes = Table("Files", ("file", "what", "KiB"), tuple(rows), ("", "", ".1f"))
     said = f"{len(files)} files of {len(source.surfaces)} surfaces. Lengths in l, curvatures in 1/l."
-    exported = Page(
-        "export", page.title, (said,), (sizes,), (), shown, files, page.scene, page.up, page.provenance, again
-    )
+    study = Study("export", page.title, (sizes(out, files),), (said,), surfaces=shown, files=files)
+    exported = replace(study.page(again, page.provenance), scene=page.scene, up=page.up)
     atomic_write_json(out / "result.json", {**source.result, "exported": files})
     write_page(out, exported)

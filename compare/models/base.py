@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 _NONE: Mapping[str, Any] = MappingProxyType({})
 
+#: `State.start` begins with this word where the solve began at the shape that it was given as `near`.
+BESIDE = "ribbon"
+
 
 class Status(Enum):
     """How a solve ended, in the words that all models share; `State.word` is the solver's own, more precise one."""

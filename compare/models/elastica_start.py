@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.models.base import Shape
+from compare.models.base import BESIDE, Shape
 from compare.scene.scene import Scene
 from shellref.elastica.path import ElasticaOptions
 from shellref.elastica.problem import ElasticaProblem
@@ -93,7 +93,7 @@ def _near(scene: Scene, shape: Shape) -> Start | None:
             raise BadInput("elements", elements, "is too coarse for the elastica beside this shape", "take more")
         return found
 
-    return Start("ribbon", once)
+    return Start(BESIDE, once)
 
 
 def _alone(scene: Scene, problem: ElasticaProblem) -> Start:

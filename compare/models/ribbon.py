@@ -415,8 +415,6 @@ def _constant(e: Equilibrium) -> float:
 def _motions(e: Equilibrium) -> Motions | None:
     """The rigid motions that nothing resists."""
     problem: Any = e.problem
-    if not hasattr(problem, "free_motions"):
-        return None
     translations, axes = problem.free_motions()
     if not len(translations) and not len(axes):
         return None

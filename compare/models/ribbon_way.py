@@ -8,8 +8,6 @@ where it was.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import time
 import zipfile
@@ -289,14 +287,3 @@ def run_way(
         found = replace(found, log=log)
     keeper.remove()
     return Way(found, len(walk.stages), walk.solved, resumed)
-
-
-def log_csv(log: tuple[dict[str, Any], ...]) -> str:
-    """The log as CSV, one line a step, names of the columns first; empty where nothing was judged."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for entry in log:
-        values = (entry.get(name) for name in COLUMNS)
-        writer.writerow(["" if v is None else str(v).lower() if isinstance(v, bool) else v for v in values])
-    return out.getvalue()

@@ -18,6 +18,7 @@ from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import (
+    BESIDE,
     Effect,
     Energy,
     Force,
@@ -64,8 +65,8 @@ _STATUS = {
 #: How a shell's solve began, from the worker's words (shellref.worker.Settled).
 START = {
     "path": "path",
-    "given": "ribbon",
-    "given, by way of thicker strips": "ribbon (thicker first)",
+    "given": BESIDE,
+    "given, by way of thicker strips": f"{BESIDE} (thicker first)",
     "path (none near the start)": "path (none near the ribbon)",
 }
 

@@ -5,43 +5,19 @@ Neither a solver nor a library for pictures is imported. Files are named relativ
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
+from compare.page.table import Column, Table
 from compare.store.store import atomic_write_json, read_json
 
 PAGE = "page.json"
-FORMAT = 1
-"""Of `page.json`; a reader refuses others and says which version wrote them."""
-
-Cell = str | float | int | bool | None
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table: `rows` hold numbers or text in the order of `headings`; `formats` say how numbers are written ("" : as
-    text, otherwise a format such as ".2e"), one per column; `legend` what the columns mean."""
-
-    title: str
-    headings: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    formats: tuple[str, ...] = ()
-    legend: str = ""
-
-    def __post_init__(self) -> None:
-        for row in self.rows:
-            if len(row) != len(self.headings):
-                raise ValueError(f"a row of {self.title!r} has {len(row)} cells, not {len(self.headings)}")
-        if self.formats and len(self.formats) != len(self.headings):
-            raise ValueError(f"{self.title!r} has {len(self.formats)} formats, not {len(self.headings)}")
-
-    def texts(self) -> list[tuple[str, ...]]:
-        """The rows as text: "-" for what is not known."""
-        formats = self.formats or ("",) * len(self.headings)
-        return [tuple(_text(cell, form) for cell, form in zip(row, formats, strict=True)) for row in self.rows]
+FORMAT = 2
+"""Of `page.json`; a reader knows the first one too, refuses others and says which version wrote them."""
 
 
 @dataclass(frozen=True)
@@ -105,18 +81,19 @@ def read_page(folder: Path) -> Page:
         found = data["format"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInput("FOLDER", str(folder), f"page.json cannot be read ({error})", "run the command again") from None
-    if found != FORMAT:
+    if found not in (1, FORMAT):
         made_by = _version(data)
         raise BadInput(
             "FOLDER", str(folder), f"its page.json has format {found}{made_by}, this version reads format {FORMAT}",
             "run the command that made it again, with this version",
         )  # fmt: skip
+    table = _table if found == FORMAT else _table_of_format_1
     try:
         return Page(
             command=data["command"],
             title=data["title"],
             verdict=tuple(data["verdict"]),
-            tables=tuple(_table(entry) for entry in data["tables"]),
+            tables=tuple(table(entry) for entry in data["tables"]),
             pictures=tuple(Picture(**entry) for entry in data["pictures"]),
             surfaces=tuple(Surface(**entry) for entry in data["surfaces"]),
             files=data["files"],
@@ -125,7 +102,7 @@ def read_page(folder: Path) -> Page:
             provenance=data["provenance"],
             again=data["again"],
         )
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, IndexError) as error:
         raise BadInput("FOLDER", str(folder), f"page.json is damaged ({error})", "run the command again") from None
 
 
@@ -135,58 +112,27 @@ def _version(data: Mapping[str, Any]) -> str:
 
 
 def _table(entry: Mapping[str, Any]) -> Table:
-    return Table(
-        title=entry["title"],
-        headings=tuple(entry["headings"]),
-        rows=tuple(tuple(row) for row in entry["rows"]),
-        formats=tuple(entry["formats"]),
-        legend=entry["legend"],
-    )
+    rows, below = (tuple(tuple(row) for row in entry[name]) for name in ("rows", "below"))
+    return Table(entry["title"], tuple(Column(**column) for column in entry["columns"]), rows, entry["legend"], below)
 
 
-def _text(cell: Cell, form: str) -> str:
-    if cell is None:
-        return "-"
-    if isinstance(cell, bool):
-        return "yes" if cell else "no"
-    if isinstance(cell, str):
-        return cell
-    if form:
-        return format(cell, form)
-    return f"{cell:g}" if isinstance(cell, float) else str(cell)
+def _table_of_format_1(entry: Mapping[str, Any]) -> Table:
+    """A table of the first format: headings and Python's formats instead of columns, much of it text already."""
+    headings, rows = entry["headings"], entry["rows"]
+    formats = entry["formats"] or [""] * len(headings)
+    columns = []
+    for place, (heading, form) in enumerate(zip(headings, formats, strict=True)):
+        column = Column(f"{place}", heading, kind=_kind_of_format(form))
+        if not all(column.takes(row[place]) for row in rows):  # numbers among words
+            column = Column(f"{place}", heading)
+        columns.append(column)
+    return Table(entry["title"], tuple(columns), tuple(map(tuple, rows)), entry["legend"])
 
 
-def as_markdown(table: Table) -> str:
-    """The table in Markdown, numbers to the right; legend below."""
-    lines = [
-        f"| {' | '.join(_escaped(table.headings))} |",
-        "|" + "|".join("---:" if right else "---" for right in right_aligned(table)) + "|",
-    ]
-    lines += [f"| {' | '.join(_escaped(row))} |" for row in table.texts()]
-    return "\n".join(lines) + "\n" + (f"\n{table.legend}\n" if table.legend else "")
-
-
-def right_aligned(table: Table) -> list[bool]:
-    """Whether each column holds numbers (or nothing); text that reads as a number is one."""
-    columns: Sequence[Sequence[Cell]] = list(zip(*table.rows, strict=True)) or [()] * len(table.headings)
-    return [all(_is_number(cell) for cell in column) for column in columns]
-
-
-def _is_number(cell: Cell) -> bool:
-    if not isinstance(cell, str) or cell in ("", "-"):
-        return True
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def markdown_text(text: str) -> str:
-    """Text from data as Markdown shows it literally: on one line, no tag, no link, no picture."""
-    plain = " ".join(text.split()).replace("\\", "\\\\").replace("&", "&amp;").replace("<", "&lt;")
-    return plain.replace("[", "\\[").replace("`", "\\`").replace("*", "\\*")
-
-
-def _escaped(cells: Sequence[str]) -> list[str]:
-    return [markdown_text(cell).replace("|", "\\|") for cell in cells]
+def _kind_of_format(form: str) -> str:
+    """The kind of a column that was written with a format such as ".2e"."""
+    found = re.fullmatch(r"\.?(\d*)([defg])", form)
+    if found is None:
+        return "plain"
+    kind = {"d": "integer", "e": "exponent", "f": "decimals", "g": "digits"}[found[2]]
+    return f"{kind}:{found[1]}" if found[1] else kind

@@ -5,19 +5,20 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table as Grid
 
-from compare.page.page import Table, right_aligned
+from compare.page.table import Table
 
 
 def print_table(console: Console, table: Table, legend: bool = True) -> None:
-    """The table with its legend; columns without any value are left out."""
-    texts = table.texts()
-    shown = [k for k in range(len(table.headings)) if any(row[k] not in ("-", "") for row in texts)]
-    right = right_aligned(table)
+    """The columns that a terminal has room for, without those that have no value; the legend below."""
+    shown = table.for_terminal()
     grid = Grid(title=table.title, title_justify="left")
-    for k in shown:
-        grid.add_column(table.headings[k], justify="right" if right[k] else "left", overflow="fold")
-    for row in texts:
-        grid.add_row(*(row[k] for k in shown))
+    for column, right in zip(shown.columns, shown.right_aligned(), strict=True):
+        grid.add_column(column.heading, justify="right" if right else "left", overflow="fold")
+    for number, row in enumerate(shown.texts()):
+        if number == len(shown.rows):
+            grid.add_section()
+        grid.add_row(*row)
     console.print(grid)
-    if legend and table.legend:
-        console.print(table.legend)
+    meaning = shown.explanation()
+    if legend and meaning:
+        console.print(meaning)

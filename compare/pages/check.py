@@ -3,24 +3,42 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.check import Outcome, Verdict, up
-from compare.page.page import Cell, Page, Table, write_page
+from compare.check import Claim, Outcome, Verdict, up
+from compare.page.study import Study
+from compare.page.table import Column, ColumnOf, Table
 from compare.pages.result import row_result
 from compare.scene.scene import shipped
 from compare.store.made_by import provenance
 from compare.store.provenance import versions
-from compare.store.store import atomic_write_json, atomic_write_text
+from compare.store.store import atomic_write_text
 
 PINS = "agreements.toml"
-_LEGEND = (
-    "value: distance (Hausdorff, in l), membrane share of the shell's elastic energy, or slope; error: of the "
-    "discretisations, by refinement; agreed: value + error is within the bound; disproved: value - error is beyond it; "
-    "undecided: neither, which is no agreement; proves: the smallest bound that these meshes prove."
-)
+_COLUMNS: tuple[ColumnOf[tuple[Outcome, Claim]], ...] = (
+    (Column("scene", "scene", kind="word"), lambda p: p[0].pin.scene.name),
+    (Column("width_to_thickness", "w/h", kind="digits"), lambda p: p[1].width_to_thickness),
+    (Column("claim", "claim", kind="word"), lambda p: p[1].what),
+    (Column("bound", "bound", kind="interval", legend="the largest value claimed; of a slope both ends"),
+     lambda p: p[1].bound),
+    (Column("value", "value", kind="digits:3", legend="distance (Hausdorff, in l), membrane share of the shell's "
+            "elastic energy, or slope"), lambda p: p[1].value),
+    (Column("error", "error", kind="exponent:1", legend="of the discretisations, by refinement"),
+     lambda p: p[1].error),
+    (Column("ribbon_error", "ribbon error", "l", "exponent:1"), lambda p: p[1].ribbon_error),
+    (Column("shell_error", "shell error", "l", "exponent:1"), lambda p: p[1].shell_error),
+    (Column("verdict", "verdict", kind="word", legend="agreed: value + error is within the bound; disproved: value - "
+            "error is beyond it; undecided: neither, which is no agreement"), lambda p: p[1].verdict.value),
+    (Column("proves", "proves", kind="exponent:2", legend="the smallest bound that these meshes prove"),
+     lambda p: p[1].provable),
+)  # fmt: skip
+#: Without a claim (pins yet to be made) there is no bound, and no verdict but a failure.
+_PINNED: dict[str, Callable[[tuple[Outcome, Claim]], Any]] = {
+    "bound": lambda p: None,
+    "verdict": lambda p: None if p[1].verdict is Verdict.AGREED else p[1].verdict.value,
+}
 _WORDS = {
     Verdict.AGREED: "agreed: every claim holds, discretisation errors included.",
     Verdict.UNDECIDED: "not agreed: undecided, the discretisation errors are too large for a claim.",
@@ -31,29 +49,9 @@ _WORDS = {
 
 def table(outcomes: Sequence[Outcome], pinned: bool = False) -> Table:
     """One row for each claim; `pinned`: without bounds, as none was claimed."""
-    rows: list[tuple[Cell, ...]] = []
-    for outcome in outcomes:
-        for claim in outcome.claims:
-            bound = claim.bound if isinstance(claim.bound, float) else " to ".join(f"{b:g}" for b in claim.bound)
-            rows.append(
-                (
-                    outcome.pin.scene.name,
-                    claim.width_to_thickness,
-                    claim.what,
-                    None if pinned else bound if isinstance(bound, str) else f"{bound:g}",
-                    claim.value,
-                    claim.error,
-                    claim.ribbon_error,
-                    claim.shell_error,
-                    None if pinned and claim.verdict is Verdict.AGREED else claim.verdict.value,
-                    claim.provable,
-                )
-            )
-    headings = (
-        "scene", "w/h", "claim", "bound", "value", "error", "ribbon error", "shell error", "verdict", "proves",
-    )  # fmt: skip
-    formats = ("", "g", "", "", ".3g", ".1e", ".1e", ".1e", "", ".2e")
-    return Table("Agreement of ribbon and shell", headings, tuple(rows), formats, _LEGEND)
+    columns = [(column, _PINNED.get(column.key, value) if pinned else value) for column, value in _COLUMNS]
+    claims = [(outcome, claim) for outcome in outcomes for claim in outcome.claims]
+    return Table.of("Agreement of ribbon and shell", columns, claims)
 
 
 def sentences(outcomes: Sequence[Outcome], pinned: bool = False) -> list[str]:
@@ -111,9 +109,6 @@ def write(out: Path, outcomes: Sequence[Outcome], again: str, *, pinned: bool = 
     made = provenance(single) if single is not None else versions()
     verdicts = {outcome.verdict for outcome in outcomes}
     worst = max(verdicts, key=list(Verdict).index)
-    atomic_write_json(
-        out / "result.json", {"status": worst.value, "pins": [_entry(o) for o in outcomes], "provenance": made}
-    )
     files = {"result.json": "every claim with its numbers"}
     written = None
     if pinned:
@@ -125,17 +120,13 @@ def write(out: Path, outcomes: Sequence[Outcome], again: str, *, pinned: bool = 
                 atomic_write_text(out / f"{scene.name}.toml", plain)
                 files[f"{scene.name}.toml"] = "the scene of the pins"
         written = atomic_write_text(out / PINS, pins_text(outcomes))
-    page = Page(
-        command="check",
-        title="Agreement of ribbon and shell" if single is None else f"{single.title}: agreement",
-        verdict=tuple(sentences(outcomes, pinned)),
+    Study(
+        "check",
+        "Agreement of ribbon and shell" if single is None else f"{single.title}: agreement",
         tables=(table(outcomes, pinned),),
+        sentences=tuple(sentences(outcomes, pinned)),
         files=files,
-        scene="" if single is None else single.to_toml(),
-        provenance=made,
-        again=again,
-    )
-    write_page(out, page)
+    ).write(out, {"status": worst.value, "pins": [_entry(o) for o in outcomes], "provenance": made}, again, single)
     return written
 
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from compare.export import surfaces as export
-from compare.page.page import Page, Picture, Surface, Table, write_page
+from compare.page.page import Picture, Surface
+from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
-from compare.pages.solve import upwards
+from compare.pages.surfaces import write_shells
 from compare.pages.written import Written, write_any
 from compare.pictures import comparison as figures
 from compare.report.write import MARKDOWN, read_report, write_report
-from compare.store.store import atomic_write_json, atomic_write_text
 from compare.studies.compare import Comparison
 
 REPORT = MARKDOWN
@@ -25,48 +25,34 @@ def write(out: Path, comparison: Comparison, again: str) -> Path:
     report.html, report.md, page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
     surfaces.png, centreline.csv, ribbon.vtu, ribbon.npz and shell_wNNNN.vtu (NNNN: w/h). again: the command line.
     """
-    atomic_write_json(out / "result.json", results.comparison_result(comparison))
-    atomic_write_text(out / "table.csv", tables.as_csv(comparison))
-    atomic_write_text(out / "table.md", tables.as_markdown(comparison))
+    scene = comparison.scene
     own = results.presenter(comparison.fast)
-    written = (write_any if own is None else own.write)(out, comparison.scene, comparison.fast, comparison.grid)
-    surfaces = [replace(surface, colour="") for surface in written.surfaces]
-    for row, state in zip(comparison.rows, comparison.shells, strict=True):
-        if state.ok:
-            ratio = row.width_to_thickness
-            name = f"shell_w{ratio:g}.vtu"
-            export.write_shell(out / name, state.native, comparison.grid)
-            surfaces.append(Surface(name, f"shell, w/h = {ratio:g}", "shell", width_to_thickness=ratio))
+    written = (write_any if own is None else own.write)(out, scene, comparison.fast, comparison.grid)
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
-    write_page(out, page(comparison, written, surfaces, again))
+    result = results.comparison_result(comparison)
+    surfaces = [*(replace(surface, colour="") for surface in written.surfaces), *write_shells(out, comparison)]
+    study(comparison, written, surfaces).write(out, result, again, scene)
     return write_report(out, read_report([out])).markdown
 
 
-def page(comparison: Comparison, written: Written, surfaces: list[Surface], again: str) -> Page:
-    """The page of a comparison whose surfaces have been written."""
-    scene = comparison.scene
-    result = results.comparison_result(comparison)
-    chosen = tables.columns(comparison)
-    rows = [tuple(c.text(c.value(row)) for c in chosen) for row in comparison.rows]
-    rows.append(tuple(tables.ribbon_cells(comparison, chosen)))
-    return Page(
-        command="compare",
-        title=scene.title,
-        verdict=tuple(tables.verdict(comparison)),
-        tables=(Table("Ribbon against shell", tuple(c.heading for c in chosen), tuple(rows), legend=tables.LEGEND),),
+def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface]) -> Study:
+    """A comparison whose surfaces have been written."""
+    table = tables.table(comparison)
+    return Study(
+        "compare",
+        comparison.scene.title,
+        tables=(table,),
+        sentences=tuple(tables.verdict(comparison)),
         pictures=(*_pictures(comparison), *written.pictures),
         surfaces=tuple(surfaces),
+        data={"table.csv": table, "table.md": table, **written.data},
         files={
             "result.json": "all numbers",
             "table.csv": "the table with full digits",
             **written.files,
             **{s.file: f"{s.label}: surface with fields (ParaView)" for s in surfaces if s.kind == "shell"},
         },
-        scene=scene.to_toml(),
-        up=upwards(scene),
-        provenance=result["provenance"],
-        again=again,
     )
 
 

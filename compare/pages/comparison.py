@@ -1,42 +1,22 @@
-"""The comparison table as CSV, Markdown and on the terminal: the same columns in the same order."""
+"""The comparison as a table and as sentences."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
 from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell_build import line_weight
+from compare.page.table import Column, ColumnOf, Table
 from compare.pages.elastica import BEGAN, message
 from compare.pages.solve import sentences
 from compare.studies.compare import Comparison, Row
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column: its name in CSV, its heading, the value of a row, and how a reader sees it."""
-
-    name: str
-    heading: str
-    value: Callable[[Row], Any]
-    text: Callable[[Any], str]
-
-
-def _number(form: str) -> Callable[[Any], str]:
-    return lambda value: "-" if value is None else format(value, form)
-
-
-def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100 * value:.3g}"
 
 
 def _part(kind: str, name: str) -> Callable[[Row], Any]:
@@ -57,93 +37,61 @@ def _energy(name: str) -> Callable[[Row], Any]:
     return value
 
 
-_COLUMNS = (
-    Column("width_to_thickness", "w/h", lambda r: r.width_to_thickness, _number("g")),
-    Column("status", "shell", lambda r: r.status, str),
-    Column("start", "start", lambda r: r.start, str),
-    Column("hausdorff", "distance", lambda r: r.hausdorff, _number(".2e")),
-    Column("centreline", "centreline", lambda r: r.centreline, _number(".2e")),
-    Column("ribbon_error", "ribbon error", lambda r: r.ribbon_error, _number(".1e")),
-    Column("shell_error", "shell error", lambda r: r.shell_error, _number(".1e")),
-    Column("claimed", "models differ", lambda r: r.claimed, lambda v: "yes" if v else "not shown"),
-    Column("membrane_share", "membrane %", _part("share", "membrane"), _percent),
-    Column("shear_share", "shear %", _part("share", "shear"), _percent),
-    Column("elastic", "elastic", _energy("elastic"), _number(".6g")),
-    Column("gravity", "gravity", _energy("gravity"), _number(".6g")),
-    Column("total", "total", _energy("total"), _number(".6g")),
-    Column("seconds_ribbon", "ribbon s", lambda r: r.seconds["ribbon"], _number(".2g")),
-    Column("seconds_shell", "shell s", lambda r: r.seconds["shell"], _number(".3g")),
-    Column("ratio", "ratio", lambda r: r.ratio, lambda v: "-" if v is None else f"{v:.0f}"),
+_COLUMNS: tuple[ColumnOf[Row], ...] = (
+    (Column("width_to_thickness", "w/h", kind="digits"), lambda r: r.width_to_thickness),
+    (Column("status", "shell", kind="word"), lambda r: r.status),
+    (Column("start", "start", kind="word", legend="where the shell's solve began, its path or the ribbon's surface (it "
+            "then settles at the full load)"), lambda r: r.start),
+    (Column("hausdorff", "distance", "l", "exponent:2", legend="symmetric Hausdorff distance of the surfaces"),
+     lambda r: r.hausdorff),
+    (Column("centreline", "centreline", "l", "exponent:2", legend="largest distance at equal s"),
+     lambda r: r.centreline),
+    (Column("ribbon_error", "ribbon error", "l", "exponent:1", legend="of the discretisation, by refinement"),
+     lambda r: r.ribbon_error),
+    (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell"), lambda r: r.shell_error),
+    (Column("claimed", "models differ", kind="truth", words={"false": "not shown"},
+            legend="the distance exceeds the sum of both errors"), lambda r: r.claimed),
+    (Column("membrane_share", "membrane %", kind="share"), _part("share", "membrane")),
+    (Column("shear_share", "shear %", kind="share"), _part("share", "shear")),
+    (Column("elastic", "elastic", "D w / l", "digits:6"), _energy("elastic")),
+    (Column("gravity", "gravity", "D w / l", "digits:6"), _energy("gravity")),
+    (Column("total", "total", "D w / l", "digits:6"), _energy("total")),
+    (Column("seconds_ribbon", "ribbon s", "s", "seconds:2"), lambda r: r.seconds["ribbon"]),
+    (Column("seconds_shell", "shell s", "s", "seconds:3"), lambda r: r.seconds["shell"]),
+    (Column("ratio", "ratio", kind="decimals:0", legend="shell time over ribbon time"), lambda r: r.ratio),
+)  # fmt: skip
+_ELASTICA = (
+    Column("elastica", "to elastica", "l", "exponent:2", legend="distance of the centreline to the elastica's"),
+    lambda r: r.elastica,
 )
-_ELASTICA = Column("elastica", "to elastica", lambda r: r.elastica, _number(".2e"))
-#: What the headings mean, under the table.
 LEGEND = (
-    "Lengths in l, energies in D w / l without the constant of the natural curvature, times in seconds of one solve "
-    "(compilation apart). distance: symmetric Hausdorff distance of the surfaces; centreline: largest distance at "
-    "equal s; errors: of the discretisations, by refinement; models differ: the distance exceeds the sum of both "
-    "errors; ratio: shell time over ribbon time; start: where the shell's solve began, its path or the ribbon's "
-    "surface (it then settles at the full load)."
+    "Lengths in l, energies in D w / l without the constant of the natural curvature, shares of the shell's elastic "
+    "energy, times in seconds of one solve (compilation apart). Below: the ribbon, the limit h/w = 0."
 )
 
 
-def columns(comparison: Comparison) -> tuple[Column, ...]:
-    """The columns of this comparison; the elastica's is absent where there is none."""
-    return _COLUMNS if comparison.elastica is None else (*_COLUMNS, _ELASTICA)
+def columns(*keys: str) -> tuple[ColumnOf[Row], ...]:
+    """Columns of these keys with what takes their value from a row, for another table of the same rows."""
+    by_key = {column.key: (column, value) for column, value in _COLUMNS}
+    return tuple(by_key[key] for key in keys)
 
 
-def as_csv(comparison: Comparison) -> str:
-    """All rows with full digits, names of the columns first; empty where there is no value."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    chosen = columns(comparison)
-    writer.writerow([c.name for c in chosen])
-    for row in comparison.rows:
-        values = [c.value(row) for c in chosen]
-        writer.writerow(["" if v is None else repr(v) if isinstance(v, float) else v for v in values])
-    return out.getvalue()
-
-
-def as_markdown(comparison: Comparison) -> str:
-    """The table in Markdown, the ribbon's own energies as its last row."""
-    chosen = columns(comparison)
-    lines = [
-        "| " + " | ".join(c.heading for c in chosen) + " |",
-        "|" + "|".join("---:" for _ in chosen) + "|",
-    ]
-    lines += ["| " + " | ".join(c.text(c.value(row)) for c in chosen) + " |" for row in comparison.rows]
-    lines.append("| " + " | ".join(ribbon_cells(comparison, chosen)) + " |")
-    return "\n".join(lines) + "\n"
-
-
-def ribbon_cells(comparison: Comparison, chosen: tuple[Column, ...]) -> list[str]:
-    """The cells of the ribbon, the limit h/w = 0 of the inextensible model."""
-    energy = comparison.fast.energy
-    elastic, gravity, total = (None, None, None) if energy is None else (energy.elastic, energy.gravity, energy.total)
+def table(comparison: Comparison) -> Table:
+    """One row per shell; below it the model beside them, for the ribbon the limit h/w = 0. The elastica's column is
+    absent where there is none."""
+    columns = _COLUMNS if comparison.elastica is None else (*_COLUMNS, _ELASTICA)
+    found = Table.of("Ribbon against shell", columns, comparison.rows, LEGEND)
+    fast = comparison.fast
     cells = {
-        "width_to_thickness": comparison.fast.model,
-        "status": comparison.fast.word,
-        "ribbon_error": _number(".1e")(comparison.fast.error),
-        "elastic": _number(".6g")(elastic),
-        "gravity": _number(".6g")(gravity),
-        "total": _number(".6g")(total),
-        "seconds_ribbon": f"{comparison.fast.seconds.warm:.2g}",
+        "width_to_thickness": fast.model,
+        "status": fast.word,
+        "ribbon_error": fast.error,
+        "seconds_ribbon": fast.seconds.warm,
+        "elastica": comparison.elastica_distance,
     }
-    if comparison.elastica_distance is not None:
-        cells["elastica"] = f"{comparison.elastica_distance:.2e}"
-    return [cells.get(c.name, "") for c in chosen]
-
-
-def as_terminal(comparison: Comparison) -> Table:
-    """The table for a terminal."""
-    chosen = columns(comparison)
-    table = Table(title=comparison.scene.title, title_justify="left")
-    for column in chosen:
-        table.add_column(column.heading, justify="right", overflow="fold")
-    for row in comparison.rows:
-        table.add_row(*(c.text(c.value(row)) for c in chosen))
-    table.add_section()
-    table.add_row(*ribbon_cells(comparison, chosen))
-    return table
+    if fast.energy is not None:
+        cells |= {name: getattr(fast.energy, name) for name in ("elastic", "gravity", "total")}
+    return replace(found, below=(tuple(cells.get(key) for key in found.keys),))
 
 
 def verdict(comparison: Comparison) -> list[str]:

@@ -10,14 +10,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.export import surfaces as export
 from compare.measure.distance import YARDSTICK
+from compare.page import study as page
 from compare.page.drawing import save
-from compare.page.page import Cell, Page, Picture, Surface, Table, write_page
+from compare.page.page import Picture
+from compare.page.table import Cell, Column, ColumnOf, Table
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
-from compare.store.made_by import provenance
-from compare.store.store import atomic_write_json, atomic_write_text
+from compare.pages.surfaces import write_fast, write_shells
+from compare.studies.compare import Row
 from compare.studies.converge import LEAST_FOR_LIMIT, line_band
 from compare.studies.converge_run import Study
 
@@ -69,7 +70,7 @@ def _sentences(one: Study) -> list[str]:
         + ("." if claimed == rows else "; the others are shown and take no part.")
     ]
     if one.slope is None:
-        said.append("No slope: it takes two such rows. Use a finer shell (--elements) or more ribbon segments.")
+        said.append(f"No slope: it takes two such rows. Use a finer shell (--elements) or a finer {one.model}.")
     else:
         s = one.slope
         apart = (
@@ -94,9 +95,11 @@ def _sentences(one: Study) -> list[str]:
     inside = [s.name for s in one.scalars if s.inside]
     outside = [s.name for s in one.scalars if s.inside is False]
     if inside:
-        said.append(f"Extrapolated to h/w = 0, the ribbon's value lies in the interval of: {', '.join(inside)}.")
+        said.append(f"Extrapolated to h/w = 0, the {one.model}'s value lies in the interval of: {', '.join(inside)}.")
     if outside:
-        said.append(f"Extrapolated to h/w = 0, the ribbon's value lies outside the interval of: {', '.join(outside)}.")
+        said.append(
+            f"Extrapolated to h/w = 0, the {one.model}'s value lies outside the interval of: {', '.join(outside)}."
+        )
     said += [
         f"w/h = {row.width_to_thickness:g}: the shell is {row.status}: {row.message}"
         for row in one.comparison.rows
@@ -121,39 +124,54 @@ def _place(one: Study) -> str:
         else f" (the thinnest shell is {thinnest.hausdorff:.1e} l away)"
     )
     if low > 0.0:
-        return f"The ribbon is not the limit of these shells: at least {low:.1e} l is left at h/w = 0{known}."
+        return f"The {one.model} is not the limit of these shells: at least {low:.1e} l is left at h/w = 0{known}."
     if high <= YARDSTICK:
-        return f"The ribbon is the limit of these shells to {max(high, 0.0):.1e} l{known}."
+        return f"The {one.model} is the limit of these shells to {max(high, 0.0):.1e} l{known}."
     return (
-        f"The ribbon may be the limit of these shells: the interval contains 0, and reaches up to {high:.1e} l{known}. "
-        "Thinner shells would tell more."
+        f"The {one.model} may be the limit of these shells: the interval contains 0, and reaches up to "
+        f"{high:.1e} l{known}. Thinner shells would tell more."
     )
 
 
 # -- tables -----------------------------------------------------------------------------------------------------------
 
 
+_ROWS: tuple[ColumnOf[Row], ...] = (
+    *tables.columns("width_to_thickness", "status", "hausdorff", "centreline", "ribbon_error", "shell_error"),
+    (
+        Column("claimed", "takes part", kind="truth", legend="the distance exceeds the sum of both errors"),
+        lambda r: r.claimed,
+    ),
+)
+_TIMES: tuple[ColumnOf[Row], ...] = (
+    *tables.columns("seconds_ribbon", "seconds_shell"),
+    (Column("reused", "kept", kind="truth", legend="the shell's time is from an earlier run"), lambda r: r.reused),
+)
+
+
 def row_table(one: Study, several: bool) -> Table:
     """The three numbers of every row, and whether it takes part."""
-    rows = tuple(
-        (
-            r.width_to_thickness, r.status, r.hausdorff, r.centreline, r.ribbon_error, r.shell_error, r.claimed,
-            None if one.limit is None else float(one.limit.at(1.0 / r.width_to_thickness)), r.seconds["ribbon"],
-            r.seconds["shell"], r.reused,
-        )
-        for r in one.comparison.rows
-    )  # fmt: skip
-    return Table(
+
+    def fit(row: Row) -> float | None:
+        return None if one.limit is None else float(one.limit.at(1.0 / row.width_to_thickness))
+
+    fitted = Column("fit", "fit", "l", "exponent:2", legend="of distance = d0 + c (h/w)^q")
+    return Table.of(
         f"{_head(one, several)}Distance between ribbon and shell",
-        (
-            "w/h", "shell", "distance", "centreline", "ribbon error", "shell error", "takes part", "fit", "ribbon s",
-            "shell s", "kept",
-        ),
-        rows,
-        ("g", "", ".2e", ".2e", ".1e", ".1e", "", ".2e", ".2g", ".3g", ""),
-        "Lengths over l. takes part: the distance exceeds the sum of both errors; fit: of distance = d0 + c (h/w)^q; "
-        "kept: the shell's time is from an earlier run.",
-    )  # fmt: skip
+        (*_ROWS, (fitted, fit), *_TIMES),
+        one.comparison.rows,
+        "Lengths in l, times in seconds of one solve (compilation apart).",
+    )
+
+
+_SCALARS = (
+    Column("quantity", "quantity", kind="word"),
+    Column("value", "value", kind="digits:6"),
+    Column("low", "low", kind="digits:6", legend="lower end of the 95 % interval"),
+    Column("high", "high", kind="digits:6", legend="its upper end"),
+    Column("ribbon", "ribbon", kind="digits:6"),
+    Column("inside", "ribbon inside", kind="truth", legend="in the interval, widened by the ribbon's own error"),
+)
 
 
 def scalar_table(one: Study, several: bool) -> Table:
@@ -165,12 +183,11 @@ def scalar_table(one: Study, several: bool) -> Table:
     rows += [(s.name, s.value.value, *s.value.both, s.ribbon, s.inside) for s in one.scalars]
     return Table(
         f"{_head(one, several)}Extrapolated to h/w = 0",
-        ("quantity", "value", "low", "high", "ribbon", "ribbon inside"),
+        _SCALARS,
         tuple(rows),
-        ("", ".6g", ".6g", ".6g", ".6g", ""),
-        "Richardson's extrapolation with the fitted power of h/w; low, high: 95 % interval of scatter, power and, for "
-        "the end, discretisation errors together (those of the energies are not known). Inside: widened by the "
-        "ribbon's own error. Energies in D w / l without the constant of the natural curvature.",
+        "Richardson's extrapolation with the fitted power of h/w; the intervals are of scatter, power and, for the "
+        "end, discretisation errors together (those of the energies are not known). Energies in D w / l without the "
+        "constant of the natural curvature.",
     )
 
 
@@ -263,48 +280,32 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
     """result.json, table.csv (of several: table_RULING.csv), converge.png, surfaces, page.json."""
     several = len(found) > 1
     first = found[0].comparison
-    scene = first.scene
-    atomic_write_json(out / "result.json", result(found))
-    files = {"result.json": "all numbers"}
+    files, data = {"result.json": "all numbers"}, {}
     for one in found:
         name = f"table_{one.ruling}.csv" if several else "table.csv"
-        atomic_write_text(out / name, tables.as_csv(one.comparison))
+        data[name] = tables.table(one.comparison)
         files[name] = f"{_head(one, several)}rows with full digits"
     picture(out / "converge.png", found)
-    surfaces = []
-    for one in found:
-        fast, grid = one.comparison.fast, one.comparison.grid
-        name = f"{fast.model}_{one.ruling}.vtu" if several else f"{fast.model}.vtu"
-        if fast.shape is not None:
-            export.write_surface(out / name, fast.shape, grid)
-            surfaces.append(Surface(name, f"{_head(one, several)}{fast.model}", "ribbon"))
-    for row, state in zip(first.rows, first.shells, strict=True):
-        if state.ok:
-            name = f"shell_w{row.width_to_thickness:g}.vtu"
-            export.write_shell(out / name, state.native, first.grid)
-            surfaces.append(Surface(name, f"shell, w/h = {row.width_to_thickness:g}", "shell"))
+    fast = [
+        surface
+        for one in found
+        for surface in write_fast(out, one.comparison, f"_{one.ruling}" if several else "", _head(one, several))
+    ]
     said = sentences(found)
-    up = scene.up
-    write_page(
-        out,
-        Page(
-            command="converge",
-            title=f"{scene.title}: convergence as h/w falls",
-            verdict=tuple(said),
-            tables=tuple(t for one in found for t in (row_table(one, several), scalar_table(one, several))),
-            pictures=(
-                Picture(
-                    "converge.png",
-                    "Distance between ribbon and shell against h/w, both logarithmic, with error bars, fitted lines "
-                    f"and their bands. {' '.join(said[:4])}",
-                    "Convergence as h/w falls",
-                ),
+    page.Study(
+        "converge",
+        f"{first.scene.title}: convergence as h/w falls",
+        tables=tuple(t for one in found for t in (row_table(one, several), scalar_table(one, several))),
+        sentences=tuple(said),
+        pictures=(
+            Picture(
+                "converge.png",
+                "Distance between ribbon and shell against h/w, both logarithmic, with error bars, fitted lines "
+                f"and their bands. {' '.join(said[:4])}",
+                "Convergence as h/w falls",
             ),
-            surfaces=tuple(surfaces),
-            files=files,
-            scene=scene.to_toml(),
-            up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
-            provenance=provenance(scene),
-            again=again,
         ),
-    )
+        surfaces=(*fast, *write_shells(out, first)),
+        data=data,
+        files=files,
+    ).write(out, result(found), again, first.scene)

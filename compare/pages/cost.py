@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +11,10 @@ from matplotlib.figure import Figure
 from compare.measure.distance import YARDSTICK
 from compare.measure.front import Reach, front, reach
 from compare.page.drawing import save
-from compare.page.page import Page, Picture, Table, write_page
+from compare.page.page import Picture
+from compare.page.study import Study
+from compare.page.table import Column, ColumnOf, Table
 from compare.pages.result import state_result
-from compare.store.made_by import provenance
-from compare.store.store import atomic_write_json, atomic_write_text
 from compare.studies.cost_plan import Cost, Reference, Row
 
 #: Colour and marker of each solver's curve.
@@ -39,17 +37,28 @@ NAMES = {
     **{f"elastica {q}": f"elastica degree {q}" for q in range(1, 5)},
     "shell": "shell Q2",
 }
-HEADINGS = (
-    "solver", "size", "unknowns", "status", "error", "error of end", "above its reference's", "distance",
-    "distance of end", "warm s", "least s", "most s", "runs", "kept",
+_COLUMNS: tuple[ColumnOf[Row], ...] = (
+    (Column("solver", "solver", kind="word", words=NAMES), lambda r: r.run.solver),
+    (Column("size", "size", kind="word"), lambda r: r.run.label),
+    (Column("unknowns", "unknowns", kind="integer"), lambda r: r.run.unknowns),
+    (Column("status", "status", kind="word"), lambda r: r.run.status),
+    (Column("error", "error", "l", "exponent:1", legend="discretisation, Hausdorff distance over l to the reference of "
+            "the same model"), lambda r: r.error),
+    (Column("error_end", "error of end", "l", "exponent:1", legend="the same of the centreline's end point"),
+     lambda r: r.error_end),
+    (Column("shown", "above its reference's", kind="truth", legend="the error exceeds the reference's own; otherwise "
+            "only that bound is known"), lambda r: r.shown),
+    (Column("distance", "distance", "l", "exponent:1", legend="to the common reference, the difference of the models "
+            "included"), lambda r: r.distance),
+    (Column("distance_end", "distance of end", "l", "exponent:1", legend="the same of the end point"),
+     lambda r: r.distance_end),
+    (Column("seconds", "warm s", "s", "seconds:3", legend="the solve alone, median of the runs"), lambda r: r.run.warm),
+    (Column("seconds_least", "least s", "s", "seconds:3"), lambda r: min(r.run.seconds, default=None)),
+    (Column("seconds_most", "most s", "s", "seconds:3"), lambda r: max(r.run.seconds, default=None)),
+    (Column("runs", "runs", kind="integer"), lambda r: len(r.run.seconds)),
+    (Column("reused", "kept", kind="truth", legend="a time measured by an earlier run on this machine and these "
+            "versions"), lambda r: r.run.reused),
 )  # fmt: skip
-_FORMATS = ("", "", "d", "", ".1e", ".1e", "", ".1e", ".1e", ".3g", ".3g", ".3g", "d", "")
-LEGEND = (
-    "error: discretisation, Hausdorff distance over l to the reference of the same model; distance: to the common "
-    "reference, the difference of the models included; of end: the same of the centreline's end point. above its "
-    "reference's: whether the error exceeds the reference's own; otherwise only that bound is known. Warm times: the "
-    "solve alone, median of the runs; kept: a time measured by an earlier run on this machine and these versions."
-)
 
 
 # -- sentences --------------------------------------------------------------------------------------------------------
@@ -158,18 +167,23 @@ def _common_text(reference: Reference) -> str:
 # -- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _cells(row: Row) -> tuple[Any, ...]:
-    times = row.run.seconds
-    return (
-        NAMES.get(row.run.solver, row.run.solver), row.run.label, row.run.unknowns, row.run.status, row.error,
-        row.error_end, row.shown, row.distance, row.distance_end, row.run.warm, min(times, default=None),
-        max(times, default=None), len(times), row.run.reused,
-    )  # fmt: skip
-
-
 def table(cost: Cost) -> Table:
     """Every run."""
-    return Table("Runs", HEADINGS, tuple(_cells(row) for row in cost.rows), _FORMATS, LEGEND)
+    return Table.of("Runs", _COLUMNS, cost.rows)
+
+
+_REACHED = (
+    Column("kind", "error", kind="word", legend="discretisation, or distance to the common reference: a distance "
+           "counts at least as much as the run's own discretisation error, as a coarse run may be near another model "
+           "by accident"),
+    Column("target", "target / l", "l", "exponent:0"),
+    Column("model", "model", kind="word"),
+    Column("seconds", "s", "s", "seconds:3", legend="interpolated in log-log between neighbours on the model's Pareto "
+           "front, never beyond it; -: not reached"),
+    Column("at_most", "at most", kind="truth", legend="the fastest run is more accurate than asked for"),
+    Column("between", "between", kind="word"),
+    Column("best_error", "best error / l", "l", "exponent:1"),
+)  # fmt: skip
 
 
 def reach_table(cost: Cost) -> Table:
@@ -188,28 +202,7 @@ def reach_table(cost: Cost) -> Table:
                 )
                 kind = "distance to the common reference" if common else "discretisation"
                 rows.append((kind, target, model, found.seconds, found.bound, how, found.best.error))
-    headings = ("error", "target / l", "model", "s", "at most", "between", "best error / l")
-    return Table(
-        "Time to reach an error", headings, tuple(rows), ("", ".0e", "", ".3g", "", "", ".1e"),
-        "Interpolated in log-log between neighbours on the model's Pareto front, never beyond it; at most: the fastest "
-        "run is more accurate than asked for; -: not reached. A distance counts at least as much as the run's own "
-        "discretisation error: a coarse run may be near another model by accident.",
-    )  # fmt: skip
-
-
-def as_csv(cost: Cost) -> str:
-    """All runs with full digits, names of the columns first; empty where there is no value."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    names = (
-        "solver", "size", "unknowns", "status", "error", "error_end", "shown", "distance", "distance_end", "seconds",
-        "seconds_least", "seconds_most", "runs", "reused",
-    )  # fmt: skip
-    writer.writerow(names)
-    for row in cost.rows:
-        cells = (row.run.solver, *_cells(row)[1:])
-        writer.writerow(["" if c is None else repr(c) if isinstance(c, float) else c for c in cells])
-    return out.getvalue()
+    return Table("Time to reach an error", _REACHED, tuple(rows))
 
 
 # -- picture ----------------------------------------------------------------------------------------------------------
@@ -317,10 +310,7 @@ def result(cost: Cost) -> dict[str, Any]:
             for row in cost.rows
         ],
         "starts": cost.starts,
-        "targets": [
-            dict(zip(("kind", "target", "model", "seconds", "at_most", "between", "best_error"), row, strict=True))
-            for row in reach_table(cost).rows
-        ],
+        "targets": reach_table(cost).records(),
         "left_out": cost.left_out,
         "sentences": sentences(cost),
     }  # fmt: skip
@@ -330,25 +320,17 @@ def result(cost: Cost) -> dict[str, Any]:
 
 def write(out: Path, cost: Cost, again: str) -> None:
     """result.json, table.csv, cost.png, page.json; `again`: the command that makes them again."""
-    atomic_write_json(out / "result.json", result(cost))
-    atomic_write_text(out / "table.csv", as_csv(cost))
     picture(out / "cost.png", cost)
-    up = cost.scene.up
-    write_page(
-        out,
-        Page(
-            command="cost",
-            title=f"{cost.scene.title}: what accuracy costs",
-            verdict=tuple(sentences(cost)),
-            tables=(reach_table(cost), table(cost)),
-            pictures=(Picture("cost.png", _alt(cost), "Error against time"),),
-            files={"result.json": "all numbers", "table.csv": "every run"},
-            scene=cost.scene.to_toml(),
-            up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
-            provenance=provenance(cost.scene, {"repeats": cost.plan.repeats, "budget": cost.plan.budget}),
-            again=again,
-        ),
-    )
+    runs = table(cost)
+    Study(
+        "cost",
+        f"{cost.scene.title}: what accuracy costs",
+        tables=(reach_table(cost), runs),
+        sentences=tuple(sentences(cost)),
+        pictures=(Picture("cost.png", _alt(cost), "Error against time"),),
+        data={"table.csv": runs},
+        files={"result.json": "all numbers", "table.csv": "every run"},
+    ).write(out, result(cost), again, cost.scene)
 
 
-__all__ = ["as_csv", "picture", "reach_table", "result", "sentences", "table", "write"]
+__all__ = ["picture", "reach_table", "result", "sentences", "table", "write"]

@@ -2,105 +2,109 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
 from compare.measure.distance import YARDSTICK
 from compare.models.base import Effect
-from compare.page.page import Cell, Page, Table, write_page
+from compare.page.study import Study
+from compare.page.table import Column, ColumnOf, Table
 from compare.pages.result import presenter, state_result
-from compare.pages.solve import upwards
 from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_json
 from compare.studies.effects import Explanation
-from compare.studies.effects_measured import ShellSolves, Solves, iterations
+from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
 
-_COST_LEGEND = (
-    "First row: with everything; below: differences to the same scene with this effect alone switched off, in the same "
-    "formulation. evaluation: of all that the minimiser asks for, median of differences timed in turns. status, "
-    "iterations, solve: of the whole solve without it, from the scene's own seed, warm, median of repeats; moves: "
+_EFFECTS: tuple[ColumnOf[Effect], ...] = (
+    (Column("effect", "effect", kind="word"), lambda e: e.key),
+    (Column("on", "on", kind="truth"), lambda e: e.on),
+    (Column("why", "why", kind="word"), lambda e: e.why),
+    (Column("adds", "what it adds", kind="word"), lambda e: e.words),
 )
-_SOLVE_LEGEND = "First row: with everything; below: without this effect alone. moves: "
+_EFFECT = Column("effect", "effect", kind="word")
+_EVALUATION = (
+    Column("unknowns", "unknowns", kind="integer"),
+    Column("constraints", "constraints", kind="integer"),
+    Column("evaluation", "evaluation us", "s", "microseconds:1", legend="of all that the minimiser asks for, median of "
+           "differences timed in turns"),
+    Column("evaluation_share", "of it %", kind="percent:0"),
+)  # fmt: skip
+_SOLVE = (
+    Column("status", "status without it", kind="word", legend="of the whole solve from the scene's own seed, as are "
+           "iterations and time (warm, median of repeats)"),
+    Column("iterations", "iterations", kind="integer"),
+    Column("seconds", "solve ms", "s", "milliseconds:3"),
+)  # fmt: skip
 _MOVES = {
     True: "Hausdorff distance between the shapes with and without it, in l (of a strip that no clamp holds, after the "
-    "best rigid motion).",
-    False: "largest distance between the centrelines.",
+    "best rigid motion)",
+    False: "largest distance between the centrelines",
 }
-_COST_HEADINGS = (
-    "effect", "unknowns", "constraints", "evaluation us", "of it %", "status without it", "iterations", "solve ms",
-    "moves", "why not",
-)  # fmt: skip
-_SOLVE_HEADINGS = ("effect", "status", "iterations", "solve ms", "moves / l", "why not")
-_SHELL_LEGEND = (
-    "The whole solve along its path, without compilation, in one run. moves: Hausdorff distance to the shell with all "
-    "effects, in l; its own error is the distance to half the mesh."
-)
+_REASON = Column("reason", "why not", kind="word")
 
 
 def effect_table(scene: Scene, found: Explanation) -> Table:
     """Which effects are on, and why."""
-    rows = tuple((e.key, e.on, e.why, e.words) for e in found.effects)
-    return Table(f"{scene.title}: effects", ("effect", "on", "why", "what it adds"), rows)
+    return Table.of(f"{scene.title}: effects", _EFFECTS, found.effects)
 
 
 def cost_table(found: Explanation, solves: Solves | None) -> Table:
     """What each effect that is on costs and changes; the whole scene in the first row."""
-    title, moves = "What each costs, and what changes without it", _MOVES[solves is None or solves.surface]
-    on = [(effect, _solve_cells(solves, effect)) for effect in found.effects if effect.on]
-    whole, first = found.evaluation, _solve_cells(solves)
-    rows: list[tuple[Cell, ...]]
-    if whole is None:  # whole solves are all that there is
-        rows = [("everything on", *first)]
-        rows += [(effect.key, *solved) for effect, solved in on if any(solved)]
-        return Table(title, _SOLVE_HEADINGS, tuple(rows), ("", "", "d", ".3g", ".1e", ""), _SOLVE_LEGEND + moves)
-    rows = [("everything on", whole.unknowns, whole.constraints, whole.seconds * 1e6, None, *first)]
-    rows += [(effect.key, *_spared(effect, whole.seconds), *solved) for effect, solved in on]
-    formats = ("", "d", "d", ".1f", ".0f", "", "d", ".3g", ".1e", "")
-    return Table(title, _COST_HEADINGS, tuple(rows), formats, _COST_LEGEND + moves)
-
-
-def _spared(effect: Effect, whole: float) -> tuple[Cell, Cell, Cell, Cell]:
-    """What an evaluation is spared without an effect; whole: seconds of one."""
-    spared = effect.seconds
-    if spared is None:
-        return effect.unknowns, effect.constraints, None, None
-    return effect.unknowns, effect.constraints, spared * 1e6, 100.0 * max(spared, 0.0) / whole
-
-
-def _solve_cells(solves: Solves | None, effect: Effect | None = None) -> tuple[Cell, Cell, Cell, Cell, Cell]:
-    """Status, iterations, milliseconds, move and reason of the solve without an effect; None: with everything."""
-    if effect is None:
-        if solves is None:
-            return None, None, None, None, ""
+    whole = found.evaluation
+    moves = Column("moves", "moves", "l", "exponent:1", legend=_MOVES[solves is None or solves.surface])
+    rows: list[dict[str, Any]] = [{"effect": "everything on", "reason": ""}]
+    if whole is not None:
+        sizes = {"unknowns": whole.unknowns, "constraints": whole.constraints}
+        rows[0] |= {**sizes, "evaluation": whole.seconds}
+    if solves is not None:
         state = solves.state
-        return state.word, iterations(state), state.seconds.warm * 1e3, None, ""
+        rows[0] |= {"status": state.word, "iterations": iterations(state), "seconds": state.seconds.warm}
+    for effect in found.effects:
+        row = _without(effect, found, solves)
+        if effect.on and (whole is not None or any(row[key] for key in row if key != "effect")):
+            rows.append(row)
+    columns = (_EFFECT, *(() if whole is None else _EVALUATION), *_SOLVE, moves, _REASON)
+    title = "What each costs, and what changes without it"
+    legend = "First row: with everything; below: differences to the same scene with this effect alone switched off"
+    return Table.of_records(title, columns, rows, legend + ("." if whole is None else ", in the same formulation."))
+
+
+def _without(effect: Effect, found: Explanation, solves: Solves | None) -> dict[str, Any]:
+    """What is spared, and what the solve is, without an effect; what is not known is left out."""
+    row: dict[str, Any] = {"effect": effect.key, "reason": effect.fixed}
+    whole, spared = found.evaluation, effect.seconds
+    if whole is not None:
+        row |= {"unknowns": effect.unknowns, "constraints": effect.constraints, "evaluation": spared}
+        row["evaluation_share"] = None if spared is None else max(spared, 0.0) / whole.seconds
     off = None if solves is None else solves.without.get(effect.key)
-    if off is None:
-        return None, None, None, None, effect.fixed
-    return off.status, off.iterations, None if off.warm is None else off.warm * 1e3, off.moved, off.reason
+    if off is not None:
+        row |= {"status": off.status, "iterations": off.iterations, "seconds": off.warm, "moves": off.moved}
+        row["reason"] = off.reason
+    return row
+
+
+_SHELLS: tuple[ColumnOf[ShellWithout], ...] = (
+    (Column("effect", "without", kind="word", words={"": "everything on"}), lambda r: r.name),
+    (Column("status", "status", kind="word"), lambda r: r.status),
+    (Column("iterations", "Newton iterations", kind="integer"), lambda r: r.iterations),
+    (Column("seconds", "solve s", "s", "seconds:3"), lambda r: r.seconds),
+    (Column("moves", "moves", "l", "exponent:1", legend="Hausdorff distance to the shell with all effects, in l"),
+     lambda r: r.moved),
+    (Column("error", "own error", "l", "exponent:1", legend="the distance to half the mesh"), lambda r: r.error),
+    (Column("reason", "why not", kind="word"), lambda r: r.reason),
+)  # fmt: skip
 
 
 def shell_table(measured: ShellSolves) -> Table:
     """The shell with and without its effects."""
     along, across = measured.elements
-    rows = tuple(
-        (r.name or "everything on", r.status, r.iterations, _known(r.seconds), r.moved, r.error, r.reason)
-        for r in measured.rows
-    )
-    return Table(
+    return Table.of(
         f"The shell, w/h = {measured.width_to_thickness:g}, {along} x {across} elements",
-        ("without", "status", "Newton iterations", "solve s", "moves", "own error", "why not"),
-        rows,
-        ("", "", "d", ".3g", ".1e", ".1e", ""),
-        _SHELL_LEGEND,
+        _SHELLS,
+        measured.rows,
+        "The whole solve along its path, without compilation, in one run.",
     )
-
-
-def _known(value: float | None) -> float | None:
-    return None if value is None or math.isnan(value) else value
 
 
 def tables(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> list[Table]:
@@ -222,17 +226,10 @@ def write(
     out: Path, scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None, again: str
 ) -> None:
     """Writes result.json and page.json into `out`."""
-    data = result(scene, found, solves, shell)
-    atomic_write_json(out / "result.json", data)
-    page = Page(
-        command="explain",
-        title=f"{scene.title}: effects",
-        verdict=tuple(sentences(scene, found, solves)),
+    Study(
+        "explain",
+        f"{scene.title}: effects",
         tables=tuple(tables(scene, found, solves, shell)),
+        sentences=tuple(sentences(scene, found, solves)),
         files={"result.json": "everything measured"},
-        scene=scene.to_toml(),
-        up=upwards(scene),
-        provenance=data["provenance"],
-        again=again,
-    )
-    write_page(out, page)
+    ).write(out, result(scene, found, solves, shell), again, scene)

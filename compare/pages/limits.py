@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.page import page
+from compare.page.page import Picture, Surface
+from compare.page.study import Study
+from compare.page.table import Cell, Column, ColumnOf, Table
 from compare.pages import result as results
-from compare.pages.solve import upwards
-from compare.store.store import atomic_write_json, atomic_write_text, jsonable
+from compare.store.store import jsonable
 from compare.studies.compare import Comparison
 from compare.studies.limits import Finding, Thresholds, hits
 
-_NOT_ON_A_TERMINAL = ("centreline % l", "share's error %", "at clamps %", "elastic", "gravity", "estimated level")
 #: Findings up to which each gets its sentence.
 _MOST_SENTENCES = 6
 _FILES = {
@@ -66,98 +64,81 @@ def row_result(finding: Finding) -> dict[str, Any]:
     }
 
 
-def table(findings: Sequence[Finding]) -> page.Table:
+def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
+    """The columns of the page: the varied keys first."""
+
+    def of_row(name: str) -> Callable[[Finding], Any]:
+        return lambda f: None if f.row is None else getattr(f.row, name)
+
+    def part(table: Callable[[Finding], Any], name: str) -> Callable[[Finding], Any]:
+        return lambda f: (table(f) or {}).get(name)
+
+    def varied(key: str) -> ColumnOf[Finding]:
+        return Column(key, key.split(".", 1)[-1]), lambda f: _cell(f.values[key])
+
+    def energy(name: str) -> Callable[[Finding], Any]:
+        return lambda f: None if f.row is None or f.row.energy is None else getattr(f.row.energy, name)
+
+    share = of_row("share")
+    return [
+        *(varied(key) for key in keys),
+        (Column("clamp", "held", kind="word"), lambda f: f.scene.shell.clamp),
+        (Column("width_to_thickness", "w/h", kind="digits"), lambda f: f.width_to_thickness),
+        (Column("level", "level", kind="word", legend="good, fair, poor (see the verdict's thresholds)"),
+         lambda f: f.level or (f.row and f.row.status)),
+        (Column("distance", "distance % l", "l", "percent:2", legend="Hausdorff between ribbon and shell"),
+         lambda f: f.distance),
+        (Column("centreline", "centreline % l", "l", "percent:2", terminal=False), of_row("centreline")),
+        (Column("ribbon_error", "ribbon error", "l", "exponent:1", legend="of the discretisation, over l"),
+         of_row("ribbon_error")),
+        (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell"),
+         of_row("shell_error")),
+        (Column("share.membrane", "membrane %", kind="percent:2"), part(share, "membrane")),
+        (Column("share.shear", "shear %", kind="percent:2"), part(share, "shear")),
+        (Column("share_error", "share's error %", kind="percent:2", terminal=False,
+                legend="change of the membrane share from a mesh half as fine"), of_row("share_error")),
+        (Column("zones.clamps", "at clamps %", kind="percent:0", terminal=False,
+                legend="part of that stretching within w/2 of a clamp"), part(lambda f: f.zones, "clamps")),
+        (Column("energy.elastic", "elastic", "D w / l", "digits:4", terminal=False,
+                legend="without the constant of the natural curvature"), energy("elastic")),
+        (Column("energy.gravity", "gravity", "D w / l", "digits:4", terminal=False), energy("gravity")),
+        (Column("estimate.level", "estimated level", kind="word", terminal=False), lambda f: f.estimated_level),
+        (Column("estimate.distance", "estimated distance % l", "l", "percent:2"), lambda f: f.estimate.distance),
+        (Column("estimate.share", "estimated stretching %", kind="percent:2"), lambda f: f.estimate.share),
+        (Column("reason", "most of it", kind="word"), lambda f: f.cause),
+        (Column("seconds.shell", "shell s", "s", "seconds:3"), part(of_row("seconds"), "shell")),
+    ]  # fmt: skip
+
+
+#: What an estimate alone has.
+_ESTIMATED = ("clamp", "width_to_thickness", "estimate.level", "estimate.distance", "estimate.share", "reason")
+
+
+def table(findings: Sequence[Finding]) -> Table:
     """The findings as a table."""
     keys = list(findings[0].values)
     shells = any(f.row is not None for f in findings)
-    headings = [*(key.split(".", 1)[-1] for key in keys), "held", "w/h"]
-    formats = ["g"] * len(keys) + ["", "g"]
-    if shells:
-        headings += [
-            "level", "distance % l", "centreline % l", "ribbon error", "shell error", "membrane %", "shear %",
-            "share's error %", "at clamps %", "elastic", "gravity",
-        ]  # fmt: skip
-        formats += ["", ".2f", ".2f", ".1e", ".1e", ".2f", ".2f", ".2f", ".0f", ".4g", ".4g"]
-    headings += ["estimated level", "estimated distance % l", "estimated stretching %", "most of it"]
-    formats += ["", ".2f", ".2f", ""]
-    if shells:
-        headings += ["shell s"]
-        formats += [".3g"]
-    return page.Table(
-        title="Limits of inextensibility",
-        headings=tuple(headings),
-        rows=tuple(_cells(finding, keys, shells) for finding in findings),
-        formats=tuple(formats),
-        legend=(
-            "level: good, fair, poor (see the verdict's thresholds). distance: Hausdorff between ribbon and shell; "
-            "errors: of the discretisations, over l. membrane, shear: of the shell's elastic energy; share's error: "
-            "change of the membrane share from a mesh half as fine; at clamps: part of that stretching within w/2 of a "
-            "clamp. Energies in D w / l, the elastic one with the constant of the natural curvature. Estimates: from "
-            "the ribbon alone."
-            if shells
-            else "Estimates from the ribbon alone. stretching: membrane and shear, of the elastic energy."
-        ),
+    columns = _columns(keys)
+    return Table.of(
+        "Limits of inextensibility",
+        columns if shells else [pair for pair in columns if pair[0].key in (*keys, *_ESTIMATED)],
+        findings,
+        "Shares are of the shell's elastic energy, energies in D w / l. Estimates: from the ribbon alone."
+        if shells
+        else "Estimates from the ribbon alone. stretching: membrane and shear, of the elastic energy.",
     )
 
 
-def brief(content: page.Table) -> page.Table:
-    """The table without the columns that a terminal has no room for."""
-    shown = [k for k, heading in enumerate(content.headings) if heading not in _NOT_ON_A_TERMINAL]
-    return page.Table(
-        title=content.title,
-        headings=tuple(content.headings[k] for k in shown),
-        rows=tuple(tuple(row[k] for k in shown) for row in content.rows),
-        formats=tuple(content.formats[k] for k in shown),
-        legend=content.legend,
-    )
-
-
-def _percent(value: float | None) -> float | None:
-    return None if value is None else 100.0 * value
-
-
-def _cells(finding: Finding, keys: Sequence[str], shells: bool) -> tuple[page.Cell, ...]:
-    row, found = finding.row, finding.estimate
-    cells: list[page.Cell] = [_cell(finding.values[key]) for key in keys]
-    cells += [finding.scene.shell.clamp, finding.width_to_thickness]
-    if shells:
-        share = (row.share if row is not None else None) or {}
-        energy = row.energy if row is not None else None
-        zones = finding.zones or {}
-        cells += [
-            finding.level or (row.status if row is not None else None),
-            _percent(finding.distance),
-            _percent(row.centreline if row is not None else None),
-            row.ribbon_error if row is not None else None,
-            row.shell_error if row is not None else None,
-            _percent(share.get("membrane")),
-            _percent(share.get("shear")),
-            _percent(row.share_error if row is not None else None),
-            _percent(zones.get("clamps")),
-            None if energy is None else energy.elastic,
-            None if energy is None else energy.gravity,
-        ]
-    cells += [finding.estimated_level, _percent(found.distance), _percent(found.share), finding.cause]
-    if shells:
-        cells.append(row.seconds["shell"] if row is not None else None)
-    return tuple(cells)
-
-
-def _cell(value: Any) -> page.Cell:
+def _cell(value: Any) -> Cell:
     plain = jsonable(value)
-    return plain if isinstance(plain, str | float | int | bool) or plain is None else str(plain)
+    return str(plain) if isinstance(plain, dict) else plain
 
 
-def as_csv(findings: Sequence[Finding]) -> str:
-    """One line per finding, all numbers in full."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    rows = [_flat(row_result(finding)) for finding in findings]
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    writer.writerow(names)
-    for row in rows:
-        writer.writerow(["" if row.get(name) is None else row[name] for name in names])
-    return out.getvalue()
+def full_table(findings: Sequence[Finding]) -> Table:
+    """Everything of a row of result.json in columns: names of nested values with dots."""
+    records = [_flat(row_result(finding)) for finding in findings]
+    keys = dict.fromkeys(key for record in records for key in record)
+    return Table.of_records("Limits of inextensibility", [Column(key, key) for key in keys], records)
 
 
 _LEFT_OUT = ("shell_end", "shell_middle", "message", "elements")
@@ -249,51 +230,27 @@ def write(
     its surfaces, too (ribbon.vtu, shell_wNNNN.vtu)."""
     scene = findings[-1].scene
     shells = [f for f in findings if f.maps is not None]
-    atomic_write_text(out / "limits.csv", as_csv(findings))
-    document = result(findings, comparison, thresholds)
-    atomic_write_json(out / "result.json", document)
-    pictures: list[page.Picture] = []
-    if shells:
-        pictures = _pictures(out, shells, scene.title)
-    page.write_page(
-        out,
-        page.Page(
-            command="limits",
-            title=f"{scene.title}: limits of inextensibility",
-            verdict=tuple(verdict(findings, thresholds)),
-            tables=(table(findings),),
-            pictures=tuple(pictures),
-            surfaces=() if comparison is None else _surfaces(out, comparison),
-            files=_FILES,
-            scene=scene.to_toml() if len(findings) == 1 else "",
-            up=upwards(scene),
-            provenance=jsonable(document["provenance"]),
-            again=again,
-        ),
-    )
+    Study(
+        "limits",
+        f"{scene.title}: limits of inextensibility",
+        tables=(table(findings),),
+        sentences=tuple(verdict(findings, thresholds)),
+        pictures=tuple(_pictures(out, shells, scene.title)) if shells else (),
+        surfaces=() if comparison is None else _surfaces(out, comparison),
+        data={"limits.csv": full_table(findings)},
+        files=_FILES,
+    ).write(out, result(findings, comparison, thresholds), again, scene, text=len(findings) == 1)
 
 
-def _surfaces(out: Path, comparison: Comparison) -> tuple[page.Surface, ...]:
+def _surfaces(out: Path, comparison: Comparison) -> tuple[Surface, ...]:
     """Writes the surfaces of a scene; the shells begin coloured by the membrane's share."""
-    from compare.export import surfaces as export
+    from compare.pages.surfaces import write_fast, write_shells
 
-    found = []
-    if comparison.fast.shape is not None:
-        name = f"{comparison.fast.model}.vtu"
-        export.write_surface(out / name, comparison.fast.shape, comparison.grid)
-        found.append(page.Surface(name, comparison.fast.model, "ribbon"))
-    for row, state in zip(comparison.rows, comparison.shells, strict=True):
-        if state.ok:
-            ratio = row.width_to_thickness
-            name = f"shell_w{ratio:g}.vtu"
-            export.write_shell(out / name, state.native, comparison.grid)
-            label = f"shell, w/h = {ratio:g}"
-            found.append(page.Surface(name, label, "shell", "membrane_share", width_to_thickness=ratio))
-    return tuple(found)
+    return (*write_fast(out, comparison), *write_shells(out, comparison, "membrane_share"))
 
 
-def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[page.Picture]:
-    found: list[page.Picture] = []
+def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[Picture]:
+    found: list[Picture] = []
     clamps = list(dict.fromkeys(f.scene.shell.clamp for f in shells))
     for clamp in clamps:
         there = [f for f in shells if f.scene.shell.clamp == clamp]
@@ -303,7 +260,7 @@ def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[page.Pic
 
         limits_figures.estimate_picture(out / "estimate.png", shells, "Estimate against shell")
         found.append(
-            page.Picture(
+            Picture(
                 "estimate.png",
                 "Estimated against computed distance and share, on a line but for a factor",
                 "Estimates from the ribbon alone against the shells; dotted: a factor of 2.",
@@ -312,7 +269,7 @@ def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[page.Pic
     return found
 
 
-def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str) -> list[page.Picture]:
+def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str) -> list[Picture]:
     """Figures 7.8 to 7.10 for one way of holding the strip."""
     from compare.pictures import limits as limits_figures
 
@@ -323,16 +280,16 @@ def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str)
     limits_figures.maps_picture(out / names["maps"], shells, f"{title} ({held})")
     limits_figures.shapes_picture(out / names["shapes"], shells, f"{title} ({held})")
     return [
-        page.Picture(
+        Picture(
             names["shares"],
             f"Energies by kind; {held}; stretching is at most {100 * worst:.2g} % of the elastic energy",
             "Shares of bending, membrane and shear (thesis, figure 7.9); the estimate from the ribbon alone dotted.",
         ),
-        page.Picture(
+        Picture(
             names["maps"],
             "Local shares of bending, membrane and shear over the flat strip, the clamp at the top",
             "Which energy prevails where (thesis, figure 7.10). Points of one colour need not store the same energy; "
             "where hardly any is stored all three strips are blue.",
         ),
-        page.Picture(names["shapes"], f"Shells at rest from two sides, {held}", "Shells at rest (thesis, figure 7.8)."),
+        Picture(names["shapes"], f"Shells at rest from two sides, {held}", "Shells at rest (thesis, figure 7.8)."),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from compare.models.base import State
 from compare.models.ribbon import RibbonShape
 from compare.models.ribbon_build import formulation_why
 from compare.page.page import Picture, Surface
+from compare.page.table import Column, Table
 from compare.pages.written import Written
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
@@ -68,20 +70,39 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, path.csv."""
     from compare.export.ribbon import centreline_csv, write_arrays
     from compare.export.surfaces import write_surface
-    from compare.models.ribbon_way import log_csv
     from compare.pictures import ribbon as profile
-    from compare.store.store import atomic_write_text
+    from compare.store.store import atomic_write_bytes
 
     e = state.native
     write_surface(out / "ribbon.vtu", RibbonShape(e), grid)
     write_arrays(out / "ribbon.npz", e)
-    atomic_write_text(out / "centreline.csv", centreline_csv(e))
+    atomic_write_bytes(out / "centreline.csv", centreline_csv(e))
     profile.ribbon_profile(out / PICTURE, e, scene.title)
-    files = dict(FILES)
+    files, data = dict(FILES), {}
     if scene.path:
-        atomic_write_text(out / "path.csv", log_csv(tuple(dict(entry) for entry in state.log)))
+        data["path.csv"] = path_table(state.log)
         files["path.csv"] = "every step of the path"
-    return Written(files, (picture(state),), (Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),))
+    return Written(files, (picture(state),), (Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),), data)
+
+
+_PATH = (
+    Column("stage", "stage", kind="integer", legend="that was approached, from 1"),
+    Column("t", "t", kind="digits", legend="where the step ended, from 0 to 1 in each stage"),
+    Column("size", "size", kind="digits", legend="of the step"),
+    Column("status", "status", kind="word"),
+    Column("accepted", "accepted", kind="truth"),
+    Column("iterations", "iterations", kind="integer"),
+    Column("residual", "residual", kind="exponent:1"),
+    Column("energy", "energy", "D w / l", "digits:6"),
+    Column("lowest_eigenvalue", "lowest eigenvalue", kind="digits:4"),
+    Column("seconds", "s", "s", "seconds"),
+    Column("jump", "jump", kind="truth", legend="the shape snapped"),
+)
+
+
+def path_table(log: Sequence[Mapping[str, Any]]) -> Table:
+    """The log of a way, one row a step; nothing where nothing was judged."""
+    return Table.of_records("Steps of the path", _PATH, log)
 
 
 def picture(state: State) -> Picture:

@@ -5,9 +5,7 @@ Neither the ribbon nor its numba and Ipopt are imported.
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,28 +15,66 @@ from compare.export.vtu import write_vtu
 from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
-from compare.page.page import Page, Picture, Surface, Table, write_page
-from compare.pages.solve import upwards
+from compare.page.page import Picture, Surface
+from compare.page.study import Study
+from compare.page.table import Column, ColumnOf, Table
 from compare.pages.written import Written
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_json, atomic_write_text
 
 PICTURE = "shell.png"
-LEGEND = (
-    "Energies in D w / l without the constant of the natural curvature, positions in l; membrane and shear: shares of "
-    "the elastic energy; error: estimated from the last two meshes where a tolerance refines (Hausdorff / l); s: "
-    "seconds of the solve, compilation apart."
+Entry = Mapping[str, Any]
+
+
+def _of(name: str, part: str) -> Callable[[Entry], Any]:
+    return lambda entry: (entry[name] or {}).get(part)
+
+
+_COLUMNS: tuple[ColumnOf[Entry], ...] = (
+    (Column("width_to_thickness", "w/h", kind="digits"), lambda e: e["width_to_thickness"]),
+    (Column("status", "status", kind="word"), lambda e: e["status"]),
+    (Column("share.membrane", "membrane %", kind="share", legend="share of the elastic energy"),
+     _of("share", "membrane")),
+    (Column("share.shear", "shear %", kind="share", legend="the same"), _of("share", "shear")),
+    (Column("energy.elastic", "elastic", "D w / l", "digits:6"), _of("energy", "elastic")),
+    (Column("energy.gravity", "gravity", "D w / l", "digits:6"), _of("energy", "gravity")),
+    (Column("middle", "middle / l", "l", "decimals:5"), _of("middle", "position")),
+    (Column("end", "end / l", "l", "decimals:5"), _of("end", "position")),
+    (Column("elements", "elements", kind="sizes"), lambda e: e["model"]["elements"]),
+    (Column("error", "error", "l", "exponent:1", legend="estimated from the last two meshes where a tolerance refines "
+            "(Hausdorff / l)"), _of("discretisation", "estimate")),
+    (Column("seconds", "s", "s", "seconds:3", legend="of the solve, compilation apart"), _of("seconds", "warm")),
+    (Column("reused", "kept", kind="truth", legend="solved by an earlier run"), lambda e: e["reused"]),
+)  # fmt: skip
+_LEGEND = "Energies in D w / l without the constant of the natural curvature, positions in l."
+
+
+_PLACES = tuple((place, axis) for place in ("middle", "end") for axis in range(3))
+_PATH: tuple[ColumnOf[tuple[float, Entry]], ...] = (
+    (Column("width_to_thickness", "w/h", kind="digits"), lambda at: at[0]),
+    *(
+        (column, lambda at, key=column.key: at[1][key])
+        for column in (
+            Column("stage", "stage", kind="word"),
+            Column("method", "method", kind="word"),
+            Column("load", "load", kind="digits"),
+            Column("accepted", "accepted", kind="truth"),
+            Column("iterations", "iterations", kind="integer"),
+            Column("factorisations", "factorisations", kind="integer"),
+            Column("seconds", "s", "s", "seconds"),
+            Column("correction", "correction", kind="exponent:1"),
+            Column("negative", "negative", kind="integer"),
+            Column("note", "note", kind="word"),
+        )
+    ),
+    *(
+        (
+            Column(f"{place}_{'xyz'[axis]}", f"{place} {'xyz'[axis]}", "l", "decimals:5"),
+            lambda at, place=place, axis=axis: at[1]["values"].get(place, (None, None, None))[axis],
+        )
+        for place, axis in _PLACES
+    ),
 )
-#: Columns of path.csv after the width to thickness.
-PATH_COLUMNS = (
-    "stage", "method", "load", "accepted", "iterations", "factorisations", "seconds", "correction", "negative", "note",
-)  # fmt: skip
-#: The columns that the command prints.
-HEADINGS = (
-    "w/h", "status", "membrane %", "shear %", "elastic", "gravity", "middle / l", "end / l", "elements", "error", "s",
-)  # fmt: skip
-_PLACES = tuple(f"{place}_{axis}" for place in ("middle", "end") for axis in "xyz")
 
 
 def ratio_of(state: State) -> float:
@@ -101,32 +137,12 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
     }
 
 
-def cells(scene: Scene, state: State) -> tuple[str, ...]:
-    """What the command prints of one shell, in the order of `HEADINGS`."""
-    found = result(scene, state)
-
-    def number(value: float | None) -> str:
-        return "-" if value is None else f"{value + 0.0:.6g}"
-
-    return (
-        f"{found['width_to_thickness']:g}",
-        state.word,
-        f"{100 * found['share']['membrane']:.3g}",
-        f"{100 * found['share']['shear']:.3g}",
-        number(found["energy"].get("elastic")),
-        number(found["energy"].get("gravity")),
-        *(" ".join(f"{c + 0.0:.5f}" for c in found[name]["position"]) for name in ("middle", "end")),
-        " x ".join(map(str, found["model"]["elements"])),
-        "-" if state.error is None else f"{state.error:.1e}",
-        f"{state.seconds.warm:.3g}" + (" (kept)" if state.reused else ""),
-    )
-
-
 def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
-    """The same, name and text."""
+    """What the command prints of one shell: name and text."""
     if state.shape is None:
         return [("status", f"{state.word}: {state.message}")]
-    return list(zip(HEADINGS, cells(scene, state), strict=True))
+    shown = table(scene, [state]).for_terminal()
+    return list(zip((column.heading for column in shown.columns), shown.texts()[0], strict=True))
 
 
 def sentences(scene: Scene, state: State) -> list[str]:
@@ -158,17 +174,10 @@ def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
     return found
 
 
-def path_csv(states: Sequence[State]) -> str:
-    """Every attempt on the paths, one line each: names of the columns first; empty where nothing is known."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("width_to_thickness", *PATH_COLUMNS, *_PLACES))
-    for state in states:
-        for step in state.native.data["steps"]:
-            places = [c for name in ("middle", "end") for c in step["values"].get(name, (None, None, None))]
-            texts = [ratio_of(state), *(step[name] for name in PATH_COLUMNS), *places]
-            writer.writerow(["" if c is None else str(c).lower() if isinstance(c, bool) else c for c in texts])
-    return out.getvalue()
+def path_table(states: Sequence[State]) -> Table:
+    """Every attempt on the paths (`shellref.shell.result.LoadStep`), one row each."""
+    steps = [(ratio_of(state), step) for state in states for step in state.native.data["steps"]]
+    return Table.of("Steps of the paths", _PATH, steps)
 
 
 def write_surface(path: Path, case: Mapped) -> Path:
@@ -182,7 +191,7 @@ def write_surface(path: Path, case: Mapped) -> Path:
 
 
 def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
-    """path.csv, shell.png; shell.npz and shell.vtu, where there are several states shell_wNNNN.* (w/h)."""
+    """The table of path.csv, shell.png; shell.npz and shell.vtu, where there are several states shell_wNNNN.* (w/h)."""
     from compare.pictures import shell as shell_figure
 
     files, surfaces = {"path.csv": "every step of the paths"}, []
@@ -197,9 +206,8 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", ratio))
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
-    atomic_write_text(out / "path.csv", path_csv(states))
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
-    return Written(files, (picture(states),), tuple(surfaces))
+    return Written(files, (picture(states),), tuple(surfaces), {"path.csv": path_table(states)})
 
 
 def picture(states: Sequence[State]) -> Picture:
@@ -216,25 +224,19 @@ def picture(states: Sequence[State]) -> Picture:
 
 def table(scene: Scene, states: Sequence[State]) -> Table:
     """One row for each shell."""
-    return Table("Shells", HEADINGS, tuple(cells(scene, state) for state in states), legend=LEGEND)
+    return Table.of("Shells", _COLUMNS, [result(scene, state) for state in states], _LEGEND)
 
 
 def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:
     """result.json, page.json and the files of `write_states`. again: as of `Page`."""
     written = write_states(out, scene, states)
-    found: Mapping[str, Any] = document(scene, states)
-    atomic_write_json(out / "result.json", found)
-    page = Page(
-        command="shell",
-        title=scene.title,
-        verdict=tuple(said for state in states for said in sentences(scene, state)),
+    Study(
+        "shell",
+        scene.title,
         tables=(table(scene, states),),
+        sentences=tuple(said for state in states for said in sentences(scene, state)),
         pictures=written.pictures,
         surfaces=written.surfaces,
+        data=written.data,
         files={"result.json": "all numbers", **written.files},
-        scene=scene.to_toml(),
-        up=upwards(scene),
-        provenance=found["provenance"],
-        again=again,
-    )
-    write_page(out, page)
+    ).write(out, document(scene, states), again, scene)

@@ -6,20 +6,14 @@ from pathlib import Path
 
 from compare.measure.grid import Grid
 from compare.models.base import State
-from compare.page.page import Page, Table, write_page
+from compare.page.study import Study
+from compare.page.table import Column, Table
 from compare.pages.result import presenter, state_result
 from compare.pages.written import write_any
 from compare.scene.scene import Scene
-from compare.store.made_by import provenance
-from compare.store.store import atomic_write_json
 
-
-def upwards(scene: Scene) -> tuple[float, float, float] | None:
-    """The scene's direction upwards; None without weight."""
-    if scene.up is None:
-        return None
-    x, y, z = (float(c) for c in scene.up)
-    return x, y, z
+#: Names and texts: each row has a unit, or several values, of its own.
+_LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
 
 
 def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
@@ -56,19 +50,13 @@ def write(out: Path, scene: Scene, state: State, again: str) -> None:
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
     own = presenter(state)
     written = (write_any if own is None else own.write)(out, scene, state, grid)
-    atomic_write_json(out / "result.json", state_result(scene, state))
-    options = getattr(state.native, "options", None)
-    page = Page(
-        command="solve",
-        title=scene.title,
-        verdict=tuple(sentences(scene, state)),
-        tables=(Table(f"The {state.model}", ("quantity", "value"), tuple(rows(scene, state))),),
+    Study(
+        "solve",
+        scene.title,
+        tables=(Table(f"The {state.model}", _LISTED, tuple(rows(scene, state))),),
+        sentences=tuple(sentences(scene, state)),
         pictures=written.pictures,
         surfaces=written.surfaces,
+        data=written.data,
         files={"result.json": "all numbers", **written.files},
-        scene=scene.to_toml(),
-        up=upwards(scene),
-        provenance=provenance(scene, options if isinstance(options, dict) else None),
-        again=again,
-    )
-    write_page(out, page)
+    ).write(out, state_result(scene, state), again, scene)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from compare.export.formats import array_csv
 from compare.export.surfaces import write_surface
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture, Surface
+from compare.page.table import Table
 from compare.scene.scene import Scene
-from compare.store.store import atomic_write_text
+from compare.store.store import atomic_write_bytes
 
 #: Points of a centreline file.
 LINE_POINTS = 401
@@ -22,11 +23,13 @@ LINE_POINTS = 401
 
 @dataclass(frozen=True)
 class Written:
-    """Files with what is in them, pictures and surfaces, by names relative to the folder."""
+    """Files with what is in them, pictures and surfaces, by names relative to the folder; data: of the files that are
+    yet to be written, their tables."""
 
     files: Mapping[str, str] = field(default_factory=dict)
     pictures: tuple[Picture, ...] = ()
     surfaces: tuple[Surface, ...] = ()
+    data: Mapping[str, Table] = field(default_factory=dict)
 
 
 def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
@@ -37,10 +40,8 @@ def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     write_surface(out / name, state.shape, grid)
     s = np.linspace(0.0, 1.0, LINE_POINTS)
     frames = state.shape.frames(s)
-    table = np.column_stack([s, state.shape.centreline(s), *(frames[:, :, column] for column in range(3))])
+    columns = np.column_stack([s, state.shape.centreline(s), *(frames[:, :, column] for column in range(3))])
     names = ["s", "x", "y", "z", *(f"{axis}_{c}" for axis in ("tx", "ty", "tz") for c in "xyz")]
-    text = io.StringIO()
-    np.savetxt(text, table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
-    atomic_write_text(out / "centreline.csv", text.getvalue())
+    atomic_write_bytes(out / "centreline.csv", array_csv(names, columns))
     files = {name: "surface with fields (ParaView)", "centreline.csv": "centreline and frame"}
     return Written(files, (), (Surface(name, state.model, "ribbon"),))

@@ -9,7 +9,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 
-from compare.page.page import Page, Table, right_aligned
+from compare.page.page import Page
+from compare.page.table import Table
 from compare.report.folders import Part
 from compare.report.surfaces import View, as_data
 from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
@@ -124,19 +125,19 @@ def _image(content: bytes, alt: str) -> str:
 
 def _table(table: Table) -> str:
     """A table in a box that scrolls by itself; its first column names the rows and stays in sight."""
-    right = right_aligned(table)
+    right, headings, meaning = table.right_aligned(), [c.heading for c in table.columns], table.explanation()
     texts = table.texts()
     kinds = []
     for column, numeric in enumerate(right):
         most = max((len(row[column]) for row in texts), default=0)
         kinds.append("number" if numeric else "words much" if most > _MUCH else "words")
-    head = "".join(f'<th scope="col" class="{k}">{escape(h)}</th>' for h, k in zip(table.headings, kinds, strict=True))
+    head = "".join(f'<th scope="col" class="{k}">{escape(h)}</th>' for h, k in zip(headings, kinds, strict=True))
     body = []
     for row in texts:
         cells = [f'<td class="{k}">{escape(text)}</td>' for text, k in zip(row[1:], kinds[1:], strict=True)]
         body.append(f'<tr><th scope="row" class="{kinds[0]}">{escape(row[0])}</th>{"".join(cells)}</tr>')
     long = " long" if len(texts) > _LONG_TABLE else ""
-    legend = f'<p class="legend">{escape(table.legend)}</p>' if table.legend else ""
+    legend = f'<p class="legend">{escape(meaning)}</p>' if meaning else ""
     return (
         f'<div class="box{long}" role="region" tabindex="0" aria-label="{escape(table.title)}"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{''.join(body)}</tbody></table></div>{legend}"

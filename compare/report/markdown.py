@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from urllib.parse import quote
 
-from compare.page.page import as_markdown, markdown_text
+from compare.page.markdown import as_markdown, markdown_text
 from compare.report.folders import Part
 from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
 

@@ -1,7 +1,7 @@
 """The scene contract: every key with its kind, range, unit, default and meaning, as the sections declare it.
 
 The reader takes from here what is right, `Scene.to_toml` its comments, a model the keys that it reads (`within`), and
-docs/scenes.md its tables (`compare.scene.page`).
+docs/scenes.md its tables (`compare.pages.keys`).
 """
 
 from __future__ import annotations

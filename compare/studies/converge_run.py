@@ -9,20 +9,24 @@ from typing import Any
 import numpy as np
 
 from compare.errors import BadInput
+from compare.models.base import covered
+from compare.models.choice import beside_the_shell
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import Comparison, Row, compare
 from compare.studies.converge import Estimate, Limit, Points, Scalar, limit, scalars, slope
 
+#: The key that `--ruling` varies.
+RULING = "clamp.start.ruling"
 #: w/h of a scene that gives none or one.
 RATIOS = (20.0, 50.0, 100.0, 200.0)
 
 
 @dataclass(frozen=True)
 class Study:
-    """One ribbon against the shells: the comparison and what is fitted to its claimed rows (`points`); ruling: "free",
-    "straight", or "" for a scene without such a clamp."""
+    """One model against the shells, the one that `compare` sets beside them: the comparison and what is fitted to its
+    claimed rows (`points`); ruling: "free", "straight", or "" for a scene without such a clamp."""
 
     ruling: str
     comparison: Comparison
@@ -30,6 +34,11 @@ class Study:
     slope: Estimate | None
     limit: Limit | None
     scalars: tuple[Scalar, ...]
+
+    @property
+    def model(self) -> str:
+        """The name of the model beside the shells."""
+        return self.comparison.fast.model
 
     @property
     def inside(self) -> bool | None:
@@ -62,6 +71,16 @@ def prepared(scene: Scene, ratios: Sequence[float] | None = None, elements: tupl
     return found
 
 
+def check_rulings(scene: Scene, rulings: Sequence[str]) -> None:
+    """`BadInput` for rulings at the clamp where the model beside the shells has none to choose."""
+    beside = beside_the_shell(scene)
+    if rulings and not covered(RULING, beside.reads):
+        raise BadInput(
+            "--ruling", " ".join(rulings), f"is without effect on the model {beside.name}",
+            "leave it out, or choose another model.energy",
+        )  # fmt: skip
+
+
 def study(scene: Scene, store: CaseStore, reporter: Reporter, leave_saddle: bool = False) -> Study:
     """Compares, and fits what the claimed rows allow."""
     found = compare(scene, store, reporter, leave_saddle=leave_saddle)
@@ -72,12 +91,13 @@ def studies(
     scene: Scene, rulings: Sequence[str], store: CaseStore, reporter: Reporter, leave_saddle: bool = False
 ) -> list[Study]:
     """One study per ruling at s = 0 (none named: the scene's own), with the same shells."""
+    check_rulings(scene, rulings)
     if not rulings:
         return [study(scene, store, reporter, leave_saddle)]
     found = []
     for ruling in rulings:
-        reporter.step(f"ribbon with a {ruling} ruling at the clamp")
-        found.append(study(scene.replace({"clamp.start.ruling": ruling}), store, reporter, leave_saddle))
+        reporter.step(f"{beside_the_shell(scene).name} with a {ruling} ruling at the clamp")
+        found.append(study(scene.replace({RULING: ruling}), store, reporter, leave_saddle))
     return found
 
 
@@ -94,14 +114,16 @@ def fitted(ruling: str, comparison: Comparison) -> Study:
 
 
 def _scalars(comparison: Comparison, rows: list[Row], points: Points) -> list[Scalar]:
-    """End position (l) and energies (D w / l) at h/w = 0 beside the ribbon's.
+    """End position (l) and energies (D w / l) at h/w = 0 beside the model's own.
 
     The surfaces' errors bound those of the end; those of the energies are not known.
     """
-    if not rows or any(row.shell_end is None or row.energy is None for row in rows) or len(points) != len(rows):
+    if not rows or any(row.shell_end is None for row in rows) or len(points) != len(rows):
+        return []
+    if any(row.energy is None or row.energy.elastic is None for row in rows):
         return []
     own, end = comparison.fast.energy, comparison.fast.end
-    if own is None or end is None:
+    if own is None or own.elastic is None or end is None:
         return []
     shell: dict[str, list[float]] = {}
     ribbon: dict[str, float] = {}

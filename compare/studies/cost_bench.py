@@ -14,7 +14,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
-from compare.models.base import Model, Options, Shape, Size
+from compare.models.base import BESIDE, Model, Options, Shape, Size
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.reference import reference
 from compare.scene.scene import Scene
@@ -185,7 +185,7 @@ class Bench:
         if self.scene.path:
             self.left_out.append(f"first calls of {name}: the scene's [[path]] is gone in each of them")
             return None
-        if run.begun == "near":
+        if run.begun.startswith(BESIDE):
             self.left_out.append(
                 f"first calls of {name}: it begins at the shape of another model, which has to be there"
             )

@@ -12,9 +12,9 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.registry import name_for, names
-from compare.scene.axes import Axis, checked, spaced
 from compare.scene.scene import Scene, load
 from compare.scene.scene import shipped as shipped_scenes
+from compare.studies.axes import Axis, checked, spaced
 
 COMPARE = "compare"
 """The solver that is no model, but the comparison of the scene's model with its shells."""

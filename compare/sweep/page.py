@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
-import io
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
-from compare.page.page import Cell, Page, Picture, Table, write_page
+from compare.page.page import Page, Picture
+from compare.page.study import Study
+from compare.page.table import Cell, Column, Table
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_json, atomic_write_text, case_key, jsonable
-from compare.sweep.file import Sweep
+from compare.store.store import atomic_write_text, case_key, jsonable
+from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.run import Finished, summary
 
 CASES_FORMAT = 1
@@ -23,19 +24,44 @@ CASES_FORMAT = 1
 
 #: Rows of the page's table; all of them are in cases.csv.
 ROWS_SHOWN = 20
-#: What is shown when nothing is asked for.
-SHOWN = {"ribbon": "energy.total", "elastica": "energy.total", "shell": "energy.total", "compare": "hausdorff"}
-_FIRST = ("case", "gamma", "width", "width_to_thickness", "status", "stable", "message")
+#: What is shown when nothing is asked for: of a comparison, and of a model.
+SHOWN_OF_COMPARE, SHOWN = "hausdorff", "energy.total"
 _PARTS = ("bending", "membrane", "shear")
-_COLUMNS = (
-    *_FIRST[:-1], "ribbon.status", "ribbon.stable", "hausdorff", "centreline", "ribbon_error", "shell_error", "claimed",
-    "residual", "iterations", "segments", "elements", "lowest_eigenvalue", "max_abs_eta",
-    *(f"energy.{name}" for name in (*_PARTS, "elastic", "gravity", "total")), *(f"share.{name}" for name in _PARTS),
-    *(f"{name}.{axis}" for name in ("end", "middle", "shell_end") for axis in "xyz"), "y_over_x", "error",
-    "seconds.ribbon", "seconds.shell", "seconds", "message",
-)  # fmt: skip
+_ENERGIES = (*_PARTS, "elastic", "gravity", "tip", "plates", "total")
+_PLACES = tuple(f"{name}.{axis}" for name in ("end", "middle", "shell_end") for axis in "xyz")
+_WORD, _TRUTH, _NUMBER = "word", "truth", "digits:5"
 
-_WORDS = ("status", "stable", "ribbon.status", "ribbon.stable", "claimed", "elements", "message")
+
+def _column(key: str, unit: str = "", kind: str = _NUMBER) -> Column:
+    return Column(key, key, unit, kind)
+
+
+#: What a row can hold besides the varied keys, in the order of cases.csv.
+_COLUMNS = (
+    _column("case", kind="integer"),
+    _column("gamma"),
+    _column("width", "l"),
+    _column("width_to_thickness"),
+    _column("status", kind=_WORD),
+    _column("stable", kind=_TRUTH),
+    _column("ribbon.status", kind=_WORD),
+    _column("ribbon.stable", kind=_TRUTH),
+    *(_column(key, "l") for key in ("hausdorff", "centreline", "ribbon_error", "shell_error")),
+    _column("claimed", kind=_TRUTH),
+    _column("residual"),
+    _column("iterations", kind="integer"),
+    _column("segments", kind="integer"),
+    _column("elements", kind="plain"),
+    _column("lowest_eigenvalue"),
+    _column("max_abs_eta"),
+    *(_column(f"energy.{name}", "D w / l") for name in _ENERGIES),
+    *(_column(f"share.{name}") for name in _PARTS),
+    *(_column(key, "l") for key in _PLACES),
+    _column("y_over_x"),
+    _column("error", "l"),
+    *(_column(key, "s") for key in ("seconds.ribbon", "seconds.shell", "seconds")),
+    _column("message", kind=_WORD),
+)
 
 Rows = list[dict[str, Any]]
 
@@ -55,29 +81,13 @@ def rows_of(finished: Finished) -> Rows:
     return found
 
 
-def columns(finished: Finished, rows: Rows) -> list[str]:
-    """The columns that have a value in some row: number, varied keys, then in the order of `_COLUMNS`."""
-    known = [name for name in _COLUMNS if any(row.get(name) is not None for row in rows)]
-    return ["case", *finished.sweep.keys, *(name for name in known if name != "case")]
-
-
-def cases_csv(finished: Finished, rows: Rows) -> str:
-    """The rows as CSV; empty where nothing is known, lists as JSON."""
-    names = columns(finished, rows)
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(names)
-    for row in rows:
-        writer.writerow([_cell(row.get(name)) for name in names])
-    return stream.getvalue()
-
-
-def _cell(value: Any) -> Any:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return json.dumps(jsonable(value)) if isinstance(value, list | tuple | dict) else value
+def cases_table(finished: Finished, rows: Rows) -> Table:
+    """All rows: number, varied keys, then what has a value in some row, in the order of `_COLUMNS`."""
+    varied = [Column(key, key) for key in finished.sweep.keys]
+    others = [column for column in _COLUMNS[1:] if column.key not in finished.sweep.keys]
+    full = Table.of_records("All rows", [_COLUMNS[0], *varied, *others], rows)
+    shown = {"case", *finished.sweep.keys, *full.known().keys}
+    return full.select(key for key in full.keys if key in shown)
 
 
 def cases_json(finished: Finished) -> str:
@@ -145,7 +155,7 @@ def _extreme(rows: Rows, name: str, pick: Any) -> float | None:
 
 def quantity(finished: Finished, rows: Rows, name: str, option: str) -> str:
     """The name of a column that holds numbers; `BadInput` lists them otherwise."""
-    able = [c for c in columns(finished, rows) if any(is_number(row.get(c)) for row in rows)]
+    able = [key for key in cases_table(finished, rows).keys if any(is_number(row.get(key)) for row in rows)]
     if name not in able and any(row.get("residual") is not None for row in rows):
         raise BadInput(option, name, "is no column of numbers in cases.csv", f"choose from {', '.join(able)}")
     return name
@@ -154,7 +164,7 @@ def quantity(finished: Finished, rows: Rows, name: str, option: str) -> str:
 def check_shown(sweep: Sweep) -> None:
     """`BadInput` for a quantity to show that no result can have, before anything is computed."""
     for option, name in (("--show", sweep.show), ("--against", sweep.against)):
-        able = [*sweep.keys, *(c for c in _COLUMNS if c not in _WORDS)]
+        able = [*sweep.keys, *(column.key for column in _COLUMNS if column.is_number)]
         if name and name not in able:
             close = difflib.get_close_matches(name, able, n=1)
             hint = f"did you mean {close[0]}? " if close else ""
@@ -207,7 +217,7 @@ def _brief(value: Any) -> str:
 
 def tables(finished: Finished, rows: Rows, show: str) -> list[Table]:
     """The quantity along each axis (smallest, median, largest, failed), and the first rows."""
-    sweep = finished.sweep
+    sweep, cases = finished.sweep, cases_table(finished, rows)
     by_axis: list[tuple[Cell, ...]] = []
     for axis in sweep.axes:
         for value in _ends(axis.values):
@@ -217,17 +227,21 @@ def tables(finished: Finished, rows: Rows, show: str) -> list[Table]:
             bad = sum(row["status"] != "converged" or row.get("stable") is False for row in here)
             some = (numbers[0], numbers[len(numbers) // 2], numbers[-1]) if numbers else (None, None, None)
             by_axis.append((name, len(here), bad, *some))
-    headings = ("at", "rows", "not converged", "smallest", "median", "largest")
-    found = [Table(f"{show} along the axes", headings, tuple(by_axis), ("", "", "", ".4g", ".4g", ".4g"), LEGEND)]
-    brief = ["width_to_thickness", "status", "stable", "iterations", show, "hausdorff", "y_over_x", "error", "seconds"]
-    names = ["case", *sweep.keys, *(n for n in dict.fromkeys(brief) if any(row.get(n) is not None for row in rows))]
-    shown = rows[:ROWS_SHOWN]
-    cells = tuple(tuple(_shown(row.get(name)) for name in names) for row in shown)
-    title = "All rows" if len(shown) == len(rows) else f"The first {len(shown)} of {len(rows)} rows"
-    formats = tuple("" if name in ("case", "iterations") else ".5g" for name in names)
-    formats = tuple("" if any(isinstance(r[k], str) for r in cells) else f for k, f in enumerate(formats))
-    found.append(Table(title, tuple(names), cells, formats, "All rows and columns are in cases.csv."))
-    return found
+    unit = next((column.unit for column in cases.columns if column.key == show), "")
+    columns = (
+        Column("at", "at", kind=_WORD),
+        Column("rows", "rows", kind="integer"),
+        Column("bad", "not converged", kind="integer"),
+        *(Column(name, name, unit, "digits:4") for name in ("smallest", "median", "largest")),
+    )
+    brief = ("width_to_thickness", "status", "stable", "iterations", show, "hausdorff", "y_over_x", "error", "seconds")
+    chosen = ["case", *sweep.keys, *(key for key in brief if key in cases.keys)]
+    first = cases.select(dict.fromkeys(chosen))
+    title = "All rows" if len(rows) <= ROWS_SHOWN else f"The first {ROWS_SHOWN} of {len(rows)} rows"
+    return [
+        Table(f"{show} along the axes", columns, tuple(by_axis), LEGEND),
+        replace(first, title=title, rows=first.rows[:ROWS_SHOWN], legend="All rows and columns are in cases.csv."),
+    ]
 
 
 LEGEND = "Lengths in l, energies in D w / l; failed cases are counted, and left out of the numbers."
@@ -240,41 +254,28 @@ def _ends(values: tuple[tuple[Any, ...], ...]) -> list[tuple[Any, ...]]:
     return [values[round(k * (len(values) - 1) / 6)] for k in range(7)]
 
 
-def _shown(value: Any) -> Cell:
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    return json.dumps(jsonable(value))
-
-
 def write(out: Path, finished: Finished, again: str) -> Page:
     """Writes everything, each file atomically; returns the page."""
     from compare.sweep import picture as sweep_picture
 
     sweep = finished.sweep
     rows = rows_of(finished)
-    atomic_write_text(out / "cases.csv", cases_csv(finished, rows))
     atomic_write_text(out / "cases.json", cases_json(finished))
     data: Mapping[str, Any] = result(finished, rows)
-    atomic_write_json(out / "result.json", data)
-    show = quantity(finished, rows, sweep.show or SHOWN[sweep.solver], "--show")
+    show = quantity(finished, rows, sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN), "--show")
     against = quantity(finished, rows, sweep.against, "--against") if sweep.against else ""
     alt = sweep_picture.draw(out / "sweep.png", finished, rows, show, against)
-    page = Page(
-        command="sweep",
-        title=sweep.title,
-        verdict=tuple(verdict(finished)),
+    return Study(
+        "sweep",
+        sweep.title,
         tables=tuple(tables(finished, rows, show)),
+        sentences=tuple(verdict(finished)),
         pictures=(Picture("sweep.png", alt, f"{show} over the sweep"),),
+        data={"cases.csv": cases_table(finished, rows)},
         files={
             "cases.csv": "one row per case (and w/h): varied keys, status, what the solver found",
             "cases.json": "the same with provenance per case",
             "result.json": "summary: counts by status, times, failed cases",
             "journal.jsonl": "the finished cases as they came, from which the same command goes on",
         },
-        scene=sweep.scene.to_toml(),
-        up=None if sweep.scene.up is None else tuple(float(c) for c in sweep.scene.up),  # type: ignore[arg-type]
-        provenance=data["provenance"],
-        again=again,
-    )
-    write_page(out, page)
-    return page
+    ).write(out, data, again, sweep.scene)

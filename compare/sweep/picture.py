@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from compare.page.drawing import save
-from compare.scene.axes import Axis
+from compare.studies.axes import Axis
 from compare.sweep.run import Finished
 
 FloatArray = NDArray[np.float64]

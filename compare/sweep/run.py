@@ -12,10 +12,10 @@ from typing import Any
 
 from compare.errors import BadInput, Missing
 from compare.registry import model, name_for, names
-from compare.scene.axes import Point, points
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
+from compare.studies.axes import Point, points
 from compare.sweep.case import COMPARE, PASSING, Record, Task
 from compare.sweep.file import Sweep
 from compare.sweep.journal import FORMAT, Journal

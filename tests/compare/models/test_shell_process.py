@@ -12,15 +12,15 @@ import time
 
 import numpy as np
 import pytest
-from compare.models.shell_start import ribbon_surface
 
 from compare.models import solve as solve_scene
+from compare.models.ribbon import RibbonShape
+from compare.models.shell import START, starting_surface
 from compare.models.shell_build import shell_problem
 from compare.models.shell_process import ShellCase, event_text, run_shell, shell_key
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, case_key
-from compare.studies import compare as comparison
 from compare.studies.compare import compare
 from shellref.shell.options import ShellOptions
 from shellref.shell.surface import ShellSurface
@@ -130,7 +130,7 @@ def test_the_ribbons_surface_at_the_shells_nodes():
     scene = load("shift_7_2").replace({"shell.width_to_thickness": 50, "shell.grading": [1.0, 1.0], "path": None})
     scene = scene.replace({"clamp.end.position": [0.5, 0.01, 0.0], "model.elements": 20})
     e = solve_scene(scene, "ribbon").native
-    surface = ribbon_surface(e, shell_problem(scene, 50.0, (30, 4), way=False))
+    surface = starting_surface(RibbonShape(e), shell_problem(scene, 50.0, (30, 4), way=False))
     assert np.abs(surface.points - e.surface(60, 8).grid).max() < 1e-12
     assert np.linalg.norm(surface.directors, axis=-1) == pytest.approx(1.0)
     along = np.gradient(surface.points, surface.s_nodes, axis=0)
@@ -175,7 +175,7 @@ def test_compare_begins_at_the_ribbon_where_there_may_be_several_equilibria(tmp_
         data = {"status": "converged", "stable": True, "seconds": {"total": 1.0}, "start": "given" if start else "path"}
         return ShellCase(data, folder, False)
 
-    monkeypatch.setattr("compare.studies.compare.run_shell", fake)
+    monkeypatch.setattr("compare.models.shell.run_shell", fake)
     scene = load(name).replace({**SMALL, "model.elements": 20, **keys})
     found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
     assert [elements for elements, _ in asked] == [(12, 2), (6, 1)]
@@ -196,7 +196,7 @@ def test_a_tolerance_brings_its_own_estimate(tmp_path, monkeypatch):
         data = {"status": "converged", "stable": True, "seconds": {}, "discretisation": mesh, "start": "given"}
         return ShellCase(data, tmp_path, False)
 
-    monkeypatch.setattr("compare.studies.compare.run_shell", fake)
+    monkeypatch.setattr("compare.models.shell.run_shell", fake)
     scene = load("shift_7_2").replace({**SMALL, "shell.tolerance": 1e-3, "model.elements": 20})
     found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
     assert asked == [1e-3]
@@ -204,7 +204,7 @@ def test_a_tolerance_brings_its_own_estimate(tmp_path, monkeypatch):
 
 
 def test_every_word_of_the_worker_about_its_start_is_known():
-    assert set(comparison.START) == {
+    assert set(START) == {
         "path", "given", "given, by way of thicker strips", "path (none near the start)",
     }  # fmt: skip
 

@@ -12,8 +12,11 @@ import pytest
 from compare.errors import BadInput
 from compare.models import ribbon_way as way
 from compare.models import solve as solve_scene
+from compare.models.base import Options
 from compare.models.ribbon_build import ribbon_arguments
-from compare.models.ribbon_way import COLUMNS, STATE_FILE, log_csv, run_key, run_way
+from compare.models.ribbon_way import COLUMNS, STATE_FILE, run_key, run_way
+from compare.page.csv import as_csv
+from compare.pages.ribbon import path_result, path_table
 from compare.scene.scene import loads
 from ribbon import Status, solve
 from tests.compare.scene import held_scenes
@@ -73,12 +76,14 @@ def test_the_log_has_every_step_of_every_stage(whole):
 
 
 def test_the_log_as_csv(whole):
-    rows = list(csv.DictReader(io.StringIO(log_csv(whole.equilibrium.log))))
+    rows = list(csv.DictReader(io.StringIO(as_csv(path_table(whole.equilibrium.log)))))
     assert len(rows) == len(whole.equilibrium.log)
     assert tuple(rows[0]) == COLUMNS
     assert [float(row["energy"]) for row in rows] == [entry["energy"] for entry in whole.equilibrium.log]
     assert {row["accepted"] for row in rows} <= {"true", "false"}
-    assert log_csv(({"stage": 1, "t": 1.0, "lowest_eigenvalue": None},)).splitlines()[1].count(",") == len(COLUMNS) - 1
+    assert as_csv(path_table([{"stage": 1, "t": 1.0, "jump": None}])).splitlines()[1] == "1,1.0" + "," * (
+        len(COLUMNS) - 2
+    )
 
 
 @pytest.mark.parametrize("after", [1, 2, 5])
@@ -150,9 +155,8 @@ def test_an_impossible_way_is_refused_before_anything_is_solved(scene):
         run_way(turned, on_step=never)
 
 
-def test_run_ribbon_takes_the_path(scene, whole):
-    run = solve_scene(scene, "ribbon")
-    assert run.way.stages == 3
+def test_a_solve_takes_the_path(scene, whole):
+    run = solve_scene(scene, "ribbon", options=Options(repeats=1))
+    assert path_result(scene, run)["stages"] == 3
     assert run.native.energy.total == pytest.approx(whole.equilibrium.energy.total, rel=1e-10)
-    assert run.first > 0
-    assert run.seconds.warm > 0
+    assert len(run.seconds.repeats) == 1

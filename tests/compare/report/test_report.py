@@ -13,7 +13,8 @@ from matplotlib.image import imread
 from compare.cli import BAD_INPUT, DONE, main
 from compare.export.vtu import Sheet, write_vtu
 from compare.page.drawing import save
-from compare.page.page import PAGE, Page, Picture, Surface, Table, read_page, write_page
+from compare.page.page import PAGE, Page, Picture, Surface, read_page, write_page
+from compare.page.table import Column, Table
 from compare.report import surfaces as report_surfaces
 from compare.report.folders import folders_of
 from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
@@ -49,10 +50,9 @@ def result(folder, title="A strip", surfaces=2, **more):
         write_vtu(folder / name, points, fields)
         kind = "shell" if k else "ribbon"
         listed.append(Surface(name, f"{kind} {k}" + EVIL * (title == EVIL), kind, width_to_thickness=10.0 * k or None))
-    table = Table(
-        f"Rows of {title}", ("w/h", "word", "value"), ((10.0, "yes", 1.25e-3), (20.0, EVIL, None)), ("g", "", ".2e"),
-        "What the columns mean.",
-    )  # fmt: skip
+    columns = Column("w", "w/h", kind="digits"), Column("word", "word"), Column("value", "value", "l", "exponent:2")
+    rows = (10.0, "yes", 1.25e-3), (20.0, EVIL, None)
+    table = Table(f"Rows of {title}", columns, rows, "What the columns mean.")
     page = Page(
         command="compare", title=title, verdict=("It holds.", EVIL), tables=(table,),
         pictures=(Picture("curve.png", "A straight line from 0 to 1", "Rising"),), surfaces=tuple(listed),

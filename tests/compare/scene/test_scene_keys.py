@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from compare.errors import BadInput
+from compare.pages.keys import MARKS, in_page, tables
 from compare.scene import spec as declarations
 from compare.scene.change import NO_BEARING, given_keys
 from compare.scene.declare import Key, Kind, Range, collected
 from compare.scene.keys import KEYS, SPECS, contract_name, within
-from compare.scene.page import MARKS, in_page, tables
 from compare.scene.scene import Scene, load, loads, parse_assignment, shipped
 from compare.scene.table import MAX_ELEMENTS
 from tests.compare.scene.scene_texts import text
@@ -305,7 +305,7 @@ def test_the_keys_that_a_model_reads_are_named_by_section_or_key():
 
 def test_the_tables_of_the_page_are_those_of_the_declarations():
     page = (DOCS / "scenes.md").read_text(encoding="utf-8")
-    assert in_page(page) == page, "python -m compare.scene.page docs/scenes.md"
+    assert in_page(page) == page, "python -m compare.pages.keys docs/scenes.md"
     rows = [line for line in tables().splitlines() if line.startswith("| `")]
     assert len(rows) == len([key for key in KEYS if not key.startswith("clamp.end.")])
     with pytest.raises(ValueError, match="keys"):

@@ -25,7 +25,7 @@ HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 @cache
 def equilibrium(name: str) -> Equilibrium:
-    """The scene's ribbon, once a run; as `run_ribbon`, without the repeats for the time."""
+    """The scene's ribbon, once a run; along its path, without repeats for the time."""
     scene = load(name)
     if scene.path:
         return run_way(scene).equilibrium
@@ -164,6 +164,6 @@ def test_the_numbers_of_the_edge_scene_are_those_of_its_weightless_band():
     assert scene.up == pytest.approx(band.middle.frame[:, 1], abs=1e-9)
 
 
-def test_run_ribbon_solves_a_bare_moebius_scene():
+def test_a_bare_moebius_scene_is_solved():
     run = solve_scene(load("moebius_6_1").replace({"model.elements": 40}), "ribbon")
     assert run.native.ok

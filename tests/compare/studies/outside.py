@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from compare import registry
-from compare.models.base import Energy, Ladder, Options, Pose, Seconds, Size, State, Status, Variant, pose_of
+from compare.models.base import BESIDE, Energy, Ladder, Options, Pose, Seconds, Size, State, Status, Variant, pose_of
 from compare.models.timing import clocked
 
 SIZES = (4, 8, 16, 32)
@@ -87,7 +87,7 @@ class Arc:
         return State(
             model=self.name, size=Size(self.name, (float(count),)), status=Status.CONVERGED, word="converged",
             stable=True, message="", energy=Energy(elastic=-0.5 * bend**2), shape=shape, seconds=seconds,
-            unknowns=count, error=count**-2.0 if options.error else None, start="near" if near else "own",
+            unknowns=count, error=count**-2.0 if options.error else None, start=BESIDE if near else "own",
         )  # fmt: skip
 
     def refined(self, state: State) -> State | None:

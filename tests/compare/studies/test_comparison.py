@@ -12,7 +12,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from compare.export.ribbon import centreline_csv
-from compare.export.surfaces import write_surface
 from compare.measure.align import aligned
 from compare.measure.distance import centreline_distance
 from compare.measure.grid import Grid
@@ -22,10 +21,13 @@ from compare.models.ribbon import RibbonModel
 from compare.models.shell import coarser
 from compare.models.shell_build import natural_constant
 from compare.models.shell_process import ShellCase, shell_problem
+from compare.page.csv import as_csv
+from compare.page.markdown import as_markdown
 from compare.page.page import read_page
 from compare.pages import compare as report
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
+from compare.pages.surfaces import write_fast
 from compare.pictures import comparison as figures
 from compare.pictures import ribbon as profile
 from compare.scene.scene import load, loads
@@ -153,14 +155,35 @@ def test_shell_problem_keeps_d_and_gamma():
 
 def test_tables_say_the_same_thing(made):
     found = made()
-    rows = list(csv.DictReader(io.StringIO(tables.as_csv(found))))
+    table = tables.table(found)
+    rows = list(csv.DictReader(io.StringIO(as_csv(table))))
     assert [float(r["width_to_thickness"]) for r in rows] == [10, 20, 100]
     assert float(rows[1]["hausdorff"]) == found.rows[1].hausdorff
-    markdown = tables.as_markdown(found).splitlines()
-    assert len(markdown) == 2 + 3 + 1
+    assert [r["claimed"] for r in rows] == [str(row.claimed).lower() for row in found.rows]
+    markdown = as_markdown(table).splitlines()[: 2 + 3 + 1]
     assert len({line.count("|") for line in markdown}) == 1
     assert f"{found.rows[0].hausdorff:.2e}" in markdown[2]
-    assert tables.as_terminal(found).row_count == 4
+    energy = found.fast.energy
+    limit = dict(zip(table.keys, table.below[0], strict=True))
+    assert (limit["elastic"], limit["gravity"], limit["total"]) == (energy.elastic, energy.gravity, energy.total)
+    assert len(table.texts()) == 4
+
+
+def test_every_key_of_the_table_holds_what_it_says(made):
+    """Each column against the row that it is taken from, by another way than the table's own."""
+    found = made()
+    rows = [
+        {
+            **{name: getattr(row, name) for name in row.__dataclass_fields__},
+            "membrane_share": (row.share or {}).get("membrane"), "shear_share": (row.share or {}).get("shear"),
+            **{name: row.energy and getattr(row.energy, name) for name in ("elastic", "gravity", "total")},
+            "seconds_ribbon": row.seconds["ribbon"], "seconds_shell": row.seconds["shell"], "ratio": row.ratio,
+        }
+        for row in found.rows
+    ]  # fmt: skip
+    table = tables.table(found)
+    for key in table.keys:
+        assert table.values(key) == tuple(row[key] for row in rows), key
 
 
 def test_result_json_keeps_the_contract(made):
@@ -202,15 +225,15 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
     assert [(s.file, s.width_to_thickness) for s in stored.surfaces] == [
         ("ribbon.vtu", None), ("shell_w10.vtu", 10.0), ("shell_w20.vtu", 20.0), ("shell_w100.vtu", 100.0),
     ]  # fmt: skip
-    assert len(stored.tables[0].rows) == 3 + 1
+    assert stored.tables == (tables.table(found),)
     assert set(stored.files) <= names
     assert "Ribbon against shell" in (out / "report.html").read_text()
 
 
 def test_surfaces_read_back(made, tmp_path):
     found = made()
-    write_surface(tmp_path / "r.vtu", found.fast.shape, found.grid)
-    mesh = meshio.read(tmp_path / "r.vtu")
+    write_fast(tmp_path, found, "_x")
+    mesh = meshio.read(tmp_path / "ribbon_x.vtu")
     points = found.grid.of(found.fast.shape).reshape(-1, 3)
     assert np.abs(mesh.points - points).max() == 0
     assert mesh.cells_dict["triangle"].max() == len(points) - 1
@@ -219,7 +242,7 @@ def test_surfaces_read_back(made, tmp_path):
     on_axis = mesh.point_data["v"] == 0
     assert on_axis.sum() == found.grid.s.size
     assert np.abs(mesh.point_data["ruling_foot"][on_axis] - mesh.point_data["S"][on_axis]).max() < 1e-14
-    line = np.loadtxt(io.StringIO(centreline_csv(found.fast.native)), delimiter=",", skiprows=1)
+    line = np.loadtxt(io.BytesIO(centreline_csv(found.fast.native)), delimiter=",", skiprows=1)
     assert np.allclose(line[:, 1:4], found.fast.native.position(line[:, 0]), atol=1e-11)
 
 

@@ -11,6 +11,7 @@ import scipy.stats
 
 from compare.cli import main
 from compare.errors import BadInput
+from compare.models import solve
 from compare.models.base import Energy
 from compare.page.page import read_page
 from compare.pages import converge as convergence_write
@@ -18,6 +19,7 @@ from compare.scene.scene import load
 from compare.studies import converge_run as convergence_run
 from compare.studies.compare import Row
 from compare.studies.converge import Points, limit, line, line_band, richardson, scalars, slope
+from tests.compare.studies.outside import Arc, registered
 
 X = 1.0 / np.array([10.0, 20.0, 50.0, 100.0, 200.0])
 
@@ -192,7 +194,7 @@ class Compared:
 
         energy = Energy(elastic=-38.0, gravity=-16.0)
         self.rows, self.ok = tuple(found), True
-        self.fast = Bag(end=Bag(position=np.array([-0.3, 0.1, 0.0])), energy=energy, error=1e-5)
+        self.fast = Bag(model="ribbon", end=Bag(position=np.array([-0.3, 0.1, 0.0])), energy=energy, error=1e-5)
         self.scene = load("curl_4_3")
 
 
@@ -209,6 +211,8 @@ def test_a_ribbon_that_is_the_limit_is_said_to_be():
     assert "5 of 5 rows" in text
     assert "Slope of the distance against h/w in log-log: 0.600" in text
     assert "The ribbon is the limit" in text
+    total = next(s for s in one.scalars if s.name == "total energy")
+    assert (total.value.value, total.ribbon) == (pytest.approx(-54.0), -54.0)  # without the constant
     end = next(s for s in one.scalars if s.name == "end x / l")
     assert end.value.value == pytest.approx(-0.3, abs=1e-3)
     assert end.inside
@@ -227,7 +231,8 @@ def test_rows_not_above_their_errors_are_shown_and_excluded():
     assert 0 < len(one.points) < X.size
     table = convergence_write.row_table(one, False)
     assert len(table.rows) == X.size
-    assert [r[6] for r in table.rows].count(False) == X.size - len(one.points)
+    assert table.values("claimed").count(False) == X.size - len(one.points)
+    assert table.values("shell_error") == (0.05,) * X.size
     assert "take no part" in " ".join(convergence_write.sentences([one]))
 
 
@@ -278,6 +283,47 @@ def test_bad_input_is_one_line_before_anything_is_made(arguments, said, tmp_path
     error = capsys.readouterr().err.strip().splitlines()
     assert said in error[-1]
     assert not out.exists()
+
+
+def test_rulings_are_for_models_that_have_them(tmp_path, capsys):
+    out = tmp_path / "out"
+    with registered(tmp_path / "site", Straight):
+        arguments = ["converge", "cantilever", "--set", "model.energy=straight", "--ruling", "both", "--out", str(out)]
+        assert main(arguments) == 2
+        assert "--ruling" in capsys.readouterr().err
+        convergence_run.check_rulings(load("cantilever"), ("free",))  # of the ribbon
+    assert not out.exists()
+
+
+class Straight(Arc):
+    """An arc that reads nothing of its clamp but where it is."""
+
+    name = "straight"
+    reads = frozenset({"title", "strip.*", "gravity.*", "clamp.start.position", "model.*", "seed.*", "shell.*"})
+
+
+@pytest.mark.shell
+def test_a_model_from_outside_is_converged(tmp_path):
+    """The scene's energy chooses it; its distances, end and energy are those of its own state."""
+    pytest.importorskip("dolfinx")
+    out = tmp_path / "out"
+    with registered(tmp_path / "site", Arc):
+        arguments = ["converge", "cantilever", "--set", "model.energy=arc", "--set", "strip.natural_curvature=3.0",
+                     "--elements", "20", "2", "--width-to-thickness", "10", "20", "50", "--out", str(out)]  # fmt: skip
+        assert main(arguments) == 0
+        scene = load("cantilever").replace({"model.energy": "arc", "strip.natural_curvature": 3.0})
+        state = solve(scene)
+    result = json.loads((out / "result.json").read_text())
+    assert state.model == "arc"
+    assert result["end"]["position"] == pytest.approx(state.end.position.tolist())
+    assert [r["ribbon_error"] for r in result["rows"]] == [8.0**-2] * 3
+    assert all(r["hausdorff"] > 0.1 and r["claimed"] for r in result["rows"])  # it has no weight
+    ends = {s["name"]: s["ribbon"] for s in result["convergence"]["scalars"]}
+    assert ends["end z / l"] == pytest.approx(state.end.position[2])
+    assert ends["elastic energy"] == pytest.approx(state.energy.elastic)
+    assert result["convergence"]["limit"] is None  # it takes four rows
+    assert (out / "arc.vtu").exists()
+    assert not (out / "ribbon.vtu").exists()
 
 
 @pytest.mark.shell

@@ -14,7 +14,7 @@ import compare.models.shell
 import ribbon
 import ribbon.find.adaptive
 from compare.models import solve, timing
-from compare.models.base import Options, Size
+from compare.models.base import BESIDE, Options, Size
 from compare.models.shell_process import ShellCase
 from compare.scene.scene import load, loads
 from compare.studies import cost_start
@@ -116,7 +116,7 @@ def test_beside_another_models_shape_the_search_for_the_branch_is_outside_the_cl
     near = solve(scene, "ribbon").shape
     before = clock.solves
     state = solve(scene, "elastica", size=Size("elastica 2", (10.0,), 2), near=near, options=Options(repeats=2))
-    assert state.start == "near"
+    assert state.start == BESIDE
     assert clock.solves - before > 3
     assert (state.seconds.first, state.seconds.repeats) == (TICK, (TICK, TICK))
 

@@ -155,8 +155,8 @@ def test_a_worker_that_is_killed_ends_only_its_case(tmp_path):
 
 
 def test_crashes_are_tried_again_by_the_next_run(tmp_path, monkeypatch):
-    from compare.scene.axes import parse_axis
     from compare.store.progress import Reporter
+    from compare.studies.axes import parse_axis
     from compare.sweep.case import crashed
     from compare.sweep.file import load_sweep
     from compare.sweep.run import check, run
@@ -299,7 +299,7 @@ def test_pictures_of_every_kind(tmp_path):
 def test_failed_cases_are_red_crosses(tmp_path, axes):
     from matplotlib.image import imread
 
-    from compare.scene.axes import parse_axis
+    from compare.studies.axes import parse_axis
     from compare.sweep.file import load_sweep
     from compare.sweep.page import rows_of as table
     from compare.sweep.picture import draw

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from compare.page.page import as_markdown
+from compare.page.markdown import as_markdown
 from compare.pages import converge as convergence_write
 from compare.scene.scene import load
 from compare.store.progress import Reporter

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from compare.page.page import as_markdown
+from compare.page.markdown import as_markdown
 from compare.pages import cost as cost_write
 from compare.scene.scene import load
 from compare.store.progress import Reporter

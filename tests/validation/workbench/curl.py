@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from compare.page.markdown import as_markdown
 from compare.pages import compare as report
 from compare.pages import comparison as tables
 from compare.scene.scene import load
@@ -34,7 +35,7 @@ def run(out: Path) -> None:
             target / "README.md",
             f"# {scene.title}\n\nRemake: `python -m tests.validation curl`, or `ribbonbench compare {name}`.\n\n"
             f"{words}\n\n"
-            f"{tables.as_markdown(found)}\n{tables.LEGEND}\n\n![distance against h/w](convergence.png)\n\n"
+            f"{as_markdown(tables.table(found))}\n![distance against h/w](convergence.png)\n\n"
             "![shapes](shapes.png)\n",
         )
         if not (found.ok and found.falls and all(row.claimed for row in found.rows)):

@@ -8,13 +8,14 @@ from typing import Any
 
 from compare.models.shell_build import shell_options, shell_problem
 from compare.models.shell_process import run_shell
-from compare.page import page as blocks
+from compare.page.csv import as_csv
+from compare.page.markdown import as_markdown
 from compare.pages import limits as limits_results
 from compare.pictures import limits as limits_figures
-from compare.scene.axes import parse_axis, points
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_text
+from compare.studies.axes import parse_axis, points
 from compare.studies.limits import Finding, Thresholds, hits, study, with_clamp
 from tests.validation import page
 
@@ -93,8 +94,8 @@ def run(out: Path) -> None:
     limits_figures.estimate_picture(
         folder / "estimate.png", [*both, *others], "Estimate from the ribbon alone, and shell"
     )
-    atomic_write_text(folder / "grid.csv", limits_results.as_csv(both))
-    atomic_write_text(folder / "others.csv", limits_results.as_csv(others))
+    atomic_write_text(folder / "grid.csv", as_csv(limits_results.full_table(both)))
+    atomic_write_text(folder / "others.csv", as_csv(limits_results.full_table(others)))
     page.write(
         folder / "README.md",
         "Limits of inextensibility (thesis, 7.3)",
@@ -222,8 +223,7 @@ def _table(found: Sequence[Finding], named: bool = False) -> str:
             ],
             rows,
         )  # fmt: skip
-    content = limits_results.table(found)
-    return blocks.as_markdown(content)
+    return as_markdown(limits_results.table(found))
 
 
 def _percent(value: float | None) -> str:

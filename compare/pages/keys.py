@@ -1,6 +1,6 @@
 """The tables of docs/scenes.md: every key of the contract with kind, range, unit, default and meaning.
 
-python -m compare.scene.page docs/scenes.md    # writes them into the page; without a page, to the terminal
+python -m compare.pages.keys docs/scenes.md    # writes them into the page; without a page, to the terminal
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 from compare.scene.declare import LENGTH, NONE, Key, Kind, keys_of, literal
 from compare.scene.keys import KEYS, SPECS
 
-MARKS = ("<!-- keys: made by python -m compare.scene.page docs/scenes.md -->", "<!-- end of keys -->")
+MARKS = ("<!-- keys: made by python -m compare.pages.keys docs/scenes.md -->", "<!-- end of keys -->")
 """What stands before and behind the tables in the page."""
 
 UNITS = {None: "", NONE: "none", LENGTH: "length"}

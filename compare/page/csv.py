@@ -1,0 +1,33 @@
+"""The one writer of CSV, and its dialect.
+
+Keys of the columns in the first line; commas, lines that end with a line feed; numbers with all their digits, in the
+unit of the column; `true` and `false`; empty where nothing is known; values of several parts as a JSON list.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+from compare.page.table import Cell, Table
+
+
+def as_csv(table: Table) -> str:
+    """The rows of a table in CSV; those below its line are left out."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(table.keys)
+    writer.writerows([field(cell) for cell in row] for row in table.rows)
+    return out.getvalue()
+
+
+def field(cell: Cell) -> str:
+    """A value as it stands in CSV."""
+    if cell is None:
+        return ""
+    if isinstance(cell, bool):
+        return "true" if cell else "false"
+    if isinstance(cell, tuple):
+        return json.dumps(cell, ensure_ascii=False)
+    return cell if isinstance(cell, str) else repr(cell)
