@@ -1,6 +1,12 @@
-"""For all tests: an example of hypothesis may take as long as a busy machine needs."""
+"""For all tests: an example of hypothesis may take as long as a busy machine needs; ctrl-C reaches child processes."""
+
+import signal
 
 from hypothesis import HealthCheck, settings
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
+
+# Started in the background of a shell, pytest ignores ctrl-C, and so would the processes that tests interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
