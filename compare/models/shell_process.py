@@ -85,6 +85,10 @@ class ShellCase:
 
     def density(self) -> tuple[np.ndarray, np.ndarray]:
         """Midpoints (cells, 2) in (S, v), and bending, membrane and shear energy per area (cells, 3), D / l^2."""
+        return self._density
+
+    @cached_property
+    def _density(self) -> tuple[np.ndarray, np.ndarray]:
         if self.folder is None:
             raise FileNotFoundError(f"this shell case has no surface: {self.data['message']}")
         with np.load(self.folder / "shell.npz", allow_pickle=False) as stored:

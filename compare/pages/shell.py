@@ -21,7 +21,6 @@ from compare.page.table import Column, ColumnOf, Table
 from compare.pages.written import Written
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_bytes
 
 PICTURE = "shell.png"
 Entry = Mapping[str, Any]
@@ -88,7 +87,9 @@ def ratio_of(state: State) -> float:
 
 
 def result(scene: Scene, state: State) -> dict[str, Any]:
-    """The contract's keys of one shell."""
+    """The contract's keys of one shell; none of its own for one whose process died."""
+    if state.shape is None:
+        return {}
     data = state.native.data
     problem, spent = data["problem"], data["seconds"]
     start, end = (
@@ -138,18 +139,22 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
 
 def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
     """What the command prints of one shell: name and text."""
+    if state.shape is None:
+        return [("status", f"{state.word}: {state.message}")]
     shown = table(scene, [state]).for_terminal()
     return list(zip((column.heading for column in shown.columns), shown.texts()[0], strict=True))
 
 
 def sentences(scene: Scene, state: State) -> list[str]:
     """The state in a sentence."""
+    if state.shape is None:
+        return [f"Shell: {state.word}: {state.message}"]
     return [f"w/h = {ratio_of(state):g}: {state.word}: {state.message}"]
 
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """shell.npz and shell.vtu at the nodes of the mesh, path.csv, shell.png."""
-    return write_states(out, scene, [state])
+    return write_states(out, scene, [state]) if state.shape is not None else Written()
 
 
 # -- several shells ---------------------------------------------------------------------------------------------------
@@ -195,7 +200,8 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         name = "shell" if len(states) == 1 else f"shell_w{ratio:g}"
         label = f"shell, w/h = {ratio:g}"
         case = state.native
-        atomic_write_bytes(out / f"{name}.npz", (case.folder / "shell.npz").read_bytes())
+        midpoints, density = case.density()
+        case.surface.save(out / f"{name}.npz", cell_midpoints=midpoints, energy_density=density)
         write_surface(out / f"{name}.vtu", case)
         surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", ratio))
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"

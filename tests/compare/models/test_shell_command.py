@@ -18,8 +18,11 @@ import pytest
 from compare.cli import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, main
 from compare.export.vtu import triangles
 from compare.measure.energy_map import density_on_grid, shares
+from compare.models import solve as solve_scene
+from compare.models.shell import state_of
 from compare.models.shell_process import ShellCase
 from compare.page.page import read_page
+from compare.pages import solve as solve_page
 from compare.scene.scene import load
 from compare.store.world import World, placed
 from ribbon.surface import grid_triangles
@@ -128,6 +131,46 @@ def test_files_of_a_run(serial):
     blue = (pixels[:, :, 2] > pixels[:, :, 0] + 0.2).mean()
     assert 0.05 < blue < 0.6
     assert (pixels[:, :, 0] > pixels[:, :, 2] + 0.2).mean() > 1e-4
+
+
+@needs_dolfinx
+def test_the_model_says_and_writes_the_same_as_the_command(serial, tmp_path):
+    """The shell solved as a model, in a process of its own and with nothing kept: the same numbers and arrays."""
+    out, _ = serial
+    command_result = result_of(out)
+    scene = load("limits_7_3").replace({"shell.elements": [16, 4]})
+    state = solve_scene(scene, "shell")
+    solve_page.write(tmp_path, scene, state, "")
+    result = result_of(tmp_path)
+    for key in ("status", "stable", "iterations", "width_to_thickness", "start"):
+        assert result[key] == command_result[key], key
+    for key in ("energy", "share"):
+        assert result[key] == pytest.approx(command_result[key], rel=1e-9), key
+    assert result["energy"]["elastic"] == state.energy.elastic
+    assert result["energy"]["total"] == state.energy.total
+    assert result["model"].items() >= {"clamp": "corners", "formulation": "mixed", "elements": [16, 4]}.items()
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in out.iterdir()} - {"cases"}
+    with np.load(out / "shell.npz") as one, np.load(tmp_path / "shell.npz") as two:
+        assert set(one.files) == set(two.files)
+        assert np.abs(one["points"] - two["points"]).max() < 1e-10
+        assert two["energy_density"] == pytest.approx(one["energy_density"], rel=1e-6, abs=1e-6)
+    # the files of the run are gone, its fields are not: every part of the energy is there
+    assert not state.native.folder.exists()
+    s, v = np.linspace(0.005, 0.995, 100), np.array([-0.04, 0.0, 0.04])
+    fields = state.shape.fields(s, v)
+    parts = sum(fields[f"{name}_density"] for name in ("bending", "membrane", "shear"))
+    assert np.abs(parts - fields["energy_density"]).max() < 1e-12 * np.abs(parts).max()
+    assert dict(solve_page.rows(scene, state))["status"] == "converged"
+
+
+def test_a_shell_whose_process_died_is_written_too(tmp_path):
+    case = ShellCase({"status": "crashed", "stable": None, "message": "killed", "seconds": {}}, None, False)
+    scene = load("limits_7_3")
+    state = state_of(scene, case)
+    solve_page.write(tmp_path, scene, state, "")
+    assert result_of(tmp_path)["status"] == "crashed"
+    assert {path.name for path in tmp_path.iterdir()} == {"result.json", "page.json"}
+    assert "killed" in solve_page.sentences(scene, state)[0]
 
 
 @needs_dolfinx

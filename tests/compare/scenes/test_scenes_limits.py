@@ -171,7 +171,7 @@ def test_the_shell_of_7_3_bulges_between_its_corners(tmp_path):
     assert row.hausdorff == pytest.approx(0.0385, abs=1.5e-3)
     assert row.claimed
     assert row.share["membrane"] + row.share["shear"] == pytest.approx(0.0255, abs=0.003)
-    surface = found.shells[0].surface
+    surface = found.shells[0].shape.surface
     edge = surface.evaluate(np.zeros(9), np.linspace(-0.05, 0.05, 9))
     assert np.abs(edge @ [1, 0, 0]).max() > 1e-6 or np.abs(edge @ load("limits_7_3").frame[:, 1]).max() > 1e-4
     assert np.abs(edge[[0, -1]] @ load("limits_7_3").frame[:, 1]).max() < 1e-12

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,6 +24,7 @@ from compare.models import ribbon_way as way
 from compare.models import solve as solve_scene
 from compare.models.effects.ribbon_off import explained_problem, keys_without, starting_state
 from compare.models.elastica import ElasticaModel
+from compare.models.ribbon import RibbonModel
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
 from compare.models.shell import ShellModel
 from compare.scene.scene import load, loads
@@ -299,15 +301,19 @@ def test_the_first_stage_that_is_left_counts_no_steps():
     assert off.to_dict()["path"] == [{"clamp.end.position": [0.9, 0.0, 0.0]}]
 
 
-def test_equal_segments_stand_for_those_that_a_tolerance_placed():
+def test_equal_segments_stand_for_those_that_a_tolerance_placed(monkeypatch):
     """As many as the scene's own state has, of equal length, in the same formulation."""
     scene = loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2"))
-    effect = next(e for e in explain(scene).effects if e.key == "adaptive segments")
-    assert effect.same_size
+    found = explain(scene)
+    effect = next(e for e in found.effects if e.key == "adaptive segments")
     assert (effect.unknowns, effect.constraints, effect.seconds) == (0, 0, None)
-    own = solve_scene(scene)
-    equal = solve_scene(scene.replace(effect.changes), size=own.size)
-    lengths = own.native.problem.lengths
-    assert equal.native.problem.lengths == pytest.approx(np.full(lengths.size, 1.0 / lengths.size))
-    assert lengths.size != len(scene.replace(effect.changes).model.lengths)  # not the number that a scene has unasked
-    assert equal.native.problem.formulation == own.native.problem.formulation == "mixed"
+    states = []
+    solve = RibbonModel.solve
+    monkeypatch.setattr(RibbonModel, "solve", lambda *a, **more: states.append(solve(*a, **more)) or states[-1])
+    table = solves(scene, replace(found, effects=(effect,)), QUIET, always=True).without
+    own, equal = (state.native.problem for state in states)
+    count = own.lengths.size
+    assert count != len(scene.replace(effect.changes).model.lengths)  # not the number that a scene has unasked
+    assert equal.lengths == pytest.approx(np.full(count, 1.0 / count))
+    assert equal.formulation == own.formulation == "mixed"
+    assert table["adaptive segments"].moved < 1e-2
