@@ -28,7 +28,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the scene."""
-    from compare.pages.solve import rows
+    from compare.pages.solve import rows, sentences
 
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
@@ -39,6 +39,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         for name, text in [*rows(scene, state), ("results", str(out))]:
             table.add_row(name, text)
         console.print(table)
+        for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
+            console.print(sentence)
         console.print(f"As a page: ribbonbench report {out}")
     return common.DONE if state.ok else common.NOT_CONVERGED
 

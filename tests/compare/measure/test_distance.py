@@ -5,14 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from compare.measure.distance import (
-    SAGITTA,
-    cells_across,
-    cells_along,
-    centreline_distance,
-    grid_hausdorff,
-    hausdorff,
-)
+from compare.measure.distance import centreline_distance, grid_hausdorff, hausdorff
+from compare.measure.grid import SAGITTA, cells_across, cells_along
 from ribbon.surface import grid_triangles
 
 

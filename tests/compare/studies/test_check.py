@@ -14,6 +14,7 @@ from compare import check as checking
 from compare.check import Verdict, assert_agreement, cache_folder, check, judged, up
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
 from compare.errors import BadInput
+from compare.models.base import Seconds
 from compare.scene.scene import load
 from compare.store.store import CaseStore
 from compare.studies.compare import Row
@@ -39,16 +40,13 @@ def compared(monkeypatch):
     """Makes `compare` return given rows; returns the function that sets them."""
 
     def give(*rows, ok=True):
-        ribbon = SimpleNamespace(
-            equilibrium=SimpleNamespace(
-                ok=ok, message="saddle: not stable", stable=ok, lowest_eigenvalue=1.0,
-                status=SimpleNamespace(code="converged" if ok else "saddle"),
-            ),
-            first=0.1, warm=0.01,
+        fast = SimpleNamespace(
+            model="ribbon", ok=ok, message="saddle: not stable", stable=ok, lowest_eigenvalue=1.0,
+            word="converged" if ok else "saddle", seconds=Seconds(0.1, (0.01,)),
         )  # fmt: skip
 
         def compare(scene, store, reporter, *, leave_saddle):
-            return SimpleNamespace(scene=scene, ribbon=ribbon, rows=rows)
+            return SimpleNamespace(scene=scene, fast=fast, rows=rows)
 
         monkeypatch.setattr(checking, "compare", compare)
 
