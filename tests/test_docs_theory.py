@@ -557,7 +557,8 @@ def test_limits_8_4():
 
 
 def test_hausdorff_9_1():
-    from compare.measure.grid import SAGITTA, cells_along, grid_hausdorff
+    from compare.measure.distance import grid_hausdorff
+    from compare.measure.grid import SAGITTA, cells_along
 
     s, v = np.meshgrid(np.linspace(0, 1, 11), np.linspace(0, 0.1, 3), indexing="ij")
     flat = np.stack([s, v, 0 * s], axis=2)
