@@ -29,6 +29,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.page.remedies import message
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, check_writable
@@ -175,7 +176,7 @@ def _unsolved(what: str, bound: Any, row: Row | None, found: Comparison) -> Clai
     ratio = None if row is None else row.width_to_thickness
     rows = found.rows if row is None else (row,)
     if not fast.ok:
-        return Claim(what, ratio, bound, None, None, Verdict.UNSOLVED, f"{what}: the {fast.model} is {fast.message}")
+        return Claim(what, ratio, bound, None, None, Verdict.UNSOLVED, f"{what}: the {fast.model} is {message(fast)}")
     for r in rows:
         if r.status != "converged":
             says = f"{what} at w/h = {r.width_to_thickness:g}: the shell is {r.status}: {r.message}"

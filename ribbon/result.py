@@ -19,24 +19,17 @@ FloatArray = NDArray[np.float64]
 
 
 class Status(Enum):
-    """How a solve ended; the value is the text for the user, with the remedy."""
+    """How a solve ended; the value says it in a sentence (what a scene can do about it: `compare.page.remedies`)."""
 
     CONVERGED = "converged: a stable equilibrium"
-    SADDLE = (
-        "saddle: a stationary point with a negative eigenvalue; it is not stable: use --leave-saddle to follow the "
-        "unstable direction, or start from another [seed], e.g. ruling = 0.01"
-    )
-    NOT_CONVERGED = (
-        "not converged: the residual is above the tolerance; try another [seed], more segments, or a smaller load first"
-    )
-    FAILED = "failed: the energy could not be evaluated or the minimiser gave up; try another [seed] or a smaller load"
+    SADDLE = "saddle: a stationary point with a negative eigenvalue; it is not stable"
+    NOT_CONVERGED = "not converged: the residual is above the tolerance"
+    FAILED = "failed: the energy could not be evaluated or the minimiser gave up"
     INFEASIBLE = (
         "infeasible: no shape found that satisfies all clamps, seams and walls at once; check that they can be met, "
-        "use more segments, or declare a [[path]] that leads there"
+        "use more segments"
     )
-    FLIPPED = (
-        "flipped frame: the frames fit up to a reflection or a half turn only; start from a nearer [seed] or a [[path]]"
-    )
+    FLIPPED = "flipped frame: the frames fit up to a reflection or a half turn only"
     RULINGS_CROSS = "rulings cross inside the strip (|eta'| w / 2 > 1): no such surface exists; use more segments"
 
     @property

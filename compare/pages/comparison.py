@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell_build import line_weight
+from compare.page.remedies import message
 from compare.page.table import Column, ColumnOf, Table
-from compare.pages.elastica import BEGAN, message
+from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
 from compare.studies.compare import Comparison, Row
 

@@ -10,6 +10,7 @@ from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture
+from compare.page.remedies import message
 from compare.pages.written import Written
 from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
@@ -24,25 +25,11 @@ BEGAN = {
 }
 """Where an elastica began, in words."""
 
-REMEDIES = {
-    "limit_point": "go past it by arc length: --set model.arc_length=always",
-    "not_converged": "choose another [seed], or go there by a [[path]]",
-}
-"""What the scene can do about an end, in the place of the solver's own options."""
-
-
-def message(state: State) -> str:
-    """The solver's message with what the scene can do about it."""
-    remedy = REMEDIES.get(state.word)
-    where, _, _ = state.message.rpartition(": ")
-    return state.message if remedy is None else f"{where}: {remedy}"
-
 
 def result(scene: Scene, state: State) -> dict[str, Any]:
     """Keys of result.json that only an elastica has."""
     r = state.native
     return {
-        "message": message(state),
         "model": {"energy": "elastica", "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
         "path": {"reached": r.load_factor, "steps": r.steps, "limit_points": r.limits, "switches": r.switches},
         **({} if scene.tip is None else {"tip_load": scene.tip_load}),

@@ -6,6 +6,7 @@ import importlib
 from typing import Any
 
 from compare.models.base import Force, Model, Pose, State
+from compare.page.remedies import message
 from compare.registry import model
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
@@ -52,7 +53,7 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
         "scene": scene.name,
         "title": scene.title,
         "status": state.word,
-        "message": state.message,
+        "message": message(state),
         "stable": state.stable,
         "lowest_eigenvalue": state.lowest_eigenvalue,
         "residual": state.residual,

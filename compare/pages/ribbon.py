@@ -15,6 +15,7 @@ from compare.models.base import State
 from compare.models.ribbon import RibbonShape
 from compare.models.ribbon_build import formulation_why
 from compare.page.page import Picture, Surface
+from compare.page.remedies import message
 from compare.page.table import Column, Table
 from compare.pages.written import Written
 from compare.scene.scene import Scene
@@ -120,7 +121,7 @@ def sentences(scene: Scene, state: State) -> list[str]:
     e = state.native
     known = "unknown" if state.error is None else f"{state.error:.1e} l"
     said = [
-        f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {state.message}; residual {e.residual:.1e}, "
+        f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {message(state)}; residual {e.residual:.1e}, "
         f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, "
         f"{state.seconds.warm * 1e3:.3g} ms."
     ]
@@ -156,7 +157,7 @@ def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
     if any(wall.stiffness is not None for wall in scene.walls):
         parts.append(f"plates {e.energy.plates:.6f}")
     found = [
-        ("status", state.message),
+        ("status", message(state)),
         ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
         ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
         ("energy / (D w / l)", ", ".join(parts)),

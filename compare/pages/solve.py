@@ -6,6 +6,7 @@ from pathlib import Path
 
 from compare.measure.grid import Grid
 from compare.models.base import State
+from compare.page.remedies import message
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.pages.result import presenter, state_result
@@ -23,7 +24,7 @@ def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
         return list(own.rows(scene, state))
     energy = {} if state.energy is None else state.energy.to_dict()
     found = [
-        ("status", state.message),
+        ("status", message(state)),
         ("residual", f"{state.residual:.1e} after {state.iterations} iterations" if state.residual else "-"),
         ("energy / (D w / l)", ", ".join(f"{name} {value:.6f}" for name, value in energy.items() if value is not None)),
     ]

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.errors import BadInput, Missing, RibbonbenchError
+from compare.page.remedies import message
 from compare.registry import model
 from compare.scene.scene import Scene
 from compare.store.provenance import now
@@ -92,7 +93,8 @@ def _solved(task: Task) -> Record:
         state = asked.solve(variant.scene, options=options)
         rows.append({**variant.keys, **row_of(task.scene, state, task.errors)})
         label = ", ".join(f"{_LABELS.get(key, key)} = {value:g}" for key, value in variant.keys.items())
-        messages.append(f"{label}: {state.message}" if label else state.message)
+        said = message(state)
+        messages.append(f"{label}: {said}" if label else said)
     return {"status": _worst(rows), "message": "; ".join(messages), "rows": rows}
 
 
@@ -199,7 +201,7 @@ def _compared(task: Task) -> Record:
             for axis, value in zip("xyz", r.shell_end["position"], strict=True):
                 row[f"shell_end.{axis}"] = float(value)
         rows.append(row)
-    messages = [f"{own.model}: {own.message}", *(f"w/h = {r.width_to_thickness:g}: {r.message}" for r in found.rows)]
+    messages = [f"{own.model}: {message(own)}", *(f"w/h = {r.width_to_thickness:g}: {r.message}" for r in found.rows)]
     return {"status": _worst(rows), "message": "; ".join(messages), "rows": rows}
 
 

@@ -13,7 +13,7 @@ from compare.cli import DONE, main
 from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.pages.elastica import message
+from compare.page.remedies import message
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
