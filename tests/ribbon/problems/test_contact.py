@@ -67,7 +67,11 @@ def test_no_joint_penetrates_and_multipliers_are_complementary():
         assert push.min() > -1e-9
         assert np.abs(distance * push).max() < 1e-8
     assert -found.walls[1].force[1] > 50.0
-    assert np.abs(found.walls[1].contacts - 0.5).max() < 1.01 / SEGMENTS
+    # contact is at joints: neighbours at the middle, or one joint beside it, another minimum of these segments whose
+    # energy is half a percent higher; rounding decides which is found (by processor and BLAS)
+    contacts = found.walls[1].contacts
+    assert np.ptp(contacts) < 1.01 / SEGMENTS
+    assert np.abs(contacts - 0.5).max() < 2.01 / SEGMENTS
 
 
 def test_forces_balance():
@@ -124,7 +128,8 @@ def test_a_wall_that_is_not_touched_changes_nothing():
 
 
 def test_two_walls_at_the_same_place_share_one_force():
-    once, twice = arch(FLOOR, roof(HEIGHT)), arch(FLOOR, roof(HEIGHT), roof(HEIGHT))
+    once = arch(FLOOR, roof(HEIGHT))
+    twice = switch(build(**arguments(FLOOR, roof(HEIGHT), roof(HEIGHT))), once)  # in the same minimum
     shared = twice.walls[1].force[1] + twice.walls[2].force[1]
     assert shared == pytest.approx(once.walls[1].force[1], rel=1e-6)
     assert twice.energy.total == pytest.approx(once.energy.total, rel=1e-9)
