@@ -83,6 +83,12 @@ class Energy:
         return {**self.parts, "elastic": self.elastic, "gravity": self.gravity, **present, "total": self.total}
 
 
+def natural_constant(law: tuple[float, float]) -> float:
+    """1/2 int K^2 ds in D w / l, which `Energy.elastic` leaves out; law: K l at both ends, linear between."""
+    start, end = law
+    return (start * start + start * end + end * end) / 6.0
+
+
 @dataclass(frozen=True)
 class Pose:
     """Position (3,) and frame (3, 3), columns t_x t_y t_z, of a point of the centreline."""

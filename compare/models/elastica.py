@@ -24,6 +24,7 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    natural_constant,
     pose_of,
 )  # fmt: skip
 from compare.models.timing import clocked
@@ -190,7 +191,6 @@ class ElasticaModel:
         known = r.status.value != "limit_point"
         # the elastica measures heights from its clamp, a state from the origin
         height = 0.0 if scene.up is None else float(scene.position @ scene.up)
-        first, last = r.problem.curvature
         elements = len(r.nodes) - 1
         return State(
             model=self.name,
@@ -203,7 +203,7 @@ class ElasticaModel:
                 elastic=r.energy.bending,
                 gravity=r.energy.gravity + scene.gamma * height,
                 tip=None if scene.tip is None else r.energy.force + scene.tip_load * height,
-                constant=(first * first + first * last + last * last) / 6.0,
+                constant=natural_constant(r.problem.curvature),
                 parts={"bending": r.energy.bending},
             ),
             shape=ElasticaShape(r, np.asarray(scene.position), scene.frame, scene.width),

@@ -30,6 +30,7 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    natural_constant,
 )  # fmt: skip
 from compare.models.reference import cut
 from compare.models.timing import clocked, repeated
@@ -381,7 +382,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
             elastic=e.energy.elastic,
             gravity=e.energy.gravity,
             plates=e.energy.plates if plates else None,
-            constant=_constant(e),
+            constant=natural_constant(e.problem.strip.curvature),
             parts={"bending": e.energy.bending, "natural": e.energy.natural},
         ),
         shape=RibbonShape(e) if np.all(np.isfinite(e.x)) else None,
@@ -404,12 +405,6 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         reused=way.resumed if way is not None else False,
         native=e,
     )
-
-
-def _constant(e: Equilibrium) -> float:
-    """1/2 int K^2 ds of a linear law, D w / l."""
-    start, end = e.problem.strip.curvature
-    return (start * start + start * end + end * end) / 6.0
 
 
 def _motions(e: Equilibrium) -> Motions | None:

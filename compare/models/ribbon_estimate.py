@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.distance import grid_hausdorff
-from compare.models.shell_build import natural_constant
+from compare.models.base import natural_constant
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.energies import ENERGIES
@@ -120,7 +120,7 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
 def _elastic(scene: Scene, e: Equilibrium) -> float:
     """Elastic energy of the ribbon's own density, D w / l, with the constant of the natural curvature."""
     bending, natural = e.problem.energy_parts(e.x)[:2]  # type: ignore[attr-defined]
-    return float(bending + natural) + natural_constant(scene)
+    return float(bending + natural) + natural_constant(scene.curvature)
 
 
 def _state(scene: Scene, e: Equilibrium) -> _State:

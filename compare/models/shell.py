@@ -33,10 +33,11 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    natural_constant,
     pose_of,
 )  # fmt: skip
 from compare.models.effects.shell import effects
-from compare.models.shell_build import natural_constant, shell_elements, shell_options, shell_problem
+from compare.models.shell_build import shell_elements, shell_options, shell_problem
 from compare.models.shell_process import SOURCES, ShellCase, run_shell
 from compare.store.store import CaseStore
 
@@ -365,7 +366,7 @@ def energy_of(scene: Scene, data: Mapping[str, Any]) -> Energy | None:
     energy = data.get("energy")
     if not energy:
         return None
-    constant = natural_constant(scene)
+    constant = natural_constant(scene.curvature)
     whole = abs(float(data.get("natural_factor", 1.0)) - 1.0) < 1e-12
     parts = {name: float(energy[name]) for name in ("bending", "membrane", "shear") if name in energy}
     elastic = float(energy["elastic"]) - constant if whole else None

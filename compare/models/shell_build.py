@@ -49,12 +49,6 @@ def shell_elements(scene: Scene) -> tuple[int, int]:
     return WIDE_ELEMENTS if scene.width > WIDE else DEFAULT_ELEMENTS
 
 
-def natural_constant(scene: Scene) -> float:
-    """1/2 int K^2 ds in D w / l, which the ribbon's energy leaves out (K l linear between its ends)."""
-    start, end = scene.curvature
-    return (start * start + start * end + end * end) / 6.0
-
-
 def shell_options(scene: Scene, **changes: Any) -> ShellOptions:
     """How the scene's shell is solved."""
     return ShellOptions(accuracy=scene.shell.tolerance, **changes)

@@ -15,7 +15,6 @@ from compare.models.shell_build import (
     GRADING,
     MOST_TURN,
     arc_turn,
-    natural_constant,
     shell_elements,
     shell_options,
     shell_problem,
@@ -84,12 +83,6 @@ def test_what_the_shell_itself_refuses_names_the_key():
     with pytest.raises(BadInput, match=r"shell\.poisson|shell\.thickness") as caught:
         shell_problem(loads(text()), -1.0)
     assert caught.value.key.startswith("shell.")
-
-
-def test_natural_constant():
-    scene = load("curl_4_3").replace({"strip.natural_curvature": [2.0, -1.0]})
-    s = (np.arange(100000) + 0.5) / 100000
-    assert natural_constant(scene) == pytest.approx(0.5 * np.mean((2 - 3 * s) ** 2), rel=1e-8)
 
 
 # -- two clamps -------------------------------------------------------------------------------------------------------

@@ -16,10 +16,9 @@ from compare.measure.align import aligned
 from compare.measure.distance import centreline_distance
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
-from compare.models.base import Options
+from compare.models.base import Options, natural_constant
 from compare.models.ribbon import RibbonModel
 from compare.models.shell import coarser
-from compare.models.shell_build import natural_constant
 from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
@@ -143,7 +142,7 @@ def test_slope_uses_claimed_rows_only():
 def test_natural_constant():
     scene = load("curl_4_3").replace({"strip.natural_curvature": [2.0, -1.0]})
     s = (np.arange(100000) + 0.5) / 100000
-    assert natural_constant(scene) == pytest.approx(0.5 * np.mean((2 - 3 * s) ** 2), rel=1e-8)
+    assert natural_constant(scene.curvature) == pytest.approx(0.5 * np.mean((2 - 3 * s) ** 2), rel=1e-8)
 
 
 def test_shell_problem_keeps_d_and_gamma():
