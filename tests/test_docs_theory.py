@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from compare.models.ribbon_estimate import in_plane_density, tension_density
 from ribbon import Clamp, Closure, Gravity, Strip, Wall, solve
 from ribbon.element.body_series import body_values
 from ribbon.element.element import bending_jet
@@ -630,5 +631,7 @@ def test_in_plane_bending_and_tension_10_5():
     """Stiffnesses of the section over D w, from Young's modulus in units of D: Y = 12 (1 - nu^2) / h^3."""
     nu, w, h = 0.3, 0.1, 1e-3
     young = 12 * (1 - nu**2) / h**3
-    assert young * h * w**3 / 12 / w == pytest.approx((1 - nu**2) * w**2 / h**2)
-    assert young * h * w / w == pytest.approx(12 * (1 - nu**2) / h**2)
+    moment, tension = np.array([0.7]), np.array([-1.3])
+    bending = moment**2 / (2 * young * h * w**3 / 12 / w)
+    assert in_plane_density(moment, nu, w, h) == pytest.approx(bending, rel=1e-13)
+    assert tension_density(tension, nu, h) == pytest.approx(tension**2 / (2 * young * h * w / w), rel=1e-13)

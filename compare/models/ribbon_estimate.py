@@ -101,8 +101,8 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     state = _state(scene, there)
     arguments = state.omega, state.eta, state.natural
     elastic = _elastic(scene, there) + float(section.softening(*arguments)[0].mean())
-    in_plane = state.moment**2 * (h / scene.width) ** 2 / (2.0 * (1.0 - nu**2))
-    tension = (state.tension * h) ** 2 / (24.0 * (1.0 - nu**2))
+    in_plane = in_plane_density(state.moment, nu, scene.width, h)
+    tension = tension_density(state.tension, nu, h)
     whole = elastic + float(in_plane.mean()) + float(tension.mean())
     whole = whole if whole > 0.0 else 1.0
     parts = {
@@ -115,6 +115,16 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     distance = None if softened is None else _distance(scene, equilibrium, softened, state, h, parts["clamps"])
     mean = float(np.sqrt(np.mean(state.omega**2)))
     return Estimate(width_to_thickness, parts, distance, section.scale * mean**0.5, time.perf_counter() - clock)
+
+
+def in_plane_density(moment: FloatArray, poisson: float, width: float, thickness: float) -> FloatArray:
+    """Energy (k,) per length of bending in the strip's own plane, D w / l^2, from its moment (k,) in D w / l."""
+    return np.asarray(moment**2 * (thickness / width) ** 2 / (2.0 * (1.0 - poisson**2)))
+
+
+def tension_density(tension: FloatArray, poisson: float, thickness: float) -> FloatArray:
+    """Energy (k,) per length of a tension (k,) in D w / l^2, in D w / l^2."""
+    return np.asarray((tension * thickness) ** 2 / (24.0 * (1.0 - poisson**2)))
 
 
 def _elastic(scene: Scene, e: Equilibrium) -> float:

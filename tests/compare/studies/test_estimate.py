@@ -11,6 +11,8 @@ from compare.models.ribbon_estimate import CORNER_CLAMP, EDGE_CLAMP, estimate
 from compare.models.shell import ShellShape
 from compare.scene.scene import load
 from compare.studies.limits import with_clamp
+from ribbon.energies.along import line_density
+from ribbon.energies.softened import soften
 
 
 def of(scene, ratio=100.0):
@@ -49,13 +51,22 @@ def test_clamps_by_their_formula(clamp):
     scene = with_clamp(load("limits_7_3"), clamp)
     equilibrium = solve_scene(scene, "ribbon").native
     found = estimate(scene, equilibrium, 100.0)
-    assert found.parts["clamps"] > 0.0
+    h, width = scene.width / 100.0, scene.width
+    there = soften(equilibrium, h)
     if clamp == "corners":
+        s = (np.arange(1000) + 0.5) / 1000
+        density = line_density(there, s) + 0.5 * scene.curvature[0] ** 2
+        near = density[s < 0.5 * width].sum() / density.sum()
+        expected = CORNER_CLAMP * near * (width * h) ** 0.5 / scene.shell_corner
+        assert found.parts["clamps"] == pytest.approx(expected, rel=1e-6)
         wider = estimate(scene.replace({"shell.corner": 0.02}), equilibrium, 100.0)
         assert found.parts["clamps"] == pytest.approx(2.0 * wider.parts["clamps"], rel=1e-9)
-        assert found.parts["clamps"] < CORNER_CLAMP * 1.01
     else:
-        assert found.parts["clamps"] < EDGE_CLAMP / 0.02
+        lengths = there.problem.lengths
+        close = np.cumsum(lengths) - 0.5 * lengths < width
+        steep = np.abs(there.parameters[close, 2]).max() * 0.5 * width
+        assert 0.1 < steep < 0.98
+        assert found.parts["clamps"] == pytest.approx(EDGE_CLAMP * steep / (1.0 - steep), rel=1e-9)
 
 
 def test_two_clamps_know_their_forces():
