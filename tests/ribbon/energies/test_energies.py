@@ -220,7 +220,7 @@ def test_what_an_energy_needs_is_asked_for_by_name(monkeypatch):
 
 def test_scenes_know_the_registry_without_loading_a_solver():
     code = (
-        "import sys; from compare.scene.keys import ENERGIES; from compare.scene import load; load('cantilever')\n"
+        "import sys; from compare.scene.spec import ENERGIES; from compare.scene import load; load('cantilever')\n"
         "print(*ENERGIES); print(*{m.split('.')[0] for m in sys.modules} & {'numba', 'ribbon', 'cyipopt'})"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
