@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import ast
 import importlib.metadata
+import importlib.util
 import os
 import re
+import shutil
 import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -54,6 +57,13 @@ def test_pins_satisfy_the_project_s_own_requirements():
     for text in [*project["dependencies"], *project["optional-dependencies"]["test"]]:
         needed = requirements.Requirement(text)
         assert needed.specifier.contains(pins[_canonical(needed.name)]), text
+
+
+@pytest.mark.skipif(not (Path(sys.prefix) / "setup-complete").exists(), reason="make setup has not been run here")
+@pytest.mark.parametrize("name", ["dolfinx", "slepc4py", "setuptools", "wheel", "pip", "mpirun", "chromium"])
+def test_what_set_up_promises_is_there(name):
+    """Other tests are skipped without these; on a machine that is set up that would hide a fault."""
+    assert shutil.which(name) or importlib.util.find_spec(name)
 
 
 # --- make ------------------------------------------------------------------------------------------------------------

@@ -46,15 +46,10 @@ def frame_of(clamp: ClampSpec | None) -> NDArray[np.float64] | None:
 
 
 @dataclass(frozen=True)
-class SceneData:
-    """One scene: a strip, what holds and loads it, the ribbon's model, the way to the scene and the shell runs.
+class Sections:
+    """What a scene file says, section by section; None: the section is absent and so is its effect."""
 
-    `name` and `source`: where it was read; `own_keys`: the dotted keys that it sets itself, without those of its path.
-    """
-
-    name: str
     title: str
-    source: str
     strip: StripSpec
     gravity: GravitySpec | None
     tip: TipSpec | None
@@ -66,6 +61,17 @@ class SceneData:
     seed: SeedSpec
     path: tuple[StageSpec, ...]
     shell: ShellSpec
+
+
+@dataclass(frozen=True)
+class SceneData(Sections):
+    """One scene: a strip, what holds and loads it, the ribbon's model, the way to the scene and the shell runs.
+
+    `name` and `source`: where it was read; `own_keys`: the dotted keys that it sets itself, without those of its path.
+    """
+
+    name: str
+    source: str
     own_keys: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
 
     # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------

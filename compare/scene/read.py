@@ -8,27 +8,22 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 from compare.errors import BadInput
 from compare.scene import keys as contract
+from compare.scene.data import Sections
 from compare.scene.held import read_clamp, read_closure, read_walls
 from compare.scene.loads import read_gravity, read_tip
 from compare.scene.spec import (
     FIRST_OVER_WIDTH,
-    ClampSpec,
-    ClosureSpec,
-    GravitySpec,
     ModelSpec,
     SceneSpec,
     SeedSpec,
     ShellSpec,
-    StageSpec,
     StripSpec,
-    TipSpec,
-    WallSpec,
 )
 from compare.scene.stages import read_path
 from compare.scene.table import Table, missing, reject_unknown
@@ -37,24 +32,6 @@ SUM_TOLERANCE = 1e-9
 """How far, relatively, the sum of the element lengths may be from the strip's length."""
 
 SPECIFIED_TWICE = "strip.gamma and strip.young, strip.density say the same thing twice"
-
-
-@dataclass(frozen=True)
-class Sections:
-    """What a scene file says, section by section; None: the section is absent and so is its effect."""
-
-    title: str
-    strip: StripSpec
-    gravity: GravitySpec | None
-    tip: TipSpec | None
-    clamp_start: ClampSpec | None
-    clamp_end: ClampSpec | None
-    closure: ClosureSpec | None
-    walls: tuple[WallSpec, ...]
-    model: ModelSpec
-    seed: SeedSpec
-    path: tuple[StageSpec, ...]
-    shell: ShellSpec
 
 
 def read_sections(data: Mapping[str, Any]) -> Sections:

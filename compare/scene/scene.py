@@ -220,23 +220,8 @@ def _file_text(path: Path, available: Mapping[str, Path]) -> str:
 def _build(document: Mapping[str, Any], source: str) -> Scene:
     sections = read_sections(document)
     name = Path(source).stem
-    scene = Scene(
-        name=name,
-        title=sections.title or one_line(name),
-        source=source,
-        strip=sections.strip,
-        gravity=sections.gravity,
-        tip=sections.tip,
-        clamp_start=sections.clamp_start,
-        clamp_end=sections.clamp_end,
-        closure=sections.closure,
-        walls=sections.walls,
-        model=sections.model,
-        seed=sections.seed,
-        path=sections.path,
-        shell=sections.shell,
-        own_keys=given_keys(document),
-    )
+    said = {**vars(sections), "title": sections.title or one_line(name)}
+    scene = Scene(name=name, source=source, own_keys=given_keys(document), **said)
     check_geometry(scene)
     if scene.model.energy == "elastica":
         reason = scene.nonplanar_reason()

@@ -6,6 +6,7 @@ arrays of the entries that this process owns. Every function is collective on th
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
@@ -182,7 +183,7 @@ class SymmetricFactor:
         self._ksp.destroy()
 
 
-class _Inverse:
+class _Inverse(ABC):
     """Python-shell matrix with a factor in it; after a failure, kept in `failure`, it is the identity.
 
     An exception must not cross SLEPc: it leaves its objects half done, and PETSc ends the process.
@@ -192,9 +193,9 @@ class _Inverse:
         self._factor = factor
         self.failure: FactorisationFailed | None = None
 
+    @abstractmethod
     def applied(self, x: np.ndarray) -> np.ndarray:
         """The matrix times x, owned entries (local rows,)."""
-        raise NotImplementedError
 
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         array = x.getArray(readonly=True)
