@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -76,9 +77,13 @@ _RIBBON = "how the ribbon beside it is discretised and solved"
 
 @dataclass(frozen=True)
 class ShellShape:
-    """The shell's middle surface (`compare.models.base.Shape`)."""
+    """The shell's middle surface (`compare.models.base.Shape`).
+
+    curvature: the scene's natural one at both ends, 1/l.
+    """
 
     case: ShellCase
+    curvature: tuple[float, float] = (0.0, 0.0)
 
     @property
     def surface(self) -> ShellSurface:
@@ -110,7 +115,8 @@ class ShellShape:
 
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """S, v, normal (the director), and the energies per area of the cell around each particle, D / l^2:
-        energy_density and its parts bending, membrane, shear (with the constant of the natural curvature)."""
+        the parts bending, membrane, shear with the constant of the natural curvature, and energy_density, their sum
+        without it (its mean over the cell), where the natural curvature is the scene's."""
         from compare.measure.energy_map import at_points, density_on_grid
 
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
@@ -118,11 +124,18 @@ class ShellShape:
         k = surface.degree
         parts = at_points(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(self.case), s, v)
         names = ("bending", "membrane", "shear")
+        start, end = self.curvature
+        law = start + (end - start) * surface.s_nodes[::k]
+        constant = np.array([natural_constant(ends) for ends in pairwise(law)])
+        without = (
+            parts.sum(axis=2)
+            - at_points(surface.s_nodes[::k], surface.v_nodes[[0, -1]], constant[:, None, None], s, v)[:, :, 0]
+        )
         return {
             "S": grid_s,
             "v": grid_v,
             "normal": surface.director(grid_s, grid_v),
-            "energy_density": parts.sum(axis=2),
+            **({"energy_density": without} if natural_reached(self.case.data) else {}),
             **{f"{name}_density": parts[:, :, i] for i, name in enumerate(names)},
         }
 
@@ -231,7 +244,7 @@ class ShellModel:
                 own = found.native
                 assert isinstance(own, ShellCase)
                 grid = options.grid or Grid.for_shape(scene, found.shape.bend)
-                error = grid_hausdorff(grid.of(found.shape), grid.of(ShellShape(case)))
+                error = grid_hausdorff(grid.of(found.shape), grid.of(ShellShape(case, scene.curvature)))
                 here, there = ((c.data.get("share") or {}).get("membrane") for c in (own, case))
                 change = None if here is None or there is None else abs(here - there)
                 found = replace(found, error=error, numbers={**found.numbers, "share_error": change})
@@ -342,7 +355,7 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
         stable=data.get("stable"),
         message=str(data.get("message", "")),
         energy=energy_of(scene, data),
-        shape=None if case.folder is None else ShellShape(case),
+        shape=None if case.folder is None else ShellShape(case, scene.curvature),
         residual=(data.get("residual") or {}).get("relative"),
         iterations=data.get("newton_iterations"),
         lowest_eigenvalue=_number(data.get("lowest_eigenvalue")),
@@ -361,15 +374,19 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
     )
 
 
+def natural_reached(data: Mapping[str, Any]) -> bool:
+    """Whether the natural curvature of a shell's report is the scene's, and not one on the way there."""
+    return abs(float(data.get("natural_factor", 1.0)) - 1.0) < 1e-12
+
+
 def energy_of(scene: Scene, data: Mapping[str, Any]) -> Energy | None:
     """The energy in a shell's report."""
     energy = data.get("energy")
     if not energy:
         return None
     constant = natural_constant(scene.curvature)
-    whole = abs(float(data.get("natural_factor", 1.0)) - 1.0) < 1e-12
     parts = {name: float(energy[name]) for name in ("bending", "membrane", "shear") if name in energy}
-    elastic = float(energy["elastic"]) - constant if whole else None
+    elastic = float(energy["elastic"]) - constant if natural_reached(data) else None
     return Energy(elastic=elastic, gravity=float(energy["gravity"]), constant=constant, parts=parts)
 
 

@@ -163,6 +163,21 @@ def test_the_model_says_and_writes_the_same_as_the_command(serial, tmp_path):
     assert dict(solve_page.rows(scene, state))["status"] == "converged"
 
 
+@needs_dolfinx
+def test_the_energy_field_integrates_to_the_energy():
+    """Both without the constant of the natural curvature, which is linear along the strip."""
+    pytest.importorskip("dolfinx")
+    scene = load("curl_4_3").replace({"shell.elements": [16, 4], "strip.natural_curvature": [4.0, 2.0]})
+    state = solve_scene(scene.replace({"shell.width_to_thickness": 20}), "shell")
+    assert state.ok
+    surface = state.shape.surface
+    s, v = (nodes[:: surface.degree] for nodes in (surface.s_nodes, surface.v_nodes))
+    middles = [0.5 * (x[1:] + x[:-1]) for x in (s, v)]
+    density = state.shape.fields(*middles)["energy_density"]
+    assert state.energy.constant == pytest.approx((16 + 8 + 4) / 6)
+    assert np.diff(s) @ density @ np.diff(v) == pytest.approx(scene.width * state.energy.elastic, rel=1e-9)
+
+
 def test_a_shell_whose_process_died_is_written_too(tmp_path):
     case = ShellCase({"status": "crashed", "stable": None, "message": "killed", "seconds": {}}, None, False)
     scene = load("limits_7_3")
