@@ -95,15 +95,17 @@ UNITS = {
     "thickness": r"\bm\b|in the unit of length",
     "position": r"\bm\b|in the unit of length",
     "natural_curvature": r"1/m|1/length",
+    "curvature": r"1/m|1/length|natural curvature",
     "young": r"\bPa\b",
     "density": r"kg/m\^3",
     "acceleration": r"m/s\^2",
+    "second_moment": r"m\^4",
     "elements": "number of",
     **dict.fromkeys(("poisson", "gamma", "up", "tangent", "normal", "width_to_thickness"), "no unit"),
 }
 
 
-@pytest.mark.parametrize("name", EXPECTED)
+@pytest.mark.parametrize("name", sorted(shipped()))
 def test_every_key_carries_its_unit_and_meaning(name):
     assignments = 0
     for line in shipped()[name].read_text().splitlines():
@@ -115,7 +117,7 @@ def test_every_key_carries_its_unit_and_meaning(name):
         assert found[2], f"no comment: {line}"
         assert len(found[2]) > 8, f"no meaning: {line}"
         assert re.search(UNITS.get(found[1], ""), found[2]), f"no unit: {line}"
-    assert assignments >= 10
+    assert assignments >= 6
 
 
 @pytest.mark.parametrize("name", EXPECTED)
