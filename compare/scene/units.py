@@ -1,0 +1,110 @@
+"""From dimensionless numbers to those of a workshop: metres, newtons, newton metres, joules.
+
+Everything is solved with l = 1 and D w / l = 1 (theory sheet, section 2). A scene that gives Young's modulus says what
+these are: `Units.of(scene)`. A scene with `strip.gamma` in its place has no such units, and only lengths in l are told.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from compare.scene.data import SceneData
+from compare.scene.loads import stiffness_of
+
+#: Where a reader wants another prefix: the largest value in the base unit that is still told in it, and its factor.
+_PREFIXES = ((1e-9, 1e9, "n"), (1e-6, 1e6, "µ"), (1e-3, 1e3, "m"), (1.0, 1.0, ""), (1e3, 1e-3, "k"), (1e6, 1e-6, "M"))
+
+
+@dataclass(frozen=True)
+class Units:
+    """What one unit of each dimensionless number is: length l in m, stiffness D w (Y I of a rod) in N m^2, width in m.
+
+    length, width and stiffness are None together, where the scene gives no Young's modulus.
+    """
+
+    length: float | None = None
+    width: float | None = None
+    stiffness: float | None = None
+
+    @classmethod
+    def of(cls, scene: SceneData) -> Units:
+        """The units of a scene; without values where it gives no stiffness in SI."""
+        stiffness = stiffness_of(scene.strip)
+        if not stiffness > 0.0 or not math.isfinite(stiffness):
+            return cls()
+        return cls(scene.strip.length, scene.strip.width, stiffness)
+
+    @property
+    def known(self) -> bool:
+        """Whether the scene says what its units are."""
+        return self.length is not None
+
+    @property
+    def bending(self) -> float | None:
+        """D = Y h^3 / (12 (1 - nu^2)) in N m."""
+        return None if self.stiffness is None or not self.width else self.stiffness / self.width
+
+    @property
+    def force(self) -> float | None:
+        """D w / l^2 in N."""
+        return None if self.stiffness is None or self.length is None else self.stiffness / self.length**2
+
+    @property
+    def energy(self) -> float | None:
+        """D w / l in J; of a moment in N m."""
+        return None if self.stiffness is None or self.length is None else self.stiffness / self.length
+
+    def si(self, value: float, unit: str) -> tuple[float, str] | None:
+        """A dimensionless value in SI: (value, base unit); None where the scene does not say, or for another unit.
+
+        unit: as tables name it: "l", "1/l", "D w / l^2" (force), "D w / l" (energy), "moment" (D w / l), "D / l^2"
+        (energy by area).
+        """
+        if self.length is None or self.stiffness is None or not self.width:
+            return None
+        force, energy = self.stiffness / self.length**2, self.stiffness / self.length
+        factors = {
+            "l": (self.length, "m"),
+            "1/l": (1.0 / self.length, "1/m"),
+            "D w / l^2": (force, "N"),
+            "D w / l": (energy, "J"),
+            "moment": (energy, "N m"),
+            "D / l^2": (energy / self.length / self.width, "J/m^2"),
+        }
+        if unit not in factors:
+            return None
+        factor, base = factors[unit]
+        return value * factor, base
+
+    def text(self, value: float, unit: str, digits: int = 3) -> str:
+        """A value as a reader wants it: "0.96 mm", "12.3 mN", "4.5 N mm", "1.2 mJ"; in l and D w where SI is not
+        known: "0.0032 l"."""
+        found = self.si(value, unit)
+        if found is None or not math.isfinite(value):
+            return f"{value:.{digits}g} {'D w / l' if unit == 'moment' else unit}"
+        return quantity(*found, digits=digits)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For `units` of result.json: what one dimensionless unit of each kind is, in SI; None: not known."""
+        return {
+            "length_m": self.length, "force_N": self.force, "moment_Nm": self.energy, "energy_J": self.energy,
+            "bending_stiffness_Nm": self.bending,
+        }  # fmt: skip
+
+
+def quantity(value: float, base: str, digits: int = 3) -> str:
+    """A value in an SI base unit, with the prefix that a reader wants: lengths in mm below 1 m, moments in N mm."""
+    if base == "m":
+        factor, unit = (1e3, "mm") if abs(value) < 1.0 else (1.0, "m")
+        if 0.0 < abs(value) < 1e-6:
+            factor, unit = 1e6, "µm"
+        return f"{value * factor:.{digits}g} {unit}"
+    if base == "N m":
+        factor, unit = (1e3, "N mm") if abs(value) < 1.0 else (1.0, "N m")
+        return f"{value * factor:.{digits}g} {unit}"
+    if base in ("N", "J"):
+        factor, prefix = next(((f, p) for least, f, p in reversed(_PREFIXES) if abs(value) >= least), (1.0, ""))
+        return f"{value * factor:.{digits}g} {prefix}{base}"
+    return f"{value:.{digits}g} {base}"

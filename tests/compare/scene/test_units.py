@@ -1,0 +1,51 @@
+"""Units: from l, D w / l^2 and D w / l to metres, newtons, newton metres and joules, against formulas by hand."""
+
+import pytest
+
+from compare.scene.scene import load, loads
+from compare.scene.units import Units, quantity
+
+STRIP = """
+[strip]
+length = 0.3
+width = 0.01
+thickness = 1e-4
+poisson = 0.3
+young = 2.1e11
+density = 7850.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 1.0, 0.0]
+"""
+
+
+def test_units_of_a_steel_strip():
+    units = Units.of(loads(STRIP))
+    bending = 2.1e11 * 1e-12 / (12.0 * (1.0 - 0.09))
+    assert units.bending == pytest.approx(bending, rel=1e-14)
+    assert units.force == pytest.approx(bending * 0.01 / 0.09, rel=1e-14)
+    assert units.energy == pytest.approx(bending * 0.01 / 0.3, rel=1e-14)
+    assert units.si(2.0, "l") == (0.6, "m")
+    assert units.si(1.0, "D / l^2")[0] == pytest.approx(bending / 0.09, rel=1e-14)
+
+
+def test_a_scene_with_gamma_has_no_units():
+    units = Units.of(load("curl_4_3"))
+    assert not units.known
+    assert units.si(1.0, "l") is None
+    assert set(units.to_dict().values()) == {None}
+    assert units.text(0.25, "l") == "0.25 l"
+
+
+@pytest.mark.parametrize(
+    ("value", "base", "text"),
+    [
+        (0.00096, "m", "0.96 mm"), (1.5, "m", "1.5 m"), (2e-7, "m", "0.2 µm"), (0.0123, "N", "12.3 mN"),
+        (-2500.0, "N", "-2.5 kN"), (0.0, "N", "0 N"), (4.5e-3, "N m", "4.5 N mm"), (1.2e-3, "J", "1.2 mJ"),
+    ],
+)  # fmt: skip
+def test_quantities_have_the_prefix_of_a_reader(value, base, text):
+    assert quantity(value, base) == text
