@@ -30,6 +30,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
         help="replace a key of the scene, e.g. --set 'shell.elements=[40, 4]' (repeatable)",
     )  # fmt: skip
+    common.units_argument(parser)
     common.quiet_argument(parser)
     common.out_argument(parser, "out/check")
     common.leave_saddle_argument(parser)
@@ -60,6 +61,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.store.store import CaseStore
 
     pins = _pins(options)
+    for pin in pins:
+        common.units_of(options, pin.scene)
     out = common.out_folder(options, "check")
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         store = CaseStore(out / "cases")

@@ -11,18 +11,32 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
+    from compare.scene.units import Units
 
 DONE, NOT_CONVERGED, BAD_INPUT, MISSING = 0, 1, 2, 3
 
+#: Values of --units.
+UNITS = ("auto", "si", "l")
+
 
 def scene_arguments(parser: argparse.ArgumentParser) -> None:
-    """SCENE, --set, --quiet."""
+    """SCENE, --set, --units, --quiet."""
     parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or path of a TOML file")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
         help="replace a key of the scene, e.g. --set strip.gamma=50 (repeatable)",
     )  # fmt: skip
+    units_argument(parser)
     quiet_argument(parser)
+
+
+def units_argument(parser: argparse.ArgumentParser) -> None:
+    """--units."""
+    parser.add_argument(
+        "--units", choices=UNITS, default="auto",
+        help="what numbers are told in: si (mm, N, J; the scene gives strip.young), l (of the length, without "
+        "dimensions), auto: si where it is known (default)",
+    )  # fmt: skip
 
 
 def quiet_argument(parser: argparse.ArgumentParser) -> None:
@@ -51,9 +65,18 @@ def scene_of(options: argparse.Namespace) -> Scene:
     keys = dict(parse_assignment(text) for text in options.assignments)
     if keys:
         scene = scene.replace(keys)
+    units_of(options, scene)
     for note in scene.notes():
         print(f"ribbonbench: note: {note}", file=sys.stderr)
     return scene
+
+
+def units_of(options: argparse.Namespace, scene: Scene) -> Units:
+    """What the numbers of a scene are told in, as --units asks (without it: auto); `BadInput` where it asks for SI and
+    the scene lacks the keys."""
+    from compare.scene.units import Units
+
+    return Units.asked(scene, getattr(options, "units", "auto"))
 
 
 def out_folder(options: argparse.Namespace, name: str) -> Path:

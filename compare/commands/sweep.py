@@ -51,6 +51,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="cases at once on this machine (default: the usable cores); under mpiexec its processes but one",
     )  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
+    common.units_argument(parser)
     common.out_argument(parser, "out/SWEEP")
     common.quiet_argument(parser)
 
@@ -97,6 +98,7 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
     if options.workers is not None and not 1 <= options.workers <= 1024:
         raise BadInput("--workers", options.workers, "is not a number of processes", "give 1 or more")
     sweep = _sweep(options)
+    common.units_of(options, sweep.scene)
     sweep_write.check_shown(sweep)
     grid = sweep_run.check(sweep)
     out = common.out_folder(options, sweep.name)

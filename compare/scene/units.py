@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from compare.errors import BadInput
 from compare.scene.data import SceneData
 from compare.scene.loads import stiffness_of
 
@@ -35,6 +36,22 @@ class Units:
         if not stiffness > 0.0 or not math.isfinite(stiffness):
             return cls()
         return cls(scene.strip.length, scene.strip.width, stiffness)
+
+    @classmethod
+    def asked(cls, scene: SceneData, choice: str = "auto") -> Units:
+        """The units that numbers are told in: "auto", SI where it is known; "si", SI, or `BadInput` that names the keys
+        that are missing; "l", none, so that all is told without dimensions."""
+        if choice == "l":
+            return cls()
+        found = cls.of(scene)
+        if choice == "si" and not found.known:
+            strip = scene.strip
+            missing = [f"strip.{key}" for key in ("young", "thickness") if getattr(strip, key) is None]
+            remedy = f"give {' and '.join(missing)}" if missing else "give others"
+            if strip.gamma is not None:
+                remedy = "give strip.young, strip.density and strip.thickness in place of strip.gamma"
+            raise BadInput("--units", choice, "is not known of this scene", f"{remedy}, or use --units l")
+        return found
 
     @property
     def known(self) -> bool:

@@ -2,6 +2,8 @@
 
 import pytest
 
+from compare.cli import BAD_INPUT, main
+from compare.errors import BadInput
 from compare.scene.scene import load, loads
 from compare.scene.units import Units, quantity
 
@@ -49,3 +51,31 @@ def test_a_scene_with_gamma_has_no_units():
 )  # fmt: skip
 def test_quantities_have_the_prefix_of_a_reader(value, base, text):
     assert quantity(value, base) == text
+
+
+def test_si_is_asked_for_and_known():
+    steel = loads(STRIP)
+    assert Units.asked(steel, "si") == Units.asked(steel, "auto") == Units.of(steel)
+    assert not Units.asked(steel, "l").known
+    assert not Units.asked(load("curl_4_3"), "auto").known
+
+
+@pytest.mark.parametrize(
+    ("text", "missing"),
+    [
+        (STRIP.replace("young = 2.1e11\ndensity = 7850.0", "gamma = 3.0"), ["strip.young", "strip.gamma"]),
+        (STRIP.replace("young = 2.1e11\ndensity = 7850.0", "").split("[gravity]")[0] + "[clamp.start]"
+         + STRIP.split("[clamp.start]")[1], ["strip.young"]),
+    ],
+)  # fmt: skip
+def test_si_without_a_stiffness_names_the_keys_that_are_missing(text, missing):
+    with pytest.raises(BadInput) as caught:
+        Units.asked(loads(text), "si")
+    assert caught.value.key == "--units"
+    assert all(key in caught.value.remedy for key in missing)
+
+
+def test_the_command_refuses_si_of_a_scene_with_gamma(tmp_path, capsys):
+    assert main(["solve", "curl_4_3", "--units", "si", "--out", str(tmp_path / "out")]) == BAD_INPUT
+    assert not (tmp_path / "out").exists()
+    assert capsys.readouterr().err.count("\n") == 1
