@@ -20,7 +20,6 @@ from compare.errors import BadInput, RibbonbenchError
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
 
 _INTERRUPTED = 130
-_PLAIN_WIDTH = 180
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -38,9 +37,12 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _console() -> Console:
-    """Plain text (no markup in our words); wide enough for the tables where there is no terminal to ask."""
+    """Plain text (no markup in our words), as wide as the terminal or COLUMNS says; 80 letters where nothing does.
+
+    In a pipe sentences stay on one line each, for whoever searches them; tables fit all the same.
+    """
     console = Console(markup=False)
-    return console if console.is_terminal else Console(markup=False, highlight=False, width=_PLAIN_WIDTH)
+    return console if console.is_terminal else Console(markup=False, highlight=False, soft_wrap=True)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -31,7 +31,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="replace a key of the scene, e.g. --set 'shell.elements=[40, 4]' (repeatable)",
     )  # fmt: skip
     common.units_argument(parser)
-    common.quiet_argument(parser)
+    common.printed_arguments(parser)
     common.out_argument(parser, "out/check")
     common.leave_saddle_argument(parser)
     parser.add_argument(
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             outcomes.append(check(pin, store, reporter))
         written = check_page.write(out, outcomes, options.line, pinned=options.pin)
     if not options.quiet:
-        print_table(console, check_page.table(outcomes, options.pin))
+        print_table(console, check_page.table(outcomes, options.pin), wide=options.wide)
         for sentence in check_page.sentences(outcomes, options.pin):
             console.print(f"- {sentence}")
         console.print(f"Results: {out}" + (f"; pins: {written}" if written is not None else ""))

@@ -20,14 +20,20 @@ UNITS = ("auto", "si", "l")
 
 
 def scene_arguments(parser: argparse.ArgumentParser) -> None:
-    """SCENE, --set, --units, --quiet."""
+    """SCENE, --set, --units, --quiet, --wide."""
     parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or path of a TOML file")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
         help="replace a key of the scene, e.g. --set strip.gamma=50 (repeatable)",
     )  # fmt: skip
     units_argument(parser)
+    printed_arguments(parser)
+
+
+def printed_arguments(parser: argparse.ArgumentParser) -> None:
+    """--quiet and --wide: what is printed."""
     quiet_argument(parser)
+    wide_argument(parser)
 
 
 def units_argument(parser: argparse.ArgumentParser) -> None:
@@ -42,6 +48,15 @@ def units_argument(parser: argparse.ArgumentParser) -> None:
 def quiet_argument(parser: argparse.ArgumentParser) -> None:
     """--quiet."""
     parser.add_argument("--quiet", action="store_true", help="files and exit code only")
+
+
+def wide_argument(parser: argparse.ArgumentParser) -> None:
+    """--wide."""
+    parser.add_argument(
+        "--wide",
+        action="store_true",
+        help="tables with all their columns, however wide (default: six, in the terminal)",
+    )
 
 
 def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE") -> None:

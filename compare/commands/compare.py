@@ -36,7 +36,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         reporter.step("writing tables, pictures and surfaces")
         page = report.write(out, comparison, options.line)
     if not options.quiet:
-        print_table(console, replace(tables.table(comparison), title=scene.title), legend=False)
+        print_table(console, replace(tables.table(comparison), title=scene.title), legend=False, wide=options.wide)
         for sentence in tables.verdict(comparison):
             console.print(f"- {sentence}")
         console.print(f"Report: {page.with_suffix('.html')} and {page.name}")

@@ -61,9 +61,11 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if not options.quiet:
         for one in found:
             last = one is found[-1]
-            print_table(console, convergence_write.row_table(one, len(found) > 1), legend=last)
+            print_table(console, convergence_write.row_table(one, len(found) > 1), legend=last, wide=options.wide)
             if one.scalars:
-                print_table(console, convergence_write.scalar_table(one, len(found) > 1), legend=last)
+                print_table(
+                    console, convergence_write.scalar_table(one, len(found) > 1), legend=last, wide=options.wide
+                )
         for sentence in convergence_write.sentences(found):
             console.print(f"- {sentence}")
         console.print(f"Results: {out}")

@@ -74,7 +74,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         cost_write.write(out, cost, options.line)
     if not options.quiet:
         for found in (cost_write.table(cost), cost_write.reach_table(cost)):
-            print_table(console, found)
+            print_table(console, found, wide=options.wide)
         for sentence in cost_write.sentences(cost):
             console.print(f"- {sentence}")
         console.print(f"Results: {out}")

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             effects_page.write(out, scene, found, solves, shell, options.line)
     if not options.quiet:
         for table in effects_page.tables(scene, found, solves, shell):
-            print_table(console, table)
+            print_table(console, table, wide=options.wide)
         for sentence in effects_page.sentences(scene, found, solves):
             console.print(f"- {sentence}")
         if out is not None:

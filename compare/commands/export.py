@@ -29,7 +29,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="of a scene: replace a key, e.g. --set strip.gamma=50 (repeatable)",
     )  # fmt: skip
     common.out_argument(parser, "SOURCE/export, of a scene out/SCENE/export")
-    common.quiet_argument(parser)
+    common.printed_arguments(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             files = write(out, source, formats)
             write_page_of(out, source, files, options.line)
     if not options.quiet:
-        print_table(console, replace(sizes(out, files), title=source.page.title))
+        print_table(console, replace(sizes(out, files), title=source.page.title), wide=options.wide)
         if "npz" in formats and not source.ribbon and source.has_ribbon:
             console.print("The folder has no ribbon.npz: the ribbon's own segments are left out.")
         console.print(f"Files: {out}")

@@ -71,7 +71,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         findings, comparison = _study(options, thresholds, cases, out, reporter)
         limits_results.write(out, findings, comparison, thresholds, options.line)
     if not options.quiet:
-        _tell(console, findings, thresholds, out)
+        _tell(options, console, findings, thresholds, out)
     return common.DONE if all(finding.ok for finding in findings) else common.NOT_CONVERGED
 
 
@@ -144,11 +144,13 @@ def _study(
     return findings, comparison if len(cases) == 1 else None
 
 
-def _tell(console: Console, findings: list[Finding], thresholds: Thresholds, out: Path) -> None:
+def _tell(
+    options: argparse.Namespace, console: Console, findings: list[Finding], thresholds: Thresholds, out: Path
+) -> None:
     from compare.page.terminal import print_table
     from compare.pages import limits as limits_results
 
-    print_table(console, limits_results.table(findings), legend=False)
+    print_table(console, limits_results.table(findings), legend=False, wide=options.wide)
     for sentence in limits_results.verdict(findings, thresholds):
         console.print(f"- {sentence}")
     console.print(f"Results: {out}")

@@ -5,37 +5,42 @@ from __future__ import annotations
 import argparse
 
 from rich.console import Console
-from rich.table import Table
 
 from compare.commands import common
+from compare.page.table import Column, Table
 
 HELP = "list the shipped scenes"
 
 
+_COLUMNS = (
+    Column("name", "name", rank=0),
+    Column("title", "title", kind="word", rank=1),
+    Column("width", "w/l", kind="digits:4", rank=2),
+    Column("curvature", "K l", kind="interval", rank=4),
+    Column("gamma", "Gamma", kind="digits:4", rank=3),
+    Column("energy", "energy", kind="word", rank=6),
+    Column("elements", "elements", kind="integer", rank=7),
+    Column("width_to_thickness", "shell w/h", kind="word", rank=5),
+)
+
+
 def register(parser: argparse.ArgumentParser) -> None:
-    """No arguments."""
+    """--wide."""
+    common.wide_argument(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Lists."""
+    from compare.page.terminal import print_table
     from compare.scene.scene import load, shipped
 
-    table = Table(title="Shipped scenes", title_justify="left")
-    table.add_column("name", no_wrap=True)
-    for heading in ("title", "w/l", "K l", "Gamma", "energy", "elements", "shell w/h"):
-        table.add_column(heading, overflow="fold")
+    rows = []
     for name in shipped():
         scene = load(name)
         start, end = scene.curvature
-        table.add_row(
-            name,
-            scene.title,
-            f"{scene.width:g}",
-            f"{start:g}" if start == end else f"{start:g} to {end:g}",
-            f"{scene.gamma:.4g}",
-            scene.model.energy,
-            str(len(scene.model.lengths)),
-            ", ".join(f"{r:g}" for r in scene.require_shell()) if scene.has_shell() else "-",
-        )
-    console.print(table)
+        curvature = start if start == end else (start, end)
+        shells = ", ".join(f"{r:g}" for r in scene.require_shell()) if scene.has_shell() else None
+        elements = len(scene.model.lengths)
+        rows.append((name, scene.title, scene.width, curvature, scene.gamma, scene.model.energy, elements, shells))
+    print_table(console, Table("Shipped scenes", _COLUMNS, tuple(rows)), wide=options.wide)
     return common.DONE

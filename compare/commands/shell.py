@@ -69,7 +69,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             if processes.first:
                 holder.__exit__(None, None, None)
     if processes.first and not options.quiet:
-        print_table(console, replace(pages.table(scene, states), title=scene.title), legend=False)
+        print_table(console, replace(pages.table(scene, states), title=scene.title), legend=False, wide=options.wide)
         for state in states:
             console.print(f"- w/h = {pages.ratio_of(state):g}: {state.message}")
         console.print(f"Results: {out}; as a page: ribbonbench report {out}")

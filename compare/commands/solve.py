@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 
 from compare.commands import common
 from compare.store.progress import Reporter
@@ -28,6 +27,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the scene."""
+    from compare.page.terminal import print_pairs
     from compare.pages.solve import rows, sentences
 
     scene = common.scene_of(options)
@@ -35,10 +35,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         state = solve_into(out, scene, reporter, options)
     if not options.quiet:
-        table = Table(title=scene.title, title_justify="left", show_header=False)
-        for name, text in [*rows(scene, state), ("results", str(out))]:
-            table.add_row(name, text)
-        console.print(table)
+        print_pairs(console, scene.title, [*rows(scene, state), ("results", str(out))])
         for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
             console.print(sentence)
         console.print(f"As a page: ribbonbench report {out}")

@@ -53,7 +53,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
     common.units_argument(parser)
     common.out_argument(parser, "out/SWEEP")
-    common.quiet_argument(parser)
+    common.printed_arguments(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
-from compare.page.table import Column, Table
+from compare.page.table import LAST, USUAL, Column, Table
 from compare.store.store import atomic_write_json, read_json
 
 PAGE = "page.json"
-FORMAT = 2
-"""Of `page.json`; a reader knows the first one too, refuses others and says which version wrote them."""
+FORMAT = 3
+"""Of `page.json`; a reader knows the earlier ones too, refuses others and says which version wrote them."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +81,13 @@ def read_page(folder: Path) -> Page:
         found = data["format"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInput("FOLDER", str(folder), f"page.json cannot be read ({error})", "run the command again") from None
-    if found not in (1, FORMAT):
+    if found not in range(1, FORMAT + 1):
         made_by = _version(data)
         raise BadInput(
             "FOLDER", str(folder), f"its page.json has format {found}{made_by}, this version reads format {FORMAT}",
             "run the command that made it again, with this version",
         )  # fmt: skip
-    table = _table if found == FORMAT else _table_of_format_1
+    table = _TABLES.get(found, _table)
     try:
         return Page(
             command=data["command"],
@@ -127,6 +127,17 @@ def _table_of_format_1(entry: Mapping[str, Any]) -> Table:
             column = Column(f"{place}", heading)
         columns.append(column)
     return Table(entry["title"], tuple(columns), tuple(map(tuple, rows)), entry["legend"])
+
+
+def _table_of_format_2(entry: Mapping[str, Any]) -> Table:
+    """A table of the second format: of each column, whether a terminal has room for it in the place of its rank."""
+    columns = [{name: value for name, value in column.items() if name != "terminal"} for column in entry["columns"]]
+    for column, before in zip(columns, entry["columns"], strict=True):
+        column["rank"] = USUAL if before["terminal"] else LAST
+    return _table({**entry, "columns": columns})
+
+
+_TABLES = {1: _table_of_format_1, 2: _table_of_format_2}
 
 
 def _kind_of_format(form: str) -> str:

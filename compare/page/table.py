@@ -37,6 +37,8 @@ _DIGITS = {"digits": 6, "exponent": 1, "decimals": 2, "share": 3, "percent": 2, 
 _BETWEEN = {"interval": " to ", "sizes": " x "}
 #: Kinds without digits. plain: whatever the value is, numbers to six digits; sizes: a mesh.
 _OTHERS = ("word", "truth", "integer", "sizes", "plain")
+#: The rank of a column that says nothing of it, and of one that is for the full table alone.
+USUAL, LAST = 5, 9
 
 
 @dataclass(frozen=True)
@@ -45,15 +47,16 @@ class Column:
 
     key: its name in CSV and JSON; heading: what a reader sees above it; unit: of the stored value ("l", "D w / l", "s",
     "" for pure numbers and words); kind: how a reader sees a value, "word", "truth", "integer", "sizes", "plain" or a
-    kind of number with its digits ("exponent:2", see `_NUMBERS`); terminal: whether a terminal has room for it; legend:
-    what it means; words: how a reader sees a word, or "true" and "false", of the data.
+    kind of number with its digits ("exponent:2", see `_NUMBERS`); rank: the columns of the lowest stand in the main
+    table (`compare.page.main_table`), the others in the full one; legend: what it means; words: how a reader sees a
+    word, or "true" and "false", of the data.
     """
 
     key: str
     heading: str
     unit: str = ""
     kind: str = "plain"
-    terminal: bool = True
+    rank: int = USUAL
     legend: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
 
@@ -180,10 +183,6 @@ class Table:
         """The table without columns that have no value in any row."""
         every = (*self.rows, *self.below)
         return self.select(c.key for k, c in enumerate(self.columns) if any(row[k] not in (None, "") for row in every))
-
-    def for_terminal(self) -> Table:
-        """The columns that a terminal has room for and that have a value."""
-        return self.select(column.key for column in self.columns if column.terminal).known()
 
     def texts(self) -> list[tuple[str, ...]]:
         """The rows as a reader sees them, those below at the end."""

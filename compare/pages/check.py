@@ -18,20 +18,20 @@ from compare.store.store import atomic_write_text
 
 PINS = "agreements.toml"
 _COLUMNS: tuple[ColumnOf[tuple[Outcome, Claim]], ...] = (
-    (Column("scene", "scene", kind="word"), lambda p: p[0].pin.scene.name),
-    (Column("width_to_thickness", "w/h", kind="digits"), lambda p: p[1].width_to_thickness),
-    (Column("claim", "claim", kind="word"), lambda p: p[1].what),
-    (Column("bound", "bound", kind="interval", legend="the largest value claimed; of a slope both ends"),
+    (Column("scene", "scene", kind="word", rank=0), lambda p: p[0].pin.scene.name),
+    (Column("width_to_thickness", "w/h", kind="digits", rank=1), lambda p: p[1].width_to_thickness),
+    (Column("claim", "claim", kind="word", rank=1), lambda p: p[1].what),
+    (Column("bound", "bound", kind="interval", legend="the largest value claimed; of a slope both ends", rank=1),
      lambda p: p[1].bound),
     (Column("value", "value", kind="digits:3", legend="distance (Hausdorff, in l), membrane share of the shell's "
-            "elastic energy, or slope"), lambda p: p[1].value),
-    (Column("error", "error", kind="exponent:1", legend="of the discretisations, by refinement"),
+            "elastic energy, or slope", rank=1), lambda p: p[1].value),
+    (Column("error", "error", kind="exponent:1", legend="of the discretisations, by refinement", rank=2),
      lambda p: p[1].error),
     (Column("ribbon_error", "ribbon error", "l", "exponent:1"), lambda p: p[1].ribbon_error),
     (Column("shell_error", "shell error", "l", "exponent:1"), lambda p: p[1].shell_error),
     (Column("verdict", "verdict", kind="word", legend="agreed: value + error is within the bound; disproved: value - "
-            "error is beyond it; undecided: neither, which is no agreement"), lambda p: p[1].verdict.value),
-    (Column("proves", "proves", kind="exponent:2", legend="the smallest bound that these meshes prove"),
+            "error is beyond it; undecided: neither, which is no agreement", rank=0), lambda p: p[1].verdict.value),
+    (Column("proves", "proves", kind="exponent:2", legend="the smallest bound that these meshes prove", rank=4),
      lambda p: p[1].provable),
 )  # fmt: skip
 #: Without a claim (pins yet to be made) there is no bound, and no verdict but a failure.

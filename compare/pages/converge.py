@@ -139,7 +139,7 @@ def _place(one: Study) -> str:
 _ROWS: tuple[ColumnOf[Row], ...] = (
     *tables.columns("width_to_thickness", "status", "hausdorff", "centreline", "ribbon_error", "shell_error"),
     (
-        Column("claimed", "takes part", kind="truth", legend="the distance exceeds the sum of both errors"),
+        Column("claimed", "takes part", kind="truth", legend="the distance exceeds the sum of both errors", rank=1),
         lambda r: r.claimed,
     ),
 )
@@ -155,7 +155,7 @@ def row_table(one: Study, several: bool) -> Table:
     def fit(row: Row) -> float | None:
         return None if one.limit is None else float(one.limit.at(1.0 / row.width_to_thickness))
 
-    fitted = Column("fit", "fit", "l", "exponent:2", legend="of distance = d0 + c (h/w)^q")
+    fitted = Column("fit", "fit", "l", "exponent:2", legend="of distance = d0 + c (h/w)^q", rank=3)
     return Table.of(
         f"{_head(one, several)}Distance between ribbon and shell",
         (*_ROWS, (fitted, fit), *_TIMES),
@@ -165,12 +165,14 @@ def row_table(one: Study, several: bool) -> Table:
 
 
 _SCALARS = (
-    Column("quantity", "quantity", kind="word"),
-    Column("value", "value", kind="digits:6"),
-    Column("low", "low", kind="digits:6", legend="lower end of the 95 % interval"),
-    Column("high", "high", kind="digits:6", legend="its upper end"),
-    Column("ribbon", "ribbon", kind="digits:6"),
-    Column("inside", "ribbon inside", kind="truth", legend="in the interval, widened by the ribbon's own error"),
+    Column("quantity", "quantity", kind="word", rank=0),
+    Column("value", "value", kind="digits:6", rank=1),
+    Column("low", "low", kind="digits:6", legend="lower end of the 95 % interval", rank=2),
+    Column("high", "high", kind="digits:6", legend="its upper end", rank=2),
+    Column("ribbon", "ribbon", kind="digits:6", rank=1),
+    Column(
+        "inside", "ribbon inside", kind="truth", legend="in the interval, widened by the ribbon's own error", rank=1
+    ),
 )
 
 

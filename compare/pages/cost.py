@@ -38,21 +38,22 @@ NAMES = {
     "shell": "shell Q2",
 }
 _COLUMNS: tuple[ColumnOf[Row], ...] = (
-    (Column("solver", "solver", kind="word", words=NAMES), lambda r: r.run.solver),
-    (Column("size", "size", kind="word"), lambda r: r.run.label),
-    (Column("unknowns", "unknowns", kind="integer"), lambda r: r.run.unknowns),
-    (Column("status", "status", kind="word"), lambda r: r.run.status),
+    (Column("solver", "solver", kind="word", words=NAMES, rank=0), lambda r: r.run.solver),
+    (Column("size", "size", kind="word", rank=0), lambda r: r.run.label),
+    (Column("unknowns", "unknowns", kind="integer", rank=4), lambda r: r.run.unknowns),
+    (Column("status", "status", kind="word", rank=2), lambda r: r.run.status),
     (Column("error", "error", "l", "exponent:1", legend="discretisation, Hausdorff distance over l to the reference of "
-            "the same model"), lambda r: r.error),
+            "the same model", rank=1), lambda r: r.error),
     (Column("error_end", "error of end", "l", "exponent:1", legend="the same of the centreline's end point"),
      lambda r: r.error_end),
     (Column("shown", "above its reference's", kind="truth", legend="the error exceeds the reference's own; otherwise "
-            "only that bound is known"), lambda r: r.shown),
+            "only that bound is known", rank=3), lambda r: r.shown),
     (Column("distance", "distance", "l", "exponent:1", legend="to the common reference, the difference of the models "
-            "included"), lambda r: r.distance),
+            "included", rank=2), lambda r: r.distance),
     (Column("distance_end", "distance of end", "l", "exponent:1", legend="the same of the end point"),
      lambda r: r.distance_end),
-    (Column("seconds", "warm s", "s", "seconds:3", legend="the solve alone, median of the runs"), lambda r: r.run.warm),
+    (Column("seconds", "warm s", "s", "seconds:3", legend="the solve alone, median of the runs", rank=1),
+     lambda r: r.run.warm),
     (Column("seconds_least", "least s", "s", "seconds:3"), lambda r: min(r.run.seconds, default=None)),
     (Column("seconds_most", "most s", "s", "seconds:3"), lambda r: max(r.run.seconds, default=None)),
     (Column("runs", "runs", kind="integer"), lambda r: len(r.run.seconds)),
@@ -175,14 +176,14 @@ def table(cost: Cost) -> Table:
 _REACHED = (
     Column("kind", "error", kind="word", legend="discretisation, or distance to the common reference: a distance "
            "counts at least as much as the run's own discretisation error, as a coarse run may be near another model "
-           "by accident"),
-    Column("target", "target / l", "l", "exponent:0"),
-    Column("model", "model", kind="word"),
+           "by accident", rank=2),
+    Column("target", "target / l", "l", "exponent:0", rank=0),
+    Column("model", "model", kind="word", rank=0),
     Column("seconds", "s", "s", "seconds:3", legend="interpolated in log-log between neighbours on the model's Pareto "
-           "front, never beyond it; -: not reached"),
-    Column("at_most", "at most", kind="truth", legend="the fastest run is more accurate than asked for"),
-    Column("between", "between", kind="word"),
-    Column("best_error", "best error / l", "l", "exponent:1"),
+           "front, never beyond it; -: not reached", rank=1),
+    Column("at_most", "at most", kind="truth", legend="the fastest run is more accurate than asked for", rank=3),
+    Column("between", "between", kind="word", rank=3),
+    Column("best_error", "best error / l", "l", "exponent:1", rank=4),
 )  # fmt: skip
 
 

@@ -17,31 +17,31 @@ from compare.studies.effects import Explanation
 from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
 
 _EFFECTS: tuple[ColumnOf[Effect], ...] = (
-    (Column("effect", "effect", kind="word"), lambda e: e.key),
-    (Column("on", "on", kind="truth"), lambda e: e.on),
-    (Column("why", "why", kind="word"), lambda e: e.why),
-    (Column("adds", "what it adds", kind="word"), lambda e: e.words),
+    (Column("effect", "effect", kind="word", rank=0), lambda e: e.key),
+    (Column("on", "on", kind="truth", rank=0), lambda e: e.on),
+    (Column("why", "why", kind="word", rank=1), lambda e: e.why),
+    (Column("adds", "what it adds", kind="word", rank=2), lambda e: e.words),
 )
-_EFFECT = Column("effect", "effect", kind="word")
+_EFFECT = Column("effect", "effect", kind="word", rank=0)
 _EVALUATION = (
-    Column("unknowns", "unknowns", kind="integer"),
-    Column("constraints", "constraints", kind="integer"),
+    Column("unknowns", "unknowns", kind="integer", rank=4),
+    Column("constraints", "constraints", kind="integer", rank=4),
     Column("evaluation", "evaluation us", "s", "microseconds:1", legend="of all that the minimiser asks for, median of "
-           "differences timed in turns"),
-    Column("evaluation_share", "of it %", kind="percent:0"),
+           "differences timed in turns", rank=2),
+    Column("evaluation_share", "of it %", kind="percent:0", rank=5),
 )  # fmt: skip
 _SOLVE = (
     Column("status", "status without it", kind="word", legend="of the whole solve from the scene's own seed, as are "
-           "iterations and time (warm, median of repeats)"),
-    Column("iterations", "iterations", kind="integer"),
-    Column("seconds", "solve ms", "s", "milliseconds:3"),
+           "iterations and time (warm, median of repeats)", rank=3),
+    Column("iterations", "iterations", kind="integer", rank=4),
+    Column("seconds", "solve ms", "s", "milliseconds:3", rank=1),
 )  # fmt: skip
 _MOVES = {
     True: "Hausdorff distance between the shapes with and without it, in l (of a strip that no clamp holds, after the "
     "best rigid motion)",
     False: "largest distance between the centrelines",
 }
-_REASON = Column("reason", "why not", kind="word")
+_REASON = Column("reason", "why not", kind="word", rank=3)
 
 
 def effect_table(scene: Scene, found: Explanation) -> Table:
@@ -52,7 +52,7 @@ def effect_table(scene: Scene, found: Explanation) -> Table:
 def cost_table(found: Explanation, solves: Solves | None) -> Table:
     """What each effect that is on costs and changes; the whole scene in the first row."""
     whole = found.evaluation
-    moves = Column("moves", "moves", "l", "exponent:1", legend=_MOVES[solves is None or solves.surface])
+    moves = Column("moves", "moves", "l", "exponent:1", legend=_MOVES[solves is None or solves.surface], rank=1)
     rows: list[dict[str, Any]] = [{"effect": "everything on", "reason": ""}]
     if whole is not None:
         sizes = {"unknowns": whole.unknowns, "constraints": whole.constraints}
@@ -85,14 +85,16 @@ def _without(effect: Effect, found: Explanation, solves: Solves | None) -> dict[
 
 
 _SHELLS: tuple[ColumnOf[ShellWithout], ...] = (
-    (Column("effect", "without", kind="word", words={"": "everything on"}), lambda r: r.name),
-    (Column("status", "status", kind="word"), lambda r: r.status),
-    (Column("iterations", "Newton iterations", kind="integer"), lambda r: r.iterations),
-    (Column("seconds", "solve s", "s", "seconds:3"), lambda r: r.seconds),
-    (Column("moves", "moves", "l", "exponent:1", legend="Hausdorff distance to the shell with all effects, in l"),
+    (Column("effect", "without", kind="word", words={"": "everything on"}, rank=0), lambda r: r.name),
+    (Column("status", "status", kind="word", rank=3), lambda r: r.status),
+    (Column("iterations", "Newton iterations", kind="integer", rank=4), lambda r: r.iterations),
+    (Column("seconds", "solve s", "s", "seconds:3", rank=1), lambda r: r.seconds),
+    (Column("moves", "moves", "l", "exponent:1", rank=1,
+            legend="Hausdorff distance to the shell with all effects, in l"),
      lambda r: r.moved),
-    (Column("error", "own error", "l", "exponent:1", legend="the distance to half the mesh"), lambda r: r.error),
-    (Column("reason", "why not", kind="word"), lambda r: r.reason),
+    (Column("error", "own error", "l", "exponent:1", legend="the distance to half the mesh", rank=2),
+     lambda r: r.error),
+    (Column("reason", "why not", kind="word", rank=3), lambda r: r.reason),
 )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from compare.page.page import Picture, Surface
 from compare.page.study import Study
-from compare.page.table import Cell, Column, ColumnOf, Table
+from compare.page.table import LAST, Cell, Column, ColumnOf, Table
 from compare.pages import result as results
 from compare.store.store import jsonable
 from compare.studies.compare import Comparison
@@ -74,7 +74,7 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         return lambda f: (table(f) or {}).get(name)
 
     def varied(key: str) -> ColumnOf[Finding]:
-        return Column(key, key.split(".", 1)[-1]), lambda f: _cell(f.values[key])
+        return Column(key, key.split(".", 1)[-1], rank=0), lambda f: _cell(f.values[key])
 
     def energy(name: str) -> Callable[[Finding], Any]:
         return lambda f: None if f.row is None or f.row.energy is None else getattr(f.row.energy, name)
@@ -82,30 +82,31 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
     share = of_row("share")
     return [
         *(varied(key) for key in keys),
-        (Column("clamp", "held", kind="word"), lambda f: f.scene.shell.clamp),
-        (Column("width_to_thickness", "w/h", kind="digits"), lambda f: f.width_to_thickness),
-        (Column("level", "level", kind="word", legend="good, fair, poor (see the verdict's thresholds)"),
+        (Column("clamp", "held", kind="word", rank=2), lambda f: f.scene.shell.clamp),
+        (Column("width_to_thickness", "w/h", kind="digits", rank=1), lambda f: f.width_to_thickness),
+        (Column("level", "level", kind="word", legend="good, fair, poor (see the verdict's thresholds)", rank=0),
          lambda f: f.level or (f.row and f.row.status)),
-        (Column("distance", "distance % l", "l", "percent:2", legend="Hausdorff between ribbon and shell"),
+        (Column("distance", "distance % l", "l", "percent:2", legend="Hausdorff between ribbon and shell", rank=1),
          lambda f: f.distance),
-        (Column("centreline", "centreline % l", "l", "percent:2", terminal=False), of_row("centreline")),
-        (Column("ribbon_error", "ribbon error", "l", "exponent:1", legend="of the discretisation, over l"),
+        (Column("centreline", "centreline % l", "l", "percent:2", rank=LAST), of_row("centreline")),
+        (Column("ribbon_error", "ribbon error", "l", "exponent:1", legend="of the discretisation, over l", rank=4),
          of_row("ribbon_error")),
-        (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell"),
+        (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell", rank=3),
          of_row("shell_error")),
-        (Column("share.membrane", "membrane %", kind="percent:2"), part(share, "membrane")),
+        (Column("share.membrane", "membrane %", kind="percent:2", rank=2), part(share, "membrane")),
         (Column("share.shear", "shear %", kind="percent:2"), part(share, "shear")),
-        (Column("share_error", "share's error %", kind="percent:2", terminal=False,
+        (Column("share_error", "share's error %", kind="percent:2", rank=LAST,
                 legend="change of the membrane share from a mesh half as fine"), of_row("share_error")),
-        (Column("zones.clamps", "at clamps %", kind="percent:0", terminal=False,
+        (Column("zones.clamps", "at clamps %", kind="percent:0", rank=LAST,
                 legend="part of that stretching within w/2 of a clamp"), part(lambda f: f.zones, "clamps")),
-        (Column("energy.elastic", "elastic", "D w / l", "digits:4", terminal=False,
+        (Column("energy.elastic", "elastic", "D w / l", "digits:4", rank=LAST,
                 legend="without the constant of the natural curvature"), energy("elastic")),
-        (Column("energy.gravity", "gravity", "D w / l", "digits:4", terminal=False), energy("gravity")),
-        (Column("estimate.level", "estimated level", kind="word", terminal=False), lambda f: f.estimated_level),
-        (Column("estimate.distance", "estimated distance % l", "l", "percent:2"), lambda f: f.estimate.distance),
-        (Column("estimate.share", "estimated stretching %", kind="percent:2"), lambda f: f.estimate.share),
-        (Column("reason", "most of it", kind="word"), lambda f: f.cause),
+        (Column("energy.gravity", "gravity", "D w / l", "digits:4", rank=LAST), energy("gravity")),
+        (Column("estimate.level", "estimated level", kind="word", rank=3), lambda f: f.estimated_level),
+        (Column("estimate.distance", "estimated distance % l", "l", "percent:2", rank=3),
+         lambda f: f.estimate.distance),
+        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4), lambda f: f.estimate.share),
+        (Column("reason", "most of it", kind="word", rank=3), lambda f: f.cause),
         (Column("seconds.shell", "shell s", "s", "seconds:3"), part(of_row("seconds"), "shell")),
     ]  # fmt: skip
 

@@ -31,27 +31,28 @@ def _of(name: str, part: str) -> Callable[[Entry], Any]:
 
 
 _COLUMNS: tuple[ColumnOf[Entry], ...] = (
-    (Column("width_to_thickness", "w/h", kind="digits"), lambda e: e["width_to_thickness"]),
-    (Column("status", "status", kind="word"), lambda e: e["status"]),
-    (Column("share.membrane", "membrane %", kind="share", legend="share of the elastic energy"),
+    (Column("width_to_thickness", "w/h", kind="digits", rank=0), lambda e: e["width_to_thickness"]),
+    (Column("status", "status", kind="word", rank=1), lambda e: e["status"]),
+    (Column("share.membrane", "membrane %", kind="share", legend="share of the elastic energy", rank=1),
      _of("share", "membrane")),
-    (Column("share.shear", "shear %", kind="share", legend="the same"), _of("share", "shear")),
+    (Column("share.shear", "shear %", kind="share", legend="the same", rank=4), _of("share", "shear")),
     (Column("energy.elastic", "elastic", "D w / l", "digits:6"), _of("energy", "elastic")),
     (Column("energy.gravity", "gravity", "D w / l", "digits:6"), _of("energy", "gravity")),
-    (Column("middle", "middle / l", "l", "decimals:5"), _of("middle", "position")),
-    (Column("end", "end / l", "l", "decimals:5"), _of("end", "position")),
-    (Column("elements", "elements", kind="sizes"), lambda e: e["model"]["elements"]),
+    (Column("middle", "middle / l", "l", "decimals:5", rank=7), _of("middle", "position")),
+    (Column("end", "end / l", "l", "decimals:5", rank=6), _of("end", "position")),
+    (Column("elements", "elements", kind="sizes", rank=2), lambda e: e["model"]["elements"]),
     (Column("error", "error", "l", "exponent:1", legend="estimated from the last two meshes where a tolerance refines "
-            "(Hausdorff / l)"), _of("discretisation", "estimate")),
-    (Column("seconds", "s", "s", "seconds:3", legend="of the solve, compilation apart"), _of("seconds", "warm")),
-    (Column("reused", "kept", kind="truth", legend="solved by an earlier run"), lambda e: e["reused"]),
+            "(Hausdorff / l)", rank=2), _of("discretisation", "estimate")),
+    (Column("seconds", "s", "s", "seconds:3", legend="of the solve, compilation apart", rank=3),
+     _of("seconds", "warm")),
+    (Column("reused", "kept", kind="truth", legend="solved by an earlier run", rank=6), lambda e: e["reused"]),
 )  # fmt: skip
 _LEGEND = "Energies in D w / l without the constant of the natural curvature, positions in l."
 
 
 _PLACES = tuple((place, axis) for place in ("middle", "end") for axis in range(3))
 _PATH: tuple[ColumnOf[tuple[float, Entry]], ...] = (
-    (Column("width_to_thickness", "w/h", kind="digits"), lambda at: at[0]),
+    (Column("width_to_thickness", "w/h", kind="digits", rank=0), lambda at: at[0]),
     *(
         (column, lambda at, key=column.key: at[1][key])
         for column in (
@@ -61,7 +62,7 @@ _PATH: tuple[ColumnOf[tuple[float, Entry]], ...] = (
             Column("accepted", "accepted", kind="truth"),
             Column("iterations", "iterations", kind="integer"),
             Column("factorisations", "factorisations", kind="integer"),
-            Column("seconds", "s", "s", "seconds"),
+            Column("seconds", "s", "s", "seconds", rank=3),
             Column("correction", "correction", kind="exponent:1"),
             Column("negative", "negative", kind="integer"),
             Column("note", "note", kind="word"),
@@ -141,7 +142,7 @@ def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
     """What the command prints of one shell: name and text."""
     if state.shape is None:
         return [("status", f"{state.word}: {state.message}")]
-    shown = table(scene, [state]).for_terminal()
+    shown = table(scene, [state]).known()
     return list(zip((column.heading for column in shown.columns), shown.texts()[0], strict=True))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 
+from compare.page.main_table import main_table, whole_in_parts, with_values
 from compare.page.page import Page
 from compare.page.table import Table
 from compare.report.folders import Part
@@ -96,7 +97,7 @@ def _section(part: Part, view: View | None, still: bytes | None, number: int) ->
     if page.verdict:
         lines += ['<ul class="verdict">', *(f"<li>{escape(sentence)}</li>" for sentence in page.verdict), "</ul>"]
     for table in page.tables:
-        lines += [f"<{level}>{escape(table.title)}</{level}>", _table(table)]
+        lines += [f"<{level}>{escape(table.title)}</{level}>", _tables(table)]
     if view is not None and still is not None:
         lines += [f"<{level}>Surfaces</{level}>", _view(page, view, still)]
     if page.pictures:
@@ -121,6 +122,18 @@ def _pairs(rows: Iterable[tuple[str, str]]) -> str:
 
 def _image(content: bytes, alt: str) -> str:
     return f'<img alt="{escape(alt)}" src="data:image/png;base64,{base64.b64encode(content).decode()}">'
+
+
+def _tables(table: Table) -> str:
+    """The main columns of a table, what all rows have in common, and to fold out all columns, in parts that are no
+    wider than the main table: readable on a phone and on paper."""
+    short, common = main_table(table)
+    said = f"<p>{escape(common)}</p>" if common else ""
+    if len(short.columns) == len(with_values(table).columns):
+        return _table(short)
+    parts = "".join(map(_table, whole_in_parts(table)))
+    count = len(with_values(table).columns)
+    return f'{_table(short)}{said}<details class="all"><summary>All {count} columns</summary>{parts}</details>'
 
 
 def _table(table: Table) -> str:

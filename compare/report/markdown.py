@@ -6,7 +6,9 @@ import re
 from collections.abc import Sequence
 from urllib.parse import quote
 
+from compare.page.main_table import main_table, whole_in_parts, with_values
 from compare.page.markdown import as_markdown, markdown_text
+from compare.page.table import Table
 from compare.report.folders import Part
 from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
 
@@ -31,7 +33,7 @@ def _part(part: Part, link: str, still: str, number: int) -> list[str]:
     lines += [_code(page.again) if page.again else THROUGH_PYTHON, ""]
     lines += [*(f"- {markdown_text(sentence)}" for sentence in page.verdict), ""]
     for table in page.tables:
-        lines += [f"{level} {markdown_text(table.title)}", "", as_markdown(table)]
+        lines += [f"{level} {markdown_text(table.title)}", "", *_tables(table)]
     for picture in page.pictures:
         lines += [f"![{markdown_text(picture.alt)}]({quote(link + picture.file)})", ""]
         lines += [markdown_text(picture.caption), ""] if picture.caption else []
@@ -48,6 +50,17 @@ def _part(part: Part, link: str, still: str, number: int) -> list[str]:
     if page.scene:
         lines += [*_fenced(page.scene.rstrip(), "toml"), ""]
     return lines
+
+
+def _tables(table: Table) -> list[str]:
+    """The main columns of a table, what all rows have in common, and to fold out all columns."""
+    short, common = main_table(table)
+    count = len(with_values(table).columns)
+    if len(short.columns) == count:
+        return [as_markdown(short)]
+    lines = [as_markdown(short), *([markdown_text(common), ""] if common else [])]
+    parts = [as_markdown(part) for part in whole_in_parts(table)]
+    return [*lines, f"<details><summary>All {count} columns</summary>", "", *parts, "</details>", ""]
 
 
 def _code(text: str) -> str:

@@ -237,10 +237,18 @@ def tables(finished: Finished, rows: Rows, show: str) -> list[Table]:
     brief = ("width_to_thickness", "status", "stable", "iterations", show, "hausdorff", "y_over_x", "error", "seconds")
     chosen = ["case", *sweep.keys, *(key for key in brief if key in cases.keys)]
     first = cases.select(dict.fromkeys(chosen))
+    order = ["case", *sweep.keys, show, "status"]
+    ranked = tuple(replace(c, rank=order.index(c.key)) if c.key in order else c for c in first.columns)
     title = "All rows" if len(rows) <= ROWS_SHOWN else f"The first {ROWS_SHOWN} of {len(rows)} rows"
     return [
         Table(f"{show} along the axes", columns, tuple(by_axis), LEGEND),
-        replace(first, title=title, rows=first.rows[:ROWS_SHOWN], legend="All rows and columns are in cases.csv."),
+        replace(
+            first,
+            title=title,
+            columns=ranked,
+            rows=first.rows[:ROWS_SHOWN],
+            legend="All rows and columns are in cases.csv.",
+        ),
     ]
 
 

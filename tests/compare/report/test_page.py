@@ -17,13 +17,13 @@ from compare.page.page import (
     read_page,
     write_page,
 )
-from compare.page.table import Column, Table
+from compare.page.table import LAST, USUAL, Column, Table
 
 
 def page():
     columns = (
         Column("a", "A", "l", "decimals:2", legend="what a is"),
-        Column("b", "B", terminal=False, words={"true": "ja"}),
+        Column("b", "B", rank=LAST, words={"true": "ja"}),
         Column("c", "C", "l", "decimals:1"),
     )
     rows = ((1.0, "x", (0.5, -1.0, 2.0)), (None, True, None))
@@ -63,6 +63,16 @@ def test_a_page_of_the_first_format_is_drawn_as_it_was(tmp_path):
         ("0.05", "fair", "5.74", "12", "yes", "0.123", "0.1 to 0.2"), ("0.2", "-", "-", "-", "-", "20", "0.5"),
     ]  # fmt: skip
     assert second.right_aligned() == [True, False, True, True, True, True, False]
+
+
+def test_a_page_of_the_second_format_keeps_what_a_terminal_had_no_room_for(tmp_path):
+    write_page(tmp_path, page())
+    data = json.loads((tmp_path / PAGE).read_text()) | {"format": 2}
+    for column in data["tables"][0]["columns"]:
+        column["terminal"] = column.pop("rank") != LAST
+    (tmp_path / PAGE).write_text(json.dumps(data))
+    assert read_page(tmp_path).tables == page().tables
+    assert [column.rank for column in read_page(tmp_path).tables[0].columns] == [USUAL, LAST, USUAL]
 
 
 def test_a_page_of_a_later_format_is_refused(tmp_path):

@@ -7,6 +7,8 @@ import pytest
 from matplotlib.image import imread
 
 from compare.cli import DONE, main
+from compare.page.page import Page, write_page
+from compare.page.table import Column, Table
 from tests.compare.report.browser import CHROMIUM, Browser
 from tests.compare.report.test_report import EVIL, result
 
@@ -197,6 +199,29 @@ def test_paper_shows_the_still_picture(browser, report):
         assert browser.run('getComputedStyle(document.querySelector(".box")).overflowX') == "visible"
     finally:
         browser("Emulation.setEmulatedMedia", media="")
+
+
+def test_a_wide_table_is_whole_on_paper_and_on_a_phone(browser, tmp_path):
+    """Sixteen columns: six in the main table, all on paper (A4 between its margins) and, unfolded, on a phone."""
+    columns = tuple(Column(f"c{k}", f"heading {k}", kind="exponent:2") for k in range(16))
+    table = Table("Wide", columns, tuple(tuple(1e-3 * (k + 1) * row for k in range(16)) for row in (1.0, 2.0, 3.0)))
+    write_page(tmp_path, Page("compare", "Wide", tables=(table,)))
+    assert main(["report", str(tmp_path), "--quiet"]) == DONE
+    browser.open(tmp_path / "report.html", width=670, height=900)
+    seen = """[...document.querySelectorAll("table")].filter((t) => t.checkVisibility({ contentVisibilityAuto: true }))
+        .map((t) => [t.rows[0].cells.length, t.getBoundingClientRect().right])"""
+    assert [count for count, _ in browser.run(seen)] == [6]
+    browser("Emulation.setEmulatedMedia", media="print")
+    try:
+        found = browser.run(seen)
+        assert [count for count, _ in found] == [6, 6, 6, 6]  # 1 + 3 parts of the row's name and five columns
+        assert max(right for _, right in found) <= 670
+    finally:
+        browser("Emulation.setEmulatedMedia", media="")
+    browser.open(tmp_path / "report.html", width=360, height=740, phone=True)
+    browser.run('document.querySelectorAll("details").forEach((d) => { d.open = true; })')
+    assert browser.run("document.documentElement.scrollWidth") == 360
+    assert len(browser.run(seen)) == 4
 
 
 def test_without_webgl_the_still_picture_stays(tmp_path, report):

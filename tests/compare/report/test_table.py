@@ -7,19 +7,17 @@ import io
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
-from compare.page.table import Column, Table
-from compare.page.terminal import print_table
+from compare.page.table import LAST, Column, Table
 
 COLUMNS = (
     Column("ratio", "w/h", kind="digits"),
     Column("status", "shell", kind="word"),
     Column("error", "error", "l", "exponent:1", legend="of the shell"),
     Column("claimed", "models differ", kind="truth", words={"false": "not shown"}),
-    Column("hidden", "hidden", "s", "seconds:2", terminal=False, legend="of no use on a terminal"),
+    Column("hidden", "hidden", "s", "seconds:2", rank=LAST, legend="of no use on a terminal"),
 )
 ROWS = ((10.0, "converged", 1.0 / 3.0, True, 0.5), (20.0, "a, b", None, False, 2.0 / 3.0))
 TABLE = Table("T", COLUMNS, ROWS, "Lengths in l.", (("ribbon", None, 2e-9, None, None),))
@@ -112,20 +110,3 @@ def test_markdown_and_its_sides():
     assert lines[-1] == TABLE.explanation()
     plain = Table("T", (Column("a", "a|b"), Column("n", "n")), (("<b>\nx|y", "1e3"), ("2", 5)))
     assert as_markdown(plain).splitlines() == ["| a\\|b | n |", "|---|---:|", "| &lt;b> x\\|y | 1e3 |", "| 2 | 5 |"]
-
-
-def shown(table: Table, width: int = 80) -> str:
-    out = io.StringIO()
-    print_table(Console(file=out, width=width), table)
-    return out.getvalue()
-
-
-def test_a_terminal_shows_the_columns_it_has_room_for():
-    said = shown(TABLE)
-    for column in COLUMNS:
-        assert (column.heading in said) == column.terminal, column.key
-    assert "of no use" not in said  # nor its legend
-    assert "of the shell" in said
-    assert said.index("ribbon") > said.index("├") > said.index("20")  # below a line
-    assert TABLE.for_terminal().keys == ("ratio", "status", "error", "claimed")
-    assert "status" not in Table("T", COLUMNS, ((1.0, None, None, True, None),)).for_terminal().keys
