@@ -12,8 +12,8 @@ DOCS = ROOT / "docs"
 
 
 def pages() -> list[Path]:
-    """README and every page under docs/."""
-    return [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+    """README, the page of what was measured and every page under docs/."""
+    return [ROOT / "README.md", ROOT / "results" / "README.md", *sorted(DOCS.rglob("*.md"))]
 
 
 def name_of(page: Path) -> str:
@@ -23,11 +23,15 @@ def name_of(page: Path) -> str:
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block: `info` is what follows the fence ("python", "toml scene"), `line` that of its first line."""
+    """A fenced block: `info` is its kind ("python", "toml scene"), `line` that of its first line.
+
+    file: the name behind the kind ("toml scene tape.toml"): scene and sweep are written under it.
+    """
 
     info: str
     text: str
     line: int
+    file: str = ""
 
 
 def blocks(text: str) -> list[Block]:
@@ -42,7 +46,8 @@ def blocks(text: str) -> list[Block]:
         elif info is None:
             info, held, start = line[3:].strip(), [], number + 1
         else:
-            found.append(Block(info, "\n".join(held) + "\n", start))
+            kind, _, file = info.rpartition(" ") if re.search(r" [\w./-]+\.(toml|py)$", info) else (info, "", "")
+            found.append(Block(kind, "\n".join(held) + "\n", start, file))
             info = None
     if info is not None:
         raise ValueError(f"the fence at line {start - 1} is not closed")
@@ -56,10 +61,14 @@ def prose(text: str) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """A line "$ ..." of a console block and the exit code it ends with ("# exit code N" below it, 0 otherwise)."""
+    """A line "$ ..." of a console block and what is shown below it.
+
+    code: the exit code it ends with ("# exit code N" below it, 0 otherwise).
+    """
 
     line: str
     code: int
+    shown: str = ""
 
 
 def commands(block: Block) -> Iterator[Command]:
@@ -75,14 +84,16 @@ def commands(block: Block) -> Iterator[Command]:
             line = line[:-1].rstrip() + " " + lines[at].strip()
             at += 1
         code = 0
+        shown = []
         for below in lines[at:]:
             if below.startswith("$ "):
                 break
             noted = re.fullmatch(r"# exit code (\d+)", below.strip())
             if noted:
                 code = int(noted[1])
-                break
-        yield Command(line[2:].strip(), code)
+            else:
+                shown.append(below)
+        yield Command(line[2:].strip(), code, "\n".join(shown))
 
 
 def links(text: str) -> list[str]:

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import re
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -34,7 +35,22 @@ def _python(block: Block, page: Path, names: dict[str, object], at: int) -> None
     exec(compile(block.text, str(file), "exec", dont_inherit=True), names)
 
 
-def _console(block: Block, has_shell: bool) -> None:
+#: A number that stands alone.
+_SHOWN = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w])")
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(number.rstrip(".")) for number in _SHOWN.findall(text)]
+
+
+def _unseen(shown: str, said: str) -> list[float]:
+    """Numbers shown on a page that the command did not say, within 5 %."""
+    there = _numbers(said)
+    return [x for x in _numbers(shown) if not any(abs(x - y) <= 0.05 * abs(x) for y in there)]
+
+
+def _console(block: Block, has_shell: bool, heard: Callable[[], str] = str) -> None:
+    """Runs the commands of a block; every number shown below one is in what it said, which `heard` gives."""
     for command in commands(block):
         words = shlex.split(command.line)
         assert words[0] == "ribbonbench", f"only ribbonbench runs in a console block: {command.line}"
@@ -45,27 +61,38 @@ def _console(block: Block, has_shell: bool) -> None:
         except SystemExit as stop:  # argparse
             code = stop.code if isinstance(stop.code, int) else 2
         assert code == command.code, f"exit code {code}: {command.line}"
+        said = heard()
+        assert not said or not _unseen(command.shown, said), f"{_unseen(command.shown, said)}: {command.line}"
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if _runs(page)], ids=name_of)
-def test_blocks_run(page, tmp_path, monkeypatch):
-    """In order, in one folder and one namespace per page."""
+def test_blocks_run(page, tmp_path, monkeypatch, capsys):
+    """In order, in one folder and one namespace per page; the README and the tutorials show what was answered."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "180")
     has_shell = importlib.util.find_spec("dolfinx") is not None
     names: dict[str, object] = {"__name__": "page", "PAGE": page}
+
+    def heard() -> str:
+        said = capsys.readouterr()
+        return said.out + said.err
+
+    real = page.parent in (ROOT, DOCS / "tutorials")
     for at, block in enumerate(blocks(page.read_text())):
-        if block.info == "python" and (has_shell or not SHELL.search(block.text)):
+        if block.info == "python" and not block.file and (has_shell or not SHELL.search(block.text)):
             _python(block, page, names, at)
         elif block.info == "console":
-            _console(block, has_shell)
+            _console(block, has_shell, heard if real else str)
         elif block.info == "toml scene":
             assert loads(block.text, "page").title
+            if block.file:
+                Path(block.file).write_text(block.text)
         elif block.info == "toml sweep":
             from compare.sweep.file import load_sweep
 
-            Path("page_sweep.toml").write_text(block.text)
-            assert load_sweep("page_sweep.toml", {}, ()).axes
+            name = block.file or "page_sweep.toml"
+            Path(name).write_text(block.text)
+            assert load_sweep(name, {}, ()).axes
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
@@ -130,9 +157,17 @@ def test_commands_shown_exist(page):
             assert _parses(words), shown
 
 
-def test_the_readme_shows_the_commands_that_matter():
+def test_the_index_shows_every_command_and_the_readme_five():
+    index = (DOCS / "README.md").read_text()
+    assert set(known.NAMES) <= set(re.findall(r"`ribbonbench ([a-z]+)\b", index))
+    readme = (ROOT / "README.md").read_text()
+    assert len(set(re.findall(r"`ribbonbench ([a-z]+)\b", readme)) & set(known.NAMES)) >= 5
+
+
+def test_the_readme_is_short_and_begins_with_the_two_commands_of_make():
     text = (ROOT / "README.md").read_text()
-    assert set(known.NAMES) <= set(re.findall(r"ribbonbench ([a-z]+)\b", text))
+    assert len(text.splitlines()) <= 90
+    assert re.findall(r"^make (demo|test)\b", text, re.M) == ["demo", "test"]
 
 
 def test_validation_commands_shown_exist():
@@ -149,12 +184,22 @@ def test_every_command_has_its_page(name):
     assert (DOCS / "commands" / f"{name}.md").exists()
 
 
+def _linked(page: Path) -> set[Path]:
+    return {(page.parent / target.partition("#")[0]).resolve() for target in links(page.read_text())}
+
+
 def test_every_page_is_in_the_index():
     index = DOCS / "README.md"
-    named = {(DOCS / target.partition("#")[0]).resolve() for target in links(index.read_text())}
+    named = _linked(index)
     for page in DOCS.rglob("*.md"):
-        if page != index and "commands" not in page.parts:
+        if page != index:
             assert page.resolve() in named, name_of(page)
+
+
+def test_index_and_results_are_one_step_from_the_readme():
+    named = _linked(ROOT / "README.md")
+    assert {(DOCS / "README.md").resolve(), (ROOT / "results" / "README.md").resolve()} <= named
+    assert len([page for page in named if page.parent == (DOCS / "tutorials").resolve()]) >= 4
 
 
 def test_no_page_names_a_machine():
@@ -174,9 +219,18 @@ def test_a_broken_page_is_seen(tmp_path, monkeypatch):
     with pytest.raises(AssertionError, match="only ribbonbench"):
         _console(Block("console", "$ rm -r out\n", 1), False)
     _console(Block("console", "$ ribbonbench solve no_such_scene\n# exit code 2\n", 1), False)
+    with pytest.raises(AssertionError, match=r"6\.25"):
+        _console(Block("console", "$ ribbonbench solve x\nx 6.25 mm\n# exit code 2\n", 1), False, lambda: "6.75 mm")
     with pytest.raises(ZeroDivisionError):
         _python(Block("python", "1 / 0\n", 1), Path("x.md"), {}, 0)
     with pytest.raises(BadInput):
         loads('title = "x"\n[stripp]\nlength = 1.0\n', "page")
-    assert [c.line for c in commands(Block("console", "$ a \\\n  b\nout\n$ c\n", 1))] == ["a b", "c"]
+    assert [(c.line, c.shown) for c in commands(Block("console", "$ a \\\n  b\nout\n$ c\n", 1))] == [
+        ("a b", "out"),
+        ("c", ""),
+    ]
+    assert [(b.info, b.file) for b in blocks("```toml scene a.toml\n```\n```toml scene\n```\n")] == [
+        ("toml scene", "a.toml"),
+        ("toml scene", ""),
+    ]
     assert anchors("# A `b` (c): d\n") == {"a-b-c-d"}
