@@ -119,12 +119,24 @@ class Equilibrium:
         """Positions (p + 1, 3) and frames (p + 1, 3, 3) at the ends of the segments."""
         return self.problem.joints(self.x)
 
+    @property
+    def seam(self) -> int:
+        """How the ends are joined (`ribbon.surface`): 0 not at all, 1 a circle, -1 a Moebius band."""
+        return 0 if self.problem.closure is None else self.problem.closure.sign
+
     def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         abscissae = np.atleast_1d(np.asarray(s, dtype=float))
         points, frames = self.joints
         return _surface.centreline(
-            self.parameters, self.problem.lengths, points, frames, abscissae, self.problem.exponent_limit
+            self.parameters, self.problem.lengths, points, frames, abscissae, self.problem.exponent_limit, self.seam
         )
+
+    def rulings(self, material: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Feet s (N,) of the rulings through the particles (S, v) of `material` (N, 2), units of l; with the positions
+        (N, 3) of the particles and the frames (N, 3, 3) of the feet. A foot may lie behind the seam of a band."""
+        foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
+        r, frame, _, eta = self._along(foot)
+        return foot, r + material[:, 1:] * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2]), frame
 
     def position(self, s: ArrayLike) -> FloatArray:
         """r (k, 3) at abscissae s (k,) in [0, 1], units of l."""
@@ -189,5 +201,5 @@ class Equilibrium:
         points, frames = self.joints
         return _surface.surface(
             self.parameters, self.problem.lengths, points, frames, self.problem.exponent_limit,
-            self.problem.strip.relative_width, along, across,
+            self.problem.strip.relative_width, along, across, self.seam,
         )  # fmt: skip

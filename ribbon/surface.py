@@ -6,6 +6,13 @@ solves ``s + v eta(s) = S``. As ``|eta'| <= 2 / w`` the left side grows with s f
 linear by segments the root has a closed form. Near a short end whose ruling is oblique a corner of the rectangle lies
 beyond the last ruling; there the surface goes on with the end's own (omega, eta), the developable continuation with
 continuous curvature.
+
+A closed band has no such corners: what lies beyond its seam is its other end, of a Moebius band turned by pi about the
+tangent (thesis, eq. 6.1). `seam`: 0 for an open strip, 1 for a circle, -1 for a Moebius band. Past the seam
+
+    r(s + 1) = r(s),   (t_x, t_y)(s + 1) = seam (t_x, t_y)(s),   (omega, eta)(s + 1) = seam (omega, eta)(s),
+
+so that the particles (1, v) and (0, seam v), which are one, are found on one ruling and fall together.
 """
 
 from __future__ import annotations
@@ -91,25 +98,50 @@ def _evaluate(q, lengths, points, frames, s, limit, r, frame, omega, eta):
                     frame[k, a, b] += frames[i, a, d] * f[d, b]
 
 
+def behind_seam(s: FloatArray, seam: int) -> tuple[FloatArray, FloatArray]:
+    """Where in [0, 1] abscissae s (k,) lie, and the sign (k,) that their t_x, t_y, omega, eta and v take there."""
+    if seam == 0:
+        return s, np.ones_like(s)
+    outside = (s < 0.0) | (s > 1.0)
+    turns = np.where(outside, np.floor(s), 0.0)
+    return s - turns, np.where(turns % 2.0 == 0.0, 1.0, float(seam))
+
+
 def centreline(
-    q: FloatArray, lengths: FloatArray, points: FloatArray, frames: FloatArray, s: FloatArray, limit: float
+    q: FloatArray,
+    lengths: FloatArray,
+    points: FloatArray,
+    frames: FloatArray,
+    s: FloatArray,
+    limit: float,
+    seam: int = 0,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Positions (k, 3), frames (k, 3, 3), omega (k,) and eta (k,) at abscissae s (k,), units of l.
 
-    q (p, 4): parameters of the segments; points, frames: of the joints. Beyond the ends: omega and eta held.
+    q (p, 4): parameters of the segments; points, frames: of the joints. Beyond the ends: omega and eta held, or those
+    behind the seam.
     """
-    s = np.ascontiguousarray(s, dtype=float)
+    s, sign = behind_seam(np.ascontiguousarray(s, dtype=float), seam)
     r = np.empty((s.size, 3))
     frame = np.empty((s.size, 3, 3))
     omega, eta = np.empty(s.size), np.empty(s.size)
     _evaluate(q, lengths, points, frames, s, limit, r, frame, omega, eta)
-    return r, frame, omega, eta
+    if seam != 0:
+        frame[:, :, :2] *= sign[:, None, None]
+    return r, frame, sign * omega, sign * eta
 
 
-def ruling_foot(q: FloatArray, lengths: FloatArray, material: FloatArray) -> FloatArray:
-    """Foot s (N,) of the ruling through each particle (S, v) of `material` (N, 2): the root of s + v eta(s) = S."""
+def ruling_foot(q: FloatArray, lengths: FloatArray, material: FloatArray, seam: int = 0) -> FloatArray:
+    """Foot s (N,) of the ruling through each particle (S, v) of `material` (N, 2): the root of s + v eta(s) = S.
+
+    Of an open strip below 0 or above 1 on the continuation of its ends, of a closed band where it lies behind the seam.
+    """
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
     eta = np.concatenate([q[:, 3], [q[-1, 2] * lengths[-1] + q[-1, 3]]])
+    if seam != 0:
+        starts = np.concatenate([starts[:-1] - starts[-1], starts[:-1], starts + starts[-1]])
+        eta = np.concatenate([seam * eta[:-1], eta[:-1], seam * eta])
+        q, lengths = np.concatenate([seam * q, q, seam * q]), np.tile(lengths, 3)
     foot = np.empty(len(material))
     for v in np.unique(material[:, 1]):
         rows = np.nonzero(material[:, 1] == v)[0]
@@ -134,14 +166,15 @@ def surface(
     width: float,
     along: int,
     across: int,
+    seam: int = 0,
 ) -> Surface:
     """Surface with `along` x `across` cells, equally spaced in the material coordinates; `width` is w / l."""
     grid_s, grid_v = np.meshgrid(
         np.linspace(0.0, 1.0, along + 1), np.linspace(-0.5 * width, 0.5 * width, across + 1), indexing="ij"
     )
     material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
-    foot = ruling_foot(q, lengths, material)
-    r, frame, _, eta = centreline(q, lengths, points, frames, foot, limit)
+    foot = ruling_foot(q, lengths, material, seam)
+    r, frame, _, eta = centreline(q, lengths, points, frames, foot, limit, seam)
     ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
     return Surface(
         r + material[:, 1:] * ruling, material, grid_triangles(along + 1, across + 1), (along + 1, across + 1)

@@ -51,7 +51,11 @@ class Sheet:
         return shape if same else None
 
     def normals(self) -> FloatArray:
-        """Unit normals (N, 3), the triangles' around a point weighted by their areas."""
+        """Unit normals (N, 3): the field "normal" where the surface brings it (exact, also along a seam), otherwise the
+        triangles' around a point weighted by their areas."""
+        known = self.fields.get("normal")
+        if known is not None and known.shape == self.points.shape and np.isfinite(known).all():
+            return known / np.maximum(np.linalg.norm(known, axis=1, keepdims=True), 1e-300)
         corners = self.points[self.triangles]
         area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         found = np.zeros_like(self.points)

@@ -78,24 +78,11 @@ class RibbonShape:
         """Largest normal curvature, 1/l."""
         return float(np.abs(self.equilibrium.omega(_SAMPLES)).max())
 
-    def _rulings(self, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Positions and normals (k, m, 3) of the particles s (k,) x v (m,)."""
-        from ribbon.surface import centreline, ruling_foot
-
-        e = self.equilibrium
-        grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-        material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
-        lengths = e.problem.lengths
-        points, frames = e.joints
-        foot = ruling_foot(e.parameters, lengths, material)
-        place, frame, _, eta = centreline(e.parameters, lengths, points, frames, foot, e.problem.exponent_limit)
-        ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
-        shape = (*grid_s.shape, 3)
-        return (place + material[:, 1:] * ruling).reshape(shape), frame[:, :, 1].reshape(shape)
-
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
-        return self._rulings(s, v)[0]
+        grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        _, place, _ = self.equilibrium.rulings(np.column_stack([grid_s.ravel(), grid_v.ravel()]))
+        return place.reshape(*grid_s.shape, 3)
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3)."""

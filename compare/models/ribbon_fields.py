@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from ribbon import Equilibrium
 from ribbon.energies.along import area_density, segment_of
-from ribbon.surface import ruling_foot
 
 FloatArray = NDArray[np.float64]
 
@@ -17,13 +16,13 @@ def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, 
 
     S, v: material coordinates; ruling_foot: abscissa of the ruling through the point; segment: its number, from 0;
     omega, eta; energy_density: `area_density`; ruling, tangent, width_direction, normal: q = t_x + eta t_z, t_z, t_x,
-    t_y at the foot.
+    t_y at the foot. Of a closed band a foot may lie behind the seam, below 0 or above 1; omega, eta and the vectors are
+    then those of the strip that goes on through it.
     """
     grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
     material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
-    foot = ruling_foot(equilibrium.parameters, equilibrium.problem.lengths, material)
+    foot, _, frame = equilibrium.rulings(material)
     eta = equilibrium.eta(foot)
-    frame = equilibrium.frame(foot)
     shape = grid_s.shape
     vectors = {
         "ruling": frame[:, :, 0] + eta[:, None] * frame[:, :, 2],

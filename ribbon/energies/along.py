@@ -12,13 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.energies.dispatch import CODES, ENERGIES, values
+from ribbon.surface import behind_seam
 
 FloatArray = NDArray[np.float64]
 
 
 def segment_of(equilibrium: Any, s: FloatArray) -> NDArray[np.int64]:
-    """Number of the segment, from 0, on which each abscissa (k,) lies; beyond an end that of the end."""
+    """Number of the segment, from 0, on which each abscissa (k,) lies; beyond an end that of the end, or behind the
+    seam of a closed band."""
     joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
+    s, _ = behind_seam(np.asarray(s, dtype=float), equilibrium.seam)
     return np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(joints) - 2)
 
 
@@ -37,9 +40,10 @@ def area_density(equilibrium: Any, foot: FloatArray, v: FloatArray) -> FloatArra
     Over the width j times it gives `line_density`; over the strip the elastic energy in D, which is w / l times that in
     D w / l (up to the corners beyond the last rulings, where the end's own curvature goes on). NaN where rulings cross.
     """
-    omega, eta, x, natural = _local(equilibrium, np.asarray(foot, dtype=float))
+    foot, sign = behind_seam(np.asarray(foot, dtype=float), equilibrium.seam)
+    omega, eta, x, natural = _local(equilibrium, foot)
     problem = equilibrium.problem
-    t = np.asarray(v, dtype=float) / problem.half_width
+    t = sign * np.asarray(v, dtype=float) / problem.half_width
     stretch = 1.0 + t * x
     across = ENERGIES[problem.energy].across
     if across is None:
