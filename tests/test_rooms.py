@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from compare.commands import NAMES
 from tests.test_setup import ROOT, imported
 
 #: The rooms of `compare`, top to bottom: a module imports from its own room and from those below. Rooms of one tuple
@@ -15,7 +16,7 @@ from tests.test_setup import ROOT, imported
 LEVELS = (
     ("compare.cli",),
     ("compare.commands",),
-    ("compare.doctor",),
+    ("compare.doctor", "compare.begin"),
     ("compare.pages",),
     ("compare.sweep", "compare.pictures", "compare.check"),
     ("compare.studies",),
@@ -33,8 +34,9 @@ LEVELS = (
 #: Who in `compare` may import a solver.
 KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pictures.ribbon")
 SOLVERS = ("ribbon", "shellref")
-#: Most modules of a room, its __init__ not counted.
+#: Most modules of a room, its __init__ not counted; a command is a module, and there are as many as there are commands.
 FULL = 16
+UNCOUNTED = {f"compare/commands/{name}.py" for name in NAMES}
 
 Graph = Mapping[str, set[str]]
 
@@ -140,7 +142,7 @@ def test_every_room_of_compare_has_a_level():
 def test_rooms_are_not_full():
     held: dict[Path, int] = defaultdict(int)
     for path in modules(ROOT).values():
-        held[path.parent] += path.name != "__init__.py"
+        held[path.parent] += path.name != "__init__.py" and str(path.relative_to(ROOT)) not in UNCOUNTED
     assert {str(folder.relative_to(ROOT)): count for folder, count in held.items() if count > FULL} == {}
 
 

@@ -27,6 +27,7 @@ class Command(Protocol):
 
 
 NAMES = (
+    "new",
     "solve",
     "compare",
     "shell",

@@ -81,9 +81,14 @@ def scene_of(options: argparse.Namespace) -> Scene:
     if keys:
         scene = scene.replace(keys)
     units_of(options, scene)
+    tell_notes(scene)
+    return scene
+
+
+def tell_notes(scene: Scene) -> None:
+    """The scene's notes on stderr, one line each."""
     for note in scene.notes():
         print(f"ribbonbench: note: {note}", file=sys.stderr)
-    return scene
 
 
 def units_of(options: argparse.Namespace, scene: Scene) -> Units:
