@@ -13,12 +13,13 @@ from ribbon.element import kernel_cache
 with kernel_cache.in_use():
     from ribbon.boundary import Clamp, Closure
     from ribbon.contact import Wall
-    from ribbon.errors import RibbonInputError
+    from ribbon.errors import NotDifferentiable, RibbonInputError
     from ribbon.find.continuation import follow, switch
     from ribbon.find.solve import refine, solve
     from ribbon.forces import WallForce
     from ribbon.loads import Gravity
     from ribbon.result import Energy, Equilibrium, Force, Pose, Status
+    from ribbon.sensitivity.gradients import Gradients, gradients
     from ribbon.strip import Strip
     from ribbon.surface import Surface
 
@@ -28,7 +29,9 @@ __all__ = [
     "Energy",
     "Equilibrium",
     "Force",
+    "Gradients",
     "Gravity",
+    "NotDifferentiable",
     "Pose",
     "RibbonInputError",
     "Status",
@@ -37,6 +40,7 @@ __all__ = [
     "Wall",
     "WallForce",
     "follow",
+    "gradients",
     "refine",
     "solve",
     "switch",

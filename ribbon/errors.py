@@ -1,4 +1,4 @@
-"""The one exception that bad input to `ribbon` raises."""
+"""What `ribbon` raises: bad input, and a derivative that does not exist."""
 
 from __future__ import annotations
 
@@ -14,3 +14,17 @@ class RibbonInputError(ValueError):
         self.key = key
         self.value = value
         self.remedy = remedy
+
+
+class NotDifferentiable(ValueError):
+    """An equilibrium that has no derivative by its parameters; the message says why.
+
+    Attributes: ``reason``: the status of a state that is no stable equilibrium ("not_converged", "saddle", ...),
+    "singular" (a fold, a bifurcation, a motion that nothing resists) or "degenerate" (a contact that touches without
+    pushing).
+    """
+
+    def __init__(self, reason: str, message: str) -> None:
+        super().__init__(f"no derivative: {message}")
+        self.reason = reason
+        self.message = message

@@ -1,0 +1,201 @@
+"""The tangent of an equilibrium: its optimality (KKT) system on free unknowns and active rows, factored once.
+
+An equilibrium is a root of ``F = grad E + A^T lambda`` on the unknowns that nothing holds and of ``c = 0`` on the rows
+that hold (glue, clamps, seams, gauges, contacts that push). Held unknowns are those eliminated by clamps and gauges and
+slopes of rulings on their bound. Matrix: docs/theory.md, eq. (11.1). A chained ribbon is taken over to the unknowns of
+the glued one, where its multipliers follow from the glue alone: the same point, and a sparse system.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from ribbon.element import quaternion
+from ribbon.errors import NotDifferentiable
+from ribbon.find.reduction import dependent_columns
+from ribbon.problems.layout import ETA
+from ribbon.problems.mixed import MixedProblem
+from ribbon.result import Equilibrium, Status
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: A bound or one-sided row whose multiplier and slack are both below this is neither held nor free.
+DEGENERATE = 1e-6
+#: Estimated condition (1-norm, rows and columns scaled) from which the tangent counts as singular: derivatives would
+#: have fewer than three digits.
+SINGULAR = 1e13
+#: |omega| l and |eta| below which a joint counts as straight, and its ruling as the one that is kept.
+_STRAIGHT = 1e-7
+_SCALINGS = 8
+#: Softness, after scaling, of contacts: many that touch at once are redundant, and share their force as evenly as they
+#: can. What it costs in accuracy the refinements give back.
+_SOFT = 1e-9
+_REFINEMENTS = 3
+#: Largest share of a change that rows may be missed by.
+_MISSED = 1e-6
+
+
+@dataclass(frozen=True)
+class Point:
+    """An equilibrium in the unknowns of the glued ribbon: x, multipliers of bounds (n,), of rows (m,)."""
+
+    problem: MixedProblem
+    x: FloatArray
+    rows: FloatArray
+    multipliers: FloatArray
+
+
+def point(equilibrium: Equilibrium, *, unstable: bool = False) -> Point:
+    """The equilibrium as `Point`.
+
+    unstable: also one that is not stable. Raises `NotDifferentiable` for what is no equilibrium.
+    """
+    allowed = (Status.CONVERGED, Status.SADDLE) if unstable else (Status.CONVERGED,)
+    if equilibrium.status not in allowed:
+        raise NotDifferentiable(equilibrium.status.code, f"it is no stable equilibrium: {equilibrium.message}")
+    old: Any = equilibrium.problem
+    if old.row_count:
+        return Point(old, equilibrium.x, equilibrium.rows, equilibrium.multipliers)
+    problem = MixedProblem(
+        old.strip, old.start, None, None, (), old.gravity, old.energy, old.lengths,
+        reference=tuple(quaternion.from_matrix(old.start.frame).tolist()), exponent_limit=old.exponent_limit,
+    )  # fmt: skip
+    x = problem.state(*old.joint_values(equilibrium.x))
+    gradient, jacobian = problem.gradient(x), problem.jacobian_matrix(x)
+    dependent = dependent_columns(problem)
+    rows = spla.splu(sp.csc_matrix(jacobian[:, dependent].T)).solve(-gradient[dependent])
+    return Point(problem, x, rows, gradient + jacobian.T @ rows)
+
+
+@dataclass(frozen=True)
+class System:
+    """Free unknowns (n,), active rows (m,) and the factored tangent of a `Point`."""
+
+    point: Point
+    free: BoolArray
+    active: BoolArray
+    on_bound: BoolArray
+
+    @classmethod
+    def of(cls, here: Point) -> System:
+        """The system at a point. Raises `NotDifferentiable` where a contact or bound is about to change."""
+        problem, x = here.problem, here.x
+        lower, upper = problem.bounds()
+        fixed = lower == upper
+        slack = np.minimum(x - lower, upper - x)
+        on_bound = ~fixed & _active("a ruling's slope", slack, np.abs(here.multipliers), ~fixed)
+        below, above = problem.constraint_bounds()
+        values = problem.constraints(x)
+        open_rows = below != above
+        gap = np.minimum(values - below, above - values)
+        active = ~open_rows | _active("a contact", gap, np.abs(here.rows), open_rows)
+        free = ~(fixed | on_bound)
+        free[_rulings_of_nothing(problem, x)] = False
+        return cls(here, free, active, on_bound)
+
+    @cached_property
+    def hessian(self) -> sp.csr_matrix:
+        """Hessian (n, n) of the Lagrangian."""
+        return self.point.problem.hessian_matrix(self.point.x, self.point.rows)
+
+    @cached_property
+    def jacobian(self) -> sp.csr_matrix:
+        """Jacobian (m, n) of all rows."""
+        return self.point.problem.jacobian_matrix(self.point.x)
+
+    @cached_property
+    def _scaled(self) -> tuple[sp.csc_matrix, FloatArray, Any]:
+        """Matrix, its symmetric scaling, and the factors of the scaled matrix."""
+        a = self.jacobian[self.active][:, self.free]
+        matrix = sp.csc_matrix(sp.bmat([[self.hessian[self.free][:, self.free], a.T], [a, None]]))
+        scale = np.ones(matrix.shape[0])
+        scaled = matrix
+        for _ in range(_SCALINGS):
+            largest = np.sqrt(np.asarray(abs(scaled).max(axis=0).todense()).ravel())
+            if not np.all(largest > 0.0):
+                raise NotDifferentiable("singular", "a free unknown or an active row moves nothing")
+            scale /= largest
+            scaled = sp.csc_matrix(sp.diags(scale) @ matrix @ sp.diags(scale))
+        count = int(self.free.sum())
+        below, above = self.point.problem.constraint_bounds()
+        soft = np.concatenate([np.zeros(count), np.where((below != above)[self.active], _SOFT, 0.0)])
+        try:
+            factors = spla.splu(sp.csc_matrix(scaled - sp.diags(soft)))
+        except RuntimeError:
+            raise _singular(np.inf) from None
+        return matrix, scale, factors
+
+    @cached_property
+    def condition(self) -> float:
+        """Estimated condition of the scaled matrix in the 1-norm (Higham & Tisseur 2000, as in scipy)."""
+        matrix, scale, factors = self._scaled
+        n = scale.size
+        solve = spla.LinearOperator((n, n), matvec=factors.solve, rmatvec=lambda b: factors.solve(b, "T"), dtype=float)
+        scaled = sp.diags(scale) @ matrix @ sp.diags(scale)
+        with np.errstate(all="ignore"):
+            inverse = spla.onenormest(solve)
+        found = float(inverse * spla.norm(scaled, 1))
+        return found if np.isfinite(found) else np.inf
+
+    def check(self) -> None:
+        """Raises `NotDifferentiable` where the tangent is singular to rounding."""
+        if not self.condition < SINGULAR:
+            raise _singular(self.condition)
+
+    def solve(self, gradient: FloatArray, rows: FloatArray, held: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Change of the unknowns (n, k) and of the multipliers (m, k), eq. (11.2).
+
+        gradient (n, k), rows (m, k): derivatives of F and c by k parameters at fixed unknowns; held (n, k): how the
+        held unknowns move with them.
+        """
+        self.check()
+        matrix, scale, factors = self._scaled
+        right = -np.vstack([
+            (gradient + self.hessian @ held)[self.free],
+            (rows + self.jacobian @ held)[self.active],
+        ])  # fmt: skip
+        found = scale[:, None] * factors.solve(scale[:, None] * right)
+        for _ in range(_REFINEMENTS):
+            found += scale[:, None] * factors.solve(scale[:, None] * (right - matrix @ found))
+        missed = np.abs(scale[:, None] * (right - matrix @ found)).max(axis=0)
+        if np.any(missed > _MISSED * np.abs(scale[:, None] * right).max(axis=0)):
+            raise NotDifferentiable("degenerate", "the contacts that touch cannot all go on touching")
+        dx, drows = held.copy(), np.zeros_like(rows)
+        count = int(self.free.sum())
+        dx[self.free], drows[self.active] = found[:count], found[count:]
+        return dx, drows
+
+
+def _active(what: str, slack: FloatArray, push: FloatArray, possible: BoolArray) -> BoolArray:
+    """Which of the one-sided conditions hold; strict complementarity is asked for (Nocedal & Wright 2006, 12.3)."""
+    both = possible & (slack < DEGENERATE) & (push < DEGENERATE)
+    if both.any():
+        raise NotDifferentiable(
+            "degenerate", f"{what} touches without pushing: the two sides have different derivatives"
+        )
+    return np.asarray(possible & (push > slack))
+
+
+def _rulings_of_nothing(problem: MixedProblem, x: FloatArray) -> NDArray[np.int64]:
+    """Columns of eta at joints amid straight ones, where the ruling moves nothing: it stays straight."""
+    layout = problem.layout
+    straight = (np.abs(x[layout.omega]) < _STRAIGHT) & (np.abs(x[layout.eta]) < _STRAIGHT)
+    inner = straight.copy()
+    inner[1:] &= straight[:-1]
+    inner[:-1] &= straight[1:]
+    return layout.columns(ETA)[inner]
+
+
+def _singular(condition: float) -> NotDifferentiable:
+    return NotDifferentiable(
+        "singular",
+        f"its tangent is singular (condition {condition:.1e}): a fold, a bifurcation or a motion that nothing resists",
+    )
