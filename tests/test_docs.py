@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from compare import cli
+from compare import __version__, cli
 from compare import commands as known
 from compare.errors import BadInput
 from compare.scene.scene import loads
@@ -200,6 +200,21 @@ def test_index_and_results_are_one_step_from_the_readme():
     named = _linked(ROOT / "README.md")
     assert {(DOCS / "README.md").resolve(), (ROOT / "results" / "README.md").resolve()} <= named
     assert len([page for page in named if page.parent == (DOCS / "tutorials").resolve()]) >= 4
+
+
+def test_the_citation_is_of_this_version_and_of_works_that_are_linked():
+    """CITATION.cff: its keys, version and licence; every DOI of it is on the page of references."""
+    yaml = pytest.importorskip("yaml")
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert {"cff-version", "message", "title", "authors", "abstract", "keywords", "license", "references"} <= set(cited)
+    assert (cited["version"], cited["license"]) == (__version__, "BSD-3-Clause")
+    linked = (DOCS / "references.md").read_text()
+    dois = [work["doi"] for work in cited["references"] if "doi" in work]
+    assert len(dois) >= 3
+    for doi in dois:
+        assert f"(https://doi.org/{doi})" in linked, doi
+    for work in cited["references"]:
+        assert all({"family-names", "given-names"} <= set(author) for author in work["authors"]), work["title"]
 
 
 def test_no_page_names_a_machine():
