@@ -44,6 +44,7 @@ NAMES = (
     "shell_formulation",
     "curl",
     "gallery",
+    "readme_picture",
 )
 
 

@@ -1,0 +1,37 @@
+"""The picture of the README: the report of its scene beside three shells, as a browser shows it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from compare import cli
+from tests.compare.report.browser import Browser
+from tests.docs_blocks import ROOT, blocks
+
+#: Pixels of the window; shells beside the ribbon, and their mesh.
+WIDTH, HEIGHT = 1200, 1000
+SHELLS = ("shell.width_to_thickness=[50,100,200]", "shell.elements=[60,4]")
+
+
+def run(out: Path) -> None:
+    """Writes report.png."""
+    (scene,) = (block for block in blocks((ROOT / "README.md").read_text()) if block.info == "toml scene")
+    work = out.parent / "out" / "validate" / "readme"
+    work.mkdir(parents=True, exist_ok=True)
+    (work / scene.file).write_text(scene.text)
+    sets = [word for shells in SHELLS for word in ("--set", shells)]
+    code = cli.main(["compare", str(work / scene.file), *sets, "--out", str(work / "report")])
+    if code != 0:
+        raise AssertionError(f"the README's scene beside its shells: exit code {code}")
+    page = next((work / "report").rglob("report.html"))
+    with TemporaryDirectory() as profile, Browser(Path(profile)) as browser:
+        browser.open(page, WIDTH, HEIGHT)
+        browser.until("document.querySelector('canvas') !== null")
+        browser.run("new Promise(done => setTimeout(done, 1500))")
+        browser.screenshot(work / "report.png")
+        complaints = browser.complaints()
+    if complaints:
+        raise AssertionError(f"the report complains: {complaints}")
+    shutil.copyfile(work / "report.png", out / "report.png")
