@@ -8,6 +8,7 @@ importing this module imports no solver.
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +45,20 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *_FROM})
 
 
-if __name__ == "__main__":
-    from compare.cli import main
+def main() -> int:
+    """The command `ribbonbench`: the process's exit code. Signals and threads are seen to before anything is loaded."""
+    from compare import start
 
+    def command() -> int:
+        from compare.cli import main as run
+
+        return run()
+
+    return start.run(command)
+
+
+if __name__ == "__main__":
+    # `python -m` puts the current folder first: a folder `compare` that a user has there is not ours.
+    if not sys.flags.safe_path and sys.path[0] != os.path.dirname(os.path.abspath(__file__)):
+        del sys.path[0]
     sys.exit(main())

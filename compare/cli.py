@@ -12,14 +12,12 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from compare import commands
+from compare import commands, start
 from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED
 from compare.commands.line import recorded
 from compare.errors import BadInput, RibbonbenchError
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
-
-_INTERRUPTED = 130
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -52,6 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     from compare.store.world import placed, quiet_but_first, world
 
+    start.one_thread()
     if placed()[1] == 1:
         return _main(arguments)
     with quiet_but_first():
@@ -85,12 +84,8 @@ def _main(arguments: Sequence[str] | None) -> int:
     except RibbonbenchError as error:
         print(f"ribbonbench: {error}", file=sys.stderr)
         return error.exit_code
-    except KeyboardInterrupt:
-        print(
-            "ribbonbench: interrupted; what is finished (cases, steps of a path) is kept, the same command goes on",
-            file=sys.stderr,
-        )
-        return _INTERRUPTED
+    except KeyboardInterrupt as stop:
+        return start.said(stop)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE

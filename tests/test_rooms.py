@@ -28,7 +28,7 @@ LEVELS = (
     ("compare.scene",),
     ("compare.store",),
     ("compare.registry",),
-    ("compare.errors",),
+    ("compare.errors", "compare.start"),
     ("compare",),
 )
 #: Who in `compare` may import a solver.

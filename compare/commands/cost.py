@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -60,7 +59,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Measures."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded: times are those of one core
     from compare.page.terminal import print_table
     from compare.pages import cost as cost_write
     from compare.studies.cost import measure

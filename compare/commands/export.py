@@ -80,7 +80,7 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     if hasattr(own, "no_surface"):
         raise own.no_surface(scene)
     parent = None if options.out is None else Path(options.out) / "solve"
-    options.scene, options.leave_saddle = options.source, False
+    options.scene, options.leave_saddle, options.time = options.source, False, False
     folder = common.out_folder(argparse.Namespace(out=parent), scene.name)
     with common.held(folder, reporter.step):
         state = solve_into(folder, scene, reporter, options)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from dataclasses import replace
 
 from rich.console import Console
@@ -36,7 +35,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")  # read by BLAS when it is loaded
     from compare.models.shell_here import run as run_here
     from compare.page.terminal import print_table
     from compare.pages import shell as pages

@@ -23,36 +23,55 @@ def register(parser: argparse.ArgumentParser) -> None:
     common.scene_arguments(parser)
     common.out_argument(parser)
     common.leave_saddle_argument(parser)
+    parser.add_argument("--time", action="store_true", help="solve again and again for its warm time (median)")
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the scene."""
-    from compare.page.terminal import print_pairs
-    from compare.pages.solve import rows, sentences
+    from compare.pages.solve import write
 
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
-    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        state = solve_into(out, scene, reporter, options)
-    if not options.quiet:
-        print_pairs(console, scene.title, [*rows(scene, state), ("results", str(out))])
-        for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
-            console.print(sentence)
-        console.print(f"As a page: ribbonbench report {out}")
+    reporter = Reporter(quiet=options.quiet)
+    with common.held(out, reporter.step):
+        with reporter:
+            state = solved(out, scene, reporter, options)
+        if not options.quiet:
+            say(out, scene, state, console)  # first the answer, then what is loaded and drawn for its files
+        write(out, scene, state, options.line)
     return common.DONE if state.ok else common.NOT_CONVERGED
 
 
-def solve_into(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namespace) -> State:
-    """Solves the scene's own model and writes its files into the folder `out`."""
+def say(out: Path, scene: Scene, state: State, console: Console) -> None:
+    """The answer on the terminal; `out`: where its files will be."""
+    from compare.page.terminal import print_pairs
+    from compare.pages.solve import rows, sentences
+
+    print_pairs(console, scene.title, [*rows(scene, state), ("results", str(out))])
+    for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
+        console.print(sentence)
+    console.print(f"As a page: ribbonbench report {out}")
+    console.file.flush()
+
+
+def solved(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namespace) -> State:
+    """The state of the scene by its own model; a path keeps its steps in the folder `out`."""
     from compare.models.base import Options, check_keys
     from compare.models.choice import chosen
-    from compare.pages.solve import write
     from compare.store.store import CaseStore
 
     model = chosen(scene)
     check_keys(model, scene)
-    asked = Options(leave_saddle=options.leave_saddle, error=True, repeats=None, store=CaseStore(out / "cases"))
-    state = model.solve(scene, options=asked, say=reporter)
+    repeats = None if options.time else 0
+    asked = Options(leave_saddle=options.leave_saddle, error=True, repeats=repeats, store=CaseStore(out / "cases"))
+    return model.solve(scene, options=asked, say=reporter)
+
+
+def solve_into(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namespace) -> State:
+    """Solves the scene's own model and writes its files into the folder `out`."""
+    from compare.pages.solve import write
+
+    state = solved(out, scene, reporter, options)
     reporter.step("writing results")
     write(out, scene, state, options.line)
     return state

@@ -9,7 +9,6 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from matplotlib import colormaps
 from numpy.typing import NDArray
 
 from compare.export.vtu import Sheet
@@ -44,6 +43,8 @@ def colours(sheet: Sheet) -> tuple[str, NDArray[np.uint8]] | None:
 
     The scale leaves out half a per cent of the points at either end; what is not known is grey.
     """
+    from matplotlib import colormaps
+
     scalars = sheet.scalars()
     for name in COLOURED_BY:
         values = scalars.get(name)

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
@@ -91,6 +90,8 @@ def grid_sheet(
 
 def vtu_bytes(sheet: Sheet) -> bytes:
     """The surface as a VTU file."""
+    import meshio
+
     mesh = meshio.Mesh(
         sheet.points,
         [("triangle", sheet.triangles)],
@@ -115,6 +116,8 @@ def write_vtu(
 
 def read_vtu(path: Path) -> Sheet:
     """The triangles of a VTU file with their fields; `BadInput` when it is damaged or holds none."""
+    import meshio
+
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):

@@ -188,7 +188,8 @@ class RibbonModel:
                 what = f"tolerance {tolerance:g}" if tolerance is not None else f"{len(scene.model.lengths)} segments"
                 stages = f", {len(scene.path) + 1} stages" if scene.path else ""
                 say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
-            way, found, seconds = _solved(scene, options, say)
+            with _compiling(say):
+                way, found, seconds = _solved(scene, options, say)
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
         if options.error:
             state = replace(state, error=self.error(state, say, options.grid))
@@ -334,6 +335,19 @@ def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way |
     if not way.resumed:  # gone again without the folder: nothing kept may shorten it
         seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
     return way, way.equilibrium, seconds
+
+
+@contextlib.contextmanager
+def _compiling(say: Reporter | None) -> Iterator[None]:
+    """Says that kernels are being compiled, as soon as the first of them is not found in the cache."""
+    from ribbon.element.kernel_cache import told
+
+    if say is None:
+        yield
+        return
+    words = "compiling the ribbon's kernels, once after each installation (half a minute to a minute)"
+    with told(lambda count: say.aside(words if count == 1 else f"{words}: {count} so far")):
+        yield
 
 
 def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium]:

@@ -167,7 +167,7 @@ def _work(
     """Runs the worker into `folder`; None when it reported, otherwise why it did not, in one line.
 
     The worker inherits the lock of the unfinished case: should this process be killed, nobody else works on the case
-    until the worker has noticed (at its next word that nobody reads).
+    until the worker, which is ended with it, has let go.
     """
     scratch = Path(tempfile.mkdtemp(prefix="ribbonbench-shell-"))
     try:
@@ -182,7 +182,16 @@ def _work(
         environment["PYTHONPATH"] = os.pathsep.join(p for p in (root, os.environ.get("PYTHONPATH", "")) if p)
         with (scratch / "stderr").open("w+") as errors:
             process = subprocess.Popen(
-                [sys.executable, "-m", "shellref.worker", str(request), str(folder)],
+                [
+                    sys.executable,
+                    "-P",
+                    "-m",
+                    "compare.start",
+                    str(os.getpid()),
+                    "shellref.worker",
+                    str(request),
+                    str(folder),
+                ],
                 stdout=subprocess.PIPE,
                 stderr=errors,
                 stdin=subprocess.DEVNULL,

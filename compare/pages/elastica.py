@@ -11,6 +11,7 @@ from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture
 from compare.page.remedies import message
+from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
@@ -98,5 +99,5 @@ def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
         ),
         *load,
         ("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l"),
-        ("time", f"{state.seconds.warm * 1e3:.3g} ms warm, {state.seconds.first:.3g} s for the first solve"),
+        ("time", spent(state.seconds)),
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from compare.models.base import Force, Model, Pose, State
+from compare.models.base import Force, Model, Pose, Seconds, State
 from compare.page.remedies import message
 from compare.registry import model
 from compare.scene.scene import Scene
@@ -25,6 +25,13 @@ def presenter_of(found: Model) -> Any:
 
 def _pose(pose: Pose | None) -> dict[str, Any] | None:
     return None if pose is None else {"position": pose.position, "frame": pose.frame}
+
+
+def spent(seconds: Seconds) -> str:
+    """What a solve took, in words; a warm time only where it was measured."""
+    if not seconds.repeats:
+        return f"{seconds.first:.3g} s, loading included (--time measures the warm solve)"
+    return f"{seconds.warm * 1e3:.3g} ms warm, {seconds.first:.3g} s for the first solve"
 
 
 def supports_result(state: State) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from compare.models.ribbon_build import formulation_why
 from compare.page.page import Picture, Surface
 from compare.page.remedies import message
 from compare.page.table import Column, Table
+from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
@@ -182,6 +183,5 @@ def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
         found.append(("path", steps))
     how = "extrapolated from two and four times the segments" if e.tolerance_error is None else "of the placed segments"
     found.append(("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l ({how})"))
-    spent = f"{state.seconds.warm * 1e3:.3g} ms warm, {state.seconds.first:.3g} s for the first solve"
-    found.append(("time", spent))
+    found.append(("time", spent(state.seconds)))
     return found

@@ -7,11 +7,12 @@ from pathlib import Path
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.remedies import message
-from compare.page.study import Study
+from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
-from compare.pages.result import presenter, state_result
+from compare.pages.result import presenter, spent, state_result
 from compare.pages.written import write_any
 from compare.scene.scene import Scene
+from compare.store.store import atomic_write_json
 
 #: Names and texts: each row has a unit, or several values, of its own.
 _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
@@ -33,7 +34,7 @@ def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
             found.append((f"{name} / l", " ".join(f"{c + 0.0:.6f}" for c in pose.position)))
     found.append(("model", f"{state.model}, {state.size.label} elements"))
     found.append(("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l"))
-    found.append(("time", f"{state.seconds.warm * 1e3:.3g} ms warm, {state.seconds.first:.3g} s for the first solve"))
+    found.append(("time", spent(state.seconds)))
     return found
 
 
@@ -47,7 +48,9 @@ def sentences(scene: Scene, state: State) -> list[str]:
 
 
 def write(out: Path, scene: Scene, state: State, again: str) -> None:
-    """result.json, page.json, and the files and pictures of the model."""
+    """result.json first, then the files and pictures of the model, and page.json."""
+    result = state_result(scene, state)
+    atomic_write_json(out / RESULT, result)
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
     own = presenter(state)
     written = (write_any if own is None else own.write)(out, scene, state, grid)
@@ -60,4 +63,4 @@ def write(out: Path, scene: Scene, state: State, again: str) -> None:
         surfaces=written.surfaces,
         data=written.data,
         files={"result.json": "all numbers", **written.files},
-    ).write(out, state_result(scene, state), again, scene)
+    ).write(out, result, again, scene)

@@ -10,7 +10,6 @@ import math
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import nnls
 
 from compare.errors import BadInput
 from compare.scene.data import SceneData, frame_of, unit
@@ -211,6 +210,8 @@ def _check_support(scene: SceneData) -> None:
     value = list(scene.gravity.up)
     if not any(normal @ up > UNIT_TOLERANCE for normal in scene.wall_normals):
         raise BadInput("gravity.up", value, "makes the strip fall for ever: no clamp and no wall holds it", remedy)
+    from scipy.optimize import nnls  # not before it is needed: it loads half of scipy
+
     if nnls(scene.wall_normals.T, up)[1] > UNSUPPORTED:
         raise BadInput(
             "gravity.up",

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from compare.errors import BadInput
 from compare.scene.check import wall_name
@@ -189,6 +188,8 @@ def _frame(
         if one is not other and section not in switched:
             switched.append(f"{section}.frame")
         return
+    from scipy.spatial.transform import Rotation  # not before it is needed: it loads half of scipy
+
     turn = Rotation.from_matrix(one.T @ other).as_rotvec()
     angle = float(np.linalg.norm(turn))
     if angle < SAME:

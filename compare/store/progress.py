@@ -8,6 +8,17 @@ from types import TracebackType
 from rich.console import Console
 
 
+class _Moving:
+    """A text with the time since it began, drawn anew whenever the line moves."""
+
+    def __init__(self, text: str, began: float) -> None:
+        self.text = text
+        self.began = began
+
+    def __rich__(self) -> str:
+        return f"{self.text}, {time.perf_counter() - self.began:.0f} s"
+
+
 class Reporter:
     """Says what is being done.
 
@@ -22,6 +33,7 @@ class Reporter:
         self._began = time.perf_counter()
         self._last = self._began
         self._step = ""
+        self._aside: float | None = None
         self._status = None if quiet or not self.console.is_terminal else self.console.status("")
 
     def __enter__(self) -> Reporter:
@@ -38,11 +50,22 @@ class Reporter:
     def step(self, text: str) -> None:
         """A new piece of work."""
         self._step = text
+        self._aside = None
         self._last = time.perf_counter()
         if not self.quiet:
             self.console.print(f"[dim]{self._last - self._began:7.1f} s[/dim]  {text}", highlight=False)
         if self._status is not None:
             self._status.update(text)
+
+    def aside(self, text: str) -> None:
+        """What holds the current piece of work up: a moving line with its time, elsewhere one line for all of it."""
+        first = self._aside is None
+        if self._aside is None:
+            self._aside = time.perf_counter()
+        if self._status is not None:
+            self._status.update(_Moving(text, self._aside))
+        elif first and not self.quiet:
+            self.console.print(f"[dim]{self._aside - self._began:7.1f} s[/dim]    ... {text}", highlight=False)
 
     def detail(self, text: str) -> None:
         """Where the current piece of work is."""

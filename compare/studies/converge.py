@@ -27,7 +27,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.stats
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
 
+from compare.start import end_with, shielded
 from compare.sweep.case import Record, Task, crashed, run_case
 
 #: Tries of a case whose worker dies.
@@ -43,7 +44,7 @@ def usable_cores() -> int:
 
 
 def single_threaded() -> None:
-    """One thread in this process's children: read by BLAS and OpenMP when they are loaded."""
+    """One thread in this process's children, whatever this process has: as many of them as cores are at work."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ.setdefault(name, "1")
 
@@ -52,10 +53,11 @@ class Died(Exception):
     """A worker ended without a record."""
 
 
-def _serve(pipe: Connection, launched: bool) -> None:
-    """The worker process: cases in, records out, until the pipe closes."""
+def _serve(pipe: Connection, launched: bool, master: int) -> None:
+    """The worker process: cases in, records out, until the pipe closes or the `master` (its process id) ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the master says when to stop
     signal.signal(signal.SIGTERM, _stop)
+    end_with(master)
     if launched:
         for name in [name for name in os.environ if name.startswith(_LAUNCHERS)]:
             del os.environ[name]
@@ -75,8 +77,9 @@ class Worker:
     def __init__(self, launched: bool = False) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs, launched), daemon=False)
-        self.process.start()
+        self.process = context.Process(target=_serve, args=(theirs, launched, os.getpid()), daemon=False)
+        with shielded():
+            self.process.start()
         theirs.close()
         self.busy: int | None = None
 

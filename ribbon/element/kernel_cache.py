@@ -1,25 +1,38 @@
-"""Where compiled kernels are kept: in a folder named by the digest of our sources.
+"""Where compiled kernels are kept, and how they are loaded: in a folder named by the digest of their sources.
 
 numba keeps one cache per file and looks at that file alone: a kernel that calls a kernel of another file would go on
 with the old code of the other after it changed. A folder per state of the sources makes a stale kernel impossible.
+
+numba makes ready for compiling before it loads a kernel: every registry of what it can compile, which takes longer than
+all kernels of a solve together. `QuickCache` leaves that until something is compiled.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import importlib
 import os
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from llvmlite import binding
+from numba.core import caching, event
 from numba.core import config as _config
+from numba.core import dispatcher as _dispatcher
 
 #: States of the sources whose kernels are kept.
-KEPT = 4
+KEPT = 16
 
 config: Any = _config  # numba's settings are made at import, unknown to type checkers
+dispatcher: Any = _dispatcher
+
+_PACKAGE = Path(__file__).parent.parent
+_IMPORT = re.compile(r"^[ \t]*(?:from (ribbon[\w.]*) import (\([^)]*\)|[^\n]*)|import (ribbon[\w.]*))", re.MULTILINE)
+_KERNEL = "njit"
 
 
 def root() -> Path:
@@ -31,31 +44,117 @@ def root() -> Path:
     return Path(home) / "ribbonbench" / "kernels"
 
 
+def sources(package: Path = _PACKAGE) -> dict[str, bytes]:
+    """Dotted name -> text of every module of the package with kernels, and of all that they import from it.
+
+    What only calls kernels changes none: a solver may be worked on without compiling everything again.
+    """
+    texts = {}
+    for path in package.rglob("*.py"):
+        parts = (package.name, *path.relative_to(package).with_suffix("").parts)
+        texts[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_bytes()
+    wanted = [name for name, text in texts.items() if _KERNEL.encode() in text]
+    found: dict[str, bytes] = {}
+    while wanted:
+        name = wanted.pop()
+        if name in texts and name not in found:
+            found[name] = texts[name]
+            wanted += _imported(texts[name].decode(), texts)
+    return found
+
+
+def _imported(text: str, known: dict[str, bytes]) -> list[str]:
+    """The modules that a module imports: `from a import b` is a.b where that is one, and a otherwise."""
+    found = []
+    for match in _IMPORT.finditer(text):
+        base = match[1] or match[3]
+        names = re.findall(r"\w+", match[2] or "")
+        modules = [f"{base}.{name}" for name in names if f"{base}.{name}" in known]
+        found += modules
+        if len(modules) < len(names) or not names:
+            found.append(base)
+    return found
+
+
 def digest() -> str:
-    """First 16 digits of the SHA-256 of all modules of this package."""
+    """First 16 digits of the SHA-256 of `sources`."""
     found = hashlib.sha256()
-    here = Path(__file__).parent.parent
-    for path in sorted(here.rglob("*.py")):
-        found.update(path.relative_to(here).as_posix().encode() + b"\0" + path.read_bytes())
+    for name, text in sorted(sources().items()):
+        found.update(name.encode() + b"\0" + text)
     return found.hexdigest()[:16]
 
 
 def prune(folder: Path, keep: str) -> None:
-    """Removes all but the newest KEPT states of the sources from `folder`, and never the state `keep`."""
+    """Removes all but the latest used KEPT states of the sources from `folder`, and never the state `keep`."""
     with contextlib.suppress(OSError):
         others = [entry for entry in folder.iterdir() if entry.is_dir() and entry.name != keep]
         for entry in sorted(others, key=lambda path: path.stat().st_mtime, reverse=True)[KEPT - 1 :]:
             shutil.rmtree(entry, ignore_errors=True)
 
 
+class QuickCache(caching.FunctionCache):
+    """numba's cache of a kernel, loaded without what only a compilation needs."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The kept kernel for a signature; None: there is none, and numba is made ready to compile it."""
+        _helpers()
+        found = self._load_overload(sig, target_context)
+        if found is None:
+            target_context.refresh()
+        return found
+
+
+def _helpers() -> None:
+    """The memory functions that kernels call, by name: numba tells them when it first makes ready to compile."""
+    if not _TOLD:
+        helpers: Any = importlib.import_module("numba.core.runtime._nrt_python")
+        for name, address in helpers.c_helpers.items():
+            binding.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+        _TOLD.append(True)
+
+
+_TOLD: list[bool] = []
+_ORDINARY = caching.FunctionCache
+
+
 @contextlib.contextmanager
 def in_use() -> Iterator[None]:
     """Kernels that are decorated inside are cached in this package's folder; other users of numba keep theirs."""
-    before = config.CACHE_DIR
+    folder, kept_by = config.CACHE_DIR, dispatcher.FunctionCache
     state = digest()
     config.CACHE_DIR = str(root() / state)
+    if hasattr(_ORDINARY, "_load_overload"):
+        dispatcher.FunctionCache = QuickCache
+    with contextlib.suppress(OSError):
+        os.utime(root() / state)
     prune(root(), state)
     try:
         yield
     finally:
-        config.CACHE_DIR = before
+        config.CACHE_DIR, dispatcher.FunctionCache = folder, kept_by
+
+
+class _Listener(event.Listener):
+    def __init__(self, tell: Callable[[int], object]) -> None:
+        self.tell = tell
+        self.count = 0
+
+    def on_start(self, event: Any) -> None:
+        """A compilation begins: ours only are counted."""
+        if event.data["dispatcher"].py_func.__module__.partition(".")[0] == _PACKAGE.name:
+            self.count += 1
+            self.tell(self.count)
+
+    def on_end(self, event: Any) -> None:
+        """Nothing."""
+
+
+@contextlib.contextmanager
+def told(tell: Callable[[int], object]) -> Iterator[None]:
+    """While inside, `tell` is called with 1, 2, ... whenever the compilation of a kernel of ours begins."""
+    listener = _Listener(tell)
+    event.register("numba:compile", listener)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)

@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.spatial
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.boundary import Closure

@@ -13,9 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.problems import mixed_kernels as kernels
@@ -55,7 +53,7 @@ def tangent(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows:
     return Tangent(~(fixed | held), active[active >= glue], int(held.sum()), int(pushing.sum()))
 
 
-def metric(problem: MixedProblem) -> sp.csr_matrix:
+def metric(problem: MixedProblem) -> scipy.sparse.csr_matrix:
     """Gram matrix (size, size) of the metric of the module; zero on what the metric does not see."""
     lengths = problem.lengths
     p = lengths.size
@@ -73,7 +71,7 @@ def metric(problem: MixedProblem) -> sp.csr_matrix:
     entries.append(np.ones(extra.size))
     rows.append(extra)
     columns.append(extra)
-    return sp.csr_matrix(
+    return scipy.sparse.csr_matrix(
         (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), shape=(problem.size,) * 2
     )
 
@@ -104,7 +102,7 @@ def reduce(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: Tangent
     independent = np.setdiff1d(np.nonzero(held.free)[0], dependent)
     jacobian = problem.jacobian_matrix(x)
     glue = kernels.ROWS * problem.lengths.size
-    solver = spla.splu(sp.csc_matrix(jacobian[:glue][:, dependent]))
+    solver = scipy.sparse.linalg.splu(scipy.sparse.csc_matrix(jacobian[:glue][:, dependent]))
     z = np.zeros((n, independent.size))
     z[independent, np.arange(independent.size)] = 1.0
     z[dependent] = -solver.solve(jacobian[:glue][:, independent].toarray())

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.optimize
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.linalg
-import scipy.optimize
+import scipy  # its parts are loaded where they are first used
 
 from ribbon.find import reduction, relax
 from ribbon.problems.chained import ChainedProblem

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
+import scipy  # its parts are loaded where they are first used
 
 from ribbon import supports
 from ribbon.element import quaternion
@@ -192,18 +192,18 @@ class MixedProblem(Held):
 
     # -- as sparse matrices -------------------------------------------------------------------------------------------
 
-    def jacobian_matrix(self, x: FloatArray) -> sp.csr_matrix:
+    def jacobian_matrix(self, x: FloatArray) -> scipy.sparse.csr_matrix:
         """The Jacobian (rows, size)."""
         rows, columns = self.jacobian_structure()
         count = len(self.constraint_bounds()[0])
-        return sp.csr_matrix((self.jacobian(x), (rows, columns)), shape=(count, self.size))
+        return scipy.sparse.csr_matrix((self.jacobian(x), (rows, columns)), shape=(count, self.size))
 
-    def hessian_matrix(self, x: FloatArray, multipliers: FloatArray) -> sp.csr_matrix:
+    def hessian_matrix(self, x: FloatArray, multipliers: FloatArray) -> scipy.sparse.csr_matrix:
         """Hessian (size, size) of the Lagrangian, both triangles."""
         rows, columns = self.hessian_structure()
         values = self.hessian(x, multipliers)
-        lower = sp.csr_matrix((values, (rows, columns)), shape=(self.size, self.size))
-        return lower + sp.tril(lower, -1).T
+        lower = scipy.sparse.csr_matrix((values, (rows, columns)), shape=(self.size, self.size))
+        return lower + scipy.sparse.tril(lower, -1).T
 
     # -- what holds the ribbon ----------------------------------------------------------------------------------------
 

@@ -10,10 +10,12 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import cyipopt
 import numpy as np
 
+from ribbon.solvers.cyipopt_api import wrapper
 from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained, kkt_residual
+
+cyipopt = wrapper()
 
 #: The same for every scene; none is tuned. The mu-strategy is Ipopt's monotone default.
 DEFAULT_OPTIONS: dict[str, Any] = {

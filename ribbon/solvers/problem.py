@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.linalg
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]

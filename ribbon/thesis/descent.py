@@ -16,8 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy.linalg
-import scipy.optimize
+import scipy  # its parts are loaded where they are first used
 
 from ribbon.solvers import ipopt
 from ribbon.solvers.problem import BoundedProblem, FloatArray

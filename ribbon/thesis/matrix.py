@@ -17,7 +17,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp, Closure
@@ -420,16 +420,16 @@ class MatrixProblem:
             found.append(part.hessian(x, multipliers[where], *ends))
         return np.concatenate([*found, factor * self._stiffness])
 
-    def jacobian_matrix(self, x: FloatArray) -> sp.csr_matrix:
+    def jacobian_matrix(self, x: FloatArray) -> scipy.sparse.csr_matrix:
         """The Jacobian (rows, size)."""
         count = len(self.constraint_bounds()[0])
-        return sp.csr_matrix((self.jacobian(x), self.jacobian_structure()), shape=(count, self.size))
+        return scipy.sparse.csr_matrix((self.jacobian(x), self.jacobian_structure()), shape=(count, self.size))
 
-    def hessian_matrix(self, x: FloatArray, multipliers: FloatArray) -> sp.csr_matrix:
+    def hessian_matrix(self, x: FloatArray, multipliers: FloatArray) -> scipy.sparse.csr_matrix:
         """Hessian (size, size) of the Lagrangian, both triangles."""
         values = self.hessian(x, multipliers)
-        lower = sp.csr_matrix((values, self.hessian_structure()), shape=(self.size, self.size))
-        return lower + sp.tril(lower, -1).T
+        lower = scipy.sparse.csr_matrix((values, self.hessian_structure()), shape=(self.size, self.size))
+        return lower + scipy.sparse.tril(lower, -1).T
 
     def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
         """Unknowns of the shape with omega, eta (p + 1,) at the joints, glued, put where something holds it."""

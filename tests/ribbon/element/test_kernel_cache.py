@@ -66,3 +66,67 @@ def test_old_states_are_removed_but_never_the_present_one(tmp_path):
     left = {entry.name for entry in tmp_path.iterdir()}
     assert left == {"state0", *(f"state{number}" for number in range(KEPT + 3 - (KEPT - 1), KEPT + 3))}
     prune(tmp_path / "nowhere", "x")
+
+
+def test_a_kept_kernel_is_loaded_without_what_compiles(tmp_path):
+    """What numba needs to compile (its typed dictionaries, say) is not imported for kernels that are kept."""
+    code = (
+        "import sys\n"
+        "import numpy as np\n"
+        "from ribbon.surface import centreline\n"
+        "q, line = np.array([[0.1, 1.0, 0.0, 0.2]]), np.zeros((2, 3))\n"
+        "found = centreline(q, np.ones(1), line, np.array([np.eye(3)] * 2), np.linspace(0, 1, 5), 6.0)\n"
+        "print(float(sum(part.sum() for part in found)), 'numba.typed.typedobjectutils' in sys.modules)\n"
+    )
+    environment = {**os.environ, "RIBBONBENCH_CACHE": str(tmp_path)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    words = [sys.executable, "-c", code]
+    first, second = (
+        subprocess.run(words, capture_output=True, text=True, env=environment, check=True, cwd=ROOT).stdout.split()
+        for _ in range(2)
+    )
+    assert (first[1], second[1]) == ("True", "False")
+    assert float(first[0]) == float(second[0])
+
+
+def test_a_state_of_the_sources_is_that_of_the_kernels_and_what_they_use(tmp_path):
+    """What only calls kernels belongs to no state; what kernels are made from does, constants included."""
+    from ribbon.element.kernel_cache import sources
+
+    package = tmp_path / "ribbon"
+    shutil.copytree(ROOT / "ribbon", package, ignore=shutil.ignore_patterns("__pycache__"))
+    found = sources(package)
+    kernels = {
+        ".".join(path.relative_to(tmp_path).with_suffix("").parts)
+        for path in package.rglob("*.py")
+        if "@njit" in path.read_text()
+    }
+    assert len(kernels) > 10
+    assert kernels <= set(found)
+    assert "ribbon.problems.layout" in found  # numbers of columns, constants in the kernels
+    assert not {name for name in found if name.startswith(("ribbon.find.", "ribbon.solvers."))}
+
+
+def test_compilations_are_told(tmp_path):
+    """Once for each kernel that is compiled, callees included, and never for one that is kept."""
+    code = (
+        "import numpy as np\n"
+        "from ribbon.element.kernel_cache import told\n"
+        "from ribbon.surface import centreline\n"
+        "said = []\n"
+        "with told(said.append):\n"
+        "    args = np.ones((1, 4)), np.ones(1), np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros(1), 6.0\n"
+        "    centreline(*args)\n"
+        "    centreline(*args)\n"
+        "assert said == list(range(1, len(said) + 1)), said\n"
+        "print(len(said))\n"
+    )
+    environment = {**os.environ, "RIBBONBENCH_CACHE": str(tmp_path)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    words = [sys.executable, "-c", code]
+    first, second = (
+        int(subprocess.run(words, capture_output=True, text=True, env=environment, check=True, cwd=ROOT).stdout)
+        for _ in range(2)
+    )
+    assert first > 1
+    assert second == 0

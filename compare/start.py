@@ -1,0 +1,153 @@
+"""Before anything heavy is loaded: one thread for linear algebra, and what ctrl-C and SIGTERM do to a command.
+
+Both signals end a command by an exception, so that finished work is kept and processes that work for it are ended: one
+line on stderr, exit code 130 after ctrl-C, 143 after SIGTERM. An exception inside an import leaves modules half made
+and can be taken for a missing library, so that a signal is put off until the import is over. Only the standard library
+is imported here.
+"""
+
+from __future__ import annotations
+
+import _thread
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+#: 128 + the number of the signal, as a shell says it.
+INTERRUPTED = 128 + signal.SIGINT
+TERMINATED = 128 + signal.SIGTERM
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_AGAIN = 0.02  # s until a signal that came inside an import is tried again
+_PR_SET_PDEATHSIG = 1
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: whatever is cleaned up after ctrl-C is cleaned up after this too."""
+
+
+def one_thread() -> None:
+    """One thread for BLAS and OpenMP, which read this when they are loaded; what the user has set stays.
+
+    The matrices are small: threads only wait for each other, and on a busy machine for long (docs/decisions.md).
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def said(stop: KeyboardInterrupt) -> int:
+    """Says that a command was interrupted; returns its exit code."""
+    terminated = isinstance(stop, Terminated)
+    word = "terminated" if terminated else "interrupted"
+    with contextlib.suppress(OSError, ValueError):
+        print(
+            f"ribbonbench: {word}; what is finished (cases, steps of a path) is kept, the same command goes on",
+            file=sys.stderr,
+            flush=True,
+        )
+    return TERMINATED if terminated else INTERRUPTED
+
+
+class Signals:
+    """SIGINT and SIGTERM as exceptions of the main thread; ignored ones (nohup) stay ignored.
+
+    seen: the exception of the first signal that came, None: none did.
+    """
+
+    def __init__(self) -> None:
+        self.seen: KeyboardInterrupt | None = None
+        self._hook = sys.unraisablehook
+
+    def __enter__(self) -> Signals:
+        self._taken = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+        for number in self._taken:
+            signal.signal(number, self._come)
+        signal.signal(signal.SIGALRM, self._later)
+        sys.unraisablehook = self._unraisable
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """What is left to do is the interpreter's end: a signal ends that at once, without a trace."""
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number in self._taken:
+            signal.signal(number, signal.SIG_DFL)
+
+    def _come(self, number: int, frame: FrameType | None) -> None:
+        first, self.seen = self.seen is None, Terminated() if number == signal.SIGTERM else KeyboardInterrupt()
+        if first and importing(frame):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+            return
+        raise self.seen
+
+    def _later(self, _number: int, frame: FrameType | None) -> None:
+        if importing(frame):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        elif self.seen is not None:
+            raise self.seen
+
+    def _unraisable(self, found: Any) -> None:
+        """Raised where no exception can leave (a weak reference's callback, a finaliser): it is raised once more."""
+        if isinstance(found.exc_value, KeyboardInterrupt):
+            _thread.interrupt_main(signal.SIGTERM if isinstance(found.exc_value, Terminated) else signal.SIGINT)
+        else:
+            self._hook(found)
+
+
+def importing(frame: FrameType | None) -> bool:
+    """Whether a module is being imported in this frame or in one that called it."""
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def run(command: Callable[[], int]) -> int:
+    """The exit code of a whole process that runs `command`, interrupted or not."""
+    one_thread()
+    signals = Signals()
+    try:
+        with signals:
+            try:
+                return command()
+            except Exception as error:
+                if signals.seen is None:
+                    raise
+                raise signals.seen from error  # what goes wrong after a signal is its doing
+    except KeyboardInterrupt as stop:
+        return said(stop)
+
+
+@contextlib.contextmanager
+def shielded() -> Iterator[None]:
+    """Processes started inside are not reached by ctrl-C while they load; ours comes through afterwards."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_with(parent: int, number: int = signal.SIGTERM) -> None:
+    """This process gets the signal `number` when its `parent` (a process id) ends, however that ends (Linux)."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(number), 0, 0, 0)
+    if os.getppid() != parent:  # it ended before we asked
+        os.kill(os.getpid(), number)
+
+
+def main(arguments: list[str]) -> None:
+    """`python -m compare.start PARENT MODULE ...`: runs the module as `python -m` does, for as long as PARENT lives."""
+    import runpy
+
+    end_with(int(arguments[0]))
+    sys.argv = arguments[1:]
+    runpy.run_module(arguments[1], run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
