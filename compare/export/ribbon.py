@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.export.formats import array_csv
+from compare.page.si import array_with_si
+from compare.scene.units import Units
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
@@ -19,6 +21,8 @@ from ribbon.energies.along import line_density, segment_of
 FloatArray = NDArray[np.float64]
 
 ARRAYS = "ribbon.npz"
+#: Of the columns of a centreline that have one.
+_UNITS = {**dict.fromkeys(("s", "x", "y", "z"), "l"), "omega": "1/l"}
 #: Points of the stored centreline.
 LINE_POINTS = 401
 
@@ -53,14 +57,16 @@ def arrays(equilibrium: Equilibrium) -> dict[str, FloatArray]:
     }
 
 
-def centreline_csv(equilibrium: Equilibrium) -> bytes:
-    """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components."""
+def centreline_csv(equilibrium: Equilibrium, units: Units) -> bytes:
+    """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, t_x, t_y, t_z by components; where units are known
+    also s_m, x_m, y_m, z_m, omega_per_m."""
     s = np.linspace(0.0, 1.0, LINE_POINTS)
     frame = equilibrium.frame(s)
     columns = [s, equilibrium.position(s), equilibrium.omega(s), equilibrium.eta(s)]
     names = ["s", "x", "y", "z", "omega", "eta"]
     names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
-    return array_csv(names, np.column_stack(columns + [frame[:, :, column] for column in range(3)]))
+    table = np.column_stack(columns + [frame[:, :, column] for column in range(3)])
+    return array_csv(*array_with_si(names, table, _UNITS, units))
 
 
 def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:

@@ -141,5 +141,5 @@ def _entry(outcome: Outcome) -> dict[str, Any]:
         "claims": outcome.claims,
         "ribbon": {"status": fast.word, "stable": fast.stable, "lowest_eigenvalue": fast.lowest_eigenvalue},
         "seconds": {"first": fast.seconds.first, "warm": fast.seconds.warm},
-        "rows": [row_result(row) for row in found.rows],
+        "rows": [row_result(row, found.scene) for row in found.rows],
     }

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from compare.page.page import Picture, Surface
+from compare.page.si import with_si
 from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
@@ -14,6 +15,7 @@ from compare.pages.surfaces import write_shells
 from compare.pages.written import Written, write_any
 from compare.pictures import comparison as figures
 from compare.report.write import MARKDOWN, read_report, write_report
+from compare.scene.units import Units
 from compare.studies.compare import Comparison
 
 REPORT = MARKDOWN
@@ -46,7 +48,7 @@ def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface])
         sentences=tuple(tables.verdict(comparison)),
         pictures=(*_pictures(comparison), *written.pictures),
         surfaces=tuple(surfaces),
-        data={"table.csv": table, "table.md": table, **written.data},
+        data={"table.csv": with_si(table, Units.of(comparison.scene)), "table.md": table, **written.data},
         files={
             "result.json": "all numbers",
             "table.csv": "the table with full digits",

@@ -14,10 +14,12 @@ from compare.measure.distance import YARDSTICK
 from compare.page import study as page
 from compare.page.drawing import save
 from compare.page.page import Picture
+from compare.page.si import with_si
 from compare.page.table import Cell, Column, ColumnOf, Table
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
 from compare.pages.surfaces import write_fast, write_shells
+from compare.scene.units import Units
 from compare.studies.compare import Row
 from compare.studies.converge import LEAST_FOR_LIMIT, line_band
 from compare.studies.converge_run import Study
@@ -285,7 +287,7 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
     files, data = {"result.json": "all numbers"}, {}
     for one in found:
         name = f"table_{one.ruling}.csv" if several else "table.csv"
-        data[name] = tables.table(one.comparison)
+        data[name] = with_si(tables.table(one.comparison), Units.of(first.scene))
         files[name] = f"{_head(one, several)}rows with full digits"
     picture(out / "converge.png", found)
     fast = [

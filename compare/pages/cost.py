@@ -12,9 +12,11 @@ from compare.measure.distance import YARDSTICK
 from compare.measure.front import Reach, front, reach
 from compare.page.drawing import save
 from compare.page.page import Picture
+from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.pages.result import state_result
+from compare.scene.units import Units
 from compare.studies.cost_plan import Cost, Reference, Row
 
 #: Colour and marker of each solver's curve.
@@ -329,7 +331,7 @@ def write(out: Path, cost: Cost, again: str) -> None:
         tables=(reach_table(cost), runs),
         sentences=tuple(sentences(cost)),
         pictures=(Picture("cost.png", _alt(cost), "Error against time"),),
-        data={"table.csv": runs},
+        data={"table.csv": with_si(runs, Units.of(cost.scene))},
         files={"result.json": "all numbers", "table.csv": "every run"},
     ).write(out, result(cost), again, cost.scene)
 

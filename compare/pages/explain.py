@@ -7,6 +7,7 @@ from typing import Any
 
 from compare.measure.distance import YARDSTICK
 from compare.models.base import Effect
+from compare.page.si import dimensions
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.pages.result import presenter, state_result
@@ -183,7 +184,7 @@ def result(scene: Scene, found: Explanation, solves: Solves | None, shell: Shell
     explanation = explanation_result(found)
     if solves is None:
         about = {"scene": scene.name, "title": scene.title, "status": "explained", "provenance": provenance(scene)}
-        return {**about, "explanation": explanation, "without": None, "shell_without": shell}
+        return {**about, **dimensions(scene), "explanation": explanation, "without": None, "shell_without": shell}
     own = getattr(presenter(solves.state), "explained", None)
     return {
         **state_result(scene, solves.state),

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from compare.page.page import Picture, Surface
+from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import LAST, Cell, Column, ColumnOf, Table
 from compare.pages import result as results
+from compare.scene.units import Units
 from compare.store.store import jsonable
 from compare.studies.compare import Comparison
 from compare.studies.limits import Finding, Thresholds, hits
@@ -27,7 +29,7 @@ def row_result(finding: Finding) -> dict[str, Any]:
     ribbon = finding.ribbon
     row = finding.row
     same: dict[str, Any] = (
-        results.row_result(row)
+        results.row_result(row, finding.scene)
         if row is not None
         else {
             "width_to_thickness": finding.width_to_thickness,
@@ -139,10 +141,26 @@ def full_table(findings: Sequence[Finding]) -> Table:
     """Everything of a row of result.json in columns: names of nested values with dots."""
     records = [_flat(row_result(finding)) for finding in findings]
     keys = dict.fromkeys(key for record in records for key in record)
-    return Table.of_records("Limits of inextensibility", [Column(key, key) for key in keys], records)
+    units = {column.key: column.unit for column, _ in _columns([])} | _UNITS
+    columns = [Column(key, key, units.get(key, ""), _kind(records, key)) for key in keys]
+    table = Table.of_records("Limits of inextensibility", columns, records)
+    return with_si(table, [Units.of(finding.scene) for finding in findings])
 
 
-_LEFT_OUT = ("shell_end", "shell_middle", "message", "elements")
+#: Of columns that the page's own table goes without.
+_UNITS = {"hausdorff": "l", "elastica": "l", "energy.total": "D w / l", "energy.constant": "D w / l"} | {
+    f"energy.{part}": "D w / l" for part in ("bending", "membrane", "shear")
+}  # fmt: skip
+
+
+def _kind(records: Sequence[dict[str, Any]], key: str) -> str:
+    """ "digits" of a column of numbers, "plain" of another."""
+    values = [record[key] for record in records if record.get(key) is not None]
+    numbers = bool(values) and all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+    return "digits" if numbers else "plain"
+
+
+_LEFT_OUT = ("shell_end", "shell_middle", "message", "elements", "si")
 
 
 def _flat(row: dict[str, Any], before: str = "") -> dict[str, Any]:

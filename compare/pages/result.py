@@ -7,8 +7,10 @@ from typing import Any
 
 from compare.models.base import Force, Model, Pose, Seconds, State
 from compare.page.remedies import message
+from compare.page.si import dimensions, si_of
 from compare.registry import model
 from compare.scene.scene import Scene
+from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.studies.compare import Comparison, Row
 
@@ -54,7 +56,8 @@ def supports_result(state: State) -> dict[str, Any]:
 
 
 def state_result(scene: Scene, state: State) -> dict[str, Any]:
-    """The contract's keys of a state, and what its model's own page adds."""
+    """The contract's keys of a state, what its model's own page adds, and the scene's dimensions; what has a unit again
+    under `si`, in m, N, N m and J."""
     own = presenter(state)
     result = {
         "scene": scene.name,
@@ -80,24 +83,28 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
             "unknowns": state.unknowns,
         },
         "start": state.start,
+        **dimensions(scene),
         "provenance": provenance(scene),
     }
     if own is not None:
         result.update(own.result(scene, state))
+    result["si"] = si_of(result, Units.of(scene))
     return result
 
 
-def row_result(row: Row) -> dict[str, Any]:
-    """A row of a comparison; its energy in the convention of every model, with the constant left out beside it."""
+def row_result(row: Row, scene: Scene) -> dict[str, Any]:
+    """A row of a comparison, with `si`; its energy in the convention of every model, with the constant left out
+    beside it."""
     fields = {name: getattr(row, name) for name in row.__dataclass_fields__}
     energy = None if row.energy is None else {**row.energy.to_dict(), "constant": row.energy.constant}
-    return {**fields, "energy": energy, "ratio": row.ratio}
+    found = {**fields, "energy": energy, "ratio": row.ratio}
+    return {**found, "si": si_of(found, Units.of(scene))}
 
 
 def comparison_result(comparison: Comparison) -> dict[str, Any]:
     """The keys of the model beside the shells with one row per shell, the slope and, in planar scenes, the elastica."""
     result = state_result(comparison.scene, comparison.fast)
-    result["rows"] = [row_result(row) for row in comparison.rows]
+    result["rows"] = [row_result(row, comparison.scene) for row in comparison.rows]
     result["slope"] = comparison.slope
     result["distance_falls"] = comparison.falls
     result["complete"] = comparison.ok
@@ -122,4 +129,5 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
             **{name: whole[name] for name in names},
             "ribbon_centreline": comparison.elastica_distance,
         }
+    result["si"] = si_of(result, Units.of(comparison.scene))
     return result

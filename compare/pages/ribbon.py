@@ -16,10 +16,12 @@ from compare.models.ribbon import RibbonShape
 from compare.models.ribbon_build import formulation_why
 from compare.page.page import Picture, Surface
 from compare.page.remedies import message
+from compare.page.si import with_si
 from compare.page.table import Column, Table
 from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.scene.scene import Scene
+from compare.scene.units import Units
 from compare.store.made_by import provenance
 
 FloatArray = NDArray[np.float64]
@@ -78,11 +80,11 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     e = state.native
     write_surface(out / "ribbon.vtu", RibbonShape(e), grid)
     write_arrays(out / "ribbon.npz", e)
-    atomic_write_bytes(out / "centreline.csv", centreline_csv(e))
+    atomic_write_bytes(out / "centreline.csv", centreline_csv(e, Units.of(scene)))
     profile.ribbon_profile(out / PICTURE, e, scene.title)
     files, data = dict(FILES), {}
     if scene.path:
-        data["path.csv"] = path_table(state.log)
+        data["path.csv"] = with_si(path_table(state.log), Units.of(scene))
         files["path.csv"] = "every step of the path"
     return Written(files, (picture(state),), (Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),), data)
 

@@ -16,10 +16,12 @@ from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture, Surface
+from compare.page.si import dimensions, si_of, with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.pages.written import Written
 from compare.scene.scene import Scene
+from compare.scene.units import Units
 from compare.store.made_by import provenance
 
 PICTURE = "shell.png"
@@ -163,16 +165,27 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
 
 def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
     """`result.json`: the keys of the last shell, all of them in `rows` where there are several."""
+    units = Units.of(scene)
     entries = [result(scene, state) for state in states]
+    if len(entries) > 1:
+        entries = [{**entry, "si": si_of(entry, units)} for entry in entries]
     data = states[-1].native.data
     shell = data["provenance"]
     options = {**data["options"], "processes": shell["processes"]}
     found = {"scene": scene.name, "title": scene.title, **entries[-1]}
     if len(entries) > 1:
         found["rows"] = entries
+    found.update(_dimensions(scene, entries[-1]))
     found["complete"] = all(state.ok for state in states)
     found["provenance"] = {**provenance(scene, options), "shell": shell, "linear_solver": shell["linear_solver"]}
     return found
+
+
+def _dimensions(scene: Scene, last: Entry) -> dict[str, Any]:
+    """The scene's dimensions, w/h being the shell's own, and `si` of the last shell."""
+    found = dimensions(scene)
+    found["width_to_thickness"] = last.get("width_to_thickness", found["width_to_thickness"])
+    return {**found, "si": si_of(last, Units.of(scene))}
 
 
 def path_table(states: Sequence[State]) -> Table:
@@ -208,7 +221,9 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
-    return Written(files, (picture(states),), tuple(surfaces), {"path.csv": path_table(states)})
+    return Written(
+        files, (picture(states),), tuple(surfaces), {"path.csv": with_si(path_table(states), Units.of(scene))}
+    )
 
 
 def picture(states: Sequence[State]) -> Picture:

@@ -13,12 +13,15 @@ from compare.export.surfaces import write_surface
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture, Surface
+from compare.page.si import array_with_si
 from compare.page.table import Table
 from compare.scene.scene import Scene
+from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes
 
 #: Points of a centreline file.
 LINE_POINTS = 401
+_LENGTHS = dict.fromkeys(("s", "x", "y", "z"), "l")
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,6 @@ def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     frames = state.shape.frames(s)
     columns = np.column_stack([s, state.shape.centreline(s), *(frames[:, :, column] for column in range(3))])
     names = ["s", "x", "y", "z", *(f"{axis}_{c}" for axis in ("tx", "ty", "tz") for c in "xyz")]
-    atomic_write_bytes(out / "centreline.csv", array_csv(names, columns))
+    atomic_write_bytes(out / "centreline.csv", array_csv(*array_with_si(names, columns, _LENGTHS, Units.of(scene))))
     files = {name: "surface with fields (ParaView)", "centreline.csv": "centreline and frame"}
     return Written(files, (), (Surface(name, state.model, "ribbon"),))

@@ -12,8 +12,10 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.page.page import Page, Picture
+from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Cell, Column, Table
+from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_text, case_key, jsonable
 from compare.sweep.file import COMPARE, Sweep
@@ -81,6 +83,17 @@ def rows_of(finished: Finished) -> Rows:
     return found
 
 
+def _units_of_rows(finished: Finished) -> list[Units]:
+    """Of every row of `rows_of`: a varied strip has others."""
+    return [Units.of(case.point.scene) for case in finished.cases for _ in case.record["rows"] or [{}]]
+
+
+def _units(finished: Finished) -> dict[str, Any] | None:
+    """`units` of result.json; None where the cases have different ones."""
+    each = list(dict.fromkeys(Units.of(case.point.scene) for case in finished.cases))
+    return {**each[0].to_dict(), "known": each[0].known} if len(each) == 1 else None
+
+
 def cases_table(finished: Finished, rows: Rows) -> Table:
     """All rows: number, varied keys, then what has a value in some row, in the order of `_COLUMNS`."""
     varied = [Column(key, key) for key in finished.sweep.keys]
@@ -144,6 +157,7 @@ def result(finished: Finished, rows: Rows) -> dict[str, Any]:
              "message": case.record["message"]}
             for case in finished.cases if not case.ok
         ],
+        "units": _units(finished),
         "provenance": provenance(finished.sweep.scene, {"solver": finished.sweep.solver}),
     }  # fmt: skip
 
@@ -279,7 +293,7 @@ def write(out: Path, finished: Finished, again: str) -> Page:
         tables=tuple(tables(finished, rows, show)),
         sentences=tuple(verdict(finished)),
         pictures=(Picture("sweep.png", alt, f"{show} over the sweep"),),
-        data={"cases.csv": cases_table(finished, rows)},
+        data={"cases.csv": with_si(cases_table(finished, rows), _units_of_rows(finished))},
         files={
             "cases.csv": "one row per case (and w/h): varied keys, status, what the solver found",
             "cases.json": "the same with provenance per case",
