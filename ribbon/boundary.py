@@ -42,16 +42,19 @@ class Clamp:
         t_z and t_y, unit and orthogonal, (3,) each; t_x = t_y x t_z completes the right-handed frame. Both None: the
         frame is free to turn (a pinned end).
     ruling:
-        "free", or "straight": eta = 0, as a physical clamp that holds the whole edge (thesis, 7.1).
+        "straight": eta = 0, as a physical clamp that holds the whole edge (thesis, 7.1), or "free", as in the thesis's
+        models of chapters 3 and 5. None: straight where the frame is held, free where it is free to turn.
     """
 
     position: ArrayLike | None = (0.0, 0.0, 0.0)
     tangent: ArrayLike | None = (0.0, 0.0, 1.0)
     normal: ArrayLike | None = (0.0, 1.0, 0.0)
-    ruling: str = "free"
+    ruling: str | None = None
     _frame: NDArray[np.float64] | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if self.ruling is None:
+            object.__setattr__(self, "ruling", "free" if self.tangent is None and self.normal is None else "straight")
         if self.ruling not in ("free", "straight"):
             raise RibbonInputError("ruling", self.ruling, 'use "free" or "straight"')
         if self.position is not None:

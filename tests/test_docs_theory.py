@@ -100,7 +100,7 @@ def test_every_equation_of_the_heart_is_cited(chapter):
 def curl():
     """A ribbon out of the plane, eta' not zero."""
     strip = Strip(1.0, 0.1, poisson=0.4, natural_curvature=4.0, gamma=10.0)
-    e = solve(strip, Clamp(normal=(-(0.5**0.5), 0.5**0.5, 0.0)), Gravity(up=(1, 0, 0)), segments=6)
+    e = solve(strip, Clamp(normal=(-(0.5**0.5), 0.5**0.5, 0.0), ruling="free"), Gravity(up=(1, 0, 0)), segments=6)
     assert e.ok
     return e
 
@@ -206,7 +206,7 @@ def test_energy_2_8_and_2_11(curl):
 
 def test_exact_weight_2_9_and_2_10():
     strip, up = Strip(1.0, 0.1, gamma=7.0), np.array([0.6, 0.0, 0.8])
-    problem = build(strip, Clamp(), Gravity(up, exact=True), segments=5, formulation="mixed")
+    problem = build(strip, Clamp(ruling="free"), Gravity(up, exact=True), segments=5, formulation="mixed")
     x = problem.state(np.linspace(3.0, -2.0, 6), np.linspace(0.8, -0.5, 6))
     e = Shape(problem, x)
     s, w = along(problem.lengths)
@@ -339,7 +339,7 @@ def test_seen_from_the_end_3_9():
 
 def test_chain_4_1_and_4_2():
     strip, up = Strip(1.0, 0.05, gamma=3.0), np.array([0.0, 0.6, 0.8])
-    problem = build(strip, Clamp((0.1, 0.2, 0.3)), Gravity(up), segments=[0.2, 0.5, 0.3])
+    problem = build(strip, Clamp((0.1, 0.2, 0.3), ruling="free"), Gravity(up), segments=[0.2, 0.5, 0.3])
     x = np.array([2.0, 0.3, -1.0, 0.5, 3.0, -0.7, 1.0, 0.2])
     q, lengths = problem.parameters(x), problem.lengths
     np.testing.assert_allclose(q[1:, 1], q[:-1, 1] + lengths[:-1] * q[:-1, 0])
@@ -355,7 +355,7 @@ def test_chain_4_1_and_4_2():
 
 def test_glue_4_5_to_4_7():
     strip, up = Strip(1.0, 0.05, gamma=3.0), np.array([0.0, 0.6, 0.8])
-    problem = build(strip, Clamp(), Gravity(up, exact=False), segments=3, formulation="mixed")
+    problem = build(strip, Clamp(ruling="free"), Gravity(up, exact=False), segments=3, formulation="mixed")
     rng = np.random.default_rng(3)
     x = problem.state(np.array([2.0, -1.0, 3.0, 0.5]), np.array([0.3, 0.1, -0.4, 0.2]))
     x = x + 0.05 * rng.standard_normal(x.size)
@@ -393,7 +393,7 @@ def test_ends_and_seams_5_1_and_5_2():
     np.testing.assert_allclose(rows[where["end_position"]], x[last : last + 3] - x[:3], atol=1e-14)
     np.testing.assert_allclose(rows[where["end_frame"]], 2 * compose(start, x[last + 3 : last + 7])[1:], atol=1e-14)
     np.testing.assert_allclose(rows[where["seam_omega"]], [x[last + 7] + x[7]], atol=1e-14)
-    held = build(Strip(1.0, 0.05), Clamp(), end=Clamp((0.0, 0.0, 0.9)), segments=6)
+    held = build(Strip(1.0, 0.05), Clamp(ruling="free"), end=Clamp((0.0, 0.0, 0.9), ruling="free"), segments=6)
     y = rng.standard_normal(held.size)
     clamp = from_matrix(held.end.frame) * np.array([1.0, -1.0, -1.0, -1.0])
     rows, where = held.constraints(y), held.block_slices()
@@ -404,7 +404,7 @@ def test_walls_plates_and_forces_5_3_to_5_6():
     """Distances of the edges; force of a plate = k z; forces and moments balance the weight."""
     strip, up = Strip(1.0, 0.1, gamma=10.0), (0.0, 1.0, 0.0)
     plate = Wall((0.0, -0.3, 0.0), (0.0, 1.0, 0.0), stiffness=50.0)
-    e = solve(strip, Clamp(), Gravity(up), walls=(plate,), segments=16)
+    e = solve(strip, Clamp(ruling="free"), Gravity(up), walls=(plate,), segments=16)
     assert e.ok, e.message
     z = e.walls[0].height
     distances = e.problem.blocks()["wall_0"].values(e.x)

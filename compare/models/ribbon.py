@@ -362,7 +362,10 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
         return lambda: solve(**arguments, leave_saddle=leave_saddle)
     del arguments["segments"]
     first_three = [arguments.pop(name) for name in ("strip", "clamp", "gravity")]
-    return lambda: solve_to_tolerance(*first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle)
+    strict = "model.tolerance" in scene.own_keys
+    return lambda: solve_to_tolerance(
+        *first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle, strict=strict
+    )
 
 
 def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:

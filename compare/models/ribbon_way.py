@@ -283,7 +283,9 @@ def run_way(
         if progress is not None:
             progress(f"path: segments for the tolerance {scene.model.tolerance:g}")
         log = found.log
-        found = refine_to_tolerance(replace(found, log=()), scene.model.tolerance, leave_saddle=leave_saddle)
+        strict = "model.tolerance" in scene.own_keys
+        bare = replace(found, log=())
+        found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=strict)
         found = replace(found, log=log)
     keeper.remove()
     return Way(found, len(walk.stages), walk.solved, resumed)

@@ -100,6 +100,8 @@ def _significant(name: str, section: Any) -> dict[str, Any]:
         del said["turns"]
     if isinstance(section, ModelSpec) and not (section.element_lengths is None and section.tolerance is None):
         del said["elements"], said["grading"]
+    if isinstance(section, ModelSpec) and section.tolerance is None:
+        del said["tolerance"]
     newer = {key: about for key in said if (about := KEYS[f"{name}.{key}"]).newer}
     return {key: value for key, value in said.items() if key not in newer or value != newer[key].default}
 

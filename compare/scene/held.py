@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from compare.errors import BadInput
@@ -34,6 +35,8 @@ def read_clamp(table: Table) -> ClampSpec:
         raise table.bad(
             "across", "has no tangent and normal to be checked against", "add tangent and normal, or remove it"
         )
+    elif "ruling" not in table:
+        clamp = replace(clamp, ruling="free")  # a point that is held says nothing about the edge through it
     if clamp.position is None and clamp.tangent is None and clamp.ruling == "free":
         raise BadInput(
             table.path,

@@ -19,6 +19,7 @@ from compare.scene.held import read_clamp, read_closure, read_walls
 from compare.scene.loads import read_gravity, read_tip
 from compare.scene.spec import (
     FIRST_OVER_WIDTH,
+    SAY_ELEMENTS,
     ModelSpec,
     SceneSpec,
     SeedSpec,
@@ -140,6 +141,8 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
         for other in others:
             if chosen in table and other in table:
                 raise table.bad(other, f"conflicts with model.{chosen}{why}", "remove one of the two")
+    if "tolerance" not in table and (not model.can_place or any(name in table for name in SAY_ELEMENTS)):
+        model = replace(model, tolerance=None)
     if model.element_lengths is None:
         if model.grading == "clamp":
             return replace(model, smallest=FIRST_OVER_WIDTH * strip.width / (strip.length * model.elements))

@@ -40,7 +40,13 @@ FIRST_OVER_WIDTH = 2.5
 """Length of the first graded element, times the number of elements, over the strip's width (20 elements: w/8)."""
 
 DEFAULT_ELEMENTS = 20
-"""Number of ribbon elements when the scene does not say: the thesis's choice (3.5.1)."""
+"""Number of ribbon elements where they are not placed and the scene does not say: the thesis's choice (3.5.1)."""
+
+DEFAULT_TOLERANCE = 1e-3
+"""Error for which the ribbon's elements are placed when the scene says nothing about them (`ModelSpec.placed`)."""
+
+SAY_ELEMENTS = ("elements", "grading", "element_lengths")
+"""Keys of [model] of which one is enough to say what the ribbon's elements are; none is then placed by default."""
 
 
 def graded_lengths(elements: int, smallest: float) -> tuple[float, ...]:
@@ -178,7 +184,10 @@ class ClampSpec:
         Kind.DIRECTION, "optional check: t_x = t_y x t_z, the direction of the width at {at}", NONE,
         example="[1.0, 0.0, 0.0]", default=None
     )
-    ruling: str = key(Kind.CHOICE, "ruling at {at}", example='"straight"', choices=_RULING, default="free")
+    ruling: str = key(
+        Kind.CHOICE, "ruling at {at}", example='"straight"', choices=_RULING, default="straight",
+        note="free by default where the frame is free"
+    )
 
     @property
     def holds_all(self) -> bool:
@@ -224,7 +233,8 @@ class ModelSpec:
     """Energy and discretisation of the ribbon.
 
     The elements are `elements` equal ones, those of `element_lengths`, or placed for the error `tolerance` beginning
-    with equal ones. `smallest`: the first one's length over the strip's when they are graded towards the clamp.
+    with equal ones: this is so by default, unless the scene gives one of SAY_ELEMENTS or the model cannot place
+    (`can_place`). `smallest`: the first one's length over the strip's when they are graded towards the clamp.
     """
 
     energy: str = key(
@@ -233,7 +243,8 @@ class ModelSpec:
         default="auto"
     )
     elements: int = key(
-        Kind.COUNT, "number of elements of equal length", range=">= 1", example="20", default=DEFAULT_ELEMENTS
+        Kind.COUNT, "number of elements of equal length", range=">= 1", example="20", default=DEFAULT_ELEMENTS,
+        note="where they are not placed by tolerance"
     )
     grading: str = key(
         Kind.CHOICE, "lengths of the elements", example='"uniform"',
@@ -246,7 +257,8 @@ class ModelSpec:
     )
     tolerance: float | None = key(
         Kind.NUMBER, "error to reach by placing the elements (Hausdorff distance / length)", NONE,
-        "0 < tolerance < 0.1", "1e-3", default=None, newer=True, absent="elements as given"
+        "0 < tolerance < 0.1", "1e-3", default=DEFAULT_TOLERANCE,
+        note="none where elements, grading or element_lengths say them, or energy or formulation cannot place them"
     )
     formulation: str = key(
         Kind.CHOICE, "unknowns of the ribbon", example='"auto"',
@@ -265,6 +277,11 @@ class ModelSpec:
         default="auto", newer=True
     )
     smallest: float | None = None
+
+    @property
+    def can_place(self) -> bool:
+        """Whether the elements can be placed by a tolerance: the ribbon's, in the mixed formulation."""
+        return self.energy in registry.RIBBON_ENERGIES and self.formulation in ("auto", "mixed")
 
     @property
     def lengths(self) -> tuple[float, ...]:

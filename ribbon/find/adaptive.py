@@ -33,15 +33,16 @@ ROUNDS = 30
 #: Share of the sum of e_i that the cut segments carry; a segment this many times above the threshold is quartered.
 BULK = 0.8
 QUARTERED = 16.0
+_GOOD = (Status.CONVERGED, Status.SADDLE)
 #: Points along the ribbon for the distance.
 _ALONG = 2000
 
 
-def solve_to_tolerance(*arguments: Any, tolerance: float, **keywords: Any) -> Equilibrium:
+def solve_to_tolerance(*arguments: Any, tolerance: float, strict: bool = True, **keywords: Any) -> Equilibrium:
     """As `ribbon.solve` (without `segments`), on segments placed so that the surface's error is below `tolerance` * l.
 
     tolerance: Hausdorff distance over l to the limit of many segments, in (0, 0.1). The estimate is the result's
-    `tolerance_error`. Raises `RibbonInputError` on bad input.
+    `tolerance_error`. strict: see `refine_to_tolerance`. Raises `RibbonInputError` on bad input.
     """
     if not 0.0 < tolerance < 0.1:
         raise RibbonInputError("tolerance", tolerance, "a distance over l in (0, 0.1)")
@@ -54,8 +55,9 @@ def solve_to_tolerance(*arguments: Any, tolerance: float, **keywords: Any) -> Eq
     if pinned.get("formulation", "auto") in ("auto", "chained"):
         pinned = {**pinned, "formulation": "mixed"}
     first = solve(*arguments, segments=FIRST_SEGMENTS, **pinned)
-    found = refine_to_tolerance(first, tolerance, leave_saddle=bool(keywords.get("leave_saddle", False)))
-    if free_seam and found.status in (Status.CONVERGED, Status.SADDLE):
+    leave = bool(keywords.get("leave_saddle", False))
+    found = refine_to_tolerance(first, tolerance, leave_saddle=leave, strict=strict)
+    if free_seam and found.status in _GOOD:
         names = ("end", "walls", "energy", "held_by")
         chosen = {key: keywords[key] for key in names if key in keywords}
         lengths = found.problem.lengths
@@ -70,35 +72,47 @@ def refine_to_tolerance(
     tolerance: float,
     *,
     leave_saddle: bool = False,
+    strict: bool = True,
     report: Callable[[int, float], None] | None = None,
 ) -> Equilibrium:
-    """The same scene on segments placed for `tolerance`, started from `equilibrium`; report(segments, estimate)."""
+    """The same scene on segments placed for `tolerance`, started from `equilibrium`; report(segments, estimate).
+
+    strict: a tolerance that is not reached is "not converged"; otherwise the finest equilibrium that was found is the
+    answer as it is, its estimate beside it (None where there is none).
+    """
     current = equilibrium
     if not current.problem.row_count:
         current = switch(_as_mixed(current), current)
+    finest: Equilibrium | None = None
     estimate: float | None = None
+
+    def short(found: Equilibrium, message: str) -> Equilibrium:
+        """What to answer where the tolerance is not reached."""
+        if strict or finest is None:
+            return replace(found, status=Status.NOT_CONVERGED, stable=None, message=message, tolerance_error=estimate)
+        return replace(finest, message=f"{finest.message}; {message}", tolerance_error=estimate)
+
     for _ in range(ROUNDS):
-        if current.status not in (Status.CONVERGED, Status.SADDLE):
-            return replace(current, tolerance_error=estimate)
+        if current.status not in _GOOD:
+            return replace(current if strict or finest is None else finest, tolerance_error=estimate)
         problem: Any = current.problem
         halved = switch(problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2)), current)
-        if halved.status not in (Status.CONVERGED, Status.SADDLE):
-            return replace(halved, tolerance_error=estimate)
+        if halved.status not in _GOOD:
+            return replace(halved if strict else finest or current, tolerance_error=estimate)
         estimate = distance(current, halved)
+        finest = halved
         if report is not None:
             report(halved.problem.lengths.size, estimate)
         if estimate <= tolerance:
-            done = halved
-            if leave_saddle and done.status is Status.SADDLE:
-                done = switch(problem.with_changes(lengths=halved.problem.lengths), halved, leave_saddle=True)
-            return replace(done, tolerance_error=estimate)
+            if leave_saddle and halved.status is Status.SADDLE:
+                halved = switch(problem.with_changes(lengths=halved.problem.lengths), halved, leave_saddle=True)
+            return replace(halved, tolerance_error=estimate)
         lengths = cut(problem.lengths, indicators(current, halved))
         if lengths.size > MOST_SEGMENTS:
-            message = f"the tolerance {tolerance:g} needs more than {MOST_SEGMENTS} segments; reached {estimate:.2g}"
-            return replace(halved, status=Status.NOT_CONVERGED, stable=None, message=message, tolerance_error=estimate)
+            needs = f"the tolerance {tolerance:g} needs more than {MOST_SEGMENTS} segments; reached {estimate:.2g}"
+            return short(halved, needs)
         current = switch(problem.with_changes(lengths=lengths), halved)
-    message = f"the tolerance {tolerance:g} was not reached in {ROUNDS} rounds; reached {estimate:.2g}"
-    return replace(current, status=Status.NOT_CONVERGED, stable=None, message=message, tolerance_error=estimate)
+    return short(current, f"the tolerance {tolerance:g} was not reached in {ROUNDS} rounds; reached {estimate:.2g}")
 
 
 def _as_mixed(equilibrium: Equilibrium) -> Problem:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ribbon.element import quaternion
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem
 
 FloatArray = NDArray[np.float64]
 
@@ -23,6 +24,8 @@ _PIECES = 8
 _WEIGHT = 1e-2
 #: Largest |eta| of a fitted shape (about 60 degrees).
 _STEEPEST = 1.7
+#: Largest |eta'| w / 2 of a seed beside a clamp that holds the ruling straight.
+_STEEP = 0.5
 
 
 def joints(lengths: FloatArray) -> FloatArray:
@@ -37,6 +40,20 @@ def sampled(values: tuple[float, ...], s: FloatArray) -> FloatArray:
     if len(values) == 1:
         return np.full(s.size, values[0])
     return np.interp(s, np.linspace(0.0, 1.0, len(values)), values)
+
+
+def held_straight(problem: Problem, eta: FloatArray) -> FloatArray:
+    """eta (p + 1,) with eta = 0 where a clamp holds the ruling straight, and from there steeply to what was asked for.
+
+    A seed that leaves the plane then leaves it beside such a clamp too, whose bound would flatten a constant ruling.
+    """
+    s = joints(problem.lengths)
+    held = eta.copy()
+    for clamp, at in ((problem.start, 0.0), (problem.end, 1.0)):
+        if clamp is not None and clamp.ruling == "straight":
+            reach = _STEEP / problem.half_width * np.abs(s - at)
+            held = np.clip(held, -reach, reach)
+    return held
 
 
 def end_mismatch(problem: MixedProblem, x: FloatArray) -> FloatArray:

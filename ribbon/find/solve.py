@@ -151,7 +151,7 @@ def starting_shapes(
 ) -> list[tuple[FloatArray, FloatArray]]:
     """omega and eta (p + 1,) at the joints to start from, the most promising first; several only if none was given."""
     s = seeds.joints(problem.lengths)
-    eta = seeds.sampled(_values("seed_ruling", ruling), s)
+    eta = seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
     slopes = np.abs(np.diff(eta)) / problem.lengths * problem.half_width
     if slopes.max(initial=0.0) >= 1.0:
         raise RibbonInputError(

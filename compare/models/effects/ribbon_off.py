@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from compare.models.ribbon_build import build_arguments, ribbon_problem
 from compare.scene.scene import Scene
+from compare.scene.spec import DEFAULT_ELEMENTS
 from compare.scene.stages import stages_without
 from ribbon.energies import ENERGIES
 from ribbon.find.adaptive import FIRST_SEGMENTS
@@ -42,7 +43,7 @@ _RULINGS = ("clamp.start", "clamp.end", "closure")
 def _straight(scene: Scene) -> dict[str, Any]:
     held = (scene.clamp_start, scene.clamp_end, scene.closure)
     return {
-        f"{name}.ruling": None
+        f"{name}.ruling": "free"
         for name, part in zip(_RULINGS, held, strict=True)
         if part is not None and part.ruling == "straight"
     }
@@ -62,7 +63,7 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "contact": lambda scene: {"wall": None},
     "pressure plates": _plates,
     "continuation path": lambda scene: {"path": None},
-    "adaptive segments": lambda scene: {"model.tolerance": None},
+    "adaptive segments": lambda scene: {"model.elements": DEFAULT_ELEMENTS},
 }
 
 

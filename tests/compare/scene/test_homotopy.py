@@ -25,7 +25,7 @@ WALLS = (
     '[[wall]]\npoint = [-0.5, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\nname = "floor"\n'
     "[[wall]]\npoint = [0.5, 0.0, 0.0]\nnormal = [-1.0, 0.0, 0.0]\nstiffness = 2.0\n"
 )
-BASE = loads(text(END, extra=WALLS))
+BASE = loads(text(END, {"model.elements": "20"}, extra=WALLS))
 
 
 def turned(frame: np.ndarray, end: str = "end") -> dict[str, object]:
@@ -177,8 +177,9 @@ SWITCHES = [
     ({"gravity.exact": True}, ("gravity.exact",)),
     ({"clamp.end": None}, ("clamp.end",)),
     ({"clamp.start": None}, ("clamp.start",)),
-    ({"clamp.end.ruling": "straight"}, ("clamp.end.ruling",)),
-    ({"clamp.end.frame": "free"}, ("clamp.end.frame",)),
+    ({"clamp.end.ruling": "free"}, ("clamp.end.ruling",)),
+    ({"clamp.end.frame": "free"}, ("clamp.end.frame", "clamp.end.ruling")),
+    ({"clamp.end.frame": "free", "clamp.end.ruling": "straight"}, ("clamp.end.frame",)),
     ({"clamp.end.position": "free"}, ("clamp.end.position",)),
     ({"clamp.end": None, "closure.kind": "moebius"}, ("clamp.end", "closure")),
     ({"wall": None}, ("wall",)),
@@ -211,12 +212,12 @@ def test_closures_switch_key_by_key():
 
 
 def test_a_switch_beside_a_move_takes_the_last_value_from_the_start():
-    way = between(BASE, BASE.replace({"strip.gamma": 50.0, "model.elements": 40, "clamp.end.ruling": "straight"}))
+    way = between(BASE, BASE.replace({"strip.gamma": 50.0, "model.elements": 40, "clamp.end.ruling": "free"}))
     assert way.continuous
     assert set(way.switched) == {"model.elements", "clamp.end.ruling"}
     early = way(1e-6)
     assert early.model.elements == 40
-    assert early.clamp_end.ruling == "straight"
+    assert early.clamp_end.ruling == "free"
     assert early.gamma == pytest.approx(100.0, abs=1e-4)
 
 

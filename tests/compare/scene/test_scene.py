@@ -67,8 +67,9 @@ def test_defaults():
     assert scene.model.energy == "auto"
     assert scene.model.elements == 20
     assert scene.model.lengths == (0.05,) * 20
+    assert scene.model.tolerance == 1e-3  # the elements are placed, beginning with these
     assert scene.model.formulation == "auto"
-    assert scene.clamp_start.ruling == "free"
+    assert scene.clamp_start.ruling == "straight"
     assert scene.clamp_end is None
     assert scene.seed_curvature == scene.curvature == (10.0, 10.0)
     assert scene.seed.ruling == (0.0, 0.0)
@@ -133,7 +134,7 @@ def test_canonical_changes_with_everything_but_the_title():
     base = scene.canonical()
     json.dumps(base, allow_nan=False)
     assert loads(text({"title": '"another"'}), "elsewhere.toml").canonical() == base
-    assert loads(text({"model.elements": "20", "gravity.exact": "false"})).canonical() == base
+    assert loads(text({"model.tolerance": "1e-3", "gravity.exact": "false"})).canonical() == base
     assert loads(text({"strip.length": "1", "strip.gamma": "1e2"})).canonical() == base
     changes = {
         "strip.length": 1.5,
@@ -148,7 +149,7 @@ def test_canonical_changes_with_everything_but_the_title():
         "clamp.start.position": [0.0, 0.0, 1.0],
         "clamp.start.tangent": [0.0, 0.0, -1.0],
         "clamp.start.normal": [1.0, 0.0, 0.0],
-        "clamp.start.ruling": "straight",
+        "clamp.start.ruling": "free",
         "model.energy": "sadowsky",
         "model.elements": 21,
         "model.formulation": "chained",

@@ -15,12 +15,19 @@ UP = Gravity((0, 1, 0))
 
 def arch(height: float, segments: int = 12):
     """Two clamps, the end lifted."""
-    return build(STRIP, Clamp(), UP, end=Clamp((0.0, height, 0.8)), segments=segments)
+    return build(STRIP, Clamp(ruling="free"), UP, end=Clamp((0.0, height, 0.8), ruling="free"), segments=segments)
 
 
 @pytest.fixture(scope="module")
 def low():
-    return solve(STRIP, Clamp(), UP, end=Clamp((0.0, 0.0, 0.8)), segments=12, seed_curvature=(-3, 3, 3, -3))
+    return solve(
+        STRIP,
+        Clamp(ruling="free"),
+        UP,
+        end=Clamp((0.0, 0.0, 0.8), ruling="free"),
+        segments=12,
+        seed_curvature=(-3, 3, 3, -3),
+    )
 
 
 def test_a_way_ends_where_a_direct_solve_does_and_logs_every_step(low):
@@ -51,7 +58,7 @@ def test_forces_along_a_way_integrate_to_the_energy(low):
 
 def test_a_way_that_cannot_be_gone_keeps_the_last_good_state(low):
     def beyond(t):
-        return build(STRIP, Clamp(), UP, end=Clamp((0.0, 0.0, 0.8)), segments=12, walls=(
+        return build(STRIP, Clamp(ruling="free"), UP, end=Clamp((0.0, 0.0, 0.8), ruling="free"), segments=12, walls=(
             Wall((0, -0.5 + 2.0 * t, 0.4), (0, 1, 0)), Wall((0, 0.5 - 0.0 * t, 0.4), (0, -1, 0)),
         ))  # fmt: skip
 
@@ -65,8 +72,11 @@ def test_a_way_that_cannot_be_gone_keeps_the_last_good_state(low):
 
 
 def test_a_straight_strip_buckles_when_its_ends_approach():
-    straight = solve(STRIP, Clamp(), UP, end=Clamp((0, 0, 1.0)), segments=12)
-    end = follow(lambda t: build(STRIP, Clamp(), UP, end=Clamp((0, 0, 1.0 - 0.2 * t)), segments=12), straight)
+    straight = solve(STRIP, Clamp(ruling="free"), UP, end=Clamp((0, 0, 1.0), ruling="free"), segments=12)
+    end = follow(
+        lambda t: build(STRIP, Clamp(ruling="free"), UP, end=Clamp((0, 0, 1.0 - 0.2 * t), ruling="free"), segments=12),
+        straight,
+    )
     assert end.ok
     assert abs(end.middle.position[1]) > 0.1
 
@@ -76,8 +86,8 @@ def test_a_shape_goes_over_to_other_segments_and_formulations(low):
     assert fine.ok
     assert distance(low, fine) < 5e-3
     curl = Strip(1.0, 0.03, 0.4, natural_curvature=10.0, gamma=20.0)
-    chained = solve(curl, Clamp(), UP, segments=12)
-    mixed = switch(build(curl, Clamp(), UP, segments=12, formulation="mixed"), chained)
+    chained = solve(curl, Clamp(ruling="free"), UP, segments=12)
+    mixed = switch(build(curl, Clamp(ruling="free"), UP, segments=12, formulation="mixed"), chained)
     assert mixed.ok
     assert mixed.energy.total == pytest.approx(chained.energy.total, rel=1e-10)
 
@@ -118,6 +128,6 @@ def test_segments_with_most_error_are_cut():
 
 def test_bad_tolerances():
     with pytest.raises(RibbonInputError, match="tolerance"):
-        solve_to_tolerance(STRIP, Clamp(), tolerance=0.5)
+        solve_to_tolerance(STRIP, Clamp(ruling="free"), tolerance=0.5)
     with pytest.raises(RibbonInputError, match="not both"):
-        solve_to_tolerance(STRIP, Clamp(), tolerance=1e-3, segments=10)
+        solve_to_tolerance(STRIP, Clamp(ruling="free"), tolerance=1e-3, segments=10)

@@ -69,7 +69,12 @@ def test_the_pitchfork_opens_as_a_square_root():
 
 def test_a_short_curl_returns_to_the_plane_from_an_oblique_seed():
     found = solve(
-        Curl().strip(0.25), Clamp(), Gravity((0.0, 1.0, 0.0)), segments=20, seed_curvature=0.0, seed_ruling=0.2
+        Curl().strip(0.25),
+        Clamp(ruling="free"),
+        Gravity((0.0, 1.0, 0.0)),
+        segments=20,
+        seed_curvature=0.0,
+        seed_ruling=0.2,
     )
     assert found.ok
     assert excursion(found) < 1e-7

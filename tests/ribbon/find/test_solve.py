@@ -10,7 +10,7 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import ipopt
 
 HALF = 2**-0.5
-CLAMP = Clamp((0, 0, 0), (0, 0, 1), (-HALF, HALF, 0))
+CLAMP = Clamp((0, 0, 0), (0, 0, 1), (-HALF, HALF, 0), ruling="free")
 UP = Gravity((1, 0, 0))
 SCENES = [(10, 100, 10), (40, 1200, 20), (100, 7500, 20)]
 
@@ -78,7 +78,7 @@ def test_length_unit_and_rigid_motion_change_nothing():
     rotation *= np.sign(np.linalg.det(rotation))
     frame = rotation @ CLAMP.frame
     strip = Strip(25.0, 0.75, 0.4, 0.4, 100.0)
-    clamp = Clamp((2.5, -5.0, 7.5), frame[:, 2], frame[:, 1])
+    clamp = Clamp((2.5, -5.0, 7.5), frame[:, 2], frame[:, 1], ruling="free")
     second = solve(strip, clamp, Gravity(rotation @ [1, 0, 0]), segments=10)
     assert np.abs(second.position([0.3, 1.0]) - first.position([0.3, 1.0]) @ rotation.T - [0.1, -0.2, 0.3]).max() < 1e-9
     assert second.energy.elastic == pytest.approx(first.energy.elastic, rel=1e-10)
@@ -117,7 +117,7 @@ def test_clamp_carries_the_weight_and_its_moment():
     for sign in (1, -1):
         turn = np.eye(3) + np.sin(sign * angle) * k + (1 - np.cos(angle)) * k @ k
         frame = turn @ CLAMP.frame
-        clamp = Clamp((0, 0, 0), frame[:, 2], frame[:, 1])
+        clamp = Clamp((0, 0, 0), frame[:, 2], frame[:, 1], ruling="free")
         seed = ChainedProblem(result.problem.strip, clamp, UP, "wunderlich", result.problem.lengths)
         energies.append(ipopt.minimise(seed, result.x))
         energies[-1] = seed.value(energies[-1].x)
@@ -167,7 +167,12 @@ def test_the_saddles_direction_leads_to_a_stable_state():
 def test_symmetric_planar_seed_of_an_unstable_curl_is_reported():
     """A naturally straight strip clamped upright stands on its clamp: unstable above Greenhill's weight 7.837."""
     column = [
-        solve(Strip(1, 0.05, 0.3, 0.0, gamma), Clamp((0, 0, 0), (0, 0, 1), (0, 1, 0)), Gravity((0, 0, 1)), segments=16)
+        solve(
+            Strip(1, 0.05, 0.3, 0.0, gamma),
+            Clamp((0, 0, 0), (0, 0, 1), (0, 1, 0), ruling="free"),
+            Gravity((0, 0, 1)),
+            segments=16,
+        )
         for gamma in (7.8, 7.9)
     ]
     assert column[0].status is Status.CONVERGED
@@ -181,7 +186,7 @@ def test_a_symmetric_saddle_is_reached_and_named():
     Ipopt, which must shift the Hessian at every step there, does not converge; Newton's own steps do.
     """
     angle = 2.48
-    clamp = Clamp((0, 0, 0), (np.cos(angle), np.sin(angle), 0), (-np.sin(angle), np.cos(angle), 0))
+    clamp = Clamp((0, 0, 0), (np.cos(angle), np.sin(angle), 0), (-np.sin(angle), np.cos(angle), 0), ruling="free")
     strip = Strip(1.0, 0.05, 0.3, (-10.48, 7.27), 1773.5)
     planar = solve(strip, clamp, Gravity((0, 1, 0)), segments=40)
     assert planar.status is Status.SADDLE

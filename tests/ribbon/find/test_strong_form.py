@@ -14,7 +14,7 @@ from ribbon import Clamp, Gravity, Strip, refine, solve
 from tests.reference.strong_form import StrongForm, continued
 
 HALF = 2**-0.5
-CLAMP = Clamp((0, 0, 0), (0, 0, 1), (-HALF, HALF, 0))
+CLAMP = Clamp((0, 0, 0), (0, 0, 1), (-HALF, HALF, 0), ruling="free")
 UP = (1.0, 0.0, 0.0)
 #: Gamma of figure 4.1: rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)).
 FIGURE_4_1 = 1000 * 1e-4 * 9.81 * 0.5**3 / (1.8e9 * 1e-12 / (12 * 0.75))

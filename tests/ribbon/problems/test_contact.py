@@ -25,8 +25,8 @@ def roof(height: float, stiffness: float | None = None) -> Wall:
 
 def arguments(*walls: Wall) -> dict:
     return {
-        "strip": Strip(1.0, 0.2, 0.5, gamma=GAMMA), "clamp": Clamp(), "gravity": Gravity((0.0, 1.0, 0.0)),
-        "end": Clamp((0.0, 0.0, 0.9)), "walls": walls, "segments": SEGMENTS,
+        "strip": Strip(1.0, 0.2, 0.5, gamma=GAMMA), "clamp": Clamp(ruling="free"), "gravity": Gravity((0.0, 1.0, 0.0)),
+        "end": Clamp((0.0, 0.0, 0.9), ruling="free"), "walls": walls, "segments": SEGMENTS,
     }  # fmt: skip
 
 
@@ -149,7 +149,7 @@ def test_a_tilted_strip_leans_on_its_lower_edge_and_a_level_one_on_both(tilt):
     strip = Strip(1.0, 0.1, 0.3, gamma=8.0)
     table = Wall((0.0, -0.15, 0.0), (0.0, 1.0, 0.0))
     for angle in (0.0, tilt):
-        clamp = Clamp(normal=(-math.sin(angle), math.cos(angle), 0.0))
+        clamp = Clamp(normal=(-math.sin(angle), math.cos(angle), 0.0), ruling="free")
         found = solve(strip, clamp, Gravity((0.0, 1.0, 0.0)), walls=[table], segments=20)
         assert found.ok, found.message
         push = wall_rows(found, 0)[1].reshape(-1, 2)
@@ -170,8 +170,8 @@ def test_a_tilted_strip_leans_on_its_lower_edge_and_a_level_one_on_both(tilt):
 def test_a_sliding_wall_does_no_work_along_itself():
     """Without friction the wall's force has no part along it, though the ends shear the strip sideways."""
     found = solve(
-        Strip(1.0, 0.1, 0.3), Clamp(), end=Clamp((0.05, 0.0, 0.9)), walls=[FLOOR, roof(HEIGHT)], segments=24,
-        seed_curvature=(-8.0, 8.0, 8.0, -8.0), leave_saddle=True,
+        Strip(1.0, 0.1, 0.3), Clamp(ruling="free"), end=Clamp((0.05, 0.0, 0.9), ruling="free"),
+        walls=[FLOOR, roof(HEIGHT)], segments=24, seed_curvature=(-8.0, 8.0, 8.0, -8.0), leave_saddle=True,
     )  # fmt: skip
     assert found.ok, found.message
     force = found.walls[1].force

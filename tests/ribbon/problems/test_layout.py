@@ -23,7 +23,9 @@ def problem(formulation):
     lengths = np.array([0.1, 0.4, 0.3, 0.2])
     strip = Strip(1.0, 0.05, gamma=3.0)
     walls = () if formulation == "chained" else (Wall((0.0, -5.0, 0.0), (0.0, 1.0, 0.0), 20.0),)
-    made = build(strip, Clamp(), Gravity((0, 1, 0)), walls=walls, segments=lengths, formulation=formulation)
+    made = build(
+        strip, Clamp(ruling="free"), Gravity((0, 1, 0)), walls=walls, segments=lengths, formulation=formulation
+    )
     if formulation != "matrix":
         return made
     return MatrixProblem(strip, made.start, None, None, walls, made.gravity, made.energy, lengths)

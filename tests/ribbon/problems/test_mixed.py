@@ -11,14 +11,14 @@ from ribbon.find.solve import build
 from ribbon.problems.mixed import MixedProblem
 
 SLANTED = 2.0**-0.5
-CURL = Clamp((0, 0, 0), (0, 0, 1), (-SLANTED, SLANTED, 0))
+CURL = Clamp((0, 0, 0), (0, 0, 1), (-SLANTED, SLANTED, 0), ruling="free")
 
 
 def problem(**changes):
     """A problem with every term on, and its pieces replaced."""
     arguments = {
         "strip": Strip(1.0, 0.1, 0.4, natural_curvature=(3.0, 5.0), gamma=20.0),
-        "start": Clamp(),
+        "start": Clamp(ruling="free"),
         "end": None,
         "closure": None,
         "walls": (),
@@ -33,9 +33,12 @@ CASES = {
     "gravity": {},
     "weightless": {"gravity": None},
     "sadowsky": {"energy": "sadowsky"},
-    "exact weight": {"gravity": Gravity((0, 0.6, 0.8), exact=True), "end": Clamp((0, 0, 0.5), None, None)},
+    "exact weight": {
+        "gravity": Gravity((0, 0.6, 0.8), exact=True),
+        "end": Clamp((0, 0, 0.5), None, None, ruling="free"),
+    },
     "two clamps by rows, wall and plate": {
-        "end": Clamp((0.1, 0.2, 0.3)),
+        "end": Clamp((0.1, 0.2, 0.3), ruling="free"),
         "held_by": "constraints",
         "walls": (Wall((0, 0, 0.1), (0, 1.0, 0)), Wall((0, 0, 0.1), (0, 0.6, 0.8), stiffness=7.0)),
     },
@@ -94,9 +97,9 @@ def test_mixed_and_chained_are_the_same_ribbon(energy):
 
 def test_rows_and_elimination_hold_the_start_alike():
     strip = Strip(1.0, 0.05, 0.5, gamma=10.0)
-    end = Clamp((0.0, 0.1, 0.6), (0, 0, 1), (0, 1, 0))
+    end = Clamp((0.0, 0.1, 0.6), (0, 0, 1), (0, 1, 0), ruling="free")
     found = [
-        solve(strip, Clamp(), Gravity((0, 1, 0)), end=end, segments=12, held_by=by)
+        solve(strip, Clamp(ruling="free"), Gravity((0, 1, 0)), end=end, segments=12, held_by=by)
         for by in ("elimination", "constraints")
     ]
     assert all(e.ok for e in found)
@@ -107,8 +110,8 @@ def test_rows_and_elimination_hold_the_start_alike():
 
 def test_forces_and_moments_balance_between_two_clamps():
     strip = Strip(1.0, 0.05, 0.5, gamma=10.0)
-    end = Clamp((0.1, 0.2, 0.7), (0, 0.6, 0.8), (0, 0.8, -0.6))
-    e = solve(strip, Clamp(), Gravity((0, 1, 0)), end=end, segments=16)
+    end = Clamp((0.1, 0.2, 0.7), (0, 0.6, 0.8), (0, 0.8, -0.6), ruling="free")
+    e = solve(strip, Clamp(ruling="free"), Gravity((0, 1, 0)), end=end, segments=16)
     assert e.ok
     assert e.start.force + e.end_support.force == pytest.approx([0, 10.0, 0], abs=1e-7)
     nodes, weights = np.polynomial.legendre.leggauss(6)
@@ -122,8 +125,8 @@ def test_a_multiplier_is_the_derivative_of_the_energy_by_the_place_of_the_clamp(
     strip = Strip(1.0, 0.05, 0.5, gamma=5.0)
 
     def energy(shift):
-        end = Clamp((0.0, 0.1 + shift, 0.7), (0, 0, 1), (0, 1, 0))
-        e = solve(strip, Clamp(), Gravity((0, 1, 0)), end=end, segments=12, seed_curvature=(-3, 3, 3, -3))
+        end = Clamp((0.0, 0.1 + shift, 0.7), (0, 0, 1), (0, 1, 0), ruling="free")
+        e = solve(strip, Clamp(ruling="free"), Gravity((0, 1, 0)), end=end, segments=12, seed_curvature=(-3, 3, 3, -3))
         assert e.ok
         return e
 
@@ -162,7 +165,11 @@ def test_circles_are_exact():
 
 
 def test_a_strip_on_edge_is_left_or_called_a_saddle_in_every_formulation():
-    strip, clamp, up = Strip(1.0, 0.05, 0.4, gamma=30.0), Clamp((0, 0, 0), (0, 0, 1), (1, 0, 0)), Gravity((0, 1, 0))
+    strip, clamp, up = (
+        Strip(1.0, 0.05, 0.4, gamma=30.0),
+        Clamp((0, 0, 0), (0, 0, 1), (1, 0, 0), ruling="free"),
+        Gravity((0, 1, 0)),
+    )
     left = []
     for formulation in ("chained", "mixed"):
         stuck = solve(strip, clamp, up, formulation=formulation)
@@ -177,7 +184,11 @@ def test_a_strip_on_edge_is_left_or_called_a_saddle_in_every_formulation():
 
 
 def test_stability_of_many_segments_is_that_of_few():
-    strip, clamp, up = Strip(1.0, 0.05, 0.4, gamma=30.0), Clamp((0, 0, 0), (0, 0, 1), (1, 0, 0)), Gravity((0, 1, 0))
+    strip, clamp, up = (
+        Strip(1.0, 0.05, 0.4, gamma=30.0),
+        Clamp((0, 0, 0), (0, 0, 1), (1, 0, 0), ruling="free"),
+        Gravity((0, 1, 0)),
+    )
     many = solve(strip, clamp, up, segments=640)
     assert many.status is Status.SADDLE
     assert many.lowest_eigenvalue < -0.1
@@ -192,27 +203,27 @@ def test_stability_of_many_segments_is_that_of_few():
 def test_hard_and_impossible_cases_end_in_a_status_that_names_the_cause():
     strip = Strip(1.0, 0.05, 0.4, gamma=100.0)
     up = Gravity((0, 1, 0))
-    one = solve(strip, Clamp(), up, end=Clamp((0, 0, 0.9)), segments=1)
+    one = solve(strip, Clamp(ruling="free"), up, end=Clamp((0, 0, 0.9), ruling="free"), segments=1)
     assert one.status is Status.INFEASIBLE
     assert "more segments" in one.message
     room = (Wall((0, -0.2, 0), (0, 1, 0)), Wall((0, -0.3, 0), (0, -1, 0)))
-    assert solve(strip, Clamp(), up, walls=room, segments=8).status is Status.INFEASIBLE
-    straight = solve(strip, Clamp(), up, end=Clamp((0, 0, 1.0)), segments=8)
+    assert solve(strip, Clamp(ruling="free"), up, walls=room, segments=8).status is Status.INFEASIBLE
+    straight = solve(strip, Clamp(ruling="free"), up, end=Clamp((0, 0, 1.0), ruling="free"), segments=8)
     assert straight.ok
     assert "undetermined" in straight.message
     free = solve(Strip(1.0, 0.05, 0.4), Clamp(None, None, None), segments=4)
     assert free.ok
     assert "indifferent" in free.message  # omega = 0 everywhere: the rulings are not determined
     with pytest.raises(RibbonInputError, match="at most 1"):
-        solve(strip, Clamp(), end=Clamp((0, 0, 1.1)))
+        solve(strip, Clamp(ruling="free"), end=Clamp((0, 0, 1.1), ruling="free"))
     with pytest.raises(RibbonInputError, match="three segments"):
         solve(strip, closure=Closure("circle"), segments=2)
     with pytest.raises(RibbonInputError, match="cross inside"):
-        solve(strip, Clamp(), end=Clamp((0, 0, 0.9)), seed_ruling=(0.0, 50.0))
+        solve(strip, Clamp(ruling="free"), end=Clamp((0, 0, 0.9), ruling="free"), seed_ruling=(0.0, 50.0))
     with pytest.raises(RibbonInputError, match="no clamp at its end"):
-        solve(strip, closure=Closure("circle"), end=Clamp())
+        solve(strip, closure=Closure("circle"), end=Clamp(ruling="free"))
     with pytest.raises(RibbonInputError, match="contact"):
-        solve(strip, Clamp(), up, walls=room, formulation="chained")
+        solve(strip, Clamp(ruling="free"), up, walls=room, formulation="chained")
     with pytest.raises(RibbonInputError, match="spring"):
         Wall((0, 0, 0), (0, 1, 0), stiffness=0.0)
 
@@ -223,14 +234,14 @@ def test_points_far_out_have_no_value_instead_of_an_endless_series():
     x[7], x[8] = 1e7, 1e7
     assert np.isnan(p.value(x))
     assert np.isnan(p.constraints(x)).any()
-    chained = build(Strip(1.0, 0.1), Clamp(), Gravity(), segments=3, formulation="chained")
+    chained = build(Strip(1.0, 0.1), Clamp(ruling="free"), Gravity(), segments=3, formulation="chained")
     assert np.isnan(chained.value(np.full(8, 1e7)))
 
 
 def test_refining_keeps_the_branch_and_lowers_the_error():
     strip = Strip(1.0, 0.05, 0.5, gamma=5.0)
-    end = Clamp((0.0, 0.1, 0.7), (0, 0, 1), (0, 1, 0))
-    coarse = solve(strip, Clamp(), Gravity((0, 1, 0)), end=end, segments=10, seed_curvature=(-3, 3, 3, -3))
+    end = Clamp((0.0, 0.1, 0.7), (0, 0, 1), (0, 1, 0), ruling="free")
+    coarse = solve(strip, Clamp(ruling="free"), Gravity((0, 1, 0)), end=end, segments=10, seed_curvature=(-3, 3, 3, -3))
     fine = refine(coarse)
     finer = refine(fine)
     assert fine.ok
@@ -241,10 +252,10 @@ def test_refining_keeps_the_branch_and_lowers_the_error():
 
 def test_other_formulations_are_real_and_report_flipped_frames():
     strip = Strip(1.0, 0.01, 0.5, gamma=1.0)
-    end = Clamp((0, 0.05, 0.9), (0, 0.0, 1.0), (0, 1, 0))
+    end = Clamp((0, 0.05, 0.9), (0, 0.0, 1.0), (0, 1, 0), ruling="free")
     keywords = {"end": end, "segments": 10, "seed_curvature": (-3, 3, 3, -3)}
     mixed, matrix, chained = (
-        solve(strip, Clamp(), Gravity((0, 1, 0)), formulation=name, **keywords)
+        solve(strip, Clamp(ruling="free"), Gravity((0, 1, 0)), formulation=name, **keywords)
         for name in ("mixed", "matrix", "chained")
     )
     assert mixed.ok
@@ -255,7 +266,7 @@ def test_other_formulations_are_real_and_report_flipped_frames():
 
 def test_a_ruling_that_moves_nothing_does_not_hide_an_instability_between_walls_and_clamps():
     """A straight strip on edge above an untouched wall: the glued check looks for rulings too."""
-    clamp, up = Clamp((0, 0, 0), (0, 0, 1), (1, 0, 0)), Gravity((0, 1, 0))
+    clamp, up = Clamp((0, 0, 0), (0, 0, 1), (1, 0, 0), ruling="free"), Gravity((0, 1, 0))
     wall = Wall((0, -2.0, 0), (0, 1, 0))
     light, heavy = (solve(Strip(1.0, 0.05, 0.4, gamma=g), clamp, up, walls=(wall,)) for g in (15.0, 30.0))
     assert light.ok
@@ -269,17 +280,27 @@ def test_a_ruling_that_moves_nothing_does_not_hide_an_instability_between_walls_
 
 def test_pinned_ends_and_free_starts():
     strip, up = Strip(1.0, 0.05, 0.4, gamma=10.0), Gravity((0, 1, 0))
-    pinned = solve(strip, Clamp((0, 0, 0), None, None), up, end=Clamp((0, 0, 0.8), None, None), segments=16)
+    pinned = solve(
+        strip,
+        Clamp((0, 0, 0), None, None, ruling="free"),
+        up,
+        end=Clamp((0, 0, 0.8), None, None, ruling="free"),
+        segments=16,
+    )
     assert pinned.ok
     assert pinned.start.moment == pytest.approx(np.zeros(3), abs=1e-9)
     assert pinned.end_support.moment == pytest.approx(np.zeros(3), abs=1e-9)
     assert pinned.start.force + pinned.end_support.force == pytest.approx([0, 10.0, 0], abs=1e-7)
     assert pinned.omega([0.0, 1.0]) == pytest.approx([0, 0], abs=0.2)
-    held = solve(strip, Clamp((0, 0, 0)), up, segments=16)
-    turned = solve(strip, Clamp(None, None, None), up, end=Clamp((0, 0, 0), (0, 0, -1), (0, 1, 0)), segments=16)
+    held = solve(strip, Clamp((0, 0, 0), ruling="free"), up, segments=16)
+    turned = solve(
+        strip, Clamp(None, None, None), up, end=Clamp((0, 0, 0), (0, 0, -1), (0, 1, 0), ruling="free"), segments=16
+    )
     assert turned.ok
     assert turned.energy.total == pytest.approx(held.energy.total, rel=1e-9)
-    roller = solve(strip, Clamp((0, 0, 0)), up, end=Clamp(None, (0, 0, 1), (0, 1, 0)), segments=16)
+    roller = solve(
+        strip, Clamp((0, 0, 0), ruling="free"), up, end=Clamp(None, (0, 0, 1), (0, 1, 0), ruling="free"), segments=16
+    )
     assert roller.ok
     assert roller.end.frame == pytest.approx(np.eye(3), abs=1e-9)
     assert roller.end_support.force == pytest.approx(np.zeros(3), abs=1e-12)
@@ -290,9 +311,9 @@ def test_a_seed_without_torsion_ends_on_the_planar_saddle_and_leaves_it(length, 
     """The curl of 4.4 far beyond the length at which it leaves its plane, from a straight seed."""
     strip = Strip.from_material(length, 0.01, 1e-4, 1.8e9, 1000.0, 0.5, 60.0)
     keywords = {"segments": 20, "seed_curvature": 0.0, "formulation": formulation}
-    planar = solve(strip, Clamp(), Gravity((0, 1, 0)), **keywords)
+    planar = solve(strip, Clamp(ruling="free"), Gravity((0, 1, 0)), **keywords)
     assert planar.status in (Status.SADDLE, Status.CONVERGED)
-    left = solve(strip, Clamp(), Gravity((0, 1, 0)), leave_saddle=True, **keywords)
+    left = solve(strip, Clamp(ruling="free"), Gravity((0, 1, 0)), leave_saddle=True, **keywords)
     assert left.ok
     assert left.max_abs_eta > 0.1
     assert left.energy.total <= planar.energy.total + 1e-9

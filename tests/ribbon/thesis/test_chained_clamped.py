@@ -16,15 +16,15 @@ with kernel_cache.in_use():
 
 LENGTHS = np.array([0.2, 0.35, 0.15, 0.3])
 HALF = 2**-0.5
-START = Clamp((0.1, -0.2, 0.3), (0, 0, 1), (-HALF, HALF, 0))
+START = Clamp((0.1, -0.2, 0.3), (0, 0, 1), (-HALF, HALF, 0), ruling="free")
 CURLY = Strip(1.0, 0.06, 0.4, (10.0, -6.0), 20.0)
 PLAIN = Strip(1.0, 0.06, 0.4)
 END = Clamp((0.5, 0.1, 0.9), (1, 0, 0), (0, 0.6, 0.8), "straight")
 SCENES = {
     "weight": (CURLY, END, Gravity((0.6, 0.0, 0.8))),
     "weightless": (PLAIN, END, None),
-    "a point": (PLAIN, Clamp((0.5, 0.1, 0.9), None, None), None),
-    "a frame": (PLAIN, Clamp(None, (1, 0, 0), (0, 0.6, 0.8)), None),
+    "a point": (PLAIN, Clamp((0.5, 0.1, 0.9), None, None, ruling="free"), None),
+    "a frame": (PLAIN, Clamp(None, (1, 0, 0), (0, 0.6, 0.8), ruling="free"), None),
 }
 
 
@@ -67,10 +67,10 @@ def test_derivatives_at_infeasible_points(name):
 def test_an_arc_with_its_end_moved_is_that_of_the_mixed_model(energy):
     tangent, normal = np.array([0.0, -np.sin(1.0), np.cos(1.0)]), np.array([0.0, np.cos(1.0), np.sin(1.0)])
     turned = np.cos(0.1) * normal + np.sin(0.1) * np.cross(tangent, normal)
-    end = Clamp((0.01, -(1 - np.cos(1.0)), 0.98 * np.sin(1.0)), tangent, turned)
+    end = Clamp((0.01, -(1 - np.cos(1.0)), 0.98 * np.sin(1.0)), tangent, turned, ruling="free")
     strip, lengths = Strip(1.0, 0.05, 0.5, gamma=1.0), segment_lengths(8)
-    chained = ChainedClampedProblem(strip, Clamp(), end, Gravity(), energy, lengths)
-    mixed = MixedProblem(strip, Clamp(), end, None, (), Gravity(), energy, lengths)
+    chained = ChainedClampedProblem(strip, Clamp(ruling="free"), end, Gravity(), energy, lengths)
+    mixed = MixedProblem(strip, Clamp(ruling="free"), end, None, (), Gravity(), energy, lengths)
     one = minimise(chained, chained.linear((1.0, 1.0), (1e-3, 1e-3)), {"tol": 1e-12})
     two = minimise(mixed, mixed.state(np.ones(9), np.full(9, 1e-3)), {"tol": 1e-12})
     assert one.residual < 1e-8
@@ -95,8 +95,8 @@ def test_rows_that_hold_in_a_flipped_frame_are_found():
     for frame in wrong:
         # the straight ribbon has G = 1; it meets a clamp H at its end when H is one of these (or their transposes)
         for held in (frame, frame.T):
-            end = Clamp((0.0, 0.0, 1.0), held[:, 2], held[:, 1])
-            problem = ChainedClampedProblem(PLAIN, Clamp(), end, None, "sadowsky", LENGTHS)
+            end = Clamp((0.0, 0.0, 1.0), held[:, 2], held[:, 1], ruling="free")
+            problem = ChainedClampedProblem(PLAIN, Clamp(ruling="free"), end, None, "sadowsky", LENGTHS)
             if np.abs(problem.constraints(straight)).max() < 1e-14:
                 break
         else:
@@ -114,6 +114,6 @@ def test_a_trial_point_that_winds_up_has_no_value():
 
 def test_what_the_model_cannot_hold_is_refused():
     with pytest.raises(RibbonInputError, match="start"):
-        ChainedClampedProblem(PLAIN, Clamp(None), END, None, "sadowsky", LENGTHS)
+        ChainedClampedProblem(PLAIN, Clamp(None, ruling="free"), END, None, "sadowsky", LENGTHS)
     with pytest.raises(RibbonInputError, match="exact"):
         ChainedClampedProblem(PLAIN, START, END, Gravity(exact=True), "sadowsky", LENGTHS)

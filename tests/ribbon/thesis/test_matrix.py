@@ -18,7 +18,7 @@ with kernel_cache.in_use():
 
 LENGTHS = np.array([0.2, 0.35, 0.15, 0.3])
 HALF = 2**-0.5
-START = Clamp((0.1, -0.2, 0.3), (0, 0, 1), (-HALF, HALF, 0))
+START = Clamp((0.1, -0.2, 0.3), (0, 0, 1), (-HALF, HALF, 0), ruling="free")
 END = Clamp((0.5, 0.1, 0.9), (1, 0, 0), (0, 0.6, 0.8), "straight")
 WALLS = (Wall((0, 0, -0.4), (0.6, 0.0, 0.8)), Wall((0, 0.9, 0), (0, -1, 0), stiffness=30.0))
 CURLY = Strip(1.0, 0.06, 0.4, (10.0, -6.0), 20.0)
@@ -30,7 +30,11 @@ SCENES = {
     "exact weight": {"strip": CURLY, "start": START, "gravity": Gravity((0.6, 0, 0.8), exact=True)},
     "clamped by rows": {"strip": CURLY, "start": START, "end": END, "gravity": UP, "held_by": "constraints"},
     "two clamps": {"strip": PLAIN, "start": START, "end": END},
-    "pins": {"strip": PLAIN, "start": Clamp((0, 0, 0), None, None), "end": Clamp((0.3, 0.4, 0.5), None, None)},
+    "pins": {
+        "strip": PLAIN,
+        "start": Clamp((0, 0, 0), None, None, ruling="free"),
+        "end": Clamp((0.3, 0.4, 0.5), None, None, ruling="free"),
+    },
     "circle": {"strip": PLAIN, "closure": Closure("circle", "straight")},
     "moebius": {"strip": PLAIN, "closure": Closure("moebius")},
     "moebius on a table": {"strip": CURLY, "closure": Closure("moebius"), "walls": WALLS, "gravity": UP},
@@ -159,7 +163,7 @@ def compare(mixed, matrix, one, two):
 def test_a_hanging_curl_is_the_same(energy, held_by):
     scene = {
         "strip": Strip(1.0, 0.05, 0.4, 6.0, 20.0),
-        "start": Clamp(),
+        "start": Clamp(ruling="free"),
         "gravity": Gravity((0.6, 0.0, 0.8)),
         "held_by": held_by,
     }
@@ -171,8 +175,8 @@ def test_two_clamps_are_the_same_with_their_forces_and_moments(energy):
     # the end of the arc omega = 1, moved and turned about its tangent
     tangent, normal = np.array([0.0, -np.sin(1.0), np.cos(1.0)]), np.array([0.0, np.cos(1.0), np.sin(1.0)])
     turned = np.cos(0.3) * normal + np.sin(0.3) * np.cross(tangent, normal)
-    end = Clamp((0.02, -(1 - np.cos(1.0)), 0.97 * np.sin(1.0)), tangent, turned)
-    scene = {"strip": Strip(1.0, 0.05, 0.5, gamma=1.0), "start": Clamp(), "end": end, "gravity": Gravity()}
+    end = Clamp((0.02, -(1 - np.cos(1.0)), 0.97 * np.sin(1.0)), tangent, turned, ruling="free")
+    scene = {"strip": Strip(1.0, 0.05, 0.5, gamma=1.0), "start": Clamp(ruling="free"), "end": end, "gravity": Gravity()}
     mixed, matrix, one, two = agree(scene, lambda s: 1.0 + 0 * s, lambda s: 1e-3 + 0 * s, energy)
     for name in ("end_position", "end_frame"):
         mine, other = two.rows[matrix.block_slices()[name]], one.rows[mixed.block_slices()[name]]
@@ -182,7 +186,7 @@ def test_two_clamps_are_the_same_with_their_forces_and_moments(energy):
 def test_a_wall_is_the_same_and_pushes_as_hard():
     scene = {
         "strip": Strip(1.0, 0.05, 0.4, gamma=40.0),
-        "start": Clamp((0, 0, 0), (1, 0, 0), (0, 0, 1)),
+        "start": Clamp((0, 0, 0), (1, 0, 0), (0, 0, 1), ruling="free"),
         "gravity": Gravity(),
         "walls": (Wall((0, 0, -0.2), (0, 0, 1)),),
     }
@@ -212,8 +216,8 @@ def test_a_moebius_band_is_the_same_from_the_state_of_the_other():
 
 
 def test_flipped_frames_meet_all_rows_and_are_found():
-    end = Clamp((0.0, 0.0, 1.0), (0, 0, 1), (0, 1, 0))
-    problem = make(MatrixProblem, PLAIN, start=Clamp(), end=end)
+    end = Clamp((0.0, 0.0, 1.0), (0, 0, 1), (0, 1, 0), ruling="free")
+    problem = make(MatrixProblem, PLAIN, start=Clamp(ruling="free"), end=end)
     straight = problem.state(np.zeros(5), np.zeros(5))
     assert np.abs(problem.constraints(straight)).max() < 1e-14
     assert not problem.flipped(straight)
@@ -224,15 +228,15 @@ def test_flipped_frames_meet_all_rows_and_are_found():
         assert np.abs(problem.constraints(x)).max() < 1e-14
         assert problem.flipped(x)
     # a third of a turn: no product is negative, all of them are zero
-    loose = make(MatrixProblem, PLAIN, start=Clamp())
+    loose = make(MatrixProblem, PLAIN, start=Clamp(ruling="free"))
     x = straight.copy()
     turn = np.roll(np.eye(3), 1, axis=1)
     x[35:44] = x[51:60] = turn.ravel()
     x[48:51] = x[32:35] + LENGTHS[2] * turn[:, 2]
     assert np.abs(loose.constraints(x)).max() < 1e-14
     assert loose.flipped(x)
-    turned = Clamp((0.0, 0.0, 1.0), (0, 0, 1), (0, -1, 0))
-    other = make(MatrixProblem, PLAIN, start=Clamp(), end=turned)
+    turned = Clamp((0.0, 0.0, 1.0), (0, 0, 1), (0, -1, 0), ruling="free")
+    other = make(MatrixProblem, PLAIN, start=Clamp(ruling="free"), end=turned)
     assert np.abs(other.constraints(straight)).max() < 1e-14
     assert other.flipped(straight)
 

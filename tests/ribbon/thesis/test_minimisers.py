@@ -62,7 +62,7 @@ class Valley:
 
 def coil(curvature=10.0, gamma=100.0, segments=10):
     """The scene of table 3.2 (Sadowsky) without bounds; a point coiled over 10 000 rad/l counts as unreachable."""
-    clamp = Clamp((0, 0, 0), (0, 0, 1), (-HALF, HALF, 0))
+    clamp = Clamp((0, 0, 0), (0, 0, 1), (-HALF, HALF, 0), ruling="free")
     strip = Strip(1.0, 0.03, 0.4, curvature, gamma)
     problem = ChainedProblem(strip, clamp, Gravity((1, 0, 0)), "sadowsky", segment_lengths(segments))
 

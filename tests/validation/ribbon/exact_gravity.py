@@ -98,7 +98,11 @@ def _rectangle() -> tuple[list[list[str]], dict[str, float]]:
     left: dict[str, list[float]] = {"line": [], "eq. 2.9": [], "with the ends": []}
     for width in WIDTHS:
         problem = build(
-            Strip(1.0, width, 0.5, 0.0, 1.0), Clamp(), Gravity(UP, exact=True), segments=SEGMENTS, formulation="mixed"
+            Strip(1.0, width, 0.5, 0.0, 1.0),
+            Clamp(ruling="free"),
+            Gravity(UP, exact=True),
+            segments=SEGMENTS,
+            formulation="mixed",
         )
         s = np.linspace(0.0, 1.0, SEGMENTS + 1)
         found = weights(problem, problem.state(3.0 + np.sin(4.0 * s), 0.5 - 0.9 * s + 0.3 * np.cos(3.0 * s)))
@@ -112,7 +116,11 @@ def _straight() -> tuple[list[list[str]], float]:
     """A straight strip at rest: its elastic energy is zero whatever its rulings, and so must be what they weigh."""
     width, gamma = 0.1, 100.0
     problem: Any = build(
-        Strip(1.0, width, 0.5, 0.0, gamma), Clamp(), Gravity(UP, exact=True), segments=SEGMENTS, formulation="mixed"
+        Strip(1.0, width, 0.5, 0.0, gamma),
+        Clamp(ruling="free"),
+        Gravity(UP, exact=True),
+        segments=SEGMENTS,
+        formulation="mixed",
     )
     rows, worst = [], 0.0
     s = np.linspace(0.0, 1.0, SEGMENTS + 1)

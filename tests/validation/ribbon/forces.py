@@ -71,7 +71,7 @@ def differences(e: Equilibrium, end: str) -> tuple[np.ndarray, np.ndarray]:
 def _floor() -> Equilibrium:
     """A strip clamped above a floor on which it comes to rest."""
     strip = Strip(1.0, 0.05, 0.3, 0.0, 60.0)
-    clamp = Clamp((0, 0, 0.2), (1, 0, 0), (0, 0, 1))
+    clamp = Clamp((0, 0, 0.2), (1, 0, 0), (0, 0, 1), ruling="free")
     return solve(strip, clamp, Gravity((0, 0, 1)), walls=(Wall((0, 0, 0), (0, 0, 1)),), segments=20, options=_TIGHT)
 
 

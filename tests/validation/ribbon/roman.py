@@ -158,15 +158,15 @@ class Experiment:
         if height is not None:
             walls.append(Wall((0.0, height, 0.0), (0.0, -1.0, 0.0), stiffness))
         return build(
-            Strip(1.0, WIDTH, POISSON, gamma=self.gamma), Clamp(), Gravity((0.0, 1.0, 0.0)),
-            end=Clamp((0.0, 0.0, 1.0 - self.delta)), walls=walls, segments=segments or self.segments,
+            Strip(1.0, WIDTH, POISSON, gamma=self.gamma), Clamp(ruling="free"), Gravity((0.0, 1.0, 0.0)),
+            end=Clamp((0.0, 0.0, 1.0 - self.delta), ruling="free"), walls=walls, segments=segments or self.segments,
         )  # fmt: skip
 
     def arch(self, segments: int | None = None) -> Equilibrium:
         """Without a roof."""
         return solve(
-            Strip(1.0, WIDTH, POISSON, gamma=self.gamma), Clamp(), Gravity((0.0, 1.0, 0.0)),
-            end=Clamp((0.0, 0.0, 1.0 - self.delta)), walls=[Wall((0.0, -EPSILON, 0.0), (0.0, 1.0, 0.0))],
+            Strip(1.0, WIDTH, POISSON, gamma=self.gamma), Clamp(ruling="free"), Gravity((0.0, 1.0, 0.0)),
+            end=Clamp((0.0, 0.0, 1.0 - self.delta), ruling="free"), walls=[Wall((0.0, -EPSILON, 0.0), (0.0, 1.0, 0.0))],
             segments=segments or self.segments, seed_curvature=(-8.0, 8.0, 8.0, -8.0),
         )  # fmt: skip
 
@@ -176,8 +176,8 @@ class Experiment:
         size = 2.0 * math.pi * folds * math.sqrt(self.delta) * 2.0
         walls = [Wall((0.0, -EPSILON, 0.0), (0.0, 1.0, 0.0)), Wall((0.0, height, 0.0), (0.0, -1.0, 0.0), stiffness)]
         return solve(
-            Strip(1.0, WIDTH, POISSON, gamma=self.gamma), Clamp(), Gravity((0.0, 1.0, 0.0)),
-            end=Clamp((0.0, 0.0, 1.0 - self.delta)), walls=walls, segments=segments,
+            Strip(1.0, WIDTH, POISSON, gamma=self.gamma), Clamp(ruling="free"), Gravity((0.0, 1.0, 0.0)),
+            end=Clamp((0.0, 0.0, 1.0 - self.delta), ruling="free"), walls=walls, segments=segments,
             seed_curvature=tuple((-size * np.cos(2.0 * math.pi * folds * s)).tolist()),
         )  # fmt: skip
 
