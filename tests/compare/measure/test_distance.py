@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -53,6 +56,82 @@ def test_against_brute_force_on_random_triangles():
 
     expected = max(one_sided(0, 1), one_sided(1, 0))
     assert hausdorff(points[0], triangles[0], points[1], triangles[1]) == pytest.approx(expected, rel=1e-12)
+
+
+def vtk_hausdorff(points_a, triangles_a, points_b, triangles_b):
+    """The judge: VTK's point-to-cell filter."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    from vtkmodules.vtkFiltersModeling import vtkHausdorffDistancePointSetFilter
+
+    def surface(points, triangles):
+        nodes, cells, data = vtkPoints(), vtkCellArray(), vtkPolyData()
+        nodes.SetDataTypeToDouble()
+        nodes.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=True))
+        offsets = np.arange(0, 3 * len(triangles) + 1, 3, dtype=np.int64)
+        connected = np.ascontiguousarray(triangles, dtype=np.int64).ravel()
+        cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(connected, deep=True))
+        data.SetPoints(nodes)
+        data.SetPolys(cells)
+        return data
+
+    measure = vtkHausdorffDistancePointSetFilter()
+    measure.SetInputData(0, surface(points_a, triangles_a))
+    measure.SetInputData(1, surface(points_b, triangles_b))
+    measure.SetTargetDistanceMethodToPointToCell()
+    measure.Update()
+    return float(measure.GetHausdorffDistance())
+
+
+def coil(along, across, turns=3.0, width=0.05, pitch=0.02, slide=0.0, lift=0.0, wave=0.0):
+    """A strip wound up: neighbouring turns are nearer than its own length."""
+    s, v = np.meshgrid(np.linspace(0, 1, along), np.linspace(-width / 2, width / 2, across), indexing="ij")
+    angle = 2 * np.pi * turns * (s + slide)
+    radius = 1 / (2 * np.pi * turns) + lift + wave * np.sin(40 * s + 90 * v)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), v + pitch * turns * s], axis=2)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (coil(301, 9), coil(301, 9, lift=1e-6)),  # an error
+        (coil(301, 9), coil(301, 9, slide=0.013)),  # points wander along the surface, the surface hardly moves
+        (coil(301, 9), coil(201, 5, slide=0.2, lift=3e-4)),  # what is nearest stands elsewhere on the strip
+        (coil(301, 9), coil(301, 9, wave=2e-3)),
+        (coil(301, 9, pitch=0.004), coil(301, 9, pitch=0.004, lift=0.02)),  # the next turn is nearer than the own one
+        (coil(301, 9), plane(51, 5, height=0.3)),  # farther than a cell by far
+        (coil(61, 3), coil(601, 13, turns=2.0)),
+        (np.repeat(coil(60, 5), 2, axis=0), coil(90, 4)),  # triangles without an area
+    ],
+)
+def test_against_vtk(one, other):
+    """VTK measures the same, whatever makes the nearest triangle hard to find."""
+    arguments = (
+        one.reshape(-1, 3), grid_triangles(*one.shape[:2]), other.reshape(-1, 3), grid_triangles(*other.shape[:2])
+    )  # fmt: skip
+    assert grid_hausdorff(one, other) == pytest.approx(vtk_hausdorff(*arguments), rel=1e-12, abs=1e-15)
+
+
+def test_against_vtk_on_loose_triangles():
+    """Large and small triangles that are no grid, and points that are corners of none."""
+    rng = np.random.default_rng(7)
+    for _ in range(5):
+        points = [rng.normal(size=(n, 3)) * [1.0, 0.3, 0.1] for n in (60, 90)]
+        corners = [np.array([rng.choice(len(p), 3, replace=False) for _ in range(40)]) for p in points]
+        arguments = points[0], corners[0], points[1], corners[1]
+        assert hausdorff(*arguments) == pytest.approx(vtk_hausdorff(*arguments), rel=1e-12)
+
+
+def test_no_vtk_is_loaded_for_a_distance():
+    code = (
+        "import sys, numpy as np\n"
+        "from compare.measure.distance import grid_hausdorff\n"
+        "x = np.zeros((3, 2, 3)); x[:, :, 0] = [[0], [1], [2]]; x[:, 1, 1] = 1\n"
+        "assert grid_hausdorff(x, x + [0, 0, 1]) == 1.0\n"
+        "assert not [m for m in sys.modules if m.split('.')[0] in ('vtkmodules', 'pyvista', 'vtk')]\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_grid_is_fine_enough_for_the_curvature():
