@@ -28,17 +28,24 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
         help="of a scene: replace a key, e.g. --set strip.gamma=50 (repeatable)",
     )  # fmt: skip
+    parser.add_argument(
+        "--scale", default=None, metavar="X",
+        help="lengths of the files times X (1000: mm of m), or l for a strip of length 1 (default: metres where the "
+        "scene gives SI, otherwise the unit of strip.length)",
+    )  # fmt: skip
     common.out_argument(parser, "SOURCE/export, of a scene out/SCENE/export")
     common.printed_arguments(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
-    from compare.export.source import chosen, read_source, sizes, write, write_page_of
+    from compare.export.scale import Scale
+    from compare.export.source import chosen, read_source, scaled, sizes, write, write_page_of
     from compare.page.terminal import print_table
     from compare.store.store import check_writable
 
     formats = chosen(options.formats)
+    Scale.of({}, options.scale)  # a number, before anything is solved
     folder, code = Path(options.source), common.DONE
     with Reporter(quiet=options.quiet) as reporter:
         if not folder.is_dir():
@@ -46,6 +53,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         elif options.assignments:
             raise BadInput("--set", options.assignments[0], "changes a scene, and SOURCE is a folder of results")
         source = read_source(folder)
+        source = scaled(source, Scale.of(source.result, options.scale))
         out = check_writable(options.out if options.out is not None else folder / "export")
         if out.resolve() == folder.resolve():
             raise BadInput("--out", str(out), "is the folder of the results itself", "give another folder")
@@ -57,6 +65,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         print_table(console, replace(sizes(out, files), title=source.page.title), wide=options.wide)
         if "npz" in formats and not source.ribbon and source.has_ribbon:
             console.print("The folder has no ribbon.npz: the ribbon's own segments are left out.")
+        console.print(source.scale.words)
         console.print(f"Files: {out}")
     return code
 

@@ -30,12 +30,11 @@ def sheet_arrays(sheet: Sheet) -> dict[str, NDArray[Any]]:
 
 
 def texture_coordinates(sheet: Sheet) -> FloatArray | None:
-    """(N, 2) in [0, 1]: S / l and (v + w / 2) / w; None without material coordinates."""
+    """(N, 2) in [0, 1]: S / l and (v + w / 2) / w, at any scale; None without material coordinates."""
     if "S" not in sheet.fields or "v" not in sheet.fields:
         return None
-    v = sheet.fields["v"]
-    span = float(np.ptp(v)) or 1.0
-    return np.column_stack([sheet.fields["S"], (v - v.min()) / span])
+    s, v = sheet.fields["S"], sheet.fields["v"]
+    return np.column_stack([(x - x.min()) / (float(np.ptp(x)) or 1.0) for x in (s, v)])
 
 
 def colours(sheet: Sheet) -> tuple[str, NDArray[np.uint8]] | None:
@@ -58,11 +57,11 @@ def colours(sheet: Sheet) -> tuple[str, NDArray[np.uint8]] | None:
     return None
 
 
-def obj_bytes(sheet: Sheet, name: str) -> bytes:
-    """Wavefront OBJ: positions, normals, triangles; texture coordinates are the material ones."""
+def obj_bytes(sheet: Sheet, name: str, unit: str = "l") -> bytes:
+    """Wavefront OBJ, unit: of the lengths: positions, normals, triangles; texture coordinates are the material ones."""
     texture = texture_coordinates(sheet)
     out = io.StringIO()
-    out.write(f"# ribbonbench; lengths in l\no {''.join(c if c.isalnum() else '_' for c in name)}\n")
+    out.write(f"# ribbonbench; lengths in {unit}\no {''.join(c if c.isalnum() else '_' for c in name)}\n")
     np.savetxt(out, sheet.points, fmt="v %.9g %.9g %.9g")
     if texture is not None:
         np.savetxt(out, texture, fmt="vt %.9g %.9g")
@@ -73,9 +72,9 @@ def obj_bytes(sheet: Sheet, name: str) -> bytes:
     return out.getvalue().encode()
 
 
-def ply_bytes(sheet: Sheet) -> bytes:
-    """Binary little-endian PLY: positions (double), normals, colours, s t texture coordinates, every scalar field and
-    the components of every vector field as float properties NAME, NAME_x, ..."""
+def ply_bytes(sheet: Sheet, unit: str = "l") -> bytes:
+    """Binary little-endian PLY, unit: of the lengths: positions (double), normals, colours, s t texture coordinates,
+    every scalar field and the components of every vector field as float properties NAME, NAME_x, ..."""
     columns: list[tuple[str, str, NDArray[Any]]] = []
     columns += [(axis, "<f8", sheet.points[:, k]) for k, axis in enumerate(_AXES)]
     columns += [(f"n{axis}", "<f4", sheet.normals()[:, k]) for k, axis in enumerate(_AXES)]
@@ -92,7 +91,7 @@ def ply_bytes(sheet: Sheet) -> bytes:
         vertices[name] = values
     faces = np.empty(len(sheet.triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, sheet.triangles
-    header = ["ply", "format binary_little_endian 1.0", "comment ribbonbench, lengths in l"]
+    header = ["ply", "format binary_little_endian 1.0", f"comment ribbonbench, lengths in {unit}"]
     header += [f"element vertex {len(vertices)}", *(f"property {kinds[kind]} {name}" for name, kind, _ in columns)]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
     return "\n".join(header).encode("ascii") + vertices.tobytes() + faces.tobytes()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.export import formats as export_formats
 from compare.export import gltf as export_gltf
+from compare.export.scale import Scale
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.page.study import Study
@@ -50,13 +51,15 @@ class Named:
 
 @dataclass(frozen=True)
 class Source:
-    """A folder's surfaces; ribbon: arrays of its `ribbon.npz` (empty without); page: what the folder says of itself."""
+    """A folder's surfaces; ribbon: arrays of its `ribbon.npz` (empty without); page: what the folder says of itself;
+    scale: of the numbers in all of them."""
 
     folder: Path
     surfaces: tuple[Named, ...]
     page: Page
     ribbon: dict[str, NDArray[Any]] = field(default_factory=dict)
     result: dict[str, Any] = field(default_factory=dict)
+    scale: Scale = field(default_factory=Scale)
 
     @property
     def has_ribbon(self) -> bool:
@@ -135,6 +138,12 @@ def _result(folder: Path) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
+def scaled(source: Source, scale: Scale) -> Source:
+    """The source with its surfaces and the ribbon's arrays at a scale."""
+    surfaces = tuple(replace(found, sheet=scale.sheet(found.sheet)) for found in source.surfaces)
+    return replace(source, surfaces=surfaces, ribbon=scale.arrays(source.ribbon), scale=scale)
+
+
 def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
     """Writes the files, each atomically, and returns their names with what is in them."""
     files: dict[str, str] = {}
@@ -148,9 +157,9 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
         if "vtu" in formats or "pvd" in formats:
             put(f"{stem}.vtu", vtu_bytes(sheet), f"{label}: surface with fields, VTU")
         if "obj" in formats:
-            put(f"{stem}.obj", export_formats.obj_bytes(sheet, label), f"{label}: surface, OBJ")
+            put(f"{stem}.obj", export_formats.obj_bytes(sheet, label, source.scale.unit), f"{label}: surface, OBJ")
         if "ply" in formats:
-            put(f"{stem}.ply", export_formats.ply_bytes(sheet), f"{label}: surface with fields, PLY")
+            put(f"{stem}.ply", export_formats.ply_bytes(sheet, source.scale.unit), f"{label}: surface with fields, PLY")
         if "csv" in formats:
             put(f"{stem}_points.csv", export_formats.points_csv(sheet), f"{label}: points with fields, CSV")
         if "npz" in formats:
@@ -202,8 +211,8 @@ def write_page_of(out: Path, source: Source, files: dict[str, str], again: str) 
         for stem, s in kept.items()
         if f"{stem}.vtu" in files
     )
-    said = f"{len(files)} files of {len(source.surfaces)} surfaces. Lengths in l, curvatures in 1/l."
+    said = f"{len(files)} files of {len(source.surfaces)} surfaces. {source.scale.words}"
     study = Study("export", page.title, (sizes(out, files),), (said,), surfaces=shown, files=files)
     exported = replace(study.page(again, page.provenance), scene=page.scene, up=page.up)
-    atomic_write_json(out / "result.json", {**source.result, "exported": files})
+    atomic_write_json(out / "result.json", {**source.result, "exported": files, "scale": source.scale.to_dict()})
     write_page(out, exported)

@@ -30,12 +30,14 @@ ENDINGS = {"l": "m", "1/l": "per_m", "D w / l^2": "N", "D w / l": "J", "moment":
 
 
 def dimensions(scene: SceneData) -> dict[str, Any]:
-    """What a scene's numbers are made dimensionless with, for result.json: `units` in SI (None: not known), `D` in N m,
-    and the groups `gamma`, `width_to_thickness` (w/h; None: no thickness), `width_to_length` (w/l)."""
+    """What a scene's numbers are made dimensionless with, for result.json: `units` in SI (None: not known), `length` in
+    the scene's own unit, `D` in N m, and the groups `gamma`, `width_to_thickness` (w/h; None: no thickness),
+    `width_to_length` (w/l)."""
     units = Units.of(scene)
     thickness = scene.strip.thickness
     return {
         "units": {**units.to_dict(), "known": units.known},
+        "length": scene.strip.length,
         "D": units.bending,
         "gamma": scene.gamma,
         "width_to_thickness": None if thickness is None else scene.strip.width / thickness,

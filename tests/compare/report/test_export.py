@@ -358,7 +358,7 @@ def bow(tmp_path_factory):
     path.write_text(outside.SCENE.format(energy="arc"))
     with registered(folder / "site", outside.Arc):
         scene = loads(path.read_text())
-        assert main(["export", str(path), "--out", str(folder / "out"), "--quiet"]) == DONE
+        assert main(["export", str(path), "--scale", "l", "--out", str(folder / "out"), "--quiet"]) == DONE
     grid = Grid.for_shape(scene, 1.0)
     s, v = (part.ravel() for part in np.meshgrid(grid.s, grid.v, indexing="ij"))
     scalars = {"S": s, "v": v, "energy_density": -0.5 * s, "x": 2.0 * s}
