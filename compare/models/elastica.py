@@ -118,6 +118,7 @@ class ElasticaModel:
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
+        "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
         "strip.width": _PLANE,
         "strip.poisson": _PLANE,
         "gravity.exact": "in its plane the weight of the surface is that of the centreline",

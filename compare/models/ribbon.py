@@ -118,6 +118,7 @@ class RibbonModel:
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
+        "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
         "shell.*": "how the shell beside it is made and held",
         "model.arc_length": "how the elastica beside it passes limit points",
     }

@@ -155,6 +155,7 @@ class ShellModel:
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
+        "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
         "gravity.exact": "the shell always weighs its surface",
         "clamp.start.ruling": "shell.clamp says what a shell's clamp holds",
         "clamp.end.ruling": "shell.clamp says what a shell's clamp holds",

@@ -13,6 +13,7 @@ from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.studies.compare import Comparison, Row
+from compare.studies.inputs import input_uncertainty
 
 
 def presenter(state: State) -> Any:
@@ -86,6 +87,9 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
         **dimensions(scene),
         "provenance": provenance(scene),
     }
+    unsure = input_uncertainty(scene, state)
+    if unsure is not None:
+        result["u_input"] = unsure.to_dict()
     if own is not None:
         result.update(own.result(scene, state))
     result["si"] = si_of(result, Units.of(scene))

@@ -27,7 +27,7 @@ EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
 NO_BEARING = frozenset({"title", "steps", "clamp.start.across", "clamp.end.across"})
 """Keys that say nothing about the strip: the title, the steps of a stage, and what only checks other keys."""
 
-OPTIONAL = ("model", "seed", "shell")
+OPTIONAL = ("model", "seed", "shell", "uncertainty")
 """Sections that say nothing when they are empty."""
 
 
@@ -46,6 +46,8 @@ def canonical_of(scene: SceneData) -> dict[str, Any]:
     """All that can influence the result as the contract's keys; what is newer only where the scene uses it."""
     document: dict[str, Any] = {}
     for name, section in _sections(scene).items():
+        if name == "uncertainty":
+            continue  # how sure the inputs are moves no result
         if section is not None:
             _place(document, name, _significant(name, section))
         elif name not in ("clamp.end", "closure", "tip"):
@@ -67,6 +69,7 @@ def _sections(scene: SceneData) -> dict[str, Any]:
         "shell": scene.shell,
         "closure": scene.closure,
         "tip": scene.tip,
+        "uncertainty": scene.uncertainty,
     }
 
 

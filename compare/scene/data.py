@@ -25,6 +25,7 @@ from compare.scene.spec import (
     StageSpec,
     StripSpec,
     TipSpec,
+    UncertaintySpec,
     WallSpec,
 )
 
@@ -61,6 +62,7 @@ class Sections:
     seed: SeedSpec
     path: tuple[StageSpec, ...]
     shell: ShellSpec
+    uncertainty: UncertaintySpec
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from compare.scene.spec import (
     StageSpec,
     StripSpec,
     TipSpec,
+    UncertaintySpec,
     WallSpec,
 )
 
@@ -36,6 +37,7 @@ SPECS: Mapping[str, type] = {
     "seed": SeedSpec,
     "path": StageSpec,
     "shell": ShellSpec,
+    "uncertainty": UncertaintySpec,
 }
 """The sections, each with its dataclass."""
 
@@ -48,7 +50,7 @@ KEYS: Mapping[str, Key] = collected(
 SECTIONS = ("clamp.start", "clamp.end", "closure", "gravity", "tip")
 """Sections that a stage of a path can leave out: their value is then false."""
 
-FIXED_ON_PATH = ("title", "path", "shell")
+FIXED_ON_PATH = ("title", "path", "shell", "uncertainty")
 """What no stage of a path can change."""
 
 FREE = "free"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -25,6 +25,7 @@ from compare.scene.spec import (
     SeedSpec,
     ShellSpec,
     StripSpec,
+    UncertaintySpec,
 )
 from compare.scene.stages import read_path
 from compare.scene.table import Table, missing, reject_unknown
@@ -56,7 +57,8 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     seed = _seed(_section(data, "seed"), strip)
     shell = _shell(_section(data, "shell"), strip)
     path = read_path(data.get("path", []), walls)
-    return Sections(title, strip, gravity, tip, start, end, closure, walls, model, seed, path, shell)
+    unsure = _uncertainty(_section(data, "uncertainty"), strip)
+    return Sections(title, strip, gravity, tip, start, end, closure, walls, model, seed, path, shell, unsure)
 
 
 def one_line(text: str) -> str:
@@ -170,6 +172,17 @@ def _seed(table: Table, strip: StripSpec) -> SeedSpec:
             f"keep {pair} below 2 length/width{'' if pieces == 1 else f' / {pieces}'} = {bound:.6g}",
         )
     return seed
+
+
+def _uncertainty(table: Table, strip: StripSpec) -> UncertaintySpec:
+    unsure = table.read(UncertaintySpec)
+    for field in fields(unsure):
+        if getattr(unsure, field.name) is not None and getattr(strip, field.name) is None:
+            raise table.bad(
+                field.name, f"is about strip.{field.name}, which the scene does not give",
+                f"give strip.{field.name}, or remove it",
+            )  # fmt: skip
+    return unsure
 
 
 def _shell(table: Table, strip: StripSpec) -> ShellSpec:

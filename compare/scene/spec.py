@@ -128,6 +128,37 @@ class StripSpec:
 
 
 @dataclass(frozen=True)
+class UncertaintySpec:
+    """How sure the inputs are: standard uncertainties, in the unit of the key of `[strip]` that has the same name.
+
+    They move no result; `compare.studies.inputs` says by how much the shape may be off for them.
+    """
+
+    width: float | None = key(
+        Kind.NUMBER, "standard uncertainty of strip.width", LENGTH, ">= 0", "1e-4", default=None, newer=True
+    )
+    thickness: float | None = key(
+        Kind.NUMBER, "standard uncertainty of strip.thickness", LENGTH, ">= 0", "1e-5", default=None, newer=True
+    )
+    poisson: float | None = key(
+        Kind.NUMBER, "standard uncertainty of strip.poisson", NONE, ">= 0", "0.02", default=None, newer=True
+    )
+    natural_curvature: float | None = key(
+        Kind.NUMBER, "standard uncertainty of strip.natural_curvature", "1/length", ">= 0", "0.1", default=None,
+        newer=True, note="of the whole law, shifted as one"
+    )
+    gamma: float | None = key(
+        Kind.NUMBER, "standard uncertainty of strip.gamma", NONE, ">= 0", "2.0", default=None, newer=True
+    )
+    young: float | None = key(
+        Kind.NUMBER, "standard uncertainty of strip.young", "Pa", ">= 0", "5e7", default=None, newer=True
+    )
+    density: float | None = key(
+        Kind.NUMBER, "standard uncertainty of strip.density", "kg/m^3", ">= 0", "10.0", default=None, newer=True
+    )
+
+
+@dataclass(frozen=True)
 class TipSpec:
     """A dead load at s = length along -up: exactly one of `mass` and `load`."""
 

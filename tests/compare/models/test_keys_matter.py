@@ -107,6 +107,7 @@ APART = {
     "seed.ruling": "test_the_ruling_of_a_seed",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall",
+    **{key: "how sure an input is (test_inputs)" for key in KEYS if key.startswith("uncertainty.")},
 }  # fmt: skip
 
 

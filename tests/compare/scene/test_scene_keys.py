@@ -42,6 +42,9 @@ HOMES: dict[str, dict[str, str | None]] = {
     "clamp.end.frame": {"clamp.end.position": "[0.0, 0.0, 0.5]"},
     "closure": {"closure.kind": '"circle"'},
     "model.arc_length": PLANAR,
+    "uncertainty.thickness": {"strip.thickness": "3e-4"},
+    "uncertainty.young": SI,
+    "uncertainty.density": SI,
     "shell.corner": {"shell.clamp": '"corners"'},
 }
 """What a scene says beside a level clamped strip with weight, for a key, or the keys of a section, to be right."""

@@ -1,0 +1,74 @@
+"""What a ribbon does when a key of its scene changes: exact derivatives by the chain rule.
+
+The solver knows w / l, h / l, nu, K l and Gamma. A scene in SI units gives Gamma by::
+
+    Gamma = 12 (1 - nu^2) rho g l^3 / (Y h^2)
+
+so that Young's modulus, density and, beside what else they do, thickness and Poisson's ratio act through it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.models.base import State
+from compare.scene.scene import Scene
+from ribbon import Gradients, NotDifferentiable, gradients
+
+FloatArray = NDArray[np.float64]
+
+#: Keys by which there are derivatives.
+KEYS = (
+    "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature", "strip.gamma", "strip.young",
+    "strip.density",
+)  # fmt: skip
+
+
+def derivatives(
+    scene: Scene, state: State, keys: Sequence[str], of: Callable[[Gradients], dict[str, FloatArray]]
+) -> dict[str, FloatArray]:
+    """d(output) / d(key) by key, in the output's unit per unit of the key in the scene.
+
+    state: the ribbon's, of this scene; of: which output, e.g. ``lambda g: g.position(s)`` for positions in l (k, 3).
+    A natural curvature that is a law is shifted as a whole. Raises `BadInput` for a key by which there is no derivative
+    or that the scene does not give, and `ribbon.NotDifferentiable` where the state has none.
+    """
+    own = {key: _chain(scene, key) for key in keys}
+    names = sorted({"poisson"}.union(*own.values()))
+    by = of(gradients(state.native, names, unstable=state.stable is False))
+    if "natural_curvature" in by:
+        by["natural_curvature"] = by["natural_curvature"].sum(axis=-1)
+    none = np.zeros_like(by["poisson"])
+    return {key: sum((factor * by[name] for name, factor in parts.items()), none) for key, parts in own.items()}
+
+
+def _chain(scene: Scene, key: str) -> dict[str, float]:
+    """The solver's parameters that the key moves, and by how much per unit of the key."""
+    strip = scene.strip
+    name = key.removeprefix("strip.")
+    value = getattr(strip, name, None) if key in KEYS else None
+    if value is None:
+        problem = "has no derivative here" if key not in KEYS else "is not given by the scene"
+        raise BadInput(key, None, problem, f"use keys that the scene gives, of {', '.join(KEYS)}")
+    weight = scene.gamma if strip.gamma is None else 0.0  # the part of Gamma that follows from other keys
+    by_gamma = {
+        "gamma": 1.0 if scene.gravity is not None else 0.0,
+        "young": -weight / strip.young if strip.young else 0.0,
+        "density": weight / strip.density if strip.density else 0.0,
+        "thickness": -2.0 * weight / strip.thickness if strip.thickness else 0.0,
+        "poisson": -2.0 * strip.poisson * weight / (1.0 - strip.poisson**2),
+    }.get(name, 0.0)
+    found = {"gamma": by_gamma} if by_gamma else {}
+    direct = {"width": 1.0 / strip.length, "poisson": 1.0, "natural_curvature": strip.length}
+    if strip.thickness is not None:
+        direct["thickness"] = 1.0 / strip.length
+    if name in direct:
+        found[name] = direct[name]
+    return found
+
+
+__all__ = ["KEYS", "NotDifferentiable", "derivatives"]
