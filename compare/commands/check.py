@@ -54,7 +54,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Checks, or pins."""
     from compare.check import check
-    from compare.page.terminal import print_table
+    from compare.page.terminal import print_table, print_verdict
     from compare.pages import check as check_page
     from compare.store.store import CaseStore
 
@@ -70,6 +70,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             outcomes.append(check(pin, store, reporter))
         written = check_page.write(out, outcomes, options.line, pinned=options.pin)
     if not options.quiet:
+        print_verdict(console, check_page.answer(outcomes, options.pin))
         print_table(console, check_page.table(outcomes, options.pin), wide=options.wide)
         for sentence in check_page.sentences(outcomes, options.pin):
             console.print(f"- {sentence}")

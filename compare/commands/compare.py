@@ -22,7 +22,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
-    from compare.page.terminal import print_table
+    from compare.page.terminal import print_table, print_verdict
     from compare.pages import compare as report
     from compare.pages import comparison as tables
     from compare.store.store import CaseStore
@@ -36,6 +36,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         reporter.step("writing tables, pictures and surfaces")
         page = report.write(out, comparison, options.line)
     if not options.quiet:
+        print_verdict(console, tables.answer(comparison, common.units_of(options, scene)))
         print_table(console, replace(tables.table(comparison), title=scene.title), legend=False, wide=options.wide)
         for sentence in tables.verdict(comparison):
             console.print(f"- {sentence}")

@@ -35,7 +35,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares and fits."""
-    from compare.page.terminal import print_table
+    from compare.page.terminal import print_table, print_verdict
     from compare.pages import converge as convergence_write
     from compare.store.store import CaseStore
     from compare.studies import converge_run as convergence_run
@@ -59,6 +59,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         reporter.step("writing tables, the picture and surfaces")
         convergence_write.write(out, found, options.line)
     if not options.quiet:
+        print_verdict(console, convergence_write.answer(found, common.units_of(options, scene)))
         for one in found:
             last = one is found[-1]
             print_table(console, convergence_write.row_table(one, len(found) > 1), legend=last, wide=options.wide)

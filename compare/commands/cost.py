@@ -59,7 +59,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Measures."""
-    from compare.page.terminal import print_table
+    from compare.page.terminal import print_table, print_verdict
     from compare.pages import cost as cost_write
     from compare.studies.cost import measure
 
@@ -71,6 +71,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         reporter.step("writing tables and the picture")
         cost_write.write(out, cost, options.line)
     if not options.quiet:
+        print_verdict(console, cost_write.answer(cost))
         for found in (cost_write.table(cost), cost_write.reach_table(cost)):
             print_table(console, found, wide=options.wide)
         for sentence in cost_write.sentences(cost):

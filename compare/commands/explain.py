@@ -31,7 +31,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
-    from compare.page.terminal import print_table
+    from compare.page.terminal import print_table, print_verdict
     from compare.pages import explain as effects_page
     from compare.store.store import CaseStore
     from compare.studies import effects_measured
@@ -52,6 +52,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         if out is not None:
             effects_page.write(out, scene, found, solves, shell, options.line)
     if not options.quiet:
+        print_verdict(console, effects_page.answer(scene, found, solves))
         for table in effects_page.tables(scene, found, solves, shell):
             print_table(console, table, wide=options.wide)
         for sentence in effects_page.sentences(scene, found, solves):

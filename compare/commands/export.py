@@ -40,8 +40,8 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
     from compare.export.scale import Scale
-    from compare.export.source import chosen, read_source, scaled, sizes, write, write_page_of
-    from compare.page.terminal import print_table
+    from compare.export.source import answer, chosen, read_source, scaled, sizes, write, write_page_of
+    from compare.page.terminal import print_table, print_verdict
     from compare.store.store import check_writable
 
     formats = chosen(options.formats)
@@ -62,6 +62,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             files = write(out, source, formats)
             write_page_of(out, source, files, options.line)
     if not options.quiet:
+        print_verdict(console, answer(source, files))
         print_table(console, replace(sizes(out, files), title=source.page.title), wide=options.wide)
         if "npz" in formats and not source.ribbon and source.has_ribbon:
             console.print("The folder has no ribbon.npz: the ribbon's own segments are left out.")

@@ -147,9 +147,11 @@ def _study(
 def _tell(
     options: argparse.Namespace, console: Console, findings: list[Finding], thresholds: Thresholds, out: Path
 ) -> None:
-    from compare.page.terminal import print_table
+    from compare.page.terminal import print_table, print_verdict
     from compare.pages import limits as limits_results
 
+    units = common.units_of(options, findings[-1].scene) if len({id(f.scene) for f in findings}) == 1 else None
+    print_verdict(console, limits_results.answer(findings, units))
     print_table(console, limits_results.table(findings), legend=False, wide=options.wide)
     for sentence in limits_results.verdict(findings, thresholds):
         console.print(f"- {sentence}")

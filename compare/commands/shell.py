@@ -36,7 +36,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     from compare.models.shell_here import run as run_here
-    from compare.page.terminal import print_table
+    from compare.page.terminal import print_table, print_verdict
     from compare.pages import shell as pages
     from compare.store.store import CaseStore
     from compare.store.world import world
@@ -67,6 +67,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             if processes.first:
                 holder.__exit__(None, None, None)
     if processes.first and not options.quiet:
+        print_verdict(console, pages.answer(scene, states, common.units_of(options, scene)))
         print_table(console, replace(pages.table(scene, states), title=scene.title), legend=False, wide=options.wide)
         for state in states:
             console.print(f"- w/h = {pages.ratio_of(state):g}: {state.message}")

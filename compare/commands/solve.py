@@ -37,17 +37,19 @@ def run(options: argparse.Namespace, console: Console) -> int:
         with reporter:
             state = solved(out, scene, reporter, options)
         if not options.quiet:
-            say(out, scene, state, console)  # first the answer, then what is loaded and drawn for its files
+            say(out, scene, state, console, options)  # first the answer, then what is loaded and drawn for its files
         write(out, scene, state, options.line)
     return common.DONE if state.ok else common.NOT_CONVERGED
 
 
-def say(out: Path, scene: Scene, state: State, console: Console) -> None:
+def say(out: Path, scene: Scene, state: State, console: Console, options: argparse.Namespace) -> None:
     """The answer on the terminal; `out`: where its files will be."""
-    from compare.page.terminal import print_pairs
-    from compare.pages.solve import rows, sentences
+    from compare.page.terminal import print_pairs, print_verdict
+    from compare.pages.solve import answer, rows, sentences
 
-    print_pairs(console, scene.title, [*rows(scene, state), ("results", str(out))])
+    units = common.units_of(options, scene)
+    print_verdict(console, answer(scene, state, units))
+    print_pairs(console, scene.title, [*rows(scene, state, units), ("results", str(out))])
     for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
         console.print(sentence)
     console.print(f"As a page: ribbonbench report {out}")

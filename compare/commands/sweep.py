@@ -92,6 +92,7 @@ def _local(options: argparse.Namespace) -> Crew:
 
 
 def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]) -> int:
+    from compare.page.terminal import print_verdict
     from compare.sweep import page as sweep_write
     from compare.sweep import run as sweep_run
 
@@ -107,7 +108,8 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
         reporter.step("writing tables and the picture")
         page = sweep_write.write(out, finished, options.line)
     if not options.quiet:
-        for sentence in page.verdict:
+        print_verdict(console, sweep_write.answer(finished))
+        for sentence in page.sentences:
             console.print(f"- {sentence}")
         console.print(f"Results: {out}")
     return common.DONE if finished.ok else common.NOT_CONVERGED

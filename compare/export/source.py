@@ -17,9 +17,11 @@ from compare.export import formats as export_formats
 from compare.export import gltf as export_gltf
 from compare.export.scale import Scale
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
+from compare.measure.grades import UNKNOWN
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
+from compare.page.verdict import Verdict
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes, atomic_write_json, read_json
 
@@ -202,6 +204,13 @@ def sizes(out: Path, files: Mapping[str, str]) -> Table:
     )
 
 
+def answer(source: Source, files: Mapping[str, str]) -> Verdict:
+    """What was written; the grade is that of the results it was made from."""
+    count = f"{len(source.surfaces)} surface{'s' if len(source.surfaces) != 1 else ''}"
+    grade = UNKNOWN if source.page.verdict is None else source.page.verdict.grade
+    return Verdict(f"{count} written as {len(files)} files, from results", grade)
+
+
 def write_page_of(out: Path, source: Source, files: dict[str, str], again: str) -> None:
     """page.json and result.json of the export: the source's result with the list of files."""
     page = source.page
@@ -212,7 +221,9 @@ def write_page_of(out: Path, source: Source, files: dict[str, str], again: str) 
         if f"{stem}.vtu" in files
     )
     said = f"{len(files)} files of {len(source.surfaces)} surfaces. {source.scale.words}"
-    study = Study("export", page.title, (sizes(out, files),), (said,), surfaces=shown, files=files)
+    verdict = answer(source, files)
+    study = Study("export", page.title, (sizes(out, files),), verdict, (said,), surfaces=shown, files=files)
     exported = replace(study.page(again, page.provenance), scene=page.scene, up=page.up)
-    atomic_write_json(out / "result.json", {**source.result, "exported": files, "scale": source.scale.to_dict()})
+    more = {"exported": files, "scale": source.scale.to_dict(), "answer": verdict}
+    atomic_write_json(out / "result.json", {**source.result, **more})
     write_page(out, exported)

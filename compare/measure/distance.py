@@ -16,9 +16,6 @@ from compare.measure.grid import triangles
 
 FloatArray = NDArray[np.float64]
 
-#: The thesis calls two shapes the same to the eye when their Hausdorff distance is below 1 permille of the length.
-YARDSTICK = 1e-3
-
 
 class _Triangles:
     """Triangles (T, 3) of points (N, 3), ready for distances to them."""

@@ -252,6 +252,11 @@ class State:
         """Converged, and not known to be unstable."""
         return self.status.ok and self.stable is not False
 
+    @property
+    def is_equilibrium(self) -> bool:
+        """The forces balance, stable or not: its positions mean something."""
+        return self.status in (Status.CONVERGED, Status.UNSTABLE)
+
     @cached_property
     def end(self) -> Pose | None:
         """The end of the centreline, s = 1; None without a shape."""

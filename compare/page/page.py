@@ -13,6 +13,7 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.page.table import LAST, USUAL, Column, Table
+from compare.page.verdict import Verdict
 from compare.store.store import atomic_write_json, read_json
 
 PAGE = "page.json"
@@ -45,14 +46,16 @@ class Surface:
 class Page:
     """A finished run: which command made it, from which scene, what it says and shows.
 
-    verdict: sentences; tables, pictures, surfaces in order; files: name -> what is in it; scene: its TOML text, "" for
+    verdict: the answer, None of an older version; sentences: what else is said; tables, pictures, surfaces in order;
+    files: name -> what is in it; scene: its TOML text, "" for
     none; up: direction upwards in the 3-D view; provenance: as in result.json; again: the command line that makes it
     again, as typed (`compare.commands.line`), "" where it was made through Python.
     """
 
     command: str
     title: str
-    verdict: tuple[str, ...] = ()
+    verdict: Verdict | None = None
+    sentences: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
     surfaces: tuple[Surface, ...] = ()
@@ -87,12 +90,13 @@ def read_page(folder: Path) -> Page:
             "FOLDER", str(folder), f"its page.json has format {found}{made_by}, this version reads format {FORMAT}",
             "run the command that made it again, with this version",
         )  # fmt: skip
-    table = _TABLES.get(found, _table)
+    table, old = _TABLES.get(found, _table), found < 3
     try:
         return Page(
             command=data["command"],
             title=data["title"],
-            verdict=tuple(data["verdict"]),
+            verdict=None if old or data["verdict"] is None else Verdict(**data["verdict"]),
+            sentences=tuple(data["verdict"] if old else data["sentences"]),
             tables=tuple(table(entry) for entry in data["tables"]),
             pictures=tuple(Picture(**entry) for entry in data["pictures"]),
             surfaces=tuple(Surface(**entry) for entry in data["surfaces"]),

@@ -11,6 +11,7 @@ from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
 from compare.page.page import Page, Picture, Surface, write_page
 from compare.page.table import Table
+from compare.page.verdict import Verdict
 from compare.store.store import atomic_write_json, atomic_write_text, jsonable
 
 RESULT = "result.json"
@@ -30,13 +31,15 @@ class Described(Protocol):
 
 @dataclass(frozen=True)
 class Study:
-    """A finished study. name: of the command; sentences: the verdict first; tables, pictures, surfaces: in the order of
+    """A finished study. name: of the command; verdict: the answer; sentences: what else is said; tables, pictures,
+    surfaces: in the order of
     the page; data: file (.csv, .md) -> the table that it holds; files: file -> what is in it, of all that are written.
     """
 
     name: str
     title: str
     tables: tuple[Table, ...] = ()
+    verdict: Verdict | None = None
     sentences: tuple[str, ...] = ()
     pictures: tuple[Picture, ...] = ()
     surfaces: tuple[Surface, ...] = ()
@@ -51,7 +54,8 @@ class Study:
         return Page(
             command=self.name,
             title=self.title,
-            verdict=self.sentences,
+            verdict=self.verdict,
+            sentences=self.sentences,
             tables=self.tables,
             pictures=self.pictures,
             surfaces=self.surfaces,
@@ -72,8 +76,9 @@ class Study:
         text: bool = True,
     ) -> Page:
         """Writes result.json, the tables of `data` and page.json into `out`, each atomically; the pictures and surfaces
-        stand there already. result: with its `provenance`; the rest as of `page`."""
-        atomic_write_json(out / RESULT, result)
+        stand there already. result: with its `provenance`; the verdict is added to it as `answer`. The rest as of
+        `page`."""
+        atomic_write_json(out / RESULT, {**result, "answer": self.verdict})
         for name, table in self.data.items():
             atomic_write_text(out / name, _WRITERS[Path(name).suffix](table))
         page = self.page(again, result["provenance"], scene, text=text)

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from compare.page.main_table import main_table, with_values
 from compare.page.table import Table
+from compare.page.verdict import Verdict
 
 #: Letters between two columns, and those outside: a blank each side of a cell, and a line.
 _BETWEEN, _OUTSIDE = 3, 1
@@ -113,3 +114,11 @@ def print_pairs(console: Console, title: str, rows: Sequence[tuple[str, str]]) -
         grid.add_row(*map(Text, pair))
     console.print(Text(title, style="italic"))
     console.print(grid, soft_wrap=False)
+
+
+_COLOURS = {"good": "bold green", "fair": "bold yellow", "poor": "bold red"}
+
+
+def print_verdict(console: Console, verdict: Verdict) -> None:
+    """The answer, in the colour of its grade (none in a pipe)."""
+    console.print(Text(verdict.line, style=_COLOURS.get(verdict.grade, "bold")))

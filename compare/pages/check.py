@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from compare.check import Claim, Outcome, Verdict, up
+from compare.measure.grades import GOOD, POOR, UNKNOWN, worst
+from compare.page import verdict as page
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.pages.result import row_result
@@ -52,6 +54,23 @@ def table(outcomes: Sequence[Outcome], pinned: bool = False) -> Table:
     columns = [(column, _PINNED.get(column.key, value) if pinned else value) for column, value in _COLUMNS]
     claims = [(outcome, claim) for outcome in outcomes for claim in outcome.claims]
     return Table.of("Agreement of ribbon and shell", columns, claims)
+
+
+#: The grade of each verdict, the worst of several counts.
+_GRADES = {Verdict.AGREED: GOOD, Verdict.UNDECIDED: UNKNOWN, Verdict.DISPROVED: POOR, Verdict.UNSOLVED: POOR}
+
+
+def answer(outcomes: Sequence[Outcome], pinned: bool = False) -> page.Verdict:
+    """Whether ribbon and shell agree as closely as is claimed."""
+    grade = worst(*(_GRADES[outcome.verdict] for outcome in outcomes))
+    agreed = sum(outcome.agreed for outcome in outcomes)
+    if pinned and agreed == len(outcomes):
+        return page.Verdict("Ribbon and shell were measured, and the claims that hold are pinned", GOOD)
+    if len(outcomes) > 1:
+        return page.Verdict(f"Ribbon and shell agree as claimed in {agreed} of {len(outcomes)} pins", grade)
+    claims = "; ".join(claim.says for claim in outcomes[0].claims)
+    yes = "agree as claimed" if agreed else "are not shown to agree as claimed"
+    return page.Verdict(f"Ribbon and shell {yes}: {claims}", grade)
 
 
 def sentences(outcomes: Sequence[Outcome], pinned: bool = False) -> list[str]:
@@ -123,6 +142,7 @@ def write(out: Path, outcomes: Sequence[Outcome], again: str, *, pinned: bool = 
     Study(
         "check",
         "Agreement of ribbon and shell" if single is None else f"{single.title}: agreement",
+        verdict=answer(outcomes, pinned),
         tables=(table(outcomes, pinned),),
         sentences=tuple(sentences(outcomes, pinned)),
         files=files,

@@ -44,6 +44,7 @@ def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface])
     return Study(
         "compare",
         comparison.scene.title,
+        verdict=tables.answer(comparison),
         tables=(table,),
         sentences=tuple(tables.verdict(comparison)),
         pictures=(*_pictures(comparison), *written.pictures),

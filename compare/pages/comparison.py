@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.measure.grades import GOOD, POOR, UNKNOWN, grade
 from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell_build import line_weight
 from compare.page.remedies import message
 from compare.page.table import Column, ColumnOf, Table
+from compare.page.told import length
+from compare.page.verdict import Verdict
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
+from compare.scene.units import Units
 from compare.studies.compare import Comparison, Row
 
 FloatArray = NDArray[np.float64]
@@ -96,11 +100,58 @@ def table(comparison: Comparison) -> Table:
     return replace(found, below=(tuple(cells.get(key) for key in found.keys),))
 
 
+def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
+    """How far the ribbon (or the model beside the shells) is from the thinnest shell; where the comparison error does
+    not exceed the numerical uncertainty, the bound of both together."""
+    scene, fast = comparison.scene, comparison.fast
+    units = Units.of(scene) if units is None else units
+    if not fast.ok:
+        return Verdict(f"No comparison: the {fast.model} is {message(fast)}", POOR)
+    row = max(comparison.rows, key=lambda r: r.width_to_thickness)
+    ratio = f"w/h = {row.width_to_thickness:g}"
+    if row.hausdorff is None or row.status != "converged":
+        return Verdict(f"No comparison at {ratio}: the shell is {row.status}", POOR)
+    if row.ribbon_error is None or row.shell_error is None:
+        lacking = fast.model if row.ribbon_error is None else "shell"
+        far = length(units, row.hausdorff)
+        return Verdict(f"At {ratio} the {fast.model} is {far} from the shell; the {lacking}'s own error is not known")
+    if row.claimed:
+        return Verdict(
+            f"At {ratio} the {fast.model} is {length(units, row.hausdorff)} from the shell",
+            grade("distance", row.hausdorff),
+        )
+    bound = row.hausdorff + row.ribbon_error + row.shell_error
+    text = (
+        f"At {ratio} the {fast.model} is at most {length(units, bound)} from the shell, as far as the meshes can tell"
+    )
+    return Verdict(text, GOOD if grade("distance", bound) == GOOD else UNKNOWN)
+
+
+def separable(comparison: Comparison, units: Units | None = None) -> list[str]:
+    """The distances in the words of ASME V&V 20: comparison error, numerical uncertainty, separable or not."""
+    units = Units.of(comparison.scene) if units is None else units
+    known = [
+        (row, row.hausdorff, row.ribbon_error + row.shell_error)
+        for row in comparison.rows
+        if row.hausdorff is not None and row.ribbon_error is not None and row.shell_error is not None
+    ]
+    if not known:
+        return []
+    each = "; ".join(
+        f"w/h = {row.width_to_thickness:g}: |E| = {units.text(far, 'l')}, u_num = {units.text(error, 'l', 2)}, "
+        f"{'separable' if row.claimed else 'not separable'}"
+        for row, far, error in known
+    )
+    return [
+        "In the words of ASME V&V 20, with the comparison error E (ribbon minus shell) and the numerical uncertainty "
+        f"u_num of both (discretisation): {each}. u_input is not known: the scene gives no tolerances."
+    ]
+
+
 def verdict(comparison: Comparison) -> list[str]:
-    """What the table says, in sentences that its numbers bear out."""
-    said: list[str] = []
+    """What the table says, in sentences that its numbers bear out: the numbers, then how they were computed."""
+    said = separable(comparison)
     fast = comparison.fast
-    said += sentences(comparison.scene, fast)
     if comparison.slope is not None:
         low, high = comparison.slope.spread
         word = "falls" if comparison.falls else "does not fall on every row"
@@ -113,6 +164,7 @@ def verdict(comparison: Comparison) -> list[str]:
     if not comparison.falls:
         said += _undecided(comparison)
         said += _other_model(comparison)
+    said += sentences(comparison.scene, fast)
     times = [r for r in comparison.rows if r.ratio is not None and None not in (r.shell_error, r.ribbon_error)]
     if times:
         last = times[-1]

@@ -10,12 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.measure.distance import YARDSTICK
+from compare.measure.grades import FAIR, GOOD, POOR, UNKNOWN, YARDSTICK, grade, worst
 from compare.page import study as page
 from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.si import with_si
 from compare.page.table import Cell, Column, ColumnOf, Table
+from compare.page.told import length
+from compare.page.verdict import Verdict
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
 from compare.pages.surfaces import write_fast, write_shells
@@ -36,6 +38,25 @@ def _interval(value: tuple[float, float] | None, form: str) -> str:
 
 def _head(study: Study, several: bool) -> str:
     return f"Ruling {study.ruling} at the clamp: " if several and study.ruling else ""
+
+
+def answer(found: Sequence[Study], units: Units | None = None) -> Verdict:
+    """Whether the ribbon is what the shells tend to: of the first study."""
+    one = found[0]
+    scene = one.comparison.scene
+    units = Units.of(scene) if units is None else units
+    head = _head(one, len(found) > 1)
+    if one.limit is None:
+        bad = None if one.comparison.ok else POOR
+        return Verdict(f"{head}No limit: it takes {LEAST_FOR_LIMIT} distances above the errors", bad or UNKNOWN)
+    low, high = one.limit.d0.both
+    if low > 0.0:
+        text = f"The {one.model} is not the limit of these shells: at least {length(units, low)} is left at h/w = 0"
+        return Verdict(head + text, worst(FAIR, grade("distance", low)))
+    text = f"these shells, to {length(units, max(high, 0.0))}"
+    if high <= YARDSTICK:
+        return Verdict(f"{head}The {one.model} is the limit of {text}", GOOD)
+    return Verdict(f"{head}The {one.model} may be the limit of {text}; thinner shells would tell more", UNKNOWN)
 
 
 def sentences(found: Sequence[Study]) -> list[str]:
@@ -299,6 +320,7 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
     page.Study(
         "converge",
         f"{first.scene.title}: convergence as h/w falls",
+        verdict=answer(found),
         tables=tuple(t for one in found for t in (row_table(one, several), scalar_table(one, several))),
         sentences=tuple(said),
         pictures=(

@@ -8,13 +8,14 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.measure.distance import YARDSTICK
 from compare.measure.front import Reach, front, reach
+from compare.measure.grades import POOR, YARDSTICK, grade
 from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
+from compare.page.verdict import Verdict
 from compare.pages.result import state_result
 from compare.scene.units import Units
 from compare.studies.cost_plan import Cost, Reference, Row
@@ -123,6 +124,23 @@ def plateau(cost: Cost, model: str) -> float | None:
     assert best.error is not None
     assert best.distance is not None
     return best.distance if best.distance > 10.0 * best.error and best.distance > cost.common.error else None
+
+
+def answer(cost: Cost) -> Verdict:
+    """What the fast model needs for the first target that it reaches, beside the shell; good where it is 1 permille of
+    l or less."""
+    for target in sorted({YARDSTICK, *cost.plan.targets}):
+        if target < YARDSTICK:
+            continue
+        found = {m: r.seconds for m in _models(cost) if (r := reach(cost.marks(m, False), target)) is not None}
+        known = {model: seconds for model, seconds in found.items() if seconds is not None}
+        if not known:
+            continue
+        each = ", ".join(f"the {model} {seconds_text(seconds)}" for model, seconds in known.items())
+        slow, quick = known.get("shell"), min(known.values())
+        factor = f", a factor {slow / quick:.3g}" if slow and quick and slow > quick else ""
+        return Verdict(f"To {_target(target)} of discretisation error {each}{factor}", grade("error", target))
+    return Verdict("No run reaches an error of 1 permille of l", POOR)
 
 
 def sentences(cost: Cost) -> list[str]:
@@ -328,6 +346,7 @@ def write(out: Path, cost: Cost, again: str) -> None:
     Study(
         "cost",
         f"{cost.scene.title}: what accuracy costs",
+        verdict=answer(cost),
         tables=(reach_table(cost), runs),
         sentences=tuple(sentences(cost)),
         pictures=(Picture("cost.png", _alt(cost), "Error against time"),),

@@ -9,12 +9,14 @@ from typing import Any
 from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import State
+from compare.page import told
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
+from compare.scene.units import Units
 
 PICTURE = "elastica.png"
 
@@ -78,26 +80,27 @@ def sentences(scene: Scene, state: State) -> list[str]:
     return [f"Elastica: {message(state)}; discretisation error {error}, {state.seconds.warm * 1e3:.3g} ms."]
 
 
-def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
-    """What `ribbonbench solve` prints of an elastica: name and text."""
+def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
+    """What `ribbonbench solve` prints of an elastica: name and text, of a state that is no equilibrium nothing about
+    its place. units: in which forces stand first; None: the scene's."""
+    units = Units.of(scene) if units is None else units
     energy, supports, end = state.energy, state.supports, state.end
     assert energy is not None
     assert end is not None
     values = {name: value for name, value in energy.to_dict().items() if name in ("elastic", "gravity", "tip")}
     held = (("s = 0", supports.start), ("s = l", supports.end))
     load = [("load at the tip / (D w / l^2)", f"{scene.tip_load:.6g}")] if scene.tip is not None else []
-    return [
-        ("status", message(state)),
-        ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
-        ("began at", BEGAN[state.start]),
+    place = [
         ("energy / (D w / l)", ", ".join(f"{name} {value:.6f}" for name, value in values.items())),
         ("s = l, over l", " ".join(f"{c:.6f}" for c in end.position + 0.0)),
-        *(
-            (f"force at {where} / (D w / l^2)", " ".join(f"{c:.6g}" for c in found.force + 0.0))
-            for where, found in held
-            if found is not None
-        ),
+        *((f"force at {where}", told.force(found.force, units)) for where, found in held if found is not None),
+    ]
+    return [
+        ("status", message(state)),
+        *(place if state.is_equilibrium else []),
         *load,
+        ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
+        ("began at", BEGAN[state.start]),
         ("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l"),
         ("time", spent(state.seconds)),
     ]

@@ -5,14 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from compare.measure.distance import YARDSTICK
+from compare.measure.grades import POOR, YARDSTICK, grade
 from compare.models.base import Effect
 from compare.page.si import dimensions
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
+from compare.page.told import length
+from compare.page.verdict import Verdict
 from compare.pages.result import presenter, state_result
 from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
+from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
@@ -113,6 +116,21 @@ def shell_table(measured: ShellSolves) -> Table:
 def tables(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> list[Table]:
     """The effects, what each costs and changes, and the shell's where it was solved."""
     return [effect_table(scene, found), cost_table(found, solves), *([shell_table(shell)] if shell else [])]
+
+
+def answer(scene: Scene, found: Explanation, solves: Solves | None) -> Verdict:
+    """Which effects are on, and which of them moves the shape most; the grade is that of the solve behind it."""
+    on = [effect.key for effect in found.effects if effect.on]
+    text = f"{len(on)} of {len(found.effects)} effects are on: {', '.join(on)}" if on else "No effect is on"
+    if solves is None:
+        return Verdict(text)
+    if not solves.state.ok:
+        return Verdict(f"{text}; no stable equilibrium: {solves.state.message}", POOR)
+    moves = {name: off.moved for name, off in solves.without.items() if off.moved is not None}
+    if moves:
+        most = max(moves, key=lambda name: moves[name] or 0.0)
+        text += f"; without {most} the shape would move most, by {length(Units.of(scene), moves[most])}"
+    return Verdict(text, grade("error", solves.state.error))
 
 
 def sentences(scene: Scene, found: Explanation, solves: Solves | None) -> list[str]:
@@ -232,6 +250,7 @@ def write(
     Study(
         "explain",
         f"{scene.title}: effects",
+        verdict=answer(scene, found, solves),
         tables=tuple(tables(scene, found, solves, shell)),
         sentences=tuple(sentences(scene, found, solves)),
         files={"result.json": "everything measured"},

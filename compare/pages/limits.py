@@ -6,10 +6,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare.measure.grades import GRADES, POOR, UNKNOWN, worst
 from compare.page.page import Picture, Surface
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import LAST, Cell, Column, ColumnOf, Table
+from compare.page.told import length
+from compare.page.verdict import Verdict
 from compare.pages import result as results
 from compare.scene.units import Units
 from compare.store.store import jsonable
@@ -197,6 +200,24 @@ def _extremes(findings: Sequence[Finding]) -> list[str]:
     return said
 
 
+def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
+    """By how much the inextensible model is off, at the worst of the findings."""
+    grades = [finding.level or UNKNOWN for finding in findings]
+    first = max(findings, key=lambda f: (GRADES.index(f.level or UNKNOWN) if f.level else -1, f.distance or 0.0))
+    if first.level is None or first.share is None:
+        bad = next((f for f in findings if not f.ok), first)
+        return Verdict(bad.sentence.removesuffix("."), UNKNOWN if bad.ok else POOR)
+    told = Units.of(first.scene) if units is None else units
+    by = "By estimate the" if first.row is None else "The"
+    off = f"off by {length(told, first.distance)} and {100.0 * first.share:.2g} % of the energy"
+    if len(findings) == 1:
+        return Verdict(f"{by} inextensible ribbon is {off} at w/h = {first.width_to_thickness:g}", first.level)
+    counts = ", ".join(f"{grades.count(name)} {name}" for name in GRADES if name in grades)
+    return Verdict(
+        f"{by} inextensible ribbon is {off} at the worst of {len(findings)} cases ({counts})", worst(*grades)
+    )
+
+
 def verdict(findings: Sequence[Finding], thresholds: Thresholds) -> list[str]:
     """The sentences: of every finding where there are few, then how often the estimate was right."""
     levels = [f.level for f in findings]
@@ -252,6 +273,7 @@ def write(
     Study(
         "limits",
         f"{scene.title}: limits of inextensibility",
+        verdict=answer(findings),
         tables=(table(findings),),
         sentences=tuple(verdict(findings, thresholds)),
         pictures=tuple(_pictures(out, shells, scene.title)) if shells else (),

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.distance import YARDSTICK
+from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.models.ribbon import RibbonShape
 from compare.models.ribbon_build import formulation_why
+from compare.page import told
 from compare.page.page import Picture, Surface
 from compare.page.remedies import message
 from compare.page.si import with_si
@@ -146,36 +147,35 @@ def advice(scene: Scene, error: float | None) -> str | None:
     return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
 
 
-def vector(values: FloatArray, form: str = ".6f") -> str:
-    """Components (3,) for a reader, those that are zero to rounding as 0."""
-    rounding = 1e-10 * max(1.0, float(np.abs(values).max()))
-    return " ".join(format(0.0 if abs(c) < rounding else c, form) for c in values)
-
-
-def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
-    """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out."""
+def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
+    """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out; of a state
+    that is no equilibrium nothing about its place. units: in which forces stand first; None: the scene's."""
+    units = Units.of(scene) if units is None else units
     e = state.native
     used = e.problem.formulation
     parts = [f"elastic {e.energy.elastic:.6f}", f"gravity {e.energy.gravity:.6f}"]
     if any(wall.stiffness is not None for wall in scene.walls):
         parts.append(f"plates {e.energy.plates:.6f}")
-    found = [
-        ("status", message(state)),
+    found = [("status", message(state))]
+    if state.is_equilibrium:
+        found += [
+            ("energy / (D w / l)", ", ".join(parts)),
+            ("middle / l", told.vector(e.middle.position)),
+            ("end / l" if scene.clamp_end or scene.closure else "free end / l", told.vector(e.end.position)),
+            ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
+        ]
+        if scene.clamp_start is not None:
+            found.append(("force at s = 0", told.force(e.start.force, units)))
+        if e.end_support is not None:
+            found.append(("force at s = l", told.force(e.end_support.force, units)))
+        for wall in state.supports.walls:
+            plate = "" if wall["height"] is None else f", plate at {wall['height']:.4g} l from rest"
+            text = f"{told.force(wall['force'], units)}; {wall['contacts'].size} joints in contact{plate}"
+            found.append((f"force of wall {wall['name']}", text))
+    found += [
         ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
         ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
-        ("energy / (D w / l)", ", ".join(parts)),
-        ("middle / l", vector(e.middle.position)),
-        ("end / l" if scene.clamp_end or scene.closure else "free end / l", vector(e.end.position)),
-        ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
     ]
-    if scene.clamp_start is not None:
-        found.append(("force at s = 0 / (D w / l^2)", vector(e.start.force, ".6g")))
-    if e.end_support is not None:
-        found.append(("force at s = l / (D w / l^2)", vector(e.end_support.force, ".6g")))
-    for wall in state.supports.walls:
-        plate = "" if wall["height"] is None else f", plate at {wall['height']:.4g} l from rest"
-        text = f"{vector(wall['force'], '.6g')}; {wall['contacts'].size} joints in contact{plate}"
-        found.append((f"force of wall {wall['name']}", text))
     found.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
     found.append((f"why {used}", formulation_why(scene, used)))
     if scene.path:

@@ -19,6 +19,8 @@ from compare.page.page import Picture, Surface
 from compare.page.si import dimensions, si_of, with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
+from compare.page.verdict import Verdict
+from compare.pages.solve import answer as state_answer
 from compare.pages.written import Written
 from compare.scene.scene import Scene
 from compare.scene.units import Units
@@ -140,7 +142,7 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
     }
 
 
-def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
+def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What the command prints of one shell: name and text."""
     if state.shape is None:
         return [("status", f"{state.word}: {state.message}")]
@@ -243,12 +245,23 @@ def table(scene: Scene, states: Sequence[State]) -> Table:
     return Table.of("Shells", _COLUMNS, [result(scene, state) for state in states], _LEGEND)
 
 
+def answer(scene: Scene, states: Sequence[State], units: Units | None = None) -> Verdict:
+    """Whether every shell is in a stable equilibrium, where, and how accurately: of the thinnest one; of the first that
+    is none."""
+    bad = [state for state in states if not state.ok]
+    shown = bad[0] if bad else max(states, key=ratio_of)
+    found = state_answer(scene, shown, units)
+    ratio = "" if shown.shape is None else f"Shell, w/h = {ratio_of(shown):g}: "
+    return Verdict(f"{ratio}{found.text[:1].lower()}{found.text[1:]}" if ratio else found.text, found.grade)
+
+
 def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:
     """result.json, page.json and the files of `write_states`. again: as of `Page`."""
     written = write_states(out, scene, states)
     Study(
         "shell",
         scene.title,
+        verdict=answer(scene, states),
         tables=(table(scene, states),),
         sentences=tuple(said for state in states for said in sentences(scene, state)),
         pictures=written.pictures,

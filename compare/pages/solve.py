@@ -4,25 +4,65 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
+from compare.measure.grades import POOR, YARDSTICK, grade
 from compare.measure.grid import Grid
-from compare.models.base import State
+from compare.models.base import State, Status
 from compare.page.remedies import message
 from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
+from compare.page.told import length
+from compare.page.verdict import Verdict
 from compare.pages.result import presenter, spent, state_result
 from compare.pages.written import write_any
 from compare.scene.scene import Scene
+from compare.scene.units import Units
 from compare.store.store import atomic_write_json
 
 #: Names and texts: each row has a unit, or several values, of its own.
 _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
 
 
-def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
-    """What the command prints: name and text."""
+def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
+    """Whether the state is one that the strip stays in, where that is, and how accurately it is known."""
+    units = Units.of(scene) if units is None else units
+    body = f"the {'band' if scene.closure else 'strip'}"
+    if state.stable is False or state.status is Status.UNSTABLE:
+        return Verdict(f"No state that {body} stays in: {message(state)}", POOR)
+    if not state.ok:
+        return Verdict(f"No equilibrium was found: {message(state)}", POOR)
+    kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
+    near = "how accurately is not known" if state.error is None else f"computed to {length(units, state.error)}"
+    return Verdict(
+        f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", grade("error", state.error)
+    )
+
+
+def _where(scene: Scene, state: State, units: Units) -> str:
+    """How far the free end, or the middle of what is held at both ends, is from the clamp: below or above it under
+    weight; "" where there is no such place."""
+    held = scene.clamp_start
+    found = state.end if scene.clamp_end is None else state.middle
+    if scene.closure or held is None or held.position is None or found is None:
+        return ""
+    place = "free end" if scene.clamp_end is None else "middle"
+    apart = found.position - np.asarray(held.position, dtype=float) / scene.strip.length
+    if scene.up is None or not scene.gamma:
+        return f": its {place} is {length(units, float(np.linalg.norm(apart)))} from the clamp"
+    height = float(apart @ np.asarray(scene.up, dtype=float))
+    if abs(height) < YARDSTICK:
+        return f": its {place} is level with the clamp"
+    stands, side = ("hangs", "below") if height < 0.0 else ("stands", "above")
+    return f": its {place} {stands} {length(units, abs(height))} {side} the clamp"
+
+
+def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
+    """What the command prints: name and text; forces in SI too where `units` (None: the scene's) are known."""
+    units = Units.of(scene) if units is None else units
     own = presenter(state)
     if own is not None:
-        return list(own.rows(scene, state))
+        return list(own.rows(scene, state, units))
     energy = {} if state.energy is None else state.energy.to_dict()
     found = [
         ("status", message(state)),
@@ -30,7 +70,7 @@ def rows(scene: Scene, state: State) -> list[tuple[str, str]]:
         ("energy / (D w / l)", ", ".join(f"{name} {value:.6f}" for name, value in energy.items() if value is not None)),
     ]
     for name, pose in (("middle", state.middle), ("end", state.end)):
-        if pose is not None:
+        if pose is not None and state.is_equilibrium:
             found.append((f"{name} / l", " ".join(f"{c + 0.0:.6f}" for c in pose.position)))
     found.append(("model", f"{state.model}, {state.size.label} elements"))
     found.append(("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l"))
@@ -50,13 +90,15 @@ def sentences(scene: Scene, state: State) -> list[str]:
 def write(out: Path, scene: Scene, state: State, again: str) -> None:
     """result.json first, then the files and pictures of the model, and page.json."""
     result = state_result(scene, state)
-    atomic_write_json(out / RESULT, result)
+    verdict = answer(scene, state)
+    atomic_write_json(out / RESULT, {**result, "answer": verdict})
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
     own = presenter(state)
     written = (write_any if own is None else own.write)(out, scene, state, grid)
     Study(
         "solve",
         scene.title,
+        verdict=verdict,
         tables=(Table(f"The {state.model}", _LISTED, tuple(rows(scene, state))),),
         sentences=tuple(sentences(scene, state)),
         pictures=written.pictures,

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from compare.measure.distance import YARDSTICK
+from compare.measure.grades import YARDSTICK
 from compare.page.drawing import save, screen_axes
 from compare.studies.compare import Comparison
 

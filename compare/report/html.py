@@ -76,10 +76,16 @@ def _policy(style: str, script: str) -> str:
 def _contents(parts: Sequence[Part]) -> list[str]:
     entries = [
         f'<li><a href="#r{number}">{escape(part.page.title)}</a> '
-        f"<small>{escape(part.page.command)}, {escape(part.name)}</small></li>"
+        f"<small>{escape(part.page.command)}, {escape(part.name)}</small>{_answer(part.page)}</li>"
         for number, part in enumerate(parts, start=1)
     ]
     return ['<nav aria-label="Contents"><ol>', *entries, "</ol></nav>"]
+
+
+def _answer(page: Page) -> str:
+    """The verdict in the list of contents."""
+    found = page.verdict
+    return "" if found is None else f'<br><span class="answer {found.grade}">{escape(found.line)}</span>'
 
 
 def _run(part: Part) -> str:
@@ -94,8 +100,10 @@ def _section(part: Part, view: View | None, still: bytes | None, number: int) ->
     lines = [f'<section class="result" id="r{number or 1}">']
     if number:
         lines += [f"<h2>{escape(page.title)}</h2>", _run(part)]
-    if page.verdict:
-        lines += ['<ul class="verdict">', *(f"<li>{escape(sentence)}</li>" for sentence in page.verdict), "</ul>"]
+    if page.verdict is not None:
+        lines.append(f'<p class="answer {page.verdict.grade}">{escape(page.verdict.line)}</p>')
+    if page.sentences:
+        lines += ['<ul class="verdict">', *(f"<li>{escape(sentence)}</li>" for sentence in page.sentences), "</ul>"]
     for table in page.tables:
         lines += [f"<{level}>{escape(table.title)}</{level}>", _tables(table)]
     if view is not None and still is not None:

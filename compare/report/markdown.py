@@ -19,7 +19,8 @@ def document(parts: Sequence[Part], links: Sequence[str], still: str) -> str:
     lines = [f"# {markdown_text(report_title(parts))}", ""]
     if len(parts) > 1:
         for number, part in enumerate(parts, start=1):
-            lines.append(f"{number}. [{markdown_text(part.page.title)}](#r{number}) ({_code(part.name)})")
+            said = "" if part.page.verdict is None else f": **{markdown_text(part.page.verdict.line)}**"
+            lines.append(f"{number}. [{markdown_text(part.page.title)}](#r{number}) ({_code(part.name)}){said}")
         lines.append("")
     for number, (part, link) in enumerate(zip(parts, links, strict=True), start=1):
         lines += _part(part, link, still, number if len(parts) > 1 else 0)
@@ -30,8 +31,10 @@ def _part(part: Part, link: str, still: str, number: int) -> list[str]:
     """One result; number: of its section, 0 where it is the only one."""
     page, level = part.page, "###" if number else "##"
     lines = [f'<a id="r{number}"></a>', "", f"## {markdown_text(page.title)}", ""] if number else []
+    if page.verdict is not None:
+        lines += [f"**{markdown_text(page.verdict.line)}**", ""]
     lines += [_code(page.again) if page.again else THROUGH_PYTHON, ""]
-    lines += [*(f"- {markdown_text(sentence)}" for sentence in page.verdict), ""]
+    lines += [*(f"- {markdown_text(sentence)}" for sentence in page.sentences), ""]
     for table in page.tables:
         lines += [f"{level} {markdown_text(table.title)}", "", *_tables(table)]
     for picture in page.pictures:

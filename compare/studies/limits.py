@@ -4,10 +4,10 @@ For one scene, or each point of a grid: the shell's energies by kind and where o
 the ribbon, and beside it what the ribbon alone had estimated (`compare.models.ribbon_estimate`). Three levels:
 
     good   distance and share of stretching (membrane + shear, of the elastic energy) within the thresholds
-    fair   both within FAIR times the thresholds
+    fair   both within five times the thresholds
     poor   beyond
 
-The thresholds are 1 % of l and 1 % of the energy: the thesis calls a scene safe when the share is well under 1 %.
+The thresholds are 1 % of l and 1 % of the energy (`compare.measure.grades`).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
+from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
 from compare.models.base import Options, State
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.ribbon_estimate import Estimate
@@ -31,9 +32,7 @@ from compare.studies.compare import Comparison, Row, compare
 
 FloatArray = NDArray[np.float64]
 
-LEVELS = ("good", "fair", "poor")
-#: Times the thresholds up to which a scene is "fair".
-FAIR = 5.0
+LEVELS = GRADES[:3]
 #: Size of held corners over l where the scene gives none (thesis, 7.3: triangles of 0.01), at most this part of w.
 CORNER = 0.01
 _CORNER_OF_WIDTH = 0.25
@@ -47,18 +46,13 @@ _LAYERS = 2.0
 class Thresholds:
     """Up to which the model is "good": Hausdorff distance over l, share of the elastic energy."""
 
-    distance: float = 0.01
-    share: float = 0.01
+    distance: float = GOOD_UP_TO["distance"]
+    share: float = GOOD_UP_TO["share"]
 
     def level(self, distance: float | None, share: float | None) -> str | None:
         """The level of a distance and a share; None when one of them is not known and the other is not beyond."""
-        ratios = [value / most for value, most in ((distance, self.distance), (share, self.share)) if value is not None]
-        if not ratios:
-            return None
-        worst = max(ratios)
-        if len(ratios) < 2 and worst <= FAIR:
-            return None
-        return "good" if worst <= 1.0 else "fair" if worst <= FAIR else "poor"
+        found = worst(graded(distance, self.distance), graded(share, self.share))
+        return None if found == UNKNOWN else found
 
 
 @dataclass(frozen=True)
@@ -299,7 +293,7 @@ def sentence(finding: Finding) -> str:
     by = "By estimate from the ribbon alone: inextensible" if finding.row is None else "Inextensible"
     level = f": {finding.level}" if finding.level else ""
     text = (
-        f"{by} model good to {distance} of l and {100 * (finding.share or 0.0):.2g} % of energy here ({where}){level}; "
+        f"{by} model off by {distance} of l and {100 * (finding.share or 0.0):.2g} % of energy here ({where}){level}; "
         f"the reason is {reason(finding)}."
     )
     return text + _doubt(finding)

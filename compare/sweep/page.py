@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
+from compare.measure.grades import FAIR, GOOD, POOR
 from compare.page.page import Page, Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Cell, Column, Table
+from compare.page.verdict import Verdict
 from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_text, case_key, jsonable
@@ -190,6 +192,14 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
+def answer(finished: Finished) -> Verdict:
+    """How many cases are stable equilibria: good where all are, fair where nine of ten are."""
+    found = summary(finished)
+    ok, count = found["ok"], found["cases"]
+    several = f"{ok} of {count} cases are" if count != 1 else "The case is" if ok else "The case is not"
+    return Verdict(f"{several} in a stable equilibrium", GOOD if ok == count else FAIR if ok >= 0.9 * count else POOR)
+
+
 def verdict(finished: Finished) -> list[str]:
     """Sentences: how many converged, what failed, times, the sampled error when it was measured."""
     n = summary(finished)
@@ -290,6 +300,7 @@ def write(out: Path, finished: Finished, again: str) -> Page:
     return Study(
         "sweep",
         sweep.title,
+        verdict=answer(finished),
         tables=tuple(tables(finished, rows, show)),
         sentences=tuple(verdict(finished)),
         pictures=(Picture("sweep.png", alt, f"{show} over the sweep"),),

@@ -18,6 +18,7 @@ from compare.page.page import (
     write_page,
 )
 from compare.page.table import LAST, USUAL, Column, Table
+from compare.page.verdict import Verdict
 
 
 def page():
@@ -29,7 +30,7 @@ def page():
     rows = ((1.0, "x", (0.5, -1.0, 2.0)), (None, True, None))
     table = Table("T", columns, rows, "legend", ((0.0, None, None),))
     return Page(
-        "solve", "Title", ("One.", "Two."), (table,), (Picture("p.png", "alt", "caption"),),
+        "solve", "Title", Verdict("One", "poor"), ("Two.",), (table,), (Picture("p.png", "alt", "caption"),),
         (Surface("s.vtu", "s", "shell", "omega", 20.0),), {"f": "what"}, "scene", (0.0, 0.0, 1.0), {"time": "now"},
         "again",
     )  # fmt: skip
@@ -53,8 +54,10 @@ OLD = [
 
 def test_a_page_of_the_first_format_is_drawn_as_it_was(tmp_path):
     write_page(tmp_path, page())
-    data = json.loads((tmp_path / PAGE).read_text()) | {"format": 1, "tables": OLD}
+    data = json.loads((tmp_path / PAGE).read_text()) | {"format": 1, "tables": OLD, "verdict": ["One.", "Two."]}
     (tmp_path / PAGE).write_text(json.dumps(data))
+    assert read_page(tmp_path).verdict is None
+    assert read_page(tmp_path).sentences == ("One.", "Two.")
     first, second = read_page(tmp_path).tables
     assert [column.heading for column in first.columns] == OLD[0]["headings"]
     assert first.texts() == [("10", "converged", "1.01e-01"), ("ribbon", "converged", "")]
@@ -67,7 +70,7 @@ def test_a_page_of_the_first_format_is_drawn_as_it_was(tmp_path):
 
 def test_a_page_of_the_second_format_keeps_what_a_terminal_had_no_room_for(tmp_path):
     write_page(tmp_path, page())
-    data = json.loads((tmp_path / PAGE).read_text()) | {"format": 2}
+    data = json.loads((tmp_path / PAGE).read_text()) | {"format": 2, "verdict": []}
     for column in data["tables"][0]["columns"]:
         column["terminal"] = column.pop("rank") != LAST
     (tmp_path / PAGE).write_text(json.dumps(data))
@@ -93,7 +96,15 @@ def test_a_surface_without_its_ratio_is_read(tmp_path):
 
 @pytest.mark.parametrize(
     "change",
-    [{"tables": 3}, {"surfaces": [{"no": 1}]}, {"pictures": None}, {"again": 1, "tables": [{}]}, {"format": 1}],
+    [
+        {"tables": 3},
+        {"verdict": {"text": "x", "grade": "superb"}},
+        {"sentences": None},
+        {"surfaces": [{"no": 1}]},
+        {"pictures": None},
+        {"again": 1, "tables": [{}]},
+        {"format": 1},
+    ],
 )
 def test_a_damaged_page(tmp_path, change):
     write_page(tmp_path, page())

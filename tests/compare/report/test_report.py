@@ -15,6 +15,7 @@ from compare.export.vtu import Sheet, write_vtu
 from compare.page.drawing import save
 from compare.page.page import PAGE, Page, Picture, Surface, read_page, write_page
 from compare.page.table import Column, Table
+from compare.page.verdict import Verdict
 from compare.report import surfaces as report_surfaces
 from compare.report.folders import folders_of
 from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
@@ -54,7 +55,9 @@ def result(folder, title="A strip", surfaces=2, **more):
     rows = (10.0, "yes", 1.25e-3), (20.0, EVIL, None)
     table = Table(f"Rows of {title}", columns, rows, "What the columns mean.")
     page = Page(
-        command="compare", title=title, verdict=("It holds.", EVIL), tables=(table,),
+        command="compare", title=title,
+        verdict=Verdict(f"It holds{EVIL * (title == EVIL)}", "fair"), sentences=("Said.", EVIL),
+        tables=(table,),
         pictures=(Picture("curve.png", "A straight line from 0 to 1", "Rising"),), surfaces=tuple(listed),
         files={"result.json": "numbers"}, scene='title = "x"\n# ``` in a comment\n', up=(0.0, 0.0, 1.0),
         provenance={"time": "2026-01-01", "packages": {"numpy": "1.26"}, "cpu": "a processor", "scene_hash": "ab" * 32},
@@ -103,7 +106,7 @@ def test_one_folder(capsys, tmp_path):
     assert "report.html" in out.replace("\n", "")
     found = Reader((folder / "report.html").read_text())
     words = " ".join(found.words)
-    shown = ("A strip", "It holds.", "Rows of A strip", "1.25e-03", "What the columns mean.", "Rising")
+    shown = ("A strip", "It holds: fair.", "Rows of A strip", "1.25e-03", "What the columns mean.", "Rising")
     made = ("ribbonbench compare x --set 'a=[1,2]'", "numpy 1.26", "a processor", "abababababab", 'title = "x"')
     for text in shown + made:
         assert text in words, text

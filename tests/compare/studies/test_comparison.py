@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
+from dataclasses import replace
 
 import meshio
 import numpy as np
@@ -30,6 +32,7 @@ from compare.pages.surfaces import write_fast
 from compare.pictures import comparison as figures
 from compare.pictures import ribbon as profile
 from compare.scene.scene import load, loads
+from compare.scene.units import Units
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, jsonable
 from compare.studies.compare import Comparison, Row, compare, fit_slope
@@ -126,6 +129,31 @@ def test_no_difference_is_claimed_below_the_errors(made):
     assert any("no difference is claimed" in sentence for sentence in tables.verdict(found))
 
 
+def test_the_answer_is_of_the_thinnest_shell(made):
+    found = made(assignments={"shell.width_to_thickness": [100, 10]})
+    thin = found.rows[0]
+    said = tables.answer(found)
+    assert said.grade == "good"
+    assert float(re.search(r"([0-9.]+) %", said.text)[1]) == pytest.approx(100 * thin.hausdorff, rel=0.02)
+    assert tables.answer(made(assignments={"shell.width_to_thickness": [10]})).grade == "fair"
+    si = tables.answer(found, Units(0.25, 0.01, 1e-3))
+    assert float(re.search(r"([0-9.]+) mm", si.text)[1]) == pytest.approx(250 * thin.hausdorff, rel=0.01)
+    assert tables.answer(made(failing=(100,))).grade == "poor"
+
+
+def test_a_distance_within_the_errors_is_a_bound(made):
+    found = made(assignments={"shell.width_to_thickness": [10, 100000]})
+    row = found.rows[1]
+    bound = row.hausdorff + row.ribbon_error + row.shell_error
+    assert float(re.search(r"([0-9.]+) %", tables.answer(found).text)[1]) == pytest.approx(100 * bound, rel=0.05)
+    (words,) = tables.separable(found)
+    assert words.count("separable") == 2
+    assert words.count("not separable") == 1
+    unknown = replace(found, rows=(replace(found.rows[0], shell_error=None, claimed=False),))
+    assert tables.answer(unknown).grade == "unknown"
+    assert tables.separable(unknown) == []
+
+
 def row(ratio, distance, claimed=True):
     return Row(ratio, "converged", True, "", distance, distance, 1e-5, 1e-5, claimed, None, None, None, None,
                {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False)  # fmt: skip
@@ -220,7 +248,9 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
         assert pixels.shape[0] > 300
         assert pixels.std() > 0.02
     stored = read_page(out)
-    assert stored.verdict == tuple(tables.verdict(found))
+    assert stored.sentences == tuple(tables.verdict(found))
+    assert stored.verdict == tables.answer(found)
+    assert json.loads((out / "result.json").read_text())["answer"] == jsonable(stored.verdict)
     assert [(s.file, s.width_to_thickness) for s in stored.surfaces] == [
         ("ribbon.vtu", None), ("shell_w10.vtu", 10.0), ("shell_w20.vtu", 20.0), ("shell_w100.vtu", 100.0),
     ]  # fmt: skip

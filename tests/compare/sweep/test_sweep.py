@@ -92,8 +92,9 @@ def test_files_of_a_sweep(small):
     assert len({case["scene_hash"] for case in cases["cases"]}) == 3
     assert cases["provenance"]["packages"]["numpy"] == np.__version__
     page = read_page(small)
-    assert page.verdict[0] == "3 of 3 cases (3) converged."
-    assert "Discretisation errors" in page.verdict[1]
+    assert page.sentences[0] == "3 of 3 cases (3) converged."
+    assert "Discretisation errors" in page.sentences[1]
+    assert page.verdict.grade == "good"
     assert len(page.tables[1].rows) == 3
     assert "end.y" in page.pictures[0].alt
     assert str(small) not in "".join(path.read_text() for path in small.glob("*.json*"))
