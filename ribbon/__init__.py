@@ -8,7 +8,13 @@
 Lengths are given in any unit; results are in units of l (lengths) and D w / l (energies).
 """
 
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from ribbon.element import kernel_cache
+
+if TYPE_CHECKING:
+    from ribbon.sensitivity.gradients import Gradients, gradients
 
 with kernel_cache.in_use():
     from ribbon.boundary import Clamp, Closure
@@ -19,7 +25,6 @@ with kernel_cache.in_use():
     from ribbon.forces import WallForce
     from ribbon.loads import Gravity
     from ribbon.result import Energy, Equilibrium, Force, Pose, Status
-    from ribbon.sensitivity.gradients import Gradients, gradients
     from ribbon.strip import Strip
     from ribbon.surface import Surface
 
@@ -45,3 +50,17 @@ __all__ = [
     "solve",
     "switch",
 ]
+
+#: Names that are looked up when they are first used, with their modules: a solve does not need them.
+_LATER = {"Gradients": "ribbon.sensitivity.gradients", "gradients": "ribbon.sensitivity.gradients"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    with kernel_cache.in_use():
+        return getattr(importlib.import_module(_LATER[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LATER})

@@ -9,6 +9,8 @@ triangle and the curved surface it stands for: kappa ds^2 / 8, ds the grid's spa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,17 +25,18 @@ class _Triangles:
     def __init__(self, points: FloatArray, corners: NDArray[np.int64]) -> None:
         from scipy.spatial import cKDTree  # not before it is needed
 
+        self.points = points
         self.a = points[corners[:, 0]]
         self.ab, self.ac = points[corners[:, 1]] - self.a, points[corners[:, 2]] - self.a
         self.middle = self.a + (self.ab + self.ac) / 3.0
         self.radius = np.sqrt(
             np.max([_square(self.middle - points[corners[:, k]]) for k in range(3)], axis=0, initial=0.0)
         )
-        used, places = np.unique(corners, return_inverse=True)
+        count = np.bincount(corners.ravel(), minlength=len(points))
+        used = np.nonzero(count)[0]
         self._tree = cKDTree(points[used])
-        order = np.argsort(places.ravel(), kind="stable")
-        self._around = order // 3  # triangles, vertex by vertex
-        self._first = np.searchsorted(places.ravel()[order], np.arange(used.size + 1))
+        self._around = np.argsort(corners.ravel(), kind="stable") // 3  # triangles, vertex by vertex
+        self._first = np.concatenate([[0], np.cumsum(count[used])])
 
     def nearest_vertex(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
         """Distance (k,) and number (k,) of the vertex that is nearest to each point (k, 3)."""
@@ -102,11 +105,11 @@ def _farthest(points: FloatArray, other: _Triangles) -> float:
             break
         bound[batch] = np.minimum(bound[batch], other.around(points[batch], vertex[batch]))
         closer = batch[np.argsort(-bound[batch])]
-        for few in np.split(closer, range(_FEW, closer.size, _FEW)):
-            few = few[bound[few] > largest]
-            if not few.size:
-                break
+        begin, many = 0, 1  # the first one is nearly always the last one
+        while begin < closer.size and bound[closer[begin]] > largest:
+            few = closer[begin : begin + many]
             largest = max(largest, float(other.exact(points[few], bound[few]).max()))
+            begin, many = begin + many, _FEW
     return largest
 
 
@@ -121,18 +124,32 @@ def hausdorff(
     finite."""
     if not (np.isfinite(points_a).all() and np.isfinite(points_b).all()):
         return float("nan")
-    a, b = _Triangles(points_a, triangles_a), _Triangles(points_b, triangles_b)
-    return max(_farthest(points_a, b), _farthest(points_b, a))
+    return _apart(_Triangles(points_a, triangles_a), _Triangles(points_b, triangles_b))
+
+
+def _apart(a: _Triangles, b: _Triangles) -> float:
+    return max(_farthest(a.points, b), _farthest(b.points, a))
 
 
 def grid_hausdorff(grid_a: FloatArray, grid_b: FloatArray) -> float:
-    """Symmetric Hausdorff distance of two surfaces given on material grids (along, across, 3) of any sizes."""
-    return hausdorff(
-        grid_a.reshape(-1, 3),
-        triangles(*grid_a.shape[:2]),
-        grid_b.reshape(-1, 3),
-        triangles(*grid_b.shape[:2]),
-    )
+    """Symmetric Hausdorff distance of two surfaces given on material grids (along, across, 3) of any sizes; NaN where a
+    point is not finite."""
+    return grid_hausdorffs([grid_a, grid_b], [(0, 1)])[0]
+
+
+def grid_hausdorffs(grids: Sequence[FloatArray], pairs: Sequence[tuple[int, int]]) -> list[float]:
+    """`grid_hausdorff` of several pairs (their numbers) among `grids`, each made ready once."""
+    ready = [
+        _Triangles(np.ascontiguousarray(grid.reshape(-1, 3), dtype=float), triangles(*grid.shape[:2]))
+        if np.isfinite(grid).all()
+        else None
+        for grid in grids
+    ]
+    found = []
+    for one, other in pairs:
+        a, b = ready[one], ready[other]
+        found.append(float("nan") if a is None or b is None else _apart(a, b))
+    return found
 
 
 def centreline_distance(line_a: FloatArray, line_b: FloatArray) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.distance import grid_hausdorff
+from compare.measure.distance import grid_hausdorff, grid_hausdorffs
 
 FloatArray = NDArray[np.float64]
 
@@ -36,8 +36,7 @@ def extrapolated(shapes: Sequence[FloatArray]) -> float | None:
     """
     if len(shapes) < 2:
         return None
-    first = grid_hausdorff(shapes[0], shapes[1])
     if len(shapes) == 2:
-        return 2.0 * first
-    second = grid_hausdorff(shapes[1], shapes[2])
-    return grid_hausdorff(shapes[0], shapes[2]) + rest(first, second)
+        return 2.0 * grid_hausdorff(shapes[0], shapes[1])
+    first, second, whole = grid_hausdorffs(shapes, [(0, 1), (1, 2), (0, 2)])
+    return whole + rest(first, second)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-import scipy.integrate
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from compare.measure.align import Motions

@@ -45,3 +45,10 @@ def values(code, omega, eta, x, section, out):
     for i in range(omega.size):
         density(code, omega[i], eta[i], x[i], section, ten)
         out[i] = ten[0]
+
+
+@njit(cache=True)
+def numbers(code, omega, eta, x, section, out):
+    """Fills `out` (k, 10) with the ten numbers of the energy `code` at omega, eta, x (k,)."""
+    for i in range(omega.size):
+        density(code, omega[i], eta[i], x[i], section, out[i])

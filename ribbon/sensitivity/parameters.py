@@ -15,12 +15,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion
 from ribbon.element.element import GAUSS_POINTS, GAUSS_WEIGHTS
-from ribbon.energies import CODES, density
+from ribbon.energies import CODES
+from ribbon.energies.dispatch import numbers
 from ribbon.errors import RibbonInputError
 from ribbon.problems.conditions import imaginary_part
 from ribbon.sensitivity.system import Point, System
@@ -141,14 +141,6 @@ def _natural_curvature(system: System) -> Load:
     return _free(system.point, joints.energy @ ends, joints.gradient @ ends, (2,))
 
 
-@njit(cache=True)
-def _densities(code, omega, eta, x, half_width, thickness, poisson, out):
-    """Fills `out` (k, 10) with the density's ten numbers at omega, eta, x (k,)."""
-    section = (half_width, thickness, poisson)
-    for i in range(omega.size):
-        density(code, omega[i], eta[i], x[i], section, out[i])
-
-
 def _at_points(here: Point) -> tuple[FloatArray, ...]:
     """s on the segment, omega, eta (p, 4) at the Gauss points, their weights (p, 4) and x (p, 4)."""
     problem = here.problem
@@ -163,7 +155,7 @@ def _numbers(here: Point, omega: FloatArray, eta: FloatArray, x: FloatArray, sec
     out = np.empty((omega.size, 10))
     code = CODES[here.problem.energy]
     half_width, thickness, poisson = (float(v) for v in section)
-    _densities(code, omega.ravel(), eta.ravel(), x.ravel(), half_width, thickness, poisson, out)
+    numbers(code, omega.ravel(), eta.ravel(), x.ravel(), (half_width, thickness, poisson), out)
     return out.reshape(*omega.shape, 10)
 
 

@@ -13,8 +13,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion
@@ -71,7 +70,7 @@ def point(equilibrium: Equilibrium, *, unstable: bool = False) -> Point:
     x = problem.state(*old.joint_values(equilibrium.x))
     gradient, jacobian = problem.gradient(x), problem.jacobian_matrix(x)
     dependent = dependent_columns(problem)
-    rows = spla.splu(sp.csc_matrix(jacobian[:, dependent].T)).solve(-gradient[dependent])
+    rows = scipy.sparse.linalg.splu(scipy.sparse.csc_matrix(jacobian[:, dependent].T)).solve(-gradient[dependent])
     return Point(problem, x, rows, gradient + jacobian.T @ rows)
 
 
@@ -102,20 +101,20 @@ class System:
         return cls(here, free, active, on_bound)
 
     @cached_property
-    def hessian(self) -> sp.csr_matrix:
+    def hessian(self) -> scipy.sparse.csr_matrix:
         """Hessian (n, n) of the Lagrangian."""
         return self.point.problem.hessian_matrix(self.point.x, self.point.rows)
 
     @cached_property
-    def jacobian(self) -> sp.csr_matrix:
+    def jacobian(self) -> scipy.sparse.csr_matrix:
         """Jacobian (m, n) of all rows."""
         return self.point.problem.jacobian_matrix(self.point.x)
 
     @cached_property
-    def _scaled(self) -> tuple[sp.csc_matrix, FloatArray, Any]:
+    def _scaled(self) -> tuple[scipy.sparse.csc_matrix, FloatArray, Any]:
         """Matrix, its symmetric scaling, and the factors of the scaled matrix."""
         a = self.jacobian[self.active][:, self.free]
-        matrix = sp.csc_matrix(sp.bmat([[self.hessian[self.free][:, self.free], a.T], [a, None]]))
+        matrix = scipy.sparse.csc_matrix(scipy.sparse.bmat([[self.hessian[self.free][:, self.free], a.T], [a, None]]))
         scale = np.ones(matrix.shape[0])
         scaled = matrix
         for _ in range(_SCALINGS):
@@ -123,12 +122,12 @@ class System:
             if not np.all(largest > 0.0):
                 raise NotDifferentiable("singular", "a free unknown or an active row moves nothing")
             scale /= largest
-            scaled = sp.csc_matrix(sp.diags(scale) @ matrix @ sp.diags(scale))
+            scaled = scipy.sparse.csc_matrix(scipy.sparse.diags(scale) @ matrix @ scipy.sparse.diags(scale))
         count = int(self.free.sum())
         below, above = self.point.problem.constraint_bounds()
         soft = np.concatenate([np.zeros(count), np.where((below != above)[self.active], _SOFT, 0.0)])
         try:
-            factors = spla.splu(sp.csc_matrix(scaled - sp.diags(soft)))
+            factors = scipy.sparse.linalg.splu(scipy.sparse.csc_matrix(scaled - scipy.sparse.diags(soft)))
         except RuntimeError:
             raise _singular(np.inf) from None
         return matrix, scale, factors
@@ -138,11 +137,13 @@ class System:
         """Estimated condition of the scaled matrix in the 1-norm (Higham & Tisseur 2000, as in scipy)."""
         matrix, scale, factors = self._scaled
         n = scale.size
-        solve = spla.LinearOperator((n, n), matvec=factors.solve, rmatvec=lambda b: factors.solve(b, "T"), dtype=float)
-        scaled = sp.diags(scale) @ matrix @ sp.diags(scale)
+        solve = scipy.sparse.linalg.LinearOperator(
+            (n, n), matvec=factors.solve, rmatvec=lambda b: factors.solve(b, "T"), dtype=float
+        )
+        scaled = scipy.sparse.diags(scale) @ matrix @ scipy.sparse.diags(scale)
         with np.errstate(all="ignore"):
-            inverse = spla.onenormest(solve)
-        found = float(inverse * spla.norm(scaled, 1))
+            inverse = scipy.sparse.linalg.onenormest(solve)
+        found = float(inverse * scipy.sparse.linalg.norm(scaled, 1))
         return found if np.isfinite(found) else np.inf
 
     def check(self) -> None:
