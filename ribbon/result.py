@@ -67,6 +67,17 @@ class Pose:
 
 
 @dataclass(frozen=True)
+class Refinement:
+    """What a state is on other segments: how many, its status and lowest eigenvalue there, and the distance (Hausdorff
+    over l) to the one before; None where it is not known."""
+
+    segments: int
+    status: Status
+    lowest_eigenvalue: float
+    distance: float | None
+
+
+@dataclass(frozen=True)
 class Equilibrium:
     """A ribbon at rest, or where the minimiser stopped; lengths in l, energies in D w / l (l, D of the strip).
 
@@ -81,7 +92,7 @@ class Equilibrium:
     energy: by part; x: unknowns; multipliers: of the bounds; rows: of the constraints; active_bounds: how many rulings'
     slopes are held at 2/w. start, end_support, walls: what holds the ribbon exerts on it; seconds: {"solve",
     "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of
-    many segments (Hausdorff / l) when a tolerance placed the segments.
+    many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way.
     """
 
     problem: Problem
@@ -103,6 +114,7 @@ class Equilibrium:
     at: FloatArray | None = None
     log: tuple[dict[str, Any], ...] = ()
     tolerance_error: float | None = None
+    refinements: tuple[Refinement, ...] = ()
 
     @property
     def ok(self) -> bool:

@@ -9,7 +9,7 @@ two solutions.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 
 from ribbon.boundary import Closure
 from ribbon.errors import RibbonInputError
+from ribbon.find import seeds
 from ribbon.find.continuation import switch
 from ribbon.find.solve import build, solve
 from ribbon.problems.protocol import Problem
-from ribbon.result import Equilibrium, Status
+from ribbon.result import Equilibrium, Refinement, Status
+from ribbon.solvers.budget import SPENT, spent, within
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +35,8 @@ ROUNDS = 30
 #: Share of the sum of e_i that the cut segments carry; a segment this many times above the threshold is quartered.
 BULK = 0.8
 QUARTERED = 16.0
+#: Keywords of `ribbon.find.solve.build` among those of `solve`, without the segments.
+_OF_THE_PROBLEM = ("strip", "clamp", "gravity", "end", "closure", "walls", "energy", "formulation", "held_by")
 _GOOD = (Status.CONVERGED, Status.SADDLE)
 #: Points along the ribbon for the distance.
 _ALONG = 2000
@@ -48,22 +52,30 @@ def solve_to_tolerance(*arguments: Any, tolerance: float, strict: bool = True, *
         raise RibbonInputError("tolerance", tolerance, "a distance over l in (0, 0.1)")
     if "segments" in keywords:
         raise RibbonInputError("segments", keywords["segments"], "give a tolerance or segments, not both")
+    with within(keywords.pop("budget", None)):
+        return _to_tolerance(arguments, tolerance, strict, keywords)
+
+
+def _to_tolerance(
+    arguments: tuple[Any, ...], tolerance: float, strict: bool, keywords: Mapping[str, Any]
+) -> Equilibrium:
+    """The seam of a Moebius band whose ruling is free is held until the elements are placed."""
     closure = keywords.get("closure")
+    pinned: Mapping[str, Any]
     pinned, free_seam = keywords, False
     if closure is not None and closure.ruling == "free" and closure.sign < 0:
         pinned, free_seam = {**keywords, "closure": Closure(closure.kind, "straight", closure.turns)}, True
     if pinned.get("formulation", "auto") in ("auto", "chained"):
         pinned = {**pinned, "formulation": "mixed"}
-    first = solve(*arguments, segments=FIRST_SEGMENTS, **pinned)
+    asked = {key: pinned[key] for key in _OF_THE_PROBLEM if key in pinned}
+    segments = seeds.graded(build(*arguments, segments=FIRST_SEGMENTS, **asked))
+    first = solve(*arguments, segments=segments, **pinned)
     leave = bool(keywords.get("leave_saddle", False))
     found = refine_to_tolerance(first, tolerance, leave_saddle=leave, strict=strict)
     if free_seam and found.status in _GOOD:
-        names = ("end", "walls", "energy", "held_by")
-        chosen = {key: keywords[key] for key in names if key in keywords}
-        lengths = found.problem.lengths
-        loose = build(*arguments, closure=closure, segments=lengths, formulation="mixed", **chosen)
+        loose = build(*arguments, segments=found.problem.lengths, **{**asked, "closure": closure})
         slid = switch(loose, found)
-        found = replace(slid, tolerance_error=found.tolerance_error)
+        found = replace(slid, tolerance_error=found.tolerance_error, refinements=found.refinements)
     return found
 
 
@@ -85,34 +97,47 @@ def refine_to_tolerance(
         current = switch(_as_mixed(current), current)
     finest: Equilibrium | None = None
     estimate: float | None = None
+    tried = [_tried(current, None)]
+
+    def ended(found: Equilibrium, **changes: Any) -> Equilibrium:
+        return replace(found, tolerance_error=estimate, refinements=tuple(tried), **changes)
 
     def short(found: Equilibrium, message: str) -> Equilibrium:
         """What to answer where the tolerance is not reached."""
         if strict or finest is None:
-            return replace(found, status=Status.NOT_CONVERGED, stable=None, message=message, tolerance_error=estimate)
-        return replace(finest, message=f"{finest.message}; {message}", tolerance_error=estimate)
+            return ended(found, status=Status.NOT_CONVERGED, stable=None, message=message)
+        return ended(finest, message=f"{finest.message}; {message}")
 
     for _ in range(ROUNDS):
         if current.status not in _GOOD:
-            return replace(current if strict or finest is None else finest, tolerance_error=estimate)
+            return ended(current if strict or finest is None else finest)
+        if spent():
+            return short(current, f"the tolerance {tolerance:g} was not reached: {SPENT}")
         problem: Any = current.problem
         halved = switch(problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2)), current)
-        if halved.status not in _GOOD:
-            return replace(halved if strict else finest or current, tolerance_error=estimate)
-        estimate = distance(current, halved)
+        good = halved.status in _GOOD
+        estimate = distance(current, halved) if good else estimate
+        tried.append(_tried(halved, estimate if good else None))
+        if not good:
+            return ended(halved if strict else finest or current)
         finest = halved
         if report is not None:
             report(halved.problem.lengths.size, estimate)
         if estimate <= tolerance:
             if leave_saddle and halved.status is Status.SADDLE:
                 halved = switch(problem.with_changes(lengths=halved.problem.lengths), halved, leave_saddle=True)
-            return replace(halved, tolerance_error=estimate)
+                tried.append(_tried(halved, None))
+            return ended(halved)
         lengths = cut(problem.lengths, indicators(current, halved))
         if lengths.size > MOST_SEGMENTS:
             needs = f"the tolerance {tolerance:g} needs more than {MOST_SEGMENTS} segments; reached {estimate:.2g}"
             return short(halved, needs)
-        current = switch(problem.with_changes(lengths=lengths), halved)
+        current = switch(problem.with_changes(lengths=lengths), halved, check=False)
     return short(current, f"the tolerance {tolerance:g} was not reached in {ROUNDS} rounds; reached {estimate:.2g}")
+
+
+def _tried(found: Equilibrium, moved: float | None) -> Refinement:
+    return Refinement(found.problem.lengths.size, found.status, found.lowest_eigenvalue, moved)
 
 
 def _as_mixed(equilibrium: Equilibrium) -> Problem:

@@ -19,7 +19,7 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.layout import at_joints
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
-from ribbon.solvers import ipopt
+from ribbon.solvers import budget, ipopt
 from ribbon.solvers.problem import Minimum
 
 FloatArray = NDArray[np.float64]
@@ -199,7 +199,7 @@ def from_far(
         seconds += found.seconds
         if best is None or not best.residual <= found.residual:
             best = found
-        if found.residual <= RESIDUAL_TOLERANCE:
+        if found.residual <= RESIDUAL_TOLERANCE or budget.spent():
             break
     assert best is not None
     return replace(best, iterations=iterations, seconds=seconds)

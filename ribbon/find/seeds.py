@@ -24,6 +24,11 @@ _PIECES = 8
 _WEIGHT = 1e-2
 #: Largest |eta| of a fitted shape (about 60 degrees).
 _STEEPEST = 1.7
+#: Weight (Gamma) from which a hanging strip begins with its boundary layer, shortest segment there times sqrt(Gamma),
+#: and least part of the weight in the clamp's plane of bending.
+HEAVY = 100.0
+_FIRST_IN_LAYER = 0.3
+_IN_PLANE = 0.5
 #: Largest |eta'| w / 2 of a seed beside a clamp that holds the ruling straight.
 _STEEP = 0.5
 
@@ -54,6 +59,60 @@ def held_straight(problem: Problem, eta: FloatArray) -> FloatArray:
             reach = _STEEP / problem.half_width * np.abs(s - at)
             held = np.clip(held, -reach, reach)
     return held
+
+
+def layer_rate(problem: Problem) -> float | None:
+    """One over the length (l) of the layer in which a heavy flat strip, held at s = 0 only, turns into the weight.
+
+    sqrt(Gamma) times the root of the weight's part in the clamp's plane of bending; None: no such strip, or not heavy.
+    """
+    weight = _weight_in_plane(problem)
+    heavy = weight is not None and problem.strip.gamma * float(np.hypot(*weight)) >= HEAVY
+    return math.sqrt(problem.strip.gamma * float(np.hypot(*weight))) if weight is not None and heavy else None
+
+
+def _weight_in_plane(problem: Problem) -> tuple[float, float] | None:
+    """The direction of the weight along t_y and t_z of the clamp; None where something else shapes the strip, or where
+    it hangs across its width."""
+    start, gravity = problem.start, problem.gravity
+    alone = problem.end is None and problem.closure is None and not problem.walls
+    if gravity is None or start is None or not start.is_whole or not alone or problem.strip.curvature != (0.0, 0.0):
+        return None
+    _, normal, along = -start.frame.T @ np.asarray(gravity.up)
+    return (float(normal), float(along)) if math.hypot(normal, along) > _IN_PLANE else None
+
+
+def hanging(problem: Problem) -> FloatArray | None:
+    """omega (p + 1,) of a heavy flat strip that hangs from its clamp; None where `layer_rate` is.
+
+    theta, from the tangent to the weight, obeys theta'' = Gamma (1 - s) sin(theta): bending moments against the weight
+    below a section. With constant tension the solution that decays is theta = 4 atan(tan(theta_0 / 4) exp(-q s)), q =
+    sqrt(Gamma); here q s is the integral of q under the tension that falls to zero at s = 1 (Wentzel, Kramers,
+    Brillouin). Where segments are longer than the layer, omega is scaled to turn the strip by all of theta_0.
+    """
+    rate, weight = layer_rate(problem), _weight_in_plane(problem)
+    if rate is None or weight is None:
+        return None
+    s = joints(problem.lengths)
+    angle = math.atan2(*weight)
+    stretch = 2.0 / 3.0 * (1.0 - (1.0 - s) ** 1.5)
+    left = 4.0 * np.arctan(math.tan(0.25 * angle) * np.exp(-rate * stretch))
+    omega = -2.0 * rate * np.sqrt(1.0 - s) * np.sin(0.5 * left)  # negative: the tangent turns towards t_y
+    turned = float(np.sum(0.5 * (omega[1:] + omega[:-1]) * problem.lengths))
+    return np.asarray(omega * ((left[-1] - angle) / turned)) if turned else omega
+
+
+def graded(problem: Problem) -> FloatArray:
+    """The lengths of the problem's segments, in the layer of `layer_rate` shorter: growing by 1.5 from a part of it."""
+    rate = layer_rate(problem)
+    if rate is None:
+        return problem.lengths
+    most = float(problem.lengths.max())
+    found = [min(_FIRST_IN_LAYER / rate, most)]
+    while math.fsum(found) < 1.0:
+        found.append(min(found[-1] * 1.5, most))
+    lengths = np.array(found)
+    return lengths / lengths.sum()
 
 
 def end_mismatch(problem: MixedProblem, x: FloatArray) -> FloatArray:

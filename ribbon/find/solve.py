@@ -23,6 +23,7 @@ from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import ipopt
+from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.solvers.problem import FloatArray, Minimum, approach, kkt_residual, polish, violation
 from ribbon.strip import Strip, finite
 from ribbon.thesis import other_models
@@ -50,6 +51,7 @@ def solve(
     formulation: str = "auto",
     held_by: str = "elimination",
     leave_saddle: bool = False,
+    budget: float | None = None,
     options: dict[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> Equilibrium:
@@ -69,6 +71,8 @@ def solve(
     formulation: "auto", "chained", "mixed", or "matrix" (the thesis's own mixed unknowns); held_by: "elimination" of
         the start clamp's unknowns or "constraints" (thesis, 5.3.3; mixed models).
     leave_saddle: follow the unstable direction of a saddle to a stable state.
+    budget: time in s on the processor, without compiling; when it is spent the result is what there is then, "not
+        converged" in general. None: none.
     options: Ipopt's options, over `ribbon.solvers.ipopt.DEFAULT_OPTIONS`.
     progress: called with (iteration, energy, dual infeasibility).
 
@@ -80,14 +84,14 @@ def solve(
     )  # fmt: skip
     if stretched.ends_apart(strip, problem.start, problem.end) >= stretched.STRETCHED:
         return stretched.straight(problem)
-    starts = starting_shapes(problem, seed_curvature, seed_ruling, progress)
     best: Equilibrium | None = None
-    for omega, eta in starts:
-        found = solve_shape(problem, omega, eta, options=options, progress=progress, leave_saddle=leave_saddle)
-        if best is None or _rank(found) < _rank(best):
-            best = found
-        if found.ok:
-            break
+    with within(budget):
+        for omega, eta in starting_shapes(problem, seed_curvature, seed_ruling, progress):
+            found = solve_shape(problem, omega, eta, options=options, progress=progress, leave_saddle=leave_saddle)
+            if best is None or _rank(found) < _rank(best):
+                best = found
+            if found.ok or spent():
+                break
     assert best is not None
     return best
 
@@ -170,7 +174,8 @@ def starting_shapes(
         omega, _ = band.circle(problem)
         return [(omega, eta)]
     if problem.end is None:
-        return [(natural, eta)]
+        layer = seeds.hanging(problem)
+        return [(natural if layer is None else layer, eta)]
     shapes = [(natural, eta)] if problem.has_natural_curvature else seeds.guesses(glued)
     fitted = [seeds.fitted(glued, *shape) for shape in shapes]
     fitted.sort(key=lambda f: f[2] > 1e-2)
@@ -209,7 +214,7 @@ def solve_from(
     found = _solve_once(problem, x, warm, options, progress, check, near)
     if leave_saddle:
         for _ in range(_DEPARTURES):
-            if found.status is not Status.SADDLE:
+            if found.status is not Status.SADDLE or spent():
                 break
             better = _depart(found, options, progress)
             if better is None:
@@ -312,7 +317,8 @@ def _solve_once(
     steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
     status = _status(problem, minimum, check, parts, steepest, want_check)
     known = status in (Status.CONVERGED, Status.SADDLE)
-    message = status.value if known else f"{status.value} (Ipopt: {minimum.message})"
+    why = SPENT if spent() else f"Ipopt: {minimum.message}"
+    message = status.value if known else f"{status.value} ({why})"
     if known and check is not None and check.stable is None:
         message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
@@ -353,6 +359,8 @@ def _status(
     if steepest > 1.0:
         return Status.RULINGS_CROSS
     if minimum.residual > RESIDUAL_TOLERANCE:
+        if spent():
+            return Status.NOT_CONVERGED
         if minimum.code in _IPOPT_INFEASIBLE or violation(problem, minimum.x) > _INFEASIBLE:
             return Status.INFEASIBLE
         return Status.NOT_CONVERGED

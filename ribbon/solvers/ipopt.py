@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ribbon.solvers import budget
 from ribbon.solvers.cyipopt_api import wrapper
 from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained, kkt_residual
 
@@ -90,7 +91,7 @@ class _Callbacks:
         self.iterations = int(values[1])
         if self.progress is not None:
             self.progress(self.iterations, float(values[2]), float(values[4]))
-        return self.error is None
+        return self.error is None and not budget.spent()
 
 
 #: Over the defaults with rows: approximate minimum degree; MUMPS's own choice was slower wherever tried.
