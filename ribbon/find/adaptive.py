@@ -115,15 +115,15 @@ def refine_to_tolerance(
             return short(current, f"the tolerance {tolerance:g} was not reached: {SPENT}")
         problem: Any = current.problem
         halved = switch(problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2)), current)
-        good = halved.status in _GOOD
-        estimate = distance(current, halved) if good else estimate
-        tried.append(_tried(halved, estimate if good else None))
-        if not good:
+        if halved.status not in _GOOD:
+            tried.append(_tried(halved, None))
             return ended(halved if strict else finest or current)
-        finest = halved
+        moved = distance(current, halved)
+        tried.append(_tried(halved, moved))
+        finest, estimate = halved, moved
         if report is not None:
-            report(halved.problem.lengths.size, estimate)
-        if estimate <= tolerance:
+            report(halved.problem.lengths.size, moved)
+        if moved <= tolerance:
             if leave_saddle and halved.status is Status.SADDLE:
                 halved = switch(problem.with_changes(lengths=halved.problem.lengths), halved, leave_saddle=True)
                 tried.append(_tried(halved, None))

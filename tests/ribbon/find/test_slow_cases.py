@@ -30,7 +30,7 @@ def test_a_heavy_strip_begins_with_its_boundary_layer(clamp, gamma):
     assert [part.status for part in found.refinements] == [Status.CONVERGED] * 2
     assert abs(found.end.position[1]) < 1e-6  # in its plane
     angle = np.arccos(-clamp.frame[2, 2])
-    # the first integral of the layer: out by 2 sin(angle / 2), down by less than a length for the turn, over sqrt(Gamma)
+    # the layer's first integral: out by 2 sin(angle / 2) / sqrt(Gamma), and down by a length but for the turn
     assert found.end.position[0] == pytest.approx(2.0 * np.sin(angle / 2.0) / gamma**0.5, rel=0.5)
     assert -1.0 < found.end.position[2] < -1.0 + 3.0 / gamma**0.5
 
