@@ -40,6 +40,7 @@ NAMES = (
     "explain",
     "check",
     "scenes",
+    "keys",
     "doctor",
 )
 

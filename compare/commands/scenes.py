@@ -1,15 +1,16 @@
-"""`ribbonbench scenes`: the shipped scenes."""
+"""`ribbonbench scenes`: the shipped scenes, or the text of one."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 
 from rich.console import Console
 
 from compare.commands import common
 from compare.page.table import Column, Table
 
-HELP = "list the shipped scenes"
+HELP = "list the shipped scenes, or print one of them"
 
 
 _COLUMNS = (
@@ -25,15 +26,22 @@ _COLUMNS = (
 
 
 def register(parser: argparse.ArgumentParser) -> None:
-    """--wide."""
+    """Arguments of the command."""
+    parser.add_argument(
+        "name", metavar="NAME", nargs="?", default=None,
+        help="print this scene as it is, TOML with comments: ribbonbench scenes curl_4_3 > my.toml",
+    )  # fmt: skip
     common.wide_argument(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
-    """Lists."""
+    """Lists, or prints one."""
     from compare.page.terminal import print_table
-    from compare.scene.scene import load, shipped
+    from compare.scene.scene import load, shipped, text_of_shipped
 
+    if options.name is not None:
+        sys.stdout.write(text_of_shipped(options.name))
+        return common.DONE
     rows = []
     for name in shipped():
         scene = load(name)

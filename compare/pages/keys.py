@@ -1,15 +1,21 @@
-"""The tables of docs/scenes.md: every key of the contract with kind, range, unit, default and meaning.
+"""Every key of the contract with kind, range, unit, default and meaning: the tables of docs/scenes.md, and what
+`ribbonbench keys` answers.
 
 python -m compare.pages.keys docs/scenes.md    # writes them into the page; without a page, to the terminal
 """
 
 from __future__ import annotations
 
+import difflib
+import fnmatch
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare import registry
+from compare.models.base import covered
+from compare.page.table import Column, Table
 from compare.scene.declare import LENGTH, NONE, Key, Kind, keys_of, literal
 from compare.scene.keys import KEYS, SPECS
 
@@ -36,9 +42,8 @@ def _table(section: str) -> Iterator[str]:
         default = _default(about)
         if section == "clamp.start" and (other := _default(KEYS[f"clamp.end.{about.field}"])) != default:
             default += f"; at the end {other}"
-        range_ = about.range.text if about.range else ""
         unit = UNITS.get(about.unit, about.unit)
-        yield f"| `{about.field}` | {_kind(about)} | {range_} | {unit} | {default} | {_meaning(about)} |"
+        yield f"| `{about.field}` | {_kind(about)} | {_range(about)} | {unit} | {default} | {_meaning(about)} |"
     yield ""
 
 
@@ -63,6 +68,94 @@ def _default(about: Key) -> str:
     if about.kind in (Kind.LINEAR, Kind.PIECEWISE) and len(set(value)) == 1:
         value = value[0]
     return f"`{literal(value)}`"
+
+
+# -- for `ribbonbench keys` -------------------------------------------------------------------------------------------
+
+_COLUMNS = (
+    Column("key", "key", kind="word"),
+    Column("unit", "unit", kind="word", rank=2),
+    Column("range", "range", kind="word", rank=4),
+    Column("default", "default", kind="word", rank=3),
+    Column("meaning", "meaning", kind="word", rank=1),
+)
+
+
+def matching(pattern: str | None) -> tuple[list[str], bool]:
+    """The keys that a pattern means, and whether it means them as it stands (False: only nearly).
+
+    None: all. A name, or a glob of names ("strip.*"); or else what has the pattern in its name or, with three letters
+    or more, in its meaning; or else the nearest names, three at most. Capitals do not count.
+    """
+    if pattern is None:
+        return list(KEYS), True
+    asked = pattern.strip().strip("[]").lower()
+    for test in (
+        lambda name: name == asked,
+        lambda name: fnmatch.fnmatchcase(name, asked) or fnmatch.fnmatchcase(name.rpartition(".")[2], asked),
+        lambda name: asked in name,
+        lambda name: len(asked) > 2 and asked in _plain_meaning(KEYS[name]).lower(),
+    ):
+        found = [name for name in KEYS if test(name)]
+        if found:
+            return found, True
+    whole = difflib.get_close_matches(asked, KEYS, n=3, cutoff=0.8)
+    if whole or "." in asked:
+        return whole or difflib.get_close_matches(asked, KEYS, n=3, cutoff=0.5), False
+    fields = {name.rpartition(".")[2]: name for name in reversed(list(KEYS))}
+    return [fields[field] for field in difflib.get_close_matches(asked, fields, n=3, cutoff=0.6)], False
+
+
+def table_of(names: Sequence[str]) -> Table:
+    """One row for each key: unit, range, default, meaning."""
+    about = [KEYS[name] for name in names]
+    rows = ((key.name, _unit(key), _range(key), _plain(_default(key)), _plain_meaning(key)) for key in about)
+    return Table("", _COLUMNS, tuple(rows))
+
+
+def described(name: str) -> list[tuple[str, str]]:
+    """All that is known of a key, as names and texts; which models read it (which are imported for it)."""
+    about = KEYS[name]
+    readers = [model for model in registry.names() if covered(name, registry.model(model).reads)]
+    said = [
+        ("meaning", _plain_meaning(about)),
+        ("kind", _plain(_kind(about))),
+        ("range", _range(about)),
+        ("unit", _unit(about)),
+        ("default", _plain(_default(about))),
+        ("example", _example(about)),
+        ("on a command line", f"--set '{name}={about.example}'" if _can_be_set(name) else ""),
+        ("read by", ", ".join(readers)),
+    ]
+    return [(heading, text) for heading, text in said if text]
+
+
+def _can_be_set(name: str) -> bool:
+    """Walls go by number or name there, and a path as a whole."""
+    return name.split(".")[0] not in ("wall", "path")
+
+
+def _example(about: Key) -> str:
+    section = about.name.rpartition(".")[0]
+    brackets = f"[[{section}]] " if section in ("wall", "path") else f"[{section}] " if section else ""
+    return f"{brackets}{about.field} = {about.example}"
+
+
+def _unit(about: Key) -> str:
+    return UNITS.get(about.unit, about.unit) or ""
+
+
+def _range(about: Key) -> str:
+    return about.range.text if about.range else ""
+
+
+def _plain(text: str) -> str:
+    """Without the marks of Markdown."""
+    return text.replace("`", "")
+
+
+def _plain_meaning(about: Key) -> str:
+    return _plain(_meaning(about))
 
 
 def in_page(text: str) -> str:

@@ -12,7 +12,6 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +20,17 @@ from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import beyond_the_shell, check_geometry
 from compare.scene.data import SceneData
 from compare.scene.declare import Kind
+from compare.scene.given.plausible import implausible
+from compare.scene.given.source import name_of, shipped, text_of, text_of_shipped
+from compare.scene.given.without_effect import without_effect
 from compare.scene.keys import KEYS, contract_name
 from compare.scene.planar import nonplanar_reason
 from compare.scene.read import one_line, read_sections
-from compare.scene.spec import STANDARD_GRAVITY, StageSpec
+from compare.scene.spec import StageSpec
 from compare.scene.stages import stage_name
 from compare.scene.toml import toml_text
 
-MAX_BYTES = 1_000_000
-"""Size above which a file is not taken for a scene."""
+__all__ = ["Scene", "load", "loads", "parse_assignment", "shipped", "text_of_shipped"]
 
 
 @dataclass(frozen=True)
@@ -72,32 +73,9 @@ class Scene(SceneData):
         return bool(thick) and beyond_the_shell(self) is None
 
     def notes(self) -> tuple[str, ...]:
-        """One line for every given value that has no effect on the result, so that none is ignored silently."""
-        found = []
-        if self.model.held_by != "elimination" and self.clamp_start is None:
-            found.append(f'model.held_by = "{self.model.held_by}" has no effect: there is no [clamp.start]')
-        if self.gravity is None and self.strip.gamma:
-            found.append(
-                f"strip.gamma = {self.strip.gamma} has no effect: there is no [gravity], the scene is weightless"
-            )
-        if self.gravity is None and self.strip.density is not None:
-            found.append("strip.young and strip.density have no effect: there is no [gravity], the scene is weightless")
-        if self.strip.second_moment is not None and self.tip is None:
-            found.append("strip.young and strip.second_moment have no effect: there is no [tip], the rod is weightless")
-        if self.gravity is not None and self.strip.gamma is not None and self.gravity.acceleration != STANDARD_GRAVITY:
-            found.append(
-                f"gravity.acceleration = {self.gravity.acceleration} has no effect: strip.gamma gives the weight"
-            )
-        if self.shell.width_to_thickness and self.strip.thickness is not None:
-            found.append(
-                "strip.thickness is replaced by shell.width_to_thickness in the shell runs, with D and Gamma kept"
-            )
-        if self.shell.clamp == "corners" and self.shell.corner is None:
-            found.append(
-                'shell.clamp = "corners" without shell.corner holds one cell of the mesh at each corner: the shell\'s '
-                "results then depend on the mesh"
-            )
-        return tuple(found)
+        """One line for every given value that has no effect on the result, so that none is ignored silently, and for
+        every one that can hardly be meant (a slip of units), with what probably was."""
+        return without_effect(self) + implausible(self)
 
     def given(self) -> frozenset[str]:
         """The dotted keys that the scene sets, be it to their default, as `KEYS` names them: a key of any wall is
@@ -140,17 +118,9 @@ class Scene(SceneData):
         return (*_stage_scenes(scene, self.path), scene)
 
 
-def shipped() -> dict[str, Path]:
-    """The scenes that come with the package: name -> file, sorted by name."""
-    folder = Path(__file__).parent.parent / "scenes"
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
-
-
 def load(name_or_path: str | Path) -> Scene:
-    """Read a shipped scene by its name, or a scene file by its path."""
-    available = shipped()
-    path = available.get(str(name_or_path)) or Path(name_or_path)
-    return loads(_file_text(path, available), str(path))
+    """Read a shipped scene by its name, a scene file by its path, or with "-" what stands in the standard input."""
+    return loads(*text_of(name_or_path))
 
 
 def loads(text: str, source: str = "<text>") -> Scene:
@@ -192,34 +162,9 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     raise BadInput(key, value, "is not a TOML value", f"give {remedy}")
 
 
-def _file_text(path: Path, available: Mapping[str, Path]) -> str:
-    """The text of a scene file; every reason why there is none is a `BadInput`."""
-    try:
-        with path.open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
-        if len(raw) > MAX_BYTES:
-            raise BadInput("scene", str(path), f"is larger than {MAX_BYTES} bytes", "give a scene file")
-        return raw.decode("utf-8-sig")
-    except FileNotFoundError:
-        close = get_close_matches(path.stem, available, n=1, cutoff=0.5)
-        hint = f"did you mean {close[0]}? " if close else ""
-        raise BadInput(
-            "scene", str(path), "does not exist", f"{hint}give a path or one of {', '.join(available)}"
-        ) from None
-    except IsADirectoryError:
-        raise BadInput(
-            "scene", str(path), "is a folder", "give a scene file (.toml) or a shipped scene's name"
-        ) from None
-    except UnicodeDecodeError:
-        raise BadInput("scene", str(path), "is not a text file (UTF-8)", "give a scene file in TOML") from None
-    except (OSError, ValueError) as error:  # ValueError: a null character in the path
-        reason = getattr(error, "strerror", None) or str(error)
-        raise BadInput("scene", str(path), f"cannot be read ({reason})", "check the path and its permissions") from None
-
-
 def _build(document: Mapping[str, Any], source: str) -> Scene:
     sections = read_sections(document)
-    name = Path(source).stem
+    name = name_of(source, sections.title)
     said = {**vars(sections), "title": sections.title or one_line(name)}
     scene = Scene(name=name, source=source, own_keys=given_keys(document), **said)
     check_geometry(scene)
