@@ -5,7 +5,6 @@ Exit codes: 0 done, 1 computed but not converged or not stable, 2 bad input, 3 s
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -15,13 +14,14 @@ from rich.console import Console
 from compare import commands, start
 from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED
 from compare.commands.line import recorded
+from compare.commands.parser import Parser
 from compare.errors import BadInput, RibbonbenchError
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="ribbonbench",
         description="Thin elastic ribbons cross-validated: curvature-element ribbon, Naghdi shell, planar elastica.",
         epilog="Exit codes: 0 done, 1 computed but not converged or not stable, 2 bad input, 3 something missing.",

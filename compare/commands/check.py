@@ -95,7 +95,7 @@ def _pins(options: argparse.Namespace) -> list[Pin]:
         if not chosen:
             raise BadInput("FILE", str(options.scene), "has long pins only (validate = true)", "give --all")
         return chosen
-    from compare.scene.scene import load, parse_assignment
+    from compare.scene.scene import parse_assignment
 
     keys = dict(parse_assignment(text) for text in options.assignments)
     distance, share, slope = options.distance, options.share, options.slope
@@ -104,9 +104,9 @@ def _pins(options: argparse.Namespace) -> list[Pin]:
             raise BadInput("--pin", None, "finds the claims itself", "leave out --distance, --share and --slope")
         distance, share = 10.0, 1.0
     where = "--"
+    scene = common.loaded(options, options.scene)
     return [
         Pin.of(
-            load(options.scene), distance, share, slope, options.width_to_thickness, keys, options.leave_saddle,
-            where=where,
+            scene, distance, share, slope, options.width_to_thickness, keys, options.leave_saddle, where=where,
         )
     ]  # fmt: skip

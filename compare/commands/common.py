@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from compare.commands.line import fed
+
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from compare.scene.units import Units
@@ -21,7 +23,9 @@ UNITS = ("auto", "si", "l")
 
 def scene_arguments(parser: argparse.ArgumentParser) -> None:
     """SCENE, --set, --units, --quiet, --wide."""
-    parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or path of a TOML file")
+    parser.add_argument(
+        "scene", metavar="SCENE", help="name of a shipped scene, path of a TOML file, or - for the standard input"
+    )
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
         help="replace a key of the scene, e.g. --set strip.gamma=50 (repeatable)",
@@ -74,14 +78,26 @@ def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
 
 def scene_of(options: argparse.Namespace) -> Scene:
     """The scene with the assignments of --set, and its notes on stderr."""
-    from compare.scene.scene import load, parse_assignment
+    from compare.scene.scene import parse_assignment
 
-    scene = load(options.scene)
+    scene = loaded(options, options.scene)
     keys = dict(parse_assignment(text) for text in options.assignments)
     if keys:
         scene = scene.replace(keys)
     units_of(options, scene)
     tell_notes(scene)
+    return scene
+
+
+def loaded(options: argparse.Namespace, name: str) -> Scene:
+    """The scene of this name; the text of one from the standard input is kept for the folder of its results."""
+    from compare.scene.given.source import STDIN, text_of
+    from compare.scene.scene import loads
+
+    text, source = text_of(name)
+    scene = loads(text, source)
+    if name == STDIN:
+        options.typed = text
     return scene
 
 
@@ -100,10 +116,15 @@ def units_of(options: argparse.Namespace, scene: Scene) -> Units:
 
 
 def out_folder(options: argparse.Namespace, name: str) -> Path:
-    """The folder of --out, or out/`name`, made and proved writable."""
-    from compare.store.store import check_writable
+    """The folder of --out, or out/`name`, made and proved writable. A scene that came through the standard input is
+    laid into it, and the command line that makes the results again reads it from there."""
+    from compare.store.store import atomic_write_text, check_writable
 
-    return check_writable(options.out if options.out is not None else Path("out") / name)
+    folder = check_writable(options.out if options.out is not None else Path("out") / name)
+    if getattr(options, "typed", None) is not None:
+        file = atomic_write_text(folder / "scene.toml", options.typed)
+        options.line = fed(options.line, file)
+    return folder
 
 
 @contextlib.contextmanager

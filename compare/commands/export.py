@@ -76,14 +76,15 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     from compare.commands.solve import solve_into
     from compare.models.choice import chosen
     from compare.pages.result import presenter_of
-    from compare.scene.scene import load, parse_assignment, shipped
+    from compare.scene.given.source import STDIN, near
+    from compare.scene.scene import parse_assignment, shipped
 
-    if options.source not in shipped() and not Path(options.source).is_file():
+    if options.source not in (STDIN, *shipped()) and not Path(options.source).is_file():
         raise BadInput(
             "SOURCE", options.source, "is neither a folder nor a scene",
-            "give a folder of results, a shipped scene (ribbonbench scenes) or a TOML file",
+            f"{near(Path(options.source))}give a folder of results, a TOML file or the name of a shipped scene",
         )  # fmt: skip
-    scene = load(options.source)
+    scene = common.loaded(options, options.source)
     keys = dict(parse_assignment(text) for text in options.assignments)
     scene = scene.replace(keys) if keys else scene
     own = presenter_of(chosen(scene))
@@ -91,7 +92,9 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
         raise own.no_surface(scene)
     parent = None if options.out is None else Path(options.out) / "solve"
     options.scene, options.leave_saddle, options.time = options.source, False, False
-    folder = common.out_folder(argparse.Namespace(out=parent), scene.name)
+    asked = argparse.Namespace(**{**vars(options), "out": parent})
+    folder = common.out_folder(asked, scene.name)
+    options.line = asked.line
     with common.held(folder, reporter.step):
         state = solve_into(folder, scene, reporter, options)
     return folder, common.DONE if state.ok else common.NOT_CONVERGED

@@ -21,6 +21,11 @@ def recorded(words: Sequence[str]) -> str:
     return shlex.join(["ribbonbench", *(_word(word) for word in words)])
 
 
+def fed(line: str, file: Path) -> str:
+    """The command line with `file` as its standard input."""
+    return f"{line} < {shlex.quote(_told_from_here(str(file.resolve())))}"
+
+
 def _word(word: str) -> str:
     option = _OPTION.fullmatch(word)
     if option:

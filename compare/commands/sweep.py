@@ -116,12 +116,17 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
 
 
 def _sweep(options: argparse.Namespace) -> Sweep:
+    from compare.scene.given.source import STDIN
     from compare.scene.scene import parse_assignment
     from compare.studies.axes import parse_axis
-    from compare.sweep.file import known_solver, load_sweep
+    from compare.sweep.file import known_solver, load_sweep, of_scene
 
     axes = [parse_axis(text) for text in options.vary]
-    sweep = load_sweep(options.sweep, dict(parse_assignment(text) for text in options.assignments), axes)
+    assigned = dict(parse_assignment(text) for text in options.assignments)
+    if options.sweep == STDIN:
+        sweep = of_scene(common.loaded(options, STDIN), assigned, axes)
+    else:
+        sweep = load_sweep(options.sweep, assigned, axes)
     changes = {
         name: value
         for name, value in (

@@ -28,6 +28,9 @@ class Described(Protocol):
     def to_toml(self) -> str:
         """Its text."""
 
+    def notes(self) -> tuple[str, ...]:
+        """What in it has no effect, or can hardly be meant."""
+
 
 @dataclass(frozen=True)
 class Study:
@@ -76,9 +79,10 @@ class Study:
         text: bool = True,
     ) -> Page:
         """Writes result.json, the tables of `data` and page.json into `out`, each atomically; the pictures and surfaces
-        stand there already. result: with its `provenance`; the verdict is added to it as `answer`. The rest as of
-        `page`."""
-        atomic_write_json(out / RESULT, {**result, "answer": self.verdict})
+        stand there already. result: with its `provenance`; the verdict is added to it as `answer`, what the scene has
+        to be noted as `notes`. The rest as of `page`."""
+        notes = {} if scene is None else {"notes": list(scene.notes())}
+        atomic_write_json(out / RESULT, {**result, **notes, "answer": self.verdict})
         for name, table in self.data.items():
             atomic_write_text(out / name, _WRITERS[Path(name).suffix](table))
         page = self.page(again, result["provenance"], scene, text=text)

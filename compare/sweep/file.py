@@ -83,14 +83,14 @@ def load_sweep(name: str, assignments: Mapping[str, Any], varied: Sequence[Axis]
     """
     path = shipped().get(name)
     if path is None and name in shipped_scenes():
-        return _of_scene(load(name), assignments, varied)
+        return of_scene(load(name), assignments, varied)
     if path is None:
         path = Path(name)
         if not path.exists():
             raise _no_such(name)
     document = _document(path)
     if "strip" in document:
-        return _of_scene(load(path), assignments, varied)
+        return of_scene(load(path), assignments, varied)
     found = _of_document(document, path)
     axes = list(found.axes)
     for axis in varied:
@@ -103,7 +103,8 @@ def load_sweep(name: str, assignments: Mapping[str, Any], varied: Sequence[Axis]
     return _with_axes(replace(found, scene=scene), axes, name)
 
 
-def _of_scene(scene: Scene, assignments: Mapping[str, Any], varied: Sequence[Axis]) -> Sweep:
+def of_scene(scene: Scene, assignments: Mapping[str, Any], varied: Sequence[Axis]) -> Sweep:
+    """A scene with the axes of --vary; assignments replace keys of the scene."""
     if assignments:
         scene = scene.replace(dict(assignments))
     return _with_axes(Sweep(f"{scene.name}_sweep", scene.title, scene, ()), varied, scene.name)

@@ -33,7 +33,8 @@ def implausible(scene: SceneData) -> tuple[str, ...]:
 
 def _number(value: float) -> str:
     """As one would write it in a scene."""
-    return f"{value:.6g}".replace("e+0", "e").replace("e+", "e")
+    digits, exponent, power = f"{value:.6g}".partition("e")
+    return f"{digits}e{int(power)}" if exponent else digits
 
 
 def _stiffness(scene: SceneData) -> list[str]:
@@ -113,7 +114,7 @@ def _weight(scene: SceneData, explained: bool) -> list[str]:
     gamma = scene.gamma
     if not HEAVIEST < gamma < math.inf:
         return []
-    said = f"Gamma = rho h g l^3 / D = {gamma:.3g} is beyond {HEAVIEST:.0e}".replace("e+0", "e")
+    said = f"Gamma = rho h g l^3 / D = {_number(float(f'{gamma:.3g}'))} is beyond 1e5"
     strip = scene.strip
     if strip.gamma is not None:
         return [f"{said}: the strip hangs like a chain, and solves may take long; is strip.gamma meant?"]
