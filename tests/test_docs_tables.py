@@ -29,7 +29,7 @@ def declared(columns) -> list[tuple[str, str]]:
         ("table.csv of compare and converge", (*comparison._COLUMNS, comparison._ELASTICA)),
         ("table.csv of cost", cost._COLUMNS),
         ("cases.csv of sweep", sweep._COLUMNS),
-        ("path.csv of solve", ribbon._PATH),
+        ("path.csv of solve", (*ribbon._PATH, *ribbon.PATH_SUPPORTS)),
         ("path.csv of shell", shell._PATH),
     ],
 )

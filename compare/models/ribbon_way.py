@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
+from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
 from compare.store.arrays import npz_bytes
@@ -41,8 +42,8 @@ STATE_FILE = "path_state.npz"
 ENTRY = 1e-9
 #: Where every leg is checked for impossible scenes before anything is solved.
 CHECKED_AT = (ENTRY, 0.25, 0.5, 0.75)
-#: What stands in an entry of the log, in order (`ribbon.find.continuation.StepRecord`, after the stage approached, from
-#: 1).
+#: What stands in every entry of the log, in order (`ribbon.find.continuation.StepRecord`, after the stage approached,
+#: from 1); accepted ones have `moved`, `forces` and `moments` too.
 COLUMNS = ("stage", *StepRecord.__dataclass_fields__)
 _GOOD = (Status.CONVERGED, Status.SADDLE)
 
@@ -156,6 +157,7 @@ class _Walk:
         self.stages = scene.stages()
         self.steps = [None if k >= len(scene.path) else scene.path[k].steps for k in range(len(self.stages))]
         self.legs = [between(*pair) for pair in pairwise(self.stages)]
+        self.keys = tuple(dict.fromkeys(key for stage in scene.path for key in stage))
         self.keeper, self.leave_saddle = keeper, leave_saddle
         self.progress, self.on_step = progress, on_step
         self.solved = 0
@@ -163,10 +165,19 @@ class _Walk:
             for t in CHECKED_AT:
                 leg(t)
 
+    def scene(self, stage: int, t: float) -> Scene:
+        """The scene on the leg to `stage` at t (t = 0: where the leg begins, switched)."""
+        return self.stages[0] if stage == 0 else self.legs[stage - 1](max(t, ENTRY))
+
     def problem(self, stage: int, t: float) -> Problem:
-        """The ribbon's problem on the leg to `stage` at t (t = 0: where the leg begins, switched)."""
-        scene = self.stages[0] if stage == 0 else self.legs[stage - 1](max(t, ENTRY))
+        """The ribbon's problem there."""
+        scene = self.scene(stage, t)
         return ribbon_problem(scene, _formulation(scene))
+
+    def entry(self, stage: int, record: StepRecord, found: Equilibrium) -> dict[str, Any]:
+        """The entry of the log of a step that was accepted: the values of the path's keys there, forces, moments."""
+        entry = _entry(stage, asdict(record))
+        return entry if not record.accepted else entry | _held(found, self.scene(stage, record.t), self.keys)
 
     def run(self) -> tuple[Equilibrium, bool]:
         """The last equilibrium with the whole log, and whether the way went on from a file."""
@@ -207,7 +218,7 @@ class _Walk:
             t, t, found.status.code, found.status in _GOOD, found.iterations, found.residual, found.energy.total,
             found.lowest_eigenvalue, seconds, False,
         )  # fmt: skip
-        return _entry(stage, asdict(record))
+        return self.entry(stage, record, found)
 
     def _seeded(self) -> _Place:
         """The first stage, from its seed."""
@@ -235,14 +246,15 @@ class _Walk:
         taken: list[dict[str, Any]] = []
 
         def step(record: StepRecord, found: Equilibrium) -> None:
-            taken.append(_entry(place.stage, asdict(record)))
+            taken.append(self.entry(place.stage, record, found))
             self._accept(_Place(place.stage, record.t, found, (*place.log, *taken)))
 
         found = follow(
             lambda t: self.problem(place.stage, t), replace(place.equilibrium, log=()),
             steps=self.steps[place.stage], leave_saddle=self.leave_saddle, on_step=step, begin=place.t,
         )  # fmt: skip
-        entries = [_entry(place.stage, record) for record in found.log]
+        accepted = iter(taken)
+        entries = [next(accepted) if step["accepted"] else _entry(place.stage, step) for step in found.log]
         self.solved += len(entries) - len(taken)
         return _Place(place.stage, 1.0, found, (*place.log, *entries))
 
@@ -250,6 +262,19 @@ class _Walk:
 def _entry(stage: int, record: dict[str, Any]) -> dict[str, Any]:
     """An entry of the log: a step's record under the number of its stage, from 1; None where nothing was judged."""
     return {"stage": stage + 1, **jsonable(record)}
+
+
+def _held(found: Equilibrium, scene: Scene, keys: tuple[str, ...]) -> dict[str, Any]:
+    """`moved`: the values of the path's keys, in the scene's unit; `forces` and `moments` as in result.json."""
+    ends = {"start": found.start if scene.clamp_start is not None else None, "end": found.end_support}
+    return {
+        "moved": {key: jsonable(value_of(scene, key)) for key in keys},
+        "forces": {
+            **{name: None if at is None else at.force.tolist() for name, at in ends.items()},
+            "walls": [wall.force.tolist() for wall in found.walls],
+        },
+        "moments": {name: None if at is None else at.moment.tolist() for name, at in ends.items()},
+    }
 
 
 def _formulation(scene: Scene) -> str:

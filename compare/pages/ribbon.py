@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
+from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.ribbon import RibbonShape
 from compare.models.ribbon_build import formulation_why
-from compare.page import told
+from compare.page import force_displacement, told
 from compare.page.page import Picture, Surface
 from compare.page.remedies import message
 from compare.page.si import with_si
@@ -84,10 +85,16 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     atomic_write_bytes(out / "centreline.csv", centreline_csv(e, Units.of(scene)))
     profile.ribbon_profile(out / PICTURE, e, scene.title)
     files, data = dict(FILES), {}
+    shown: tuple[Picture, ...] = (picture(state),)
     if scene.path:
-        data["path.csv"] = with_si(path_table(state.log), Units.of(scene))
-        files["path.csv"] = "every step of the path"
-    return Written(files, (picture(state),), (Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),), data)
+        data["path.csv"] = with_si(path_table(state.log, scene), Units.of(scene))
+        files["path.csv"] = "every step of the path, with the forces of what holds the ribbon"
+        stands = path_stands(state.log, scene)
+        curve = travel_of([stand for _, stand in stands], scene.strip.length)
+        if curve is not None:
+            title = f"{scene.title}: force against displacement"
+            shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, Units.of(scene), title),)
+    return Written(files, shown, (Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),), data)
 
 
 _PATH = (
@@ -103,11 +110,44 @@ _PATH = (
     Column("seconds", "s", "s", "seconds"),
     Column("jump", "jump", kind="truth", legend="the shape snapped"),
 )
+#: Of accepted steps, where known.
+PATH_SUPPORTS = (*force_displacement.SUPPORTS, *force_displacement.CURVE)
 
 
-def path_table(log: Sequence[Mapping[str, Any]]) -> Table:
-    """The log of a way, one row a step; nothing where nothing was judged."""
-    return Table.of_records("Steps of the path", _PATH, log)
+def path_stands(log: Sequence[Mapping[str, Any]], scene: Scene) -> list[tuple[int, Stand]]:
+    """The accepted steps of a way by their number in its log: values of the path's keys, forces, moments."""
+    names = [str(number) if wall.name is None else wall.name for number, wall in enumerate(scene.walls)]
+    return [
+        (number, force_displacement.stand_of(entry["moved"], entry["forces"], entry["moments"], names))
+        for number, entry in enumerate(log)
+        if "moved" in entry
+    ]
+
+
+def path_table(log: Sequence[Mapping[str, Any]], scene: Scene) -> Table:
+    """The log of a way, one row a step: how it went, the forces and moments of what holds the ribbon, the curve of what
+    is moved and the path's keys (vectors by component, in the scene's unit); nothing where nothing is known."""
+    records: list[dict[str, Any]] = [dict(entry) for entry in log]
+    stands = path_stands(log, scene)
+    curve = force_displacement.curve_of(travel_of([stand for _, stand in stands], scene.strip.length))
+    moved: dict[str, Column] = {}
+    for place, (number, stand) in enumerate(stands):
+        records[number] |= force_displacement.supports_of(stand) | curve.get(place, {})
+        for key, value in stand.values.items():
+            for name, part in _parts(key, value):
+                moved[name] = Column(name, name)
+                records[number][name] = part
+    walls = force_displacement.wall_columns(records)
+    held = Table.of_records("", (*PATH_SUPPORTS, *walls, *moved.values()), records).known().columns
+    return Table.of_records("Steps of the path", (*_PATH, *held), records)
+
+
+def _parts(key: str, value: Any) -> list[tuple[str, Any]]:
+    """A value as cells: a vector by its components, by x, y, z where there are three."""
+    if not isinstance(value, list | tuple):
+        return [(key, value)]
+    names = "xyz" if len(value) == 3 else range(len(value))
+    return [(f"{key}.{name}", part) for name, part in zip(names, value, strict=True)]
 
 
 def picture(state: State) -> Picture:

@@ -114,6 +114,18 @@ def _stage(stage: StageSpec) -> dict[str, Any]:
     return keys if stage.steps is None else {**keys, "steps": stage.steps}
 
 
+def value_of(scene: SceneData, key: str) -> Any:
+    """The value of a dotted key (a wall by number or name) of a scene; None: it has none."""
+    part: Any = canonical_of(scene)
+    for name in key.split("."):
+        if isinstance(part, list):
+            number = wall_index([wall.name for wall in scene.walls], name)
+            part = None if number is None or number >= len(part) else part[number]
+        else:
+            part = part.get(name) if isinstance(part, Mapping) else None
+    return None if isinstance(part, Mapping) else part
+
+
 # -- which keys a document gives --------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,135 @@
+"""Supports along a way as columns, and the picture of force against displacement; of a path and of a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.measure.travel import POSITION, TURN, Stand, Travel
+from compare.page.page import Picture
+from compare.page.table import Column
+from compare.scene.units import Units
+
+PICTURE = "force_displacement.png"
+_FORCE, _MOMENT = "D w / l^2", "moment"
+
+
+def columns_of(name: str, unit: str) -> tuple[Column, ...]:
+    """The columns of a vector's components: NAME.x, NAME.y, NAME.z."""
+    return tuple(Column(f"{name}.{axis}", f"{name}.{axis}", unit, "digits:5") for axis in "xyz")
+
+
+#: Of every state of a way: what both ends exert on the strip.
+SUPPORTS = tuple(
+    column
+    for kind, unit in (("force", _FORCE), ("moment", _MOMENT))
+    for end in ("start", "end")
+    for column in columns_of(f"{kind}.{end}", unit)
+)
+#: The curve: how far a held place has been moved and the force along it; or how far a frame has been turned.
+CURVE = (
+    Column("displacement", "displacement", "l", "digits:5", legend="of what is moved, along its way"),
+    Column("force_along", "force along", _FORCE, "digits:5", legend="on the strip, of what is moved, along its way"),
+    Column("angle", "angle", "rad", "digits:5", legend="of a clamp that is turned"),
+    Column("moment_along", "moment about", _MOMENT, "digits:5", legend="of that clamp, about the axis of its turn"),
+)
+
+
+def wall_columns(records: Sequence[Mapping[str, Any]]) -> tuple[Column, ...]:
+    """The columns of the forces of walls that some of the records have: force.wall.NAME.x, ..."""
+    names = dict.fromkeys(key.rpartition(".")[0] for r in records for key in r if key.startswith("force.wall."))
+    return tuple(column for name in names for column in columns_of(name, _FORCE))
+
+
+def supports_of(stand: Stand) -> dict[str, float]:
+    """Forces and moments of a state under the keys of the columns."""
+    found: dict[str, float] = {}
+    for kind, vectors in (("force", stand.forces), ("moment", stand.moments)):
+        for name, vector in vectors.items():
+            for axis, value in zip("xyz", vector, strict=True):
+                found[f"{kind}.{name}.{axis}"] = float(value)
+    return found
+
+
+def stand_of(
+    values: Mapping[str, Any], forces: Mapping[str, Any], moments: Mapping[str, Any], walls: Sequence[str] = ()
+) -> Stand:
+    """A state from the contract's `forces` and `moments`; walls: their names, in keys by name or number."""
+    given = {name: forces.get(name) for name in ("start", "end")}
+    given |= {f"wall.{name}": force for name, force in zip(walls, forces.get("walls") or (), strict=False)}
+    numbers = {f"wall.{number}.": f"wall.{name}." for number, name in enumerate(walls)}
+    named = {_renamed(key, numbers): value for key, value in values.items()}
+    return Stand(
+        named,
+        {name: np.asarray(force, dtype=float) for name, force in given.items() if force is not None},
+        {name: np.asarray(moments[name], dtype=float) for name in ("start", "end") if moments.get(name) is not None},
+    )
+
+
+def _renamed(key: str, numbers: Mapping[str, str]) -> str:
+    for old, new in numbers.items():
+        if key.startswith(old):
+            return new + key.removeprefix(old)
+    return key
+
+
+def curve_of(travel: Travel | None) -> dict[int, dict[str, float]]:
+    """The curve under the keys of `CURVE`, by the number of the state; empty for a number, and without a curve."""
+    names = {POSITION: ("displacement", "force_along"), TURN: ("angle", "moment_along")}
+    if travel is None or travel.kind not in names:
+        return {}
+    way, force = names[travel.kind]
+    found = zip(travel.states, travel.way, travel.force, strict=True)
+    return {int(k): {way: float(x), force: float(y)} for k, x, y in found}
+
+
+def draw(path: Path, travel: Travel, units: Units, title: str) -> Picture:
+    """Writes the picture, in mm and N where SI is known, and describes it."""
+    from matplotlib.figure import Figure
+
+    from compare.page.drawing import save
+
+    x, x_label = _scaled(travel.way, _of_way(travel), units)
+    y, y_label = _scaled(travel.force, _MOMENT if travel.kind == TURN else _FORCE, units)
+    names = {POSITION: ("displacement", "force along it"), TURN: ("angle", "moment about its axis")}
+    along, against = names.get(travel.kind, (travel.key, "size of the force"))
+    held = travel.support if travel.support.startswith("wall") else f"clamp.{travel.support}"
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot(x, y, "o-", color="#1f5fa8", ms=3.5, lw=1.2)
+    axes.axhline(0.0, color="0.6", lw=0.6)
+    axes.set_xlabel(f"{along} of {held}{x_label}" if travel.kind in names else f"{travel.key}{x_label}")
+    axes.set_ylabel(f"{against}{y_label}")
+    axes.set_title(title, fontsize=10)
+    axes.grid(True, lw=0.3, alpha=0.6)
+    save(figure, path)
+    ends = f"from {y[0]:.3g} to {y[-1]:.3g}, {y.min():.3g} to {y.max():.3g} in all"
+    return Picture(
+        path.name,
+        f"{against.capitalize()}{y_label}, which {held} exerts on the strip, against {along}{x_label}: {ends}.",
+        f"Force against displacement: {held}, {len(x)} states.",
+    )
+
+
+def _of_way(travel: Travel) -> str:
+    return {POSITION: "l", TURN: "rad"}.get(travel.kind, "")
+
+
+def _scaled(values: Any, unit: str, units: Units) -> tuple[Any, str]:
+    """Values for an axis and the unit behind its label, with the prefix that suits the largest of them."""
+    array = np.asarray(values, dtype=float)
+    told = units.si(1.0, unit)
+    if told is None:
+        shown = {_MOMENT: "D w / l"}.get(unit, unit)
+        return array, f" / ({shown})" if " " in shown else f" / {shown}" if shown else ""
+    array = array * told[0]
+    most, base = float(np.abs(array).max(initial=0.0)), told[1]
+    steps = {"m": ((1.0, 1e3, "mm"),), "N": ((1e-3, 1e6, "µN"), (1.0, 1e3, "mN")),
+             "N m": ((1e-3, 1e6, "N µm"), (1.0, 1e3, "N mm"))}  # fmt: skip
+    for below, factor, name in steps.get(base, ()):
+        if 0.0 < most < below:
+            return array * factor, f" / {name}"
+    return array, f" / {base}"
