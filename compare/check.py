@@ -117,7 +117,7 @@ def check(pin: Pin, store: CaseStore, reporter: Reporter | None = None) -> Outco
     Raises `BadInput` for a scene that cannot be, or has no shell, and `Missing` where there is no dolfinx.
     """
     scene = pin.scene
-    found = compare(scene, store, reporter or Reporter(quiet=True), leave_saddle=pin.leave_saddle)
+    found = compare(scene, store, reporter or Reporter(quiet=True), leave_saddle=pin.leave_saddle, bare=True)
     claims: list[Claim] = []
     for row in found.rows:
         if pin.distance is not None:

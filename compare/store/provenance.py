@@ -8,9 +8,11 @@ import datetime
 import functools
 import hashlib
 import importlib.metadata
+import json
 import os
 import platform
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +49,14 @@ def versions() -> dict[str, Any]:
     ``cores`` (usable by this process), ``threads`` (the OMP and BLAS variables that are set), ``git`` {``commit``,
     ``modified``} or None, ``time`` (UTC, ISO 8601).
     """
-    return {**_fixed_versions(), "cores": len(os.sched_getaffinity(0)), "threads": _threads(), "time": now()}
+    git = _git(Path(__file__).resolve().parents[2])
+    return {
+        **_fixed_versions(),
+        "git": git,
+        "cores": len(os.sched_getaffinity(0)),
+        "threads": _threads(),
+        "time": now(),
+    }
 
 
 #: Our own packages.
@@ -75,13 +84,53 @@ def source_digest(*sources: str) -> str:
     breaks. A source that is not there counts as empty. Digest once per process (cached).
     """
     root = Path(__file__).resolve().parents[2]
+    known = _known_code()
+    seen: dict[str, str] = {}
     digest = hashlib.sha256()
     for source in sources:
         place = root / source
         for path in [place] if place.is_file() else sorted(place.rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode() + b"\0")
-            digest.update(hashlib.sha256(_code(path.read_bytes())).digest())
+            text = path.read_bytes()
+            name = hashlib.sha256(text).hexdigest()
+            seen[name] = known.get(name) or hashlib.sha256(_code(text)).hexdigest()
+            digest.update(bytes.fromhex(seen[name]))
+    if not seen.keys() <= known.keys():
+        _keep_code({**known, **seen})
     return digest.hexdigest()
+
+
+def _code_file() -> Path:
+    """Where the digests of modules' code are kept by those of their texts: syntax trees take a second to make."""
+    own = os.environ.get("RIBBONBENCH_CACHE")
+    home = Path(own).expanduser() if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    name = f"code-{platform.python_version()}.json"
+    return home / name if own else home / "ribbonbench" / name
+
+
+def _known_code() -> dict[str, str]:
+    """SHA-256 of a module's text -> that of its code; what cannot be read is not known."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        found = json.loads(_code_file().read_text())
+        return {
+            text: code for text, code in found.items() if len(bytes.fromhex(text)) == len(bytes.fromhex(code)) == 32
+        }
+    return {}
+
+
+def _keep_code(found: dict[str, str]) -> None:
+    """Keeps the latest digests, whole or not at all; a folder that cannot be written is no fault."""
+    with contextlib.suppress(OSError):
+        place = _code_file()
+        place.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
+        with os.fdopen(handle, "w") as stream:
+            json.dump(dict(list(found.items())[-_MOST_CODE:]), stream)
+        os.replace(name, place)
+
+
+#: Modules whose digests are kept.
+_MOST_CODE = 4000
 
 
 def _code(text: bytes) -> bytes:
@@ -111,7 +160,6 @@ def _fixed_versions() -> dict[str, Any]:
         "python": platform.python_version(),
         "system": _system(),
         "cpu": _cpu(),
-        "git": _git(Path(__file__).resolve().parents[2]),
     }
 
 
@@ -172,6 +220,7 @@ def _debian_versions() -> dict[str, str]:
     return {row[1]: row[2] for row in rows if len(row) == 3 and row[0] == "installed"}
 
 
+@functools.cache
 def _git(root: Path) -> dict[str, Any] | None:
     """Commit of the checkout at `root` and whether files differ from it; None outside a checkout or without git."""
     if not (root / ".git").exists():

@@ -130,25 +130,29 @@ def several_equilibria(scene: Scene, leave_saddle: bool = False) -> bool:
     return scene.clamp_end is not None or bool(scene.path) or leave_saddle
 
 
-def compare(scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle: bool = False) -> Comparison:
+def compare(
+    scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle: bool = False, bare: bool = False
+) -> Comparison:
     """Runs the scene's model, the elastica where the scene is planar, and one shell per w/h of the scene.
 
     Finished shell cases are taken from `store` and new ones are kept there at once; the state of an interrupted path of
-    the ribbon stands beside them. leave_saddle: the ribbon leaves a saddle for a stable state.
+    the ribbon stands beside them. leave_saddle: the ribbon leaves a saddle for a stable state. bare: the distances and
+    their errors alone, without the elastica, and without solves that are repeated for their warm time.
     """
     scene.require_shell()
     shell, quick = model("shell"), beside_the_shell(scene)
     refused = shell.refusal(scene)
     if refused is not None:
         raise refused  # what the shell refuses is said before anything is solved
+    repeats = 0 if bare else None
     fast = quick.solve(
-        scene, options=Options(leave_saddle=leave_saddle, error=True, repeats=None, store=store), say=reporter
+        scene, options=Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store), say=reporter
     )
     grid = Grid.for_shape(scene, fast.shape.bend if fast.shape is not None else 1.0)
     points = line = None
     if fast.shape is not None:
         points, line = grid.of(fast.shape), fast.shape.centreline(grid.s)
-    third = third_opinion(scene, quick)
+    third = None if bare else third_opinion(scene, quick)
     elastica = None
     if third is not None:
         beside = fast.shape if fast.ok else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -45,7 +46,7 @@ def compared(monkeypatch):
             word="converged" if ok else "saddle", seconds=Seconds(0.1, (0.01,)),
         )  # fmt: skip
 
-        def compare(scene, store, reporter, *, leave_saddle):
+        def compare(scene, store, reporter, *, leave_saddle, bare):
             return SimpleNamespace(scene=scene, fast=fast, rows=rows)
 
         monkeypatch.setattr(checking, "compare", compare)
@@ -305,3 +306,32 @@ def test_a_real_pair_and_its_cache(tmp_path, monkeypatch):
     monkeypatch.setattr(subprocess, "Popen", refused)
     with pytest.raises(AssertionError, match=r"undecided|disproved"):
         assert_agreement("cantilever", distance=1e-9, width_to_thickness=100, keys=CHEAP, cache=tmp_path)
+    monkeypatch.undo()
+    again = subprocess.run([sys.executable, "-c", AGAIN, str(tmp_path)], capture_output=True, text=True, check=False)
+    assert again.returncode == 0, again.stderr
+
+
+#: A check whose shells are found, in a process of its own: it solves the ribbon once on each of three sizes, starts no
+#: process of the shell's, and loads nothing but what that takes.
+AGAIN = f"""
+import subprocess, sys
+import compare.check
+from compare.check import assert_agreement
+started, solved = [], []
+class Popen(subprocess.Popen):
+    def __init__(self, words, *rest, **more):
+        started.append([str(word) for word in words])
+        super().__init__(words, *rest, **more)
+subprocess.Popen = Popen
+import ribbon.find.solve as find
+whole = find._solve_once
+def counted(*rest, **more):
+    solved.append(1)
+    return whole(*rest, **more)
+find._solve_once = counted
+assert_agreement("cantilever", distance=1e-3, share=1e-3, width_to_thickness=100, keys={CHEAP!r}, cache=sys.argv[1])
+assert not [words for words in started if any("shellref" in word for word in words)], started
+assert len(solved) == 3, solved
+heavy = ("vtkmodules", "vtk", "pyvista", "matplotlib", "skfem", "dolfinx")
+assert not [name for name in sys.modules if name in heavy]
+"""
