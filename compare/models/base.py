@@ -216,13 +216,26 @@ class Options:
 
 
 @dataclass(frozen=True)
+class Refinement:
+    """What a state is on other elements: how many, the solver's own word for its status there, its lowest eigenvalue,
+    and how far (Hausdorff over l) its shape is from that on the elements before; None where it is not known."""
+
+    elements: int
+    status: str
+    lowest_eigenvalue: float | None
+    distance: float | None
+
+
+@dataclass(frozen=True)
 class State:
     """A model's answer to a scene.
 
     word: the solver's own word for `status`; stable None: not judged; residual: relative, as the solver measures it;
     error: of the discretisation (Hausdorff over l), share_error: of the stretching's share; numbers: what only some
     models have, by the name under which a table shows it; motions: rigid motions that nothing resists; log: the steps
-    of a way; why: the reason of the chosen formulation; native: the solver's own result, for code about one model.
+    of a way; refinements: the state on all elements that were tried, coarse ones first (`status` and `stable` are those
+    of the finest that tells); error_why: why `error` is not known, or how it was found; why: the reason of the chosen
+    formulation; native: the solver's own result, for code about one model.
     """
 
     model: str
@@ -243,6 +256,8 @@ class State:
     numbers: Mapping[str, Any] = field(default_factory=dict)
     motions: Motions | None = None
     log: tuple[Mapping[str, Any], ...] = ()
+    refinements: tuple[Refinement, ...] = ()
+    error_why: str = ""
     start: str = ""
     reused: bool = False
     native: Any = field(default=None, repr=False)

@@ -129,6 +129,7 @@ class ElasticaModel:
         "model.grading": _RIBBON,
         "model.element_lengths": _RIBBON,
         "model.tolerance": _RIBBON,
+        "model.budget": _RIBBON,
         "model.formulation": _RIBBON,
         "model.held_by": _RIBBON,
         "shell.*": "how the shell beside it is made and held",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.align import Motions, aligned
+from compare.measure.distance import grid_hausdorff
 from compare.measure.error import extrapolated
 from compare.measure.grid import Grid
 from compare.models.base import (
@@ -23,6 +24,7 @@ from compare.models.base import (
     Options,
     Pose,
     Reference,
+    Refinement,
     Seconds,
     Shape,
     Size,
@@ -114,7 +116,7 @@ class RibbonModel:
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
             "strip.gamma", "strip.young", "strip.density", "gravity.*", "clamp.*", "closure.*", "wall.*",
             "model.energy", "model.elements", "model.grading", "model.element_lengths", "model.tolerance",
-            "model.formulation", "model.held_by", "seed.*", "path",
+            "model.formulation", "model.held_by", "model.budget", "seed.*", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
@@ -180,6 +182,7 @@ class RibbonModel:
     ) -> State:
         """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
         from compare.models.ribbon_build import ribbon_energy
+        from ribbon.solvers.budget import within
 
         options = options or Options()
         scene = scene if size is None else sized(scene, size)
@@ -192,9 +195,25 @@ class RibbonModel:
             with _compiling(say):
                 way, found, seconds = _solved(scene, options, say)
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
-        if options.error:
-            state = replace(state, error=self.error(state, say, options.grid))
+        if not options.error:
+            return state
+        with within(scene.model.budget):
+            state = self.judged(state, say, options.grid, scene)
+            if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
+                state = self._left(scene, state, say, options)
         return state
+
+    def _left(self, scene: Scene, state: State, say: Reporter | None, options: Options) -> State:
+        """From a saddle that only finer segments show (the native of `state`) along its unstable direction."""
+        from ribbon import switch
+
+        saddle = state.native
+        found = switch(saddle.problem, saddle, leave_saddle=True)
+        if not found.ok:
+            return state
+        fresh = state_of(scene, found, own_size(found), state.seconds)
+        judged = self.judged(fresh, say, options.grid, scene)
+        return replace(judged, log=state.log, refinements=(*state.refinements, *judged.refinements))
 
     def refined(self, state: State) -> State | None:
         """Every segment cut in two, solved again from the state; None where it is not stable."""
@@ -227,32 +246,58 @@ class RibbonModel:
         return cut(self, self.solve(scene, start, options=quick, say=say), _grid(quick), "segments")
 
     def error(self, state: State, say: Reporter | None = None, grid: Grid | None = None) -> float | None:
-        """Distance (Hausdorff / l) from a ribbon to its own limit of many segments, on the same branch; None when
-        unknown: `compare.measure.error.extrapolated` over segments cut in two and in four.
+        """The error of `judged` alone."""
+        return self.judged(state, say, grid).error
 
-        Rigid motions that nothing resists are no error. Segments placed by a tolerance bring their own estimate.
+    def judged(
+        self, state: State, say: Reporter | None = None, grid: Grid | None = None, scene: Scene | None = None
+    ) -> State:
+        """The state with its discretisation error, the distance (Hausdorff / l) to its own limit of many segments on
+        the same branch, and with what it is on finer segments.
+
+        The error is `compare.measure.error.extrapolated` over segments cut in two and in four; rigid motions that
+        nothing resists are none. Segments placed by a tolerance bring their own. A state that is a saddle on finer
+        segments is one: the answer is then what was found there. scene: names its walls.
         """
+        from ribbon.solvers.budget import SPENT, spent
+
         if not state.ok or state.shape is None:
-            return None
+            return replace(state, refinements=_all_tried(state.native), error_why="it is no stable equilibrium")
         e = state.native
         if e.tolerance_error is not None:
-            return float(e.tolerance_error)
+            return replace(
+                state, error=float(e.tolerance_error), refinements=_all_tried(e), error_why="of the placed segments"
+            )
         most = MOST_SEGMENTS if e.problem.formulation == "chained" else MOST_SPARSE_SEGMENTS
         grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)  # type: ignore[arg-type]
         shapes = [grid.of(state.shape)]
-        current: State | None = state
+        tried = [*_all_tried(e)]
+        why = "extrapolated from two and four times the segments"
+        current = state
         for _ in range(2):
-            assert current is not None
             segments = 2 * current.native.problem.lengths.size
             if segments > (2 * most if len(shapes) == 1 else most):
+                why = f"from one refinement: {segments} segments are more than are tried"
+                break
+            if spent():
+                why = f"{SPENT} before {segments} segments were tried"
                 break
             if say is not None:
                 say.step(f"ribbon: {segments} segments, for the discretisation error")
-            current = self.refined(current)
-            if current is None or not current.ok or current.shape is None:
-                return None
-            shapes.append(aligned(grid.of(current.shape), shapes[-1], current.motions))
-        return extrapolated(shapes)
+            finer = self.refined(current)
+            assert finer is not None  # `current` is stable
+            if finer.shape is None or not finer.is_equilibrium:
+                tried.append(_tried(finer.native, None))
+                why = f"not known beyond: on {segments} segments {finer.message}"
+                break
+            there = aligned(grid.of(finer.shape), shapes[-1], finer.motions)
+            tried.append(_tried(finer.native, grid_hausdorff(shapes[-1], there)))
+            if not finer.ok:
+                there_too = state_of(scene, finer.native, own_size(finer.native), state.seconds)
+                return _hidden_saddle(state, there_too, tuple(tried))
+            shapes.append(there)
+            current = finer
+        return replace(state, error=extrapolated(shapes), refinements=tuple(tried), error_why=why)
 
     def estimate(self, scene: Scene, state: State, width_to_thickness: float) -> Estimate:
         """How far a shell of this w/h would be from the state (`compare.models.ribbon_estimate`)."""
@@ -357,7 +402,7 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     from ribbon import solve
     from ribbon.find.adaptive import solve_to_tolerance
 
-    arguments = ribbon_arguments(scene)
+    arguments = {**ribbon_arguments(scene), "budget": scene.model.budget}
     tolerance = scene.model.tolerance
     if tolerance is None:
         return lambda: solve(**arguments, leave_saddle=leave_saddle)
@@ -442,3 +487,36 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
         )
     start = Force(e.start.force, e.start.moment)
     return Supports(start, None if end is None else Force(end.force, end.moment), walls)
+
+
+def _tried(found: Equilibrium, distance: float | None) -> Refinement:
+    """One equilibrium as a refinement."""
+    return _refinement(found.problem.lengths.size, found.status.code, found.lowest_eigenvalue, distance)
+
+
+def _all_tried(found: Equilibrium) -> tuple[Refinement, ...]:
+    """The equilibrium itself, or all on the way of a tolerance that placed its segments."""
+    if not found.refinements:
+        return (_tried(found, None),)
+    return tuple(
+        _refinement(one.segments, one.status.code, one.lowest_eigenvalue, one.distance) for one in found.refinements
+    )
+
+
+def _refinement(segments: int, word: str, lowest: float, distance: float | None) -> Refinement:
+    return Refinement(int(segments), word, float(lowest) if np.isfinite(lowest) else None, distance)
+
+
+def _hidden_saddle(state: State, finer: State, tried: tuple[Refinement, ...]) -> State:
+    """A state that is stable on its own segments and a saddle on finer ones: the saddle, of which all is known."""
+    few, many = state.native.problem.lengths.size, finer.native.problem.lengths.size
+    lowest = f"{finer.lowest_eigenvalue:.2g}"
+    return replace(
+        finer,
+        message=f"saddle: stable on {few} segments only; on {many} the lowest eigenvalue is {lowest}, it is not stable",
+        log=state.log,
+        start=state.start,
+        reused=state.reused,
+        refinements=tried,
+        error_why=f"on {many} segments the state is a saddle",
+    )

@@ -32,6 +32,7 @@ from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import StepRecord, anchored, follow, switch
 from ribbon.find.solve import Problem
 from ribbon.result import Energy
+from ribbon.solvers.budget import within
 
 Progress = Callable[[str], None]
 OnStep = Callable[[dict[str, Any]], None]
@@ -225,7 +226,7 @@ class _Walk:
         first = self.stages[0]
         clock = time.perf_counter()
         arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
-        found = solve(**arguments, leave_saddle=self.leave_saddle)
+        found = solve(**arguments, leave_saddle=self.leave_saddle, budget=first.model.budget)
         entry = self._solved(0, 1.0, found, time.perf_counter() - clock)
         return self._accept(_Place(0, 1.0, found, (entry,)))
 
@@ -237,7 +238,8 @@ class _Walk:
             return replace(place, stage=stage, t=0.0)
         t = 0.0 if leg.continuous else 1.0
         clock = time.perf_counter()
-        found = switch(self.problem(stage, t), replace(place.equilibrium, log=()), leave_saddle=self.leave_saddle)
+        with within(self.stages[stage].model.budget):
+            found = switch(self.problem(stage, t), replace(place.equilibrium, log=()), leave_saddle=self.leave_saddle)
         entry = self._solved(stage, t, found, time.perf_counter() - clock)
         return self._accept(_Place(stage, t, found, (*place.log, entry)))
 
@@ -249,10 +251,11 @@ class _Walk:
             taken.append(self.entry(place.stage, record, found))
             self._accept(_Place(place.stage, record.t, found, (*place.log, *taken)))
 
-        found = follow(
-            lambda t: self.problem(place.stage, t), replace(place.equilibrium, log=()),
-            steps=self.steps[place.stage], leave_saddle=self.leave_saddle, on_step=step, begin=place.t,
-        )  # fmt: skip
+        with within(self.stages[place.stage].model.budget):
+            found = follow(
+                lambda t: self.problem(place.stage, t), replace(place.equilibrium, log=()),
+                steps=self.steps[place.stage], leave_saddle=self.leave_saddle, on_step=step, begin=place.t,
+            )  # fmt: skip
         accepted = iter(taken)
         entries = [next(accepted) if step["accepted"] else _entry(place.stage, step) for step in found.log]
         self.solved += len(entries) - len(taken)
@@ -310,7 +313,8 @@ def run_way(
         log = found.log
         strict = "model.tolerance" in scene.own_keys
         bare = replace(found, log=())
-        found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=strict)
+        with within(scene.model.budget):
+            found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=strict)
         found = replace(found, log=log)
     keeper.remove()
     return Way(found, len(walk.stages), walk.solved, resumed)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import asdict
 from typing import Any
 
-from compare.models.base import Force, Model, Pose, Seconds, State
+from compare.models.base import Force, Model, Pose, Seconds, State, Supports
 from compare.page.remedies import message
 from compare.page.si import dimensions, si_of
 from compare.registry import model
@@ -40,7 +41,8 @@ def spent(seconds: Seconds) -> str:
 def supports_result(state: State) -> dict[str, Any]:
     """Forces (D w / l^2) and moments (D w / l) that clamps and walls exert on the strip; None at an end that nothing
     holds."""
-    start, end, walls = state.supports.start, state.supports.end, list(state.supports.walls)
+    found = state.supports if state.is_equilibrium else Supports()
+    start, end, walls = found.start, found.end, list(found.walls)
 
     def part(found: Force | None, name: str) -> Any:
         return None if found is None else getattr(found, name)
@@ -70,12 +72,14 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
         "residual": state.residual,
         "iterations": state.iterations,
         "energy": None if state.energy is None else state.energy.to_dict(),
-        "end": _pose(state.end),
-        "middle": _pose(state.middle),
+        "end": _pose(state.end) if state.is_equilibrium else None,
+        "middle": _pose(state.middle) if state.is_equilibrium else None,
         "max_abs_eta": state.numbers.get("max_abs_eta"),
         "max_abs_eta_prime_w_half": state.numbers.get("max_abs_eta_prime_w_half"),
         **supports_result(state),
         "discretisation_error": state.error,
+        "discretisation_error_why": state.error_why,
+        "refinements": [asdict(one) for one in state.refinements],
         "seconds": {"first": state.seconds.first, "warm": state.seconds.warm},
         "model": {
             "energy": scene.model.energy,

@@ -163,7 +163,7 @@ def picture(state: State) -> Picture:
 def sentences(scene: Scene, state: State) -> list[str]:
     """The state in a sentence, and what to do about a visible discretisation error."""
     e = state.native
-    known = "unknown" if state.error is None else f"{state.error:.1e} l"
+    known = f"unknown ({state.error_why})" if state.error is None else f"{state.error:.1e} l"
     said = [
         f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {message(state)}; residual {e.residual:.1e}, "
         f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, "
@@ -223,7 +223,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         resumed = ", continued from an interrupted run" if way["resumed"] else ""
         steps = f"{way['stages']} stages, {way['steps']} steps, {way['rejected']} rejected{resumed}: path.csv"
         found.append(("path", steps))
-    how = "extrapolated from two and four times the segments" if e.tolerance_error is None else "of the placed segments"
-    found.append(("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l ({how})"))
+    error = "unknown" if state.error is None else f"{state.error:.1e} l"
+    found.append(("discretisation error", f"{error} ({state.error_why})" if state.error_why else error))
     found.append(("time", spent(state.seconds)))
     return found

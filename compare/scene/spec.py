@@ -45,6 +45,9 @@ DEFAULT_ELEMENTS = 20
 DEFAULT_TOLERANCE = 1e-3
 """Error for which the ribbon's elements are placed when the scene says nothing about them (`ModelSpec.placed`)."""
 
+DEFAULT_BUDGET = 60.0
+"""Time in s that a solve of the ribbon may take: a hundred times what a usual scene needs."""
+
 SAY_ELEMENTS = ("elements", "grading", "element_lengths")
 """Keys of [model] of which one is enough to say what the ribbon's elements are; none is then placed by default."""
 
@@ -306,6 +309,10 @@ class ModelSpec:
         choices={"auto": "as it finds right", "always": "by arc length past limit points",
                  "never": "by steps that stop there"},
         default="auto", newer=True
+    )
+    budget: float = key(
+        Kind.NUMBER, "time for a solve, spent it ends not converged; on the processor, without compiling", "s", "> 0",
+        "60.0", default=DEFAULT_BUDGET, newer=True, note="of a path each stage, and the error estimate, for itself"
     )
     smallest: float | None = None
 

@@ -21,7 +21,7 @@ TURNED_OVER = Clamp(tangent=(1.0, 0.0, 0.0), normal=(0.0, 0.0, -1.0))
 @pytest.mark.parametrize("clamp", [LEVEL, RISING, UPRIGHT, TURNED_OVER])
 @pytest.mark.parametrize("gamma", [700.0, 1e4, 1e6])
 def test_a_heavy_strip_begins_with_its_boundary_layer(clamp, gamma):
-    """theta'' = Gamma (1 - s) sin theta: the end hangs nearly one length below the clamp, out by about 1 / sqrt(Gamma)."""
+    """The end hangs nearly a length below the clamp, out by about l / sqrt(Gamma)."""
     strip = Strip(1.0, 0.03, 0.3, 0.0, gamma)
     found = solve_to_tolerance(strip, clamp, UP, tolerance=1e-3)
     assert found.ok, found.message

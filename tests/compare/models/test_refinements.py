@@ -1,0 +1,89 @@
+"""What finer segments say: a state that is stable on few segments only is not stable; an unknown error has a reason."""
+
+from __future__ import annotations
+
+import pytest
+
+from compare.models.base import Options, Status
+from compare.models.ribbon import RibbonModel
+from compare.pages.result import state_result
+from compare.scene.scene import loads
+
+TAPE = """
+[strip]
+length = 1.0
+width = 0.019
+thickness = 1e-4
+poisson = 0.3
+young = 2.1e11
+density = 7850.0
+natural_curvature = 2.0
+
+[gravity]
+up = [0.0, 0.0, 1.0]
+
+[clamp.start]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+
+[clamp.end]
+position = [0.95, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+"""
+COARSE = "[model]\nelements = 20\n"
+
+
+def solved(text: str, **options):
+    scene = loads(text)
+    return scene, RibbonModel().solve(scene, options=Options(error=True, **options))
+
+
+def test_a_saddle_that_coarse_segments_hide_is_one():
+    scene, found = solved(TAPE + COARSE)
+    first, last = found.refinements[0], found.refinements[-1]
+    assert (first.elements, first.status) == (20, "converged")
+    assert first.lowest_eigenvalue > 0.0
+    assert last.elements in (40, 80)
+    assert last.status == "saddle"
+    assert last.lowest_eigenvalue < 0.0
+    assert 0.0 < last.distance < 0.1
+    assert found.status is Status.UNSTABLE
+    assert found.stable is False
+    assert found.lowest_eigenvalue == last.lowest_eigenvalue
+    assert found.error is None
+    assert found.error_why
+    result = state_result(scene, found)
+    assert (result["status"], result["stable"]) == ("saddle", False)
+    assert [one["elements"] for one in result["refinements"]] == [one.elements for one in found.refinements]
+    assert result["model"]["elements"] == last.elements
+    assert result["end"]["position"] == pytest.approx([0.95, 0.0, 0.0], abs=1e-8)
+
+
+def test_leaving_it_ends_in_a_state_that_is_stable_on_finer_segments_too():
+    _, found = solved(TAPE + COARSE, leave_saddle=True)
+    assert found.status is Status.CONVERGED
+    assert found.refinements[-1].status == "converged"
+    assert found.refinements[-1].elements >= 80
+    assert "saddle" in [one.status for one in found.refinements]
+
+
+def test_placed_segments_tell_their_refinements():
+    _, found = solved(TAPE)
+    assert found.refinements[0].elements == 24
+    assert found.refinements[-1].elements == found.native.problem.lengths.size
+    assert found.refinements[-1].status == found.word
+    if found.ok:
+        assert found.error == found.refinements[-1].distance <= 1e-3
+
+
+def test_a_budget_that_is_spent_ends_without_a_place():
+    scene, found = solved(TAPE + "[model]\nbudget = 1e-9\n")
+    assert found.status is Status.NOT_CONVERGED
+    result = state_result(scene, found)
+    assert result["status"] == "not_converged"
+    assert result["end"] is result["middle"] is None
+    assert result["forces"] == {"start": None, "end": None, "walls": []}
+    _, found = solved(TAPE.split("[clamp.end]")[0].replace("= 2.0", "= 0.0") + COARSE + "budget = 30.0\n")
+    assert found.status is Status.CONVERGED
+    assert found.error is not None
