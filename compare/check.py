@@ -32,6 +32,7 @@ import numpy as np
 from compare.page.remedies import message
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
+from compare.store.shared import cache_root
 from compare.store.store import CaseStore, check_writable
 from compare.studies.compare import Comparison, Row, compare
 from compare.studies.pins import Pin, read_pins
@@ -100,15 +101,14 @@ class Outcome:
 
 
 def cache_folder(given: str | os.PathLike[str] | None = None) -> Path:
-    """Where shell runs are kept: `given`, else ``RIBBONBENCH_CHECK``, else beside the user's other caches."""
+    """Where shell runs are kept (in `cases` there): `given`, else ``RIBBONBENCH_CHECK``, else with those of all
+    commands."""
     if given is not None:
         return check_writable(given, "cache")
     own = os.environ.get(CACHE)
     if own:
         return check_writable(own, CACHE)
-    root = os.environ.get("RIBBONBENCH_CACHE")
-    home = Path(root).expanduser() if root else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return check_writable((home if root else home / "ribbonbench") / "check", CACHE)
+    return check_writable(cache_root(), CACHE)
 
 
 def check(pin: Pin, store: CaseStore, reporter: Reporter | None = None) -> Outcome:

@@ -1,5 +1,7 @@
-"""For all tests: an example of hypothesis may take as long as a busy machine needs; ctrl-C reaches child processes."""
+"""For all tests: an example of hypothesis may take as long as a busy machine needs; ctrl-C reaches child processes;
+finished shells are kept beside the results, and never in the user's own store."""
 
+import os
 import signal
 
 from hypothesis import HealthCheck, settings
@@ -10,3 +12,5 @@ settings.load_profile("any machine")
 # Started in the background of a shell, pytest ignores ctrl-C, and so would the processes that tests interrupt.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+os.environ["RIBBONBENCH_STORE"] = "cases"

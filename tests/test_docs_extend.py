@@ -208,7 +208,7 @@ def test_the_model_of_the_page_is_solved_swept_explained_and_exported(arc):
     assert solved["energy"]["elastic"] == pytest.approx(-0.5 * curvature**2)
     assert solved["status"] == "converged"
     assert main(["sweep", "curl_4_3", *OWN, "--solver", "arc", "--vary", "model.elements=20,40", "--workers", "1"]) == 0
-    with Path("out/curl_4_3_sweep/cases.csv").open() as stream:
+    with Path("out/curl_4_3/sweep/cases.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert [row["status"] for row in rows] == ["converged"] * 2
     assert [float(rows[0][f"end.{axis}"]) for axis in "xyz"] == pytest.approx(end, abs=1e-12)

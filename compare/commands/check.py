@@ -31,7 +31,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     common.units_argument(parser)
     common.printed_arguments(parser)
-    common.out_argument(parser, "out/check")
+    common.out_argument(parser, "out/SCENE/check, of a file of pins out/check")
     common.leave_saddle_argument(parser)
     parser.add_argument(
         "--distance", type=float, metavar="X", default=None, help="claim: Hausdorff distance over length at most X"
@@ -56,14 +56,15 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.check import check
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import check as check_page
-    from compare.store.store import CaseStore
+    from compare.store.shared import shared_store
+    from compare.studies.pins import is_pins
 
     pins = _pins(options)
     for pin in pins:
         common.units_of(options, pin.scene)
-    out = common.out_folder(options, "check")
+    out = common.out_folder(options, "" if options.scene is None or is_pins(options.scene) else pins[0].scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        store = CaseStore(out / "cases")
+        store = shared_store(out)
         outcomes: list[Outcome] = []
         for pin in pins:
             reporter.step(f"check: {pin.label}")

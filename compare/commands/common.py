@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 DONE, NOT_CONVERGED, BAD_INPUT, MISSING = 0, 1, 2, 3
 
+#: Where results go without --out.
+OUT = Path("out")
 #: Values of --units.
 UNITS = ("auto", "si", "l")
 
@@ -63,8 +65,8 @@ def wide_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE") -> None:
-    """--out."""
+def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE/COMMAND") -> None:
+    """--out; one folder for each command, so that none overwrites another's results."""
     parser.add_argument("--out", metavar="FOLDER", default=None, help=f"where results go (default {default})")
 
 
@@ -116,11 +118,11 @@ def units_of(options: argparse.Namespace, scene: Scene) -> Units:
 
 
 def out_folder(options: argparse.Namespace, name: str) -> Path:
-    """The folder of --out, or out/`name`, made and proved writable. A scene that came through the standard input is
-    laid into it, and the command line that makes the results again reads it from there."""
+    """The folder of --out, or out/`name`/COMMAND, made and proved writable. A scene that came through the standard
+    input is laid into it, and the command line that makes the results again reads it from there."""
     from compare.store.store import atomic_write_text, check_writable
 
-    folder = check_writable(options.out if options.out is not None else Path("out") / name)
+    folder = check_writable(options.out if options.out is not None else OUT / name / options.command)
     if getattr(options, "typed", None) is not None:
         file = atomic_write_text(folder / "scene.toml", options.typed)
         options.line = fed(options.line, file)

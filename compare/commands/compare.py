@@ -25,14 +25,14 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import compare as report
     from compare.pages import comparison as tables
-    from compare.store.store import CaseStore
+    from compare.store.shared import shared_store
     from compare.studies.compare import compare
 
     scene = common.scene_of(options)
     scene.require_shell()
     out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        comparison = compare(scene, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle)
+        comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, pictures and surfaces")
         page = report.write(out, comparison, options.line)
     if not options.quiet:

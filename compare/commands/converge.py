@@ -18,7 +18,7 @@ RULINGS = ("free", "straight", "both")
 def register(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     common.scene_arguments(parser)
-    common.out_argument(parser, "out/SCENE-converge")
+    common.out_argument(parser)
     common.leave_saddle_argument(parser)
     parser.add_argument(
         "--width-to-thickness", nargs="+", type=float, metavar="R", default=None,
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Compares and fits."""
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import converge as convergence_write
-    from compare.store.store import CaseStore
+    from compare.store.shared import shared_store
     from compare.studies import converge_run as convergence_run
 
     for ratio in options.width_to_thickness or []:
@@ -51,11 +51,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = convergence_run.prepared(common.scene_of(options), options.width_to_thickness, elements)
     rulings = ("straight", "free") if options.ruling == "both" else (options.ruling,) if options.ruling else ()
     convergence_run.check_rulings(scene, rulings)
-    out = common.out_folder(options, f"{scene.name}-converge")
+    out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        found = convergence_run.studies(
-            scene, rulings, CaseStore(out / "cases"), reporter, leave_saddle=options.leave_saddle
-        )
+        found = convergence_run.studies(scene, rulings, shared_store(out), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, the picture and surfaces")
         convergence_write.write(out, found, options.line)
     if not options.quiet:

@@ -23,7 +23,7 @@ HELP = "what accuracy costs: error against time for every model of a scene"
 def register(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     common.scene_arguments(parser)
-    common.out_argument(parser, "out/SCENE-cost")
+    common.out_argument(parser)
     common.leave_saddle_argument(parser)
     parser.add_argument(
         "--solvers", nargs="+", metavar="NAME", default=None,
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
     scene = common.scene_of(options)
     plan = _plan(options, scene)
-    out = common.out_folder(options, f"{scene.name}-cost")
+    out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         cost = measure(scene, plan, out / "cases", reporter, fresh=options.fresh)
         reporter.step("writing tables and the picture")

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import explain as effects_page
-    from compare.store.store import CaseStore
+    from compare.store.shared import shared_store
     from compare.studies import effects_measured
     from compare.studies.effects import explain
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         if options.run is not False or options.shell:
             solves = effects_measured.solves(scene, found, reporter, always=options.run)
         if options.shell and solves is not None:
-            shell = effects_measured.shells(scene, solves.grid, CaseStore(folder / "cases"), reporter)
+            shell = effects_measured.shells(scene, solves.grid, shared_store(folder), reporter)
         if out is not None:
             effects_page.write(out, scene, found, solves, shell, options.line)
     if not options.quiet:

@@ -40,7 +40,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
     from compare.export.scale import Scale
-    from compare.export.source import answer, chosen, read_source, scaled, sizes, write, write_page_of
+    from compare.export.source import answer, chosen, read_source, results_in, scaled, sizes, write, write_page_of
     from compare.page.terminal import print_table, print_verdict
     from compare.store.store import check_writable
 
@@ -48,13 +48,15 @@ def run(options: argparse.Namespace, console: Console) -> int:
     Scale.of({}, options.scale)  # a number, before anything is solved
     folder, code = Path(options.source), common.DONE
     with Reporter(quiet=options.quiet) as reporter:
+        beside = folder / "export"
         if not folder.is_dir():
             folder, code = _solved(options, reporter)
+            beside = folder.parent / "export"
         elif options.assignments:
             raise BadInput("--set", options.assignments[0], "changes a scene, and SOURCE is a folder of results")
-        source = read_source(folder)
+        source = read_source(results_in(folder))
         source = scaled(source, Scale.of(source.result, options.scale))
-        out = check_writable(options.out if options.out is not None else folder / "export")
+        out = check_writable(options.out if options.out is not None else beside)
         if out.resolve() == folder.resolve():
             raise BadInput("--out", str(out), "is the folder of the results itself", "give another folder")
         with common.held(out, reporter.step):
@@ -92,7 +94,7 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
         raise own.no_surface(scene)
     parent = None if options.out is None else Path(options.out) / "solve"
     options.scene, options.leave_saddle, options.time = options.source, False, False
-    asked = argparse.Namespace(**{**vars(options), "out": parent})
+    asked = argparse.Namespace(**{**vars(options), "out": parent, "command": "solve"})
     folder = common.out_folder(asked, scene.name)
     options.line = asked.line
     with common.held(folder, reporter.step):

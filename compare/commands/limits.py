@@ -120,7 +120,7 @@ def _study(
     out: Path,
     reporter: Reporter,
 ) -> tuple[list[Finding], Comparison | None]:
-    from compare.store.store import CaseStore
+    from compare.store.shared import shared_store
     from compare.studies import limits
 
     findings: list[Finding] = []
@@ -138,7 +138,7 @@ def _study(
             findings += limits.quick(case, thresholds, values)
             continue
         found, comparison = limits.study(
-            case, CaseStore(out / "cases"), reporter, thresholds, values, leave_saddle=options.leave_saddle
+            case, shared_store(out), reporter, thresholds, values, leave_saddle=options.leave_saddle
         )
         findings += found
     return findings, comparison if len(cases) == 1 else None

@@ -16,8 +16,9 @@ HELP = "one self-contained HTML page, and its Markdown twin, from stored results
 def register(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument(
-        "folders", metavar="FOLDER", nargs="+",
-        help="folder of results; one without results of its own stands for all the folders in it",
+        "folders", metavar="FOLDER", nargs="*",
+        help="folder of results; one without results of its own (out/SCENE, out) stands for all in it "
+        "(default out)",
     )  # fmt: skip
     common.out_argument(parser, "FOLDER itself, of several out/report")
     common.quiet_argument(parser)
@@ -28,7 +29,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.report.write import read_report, write_report
     from compare.store.store import check_writable
 
-    given = [Path(name) for name in options.folders]
+    given = [Path(name) for name in options.folders] or [common.OUT]
     parts = read_report(given)
     default = given[0] if len(given) == 1 else Path("out") / "report"
     out = check_writable(options.out if options.out is not None else default)

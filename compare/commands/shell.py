@@ -38,7 +38,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.models.shell_here import run as run_here
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import shell as pages
-    from compare.store.store import CaseStore
+    from compare.store.shared import shared_store
     from compare.store.world import world
 
     options.assignments += [
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         processes.on_first(holder.__enter__)
         try:
             iteration = "plain" if options.plain else "mixed"
-            states = run_here(scene, CaseStore(out / "cases"), reporter, processes, iteration)
+            states = run_here(scene, shared_store(out), reporter, processes, iteration)
             if processes.first:
                 reporter.step("writing results")
             processes.on_first(lambda: pages.write_all(out, scene, states, options.line))

@@ -60,12 +60,12 @@ def solved(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namesp
     """The state of the scene by its own model; a path keeps its steps in the folder `out`."""
     from compare.models.base import Options, check_keys
     from compare.models.choice import chosen
-    from compare.store.store import CaseStore
+    from compare.store.shared import shared_store
 
     model = chosen(scene)
     check_keys(model, scene)
     repeats = None if options.time else 0
-    asked = Options(leave_saddle=options.leave_saddle, error=True, repeats=repeats, store=CaseStore(out / "cases"))
+    asked = Options(leave_saddle=options.leave_saddle, error=True, repeats=repeats, store=shared_store(out))
     return model.solve(scene, options=asked, say=reporter)
 
 

@@ -52,7 +52,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
     common.units_argument(parser)
-    common.out_argument(parser, "out/SWEEP")
+    common.out_argument(parser, "out/SWEEP/sweep, with --vary out/SCENE/sweep")
     common.printed_arguments(parser)
 
 

@@ -22,6 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from compare.doctor.probes import MARK, SETUP
+from compare.store.shared import CASES, STORE, cache_root
+from compare.store.store import CaseStore
 
 TIMEOUT = 300.0
 """Seconds a probe may take; all run at the same time."""
@@ -261,6 +263,18 @@ def _caches() -> Iterator[Row]:
     numba = os.environ.get("NUMBA_CACHE_DIR") or own
     kernels = Path(numba).expanduser() if numba else cache / "ribbonbench"
     yield _cache("cache of compiled kernels", [kernels / "kernels"], "RIBBONBENCH_CACHE")
+    yield _store()
+
+
+def _store() -> Row:
+    """The user's store of finished shells: how much is in it."""
+    store = CaseStore(cache_root() / CASES)
+    if not _takes_files(store.root):
+        remedy = f"export {STORE}=FOLDER, one you may write to"
+        return Row("store of finished shells", f"{store.root} cannot be written", False, remedy)
+    count, size = store.size()
+    what = f"{count} shells, {size / 1e6:.3g} MB (ribbonbench doctor --clean-store empties it)"
+    return Row("store of finished shells", what, True)
 
 
 def _cache(name: str, folders: list[Path], variable: str) -> Row:

@@ -18,7 +18,7 @@ from compare.export import gltf as export_gltf
 from compare.export.scale import Scale
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.measure.grades import UNKNOWN
-from compare.page.page import Page, Surface, read_page, write_page
+from compare.page.page import PAGE, Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Verdict
@@ -80,6 +80,14 @@ def chosen(text: str | None) -> tuple[str, ...]:
     if not names:
         raise BadInput("--format", text, "names no format", f"known: {', '.join(FORMATS)}")
     return tuple(dict.fromkeys(names))
+
+
+def results_in(folder: Path) -> Path:
+    """The folder itself, or where it has no results the first command's folder in it that has surfaces."""
+    if (folder / PAGE).is_file():
+        return folder
+    able = [folder / command for command in ("solve", "compare", "shell", "limits", "converge")]
+    return next((place for place in able if (place / PAGE).is_file()), folder)
 
 
 def read_source(folder: Path) -> Source:

@@ -369,15 +369,18 @@ def own_size(found: Equilibrium) -> Size:
 
 def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way | None, Equilibrium, Seconds]:
     """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed."""
-    from compare.models.ribbon_way import run_way
+    from compare.models.ribbon_way import run_key, run_way
 
     leave = options.leave_saddle
     if not scene.path:
         found, seconds = clocked(solver(scene, leave), options.repeats)
         return None, found, seconds
-    folder = None if options.store is None else options.store.root.parent
+    folder = None if options.store is None else options.store.way(run_key(scene, leave))
     detail = None if say is None else say.detail
     way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail), 0)
+    if folder is not None:
+        with contextlib.suppress(OSError):  # empty: the way is finished
+            folder.rmdir()
     if not way.resumed:  # gone again without the folder: nothing kept may shorten it
         seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
     return way, way.equilibrium, seconds

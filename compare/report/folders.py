@@ -11,6 +11,8 @@ from compare.export.source import inside
 from compare.export.vtu import Sheet, read_vtu
 from compare.page.page import PAGE, Page, Surface, read_page
 
+#: Where results are below a folder that has none: out/SCENE/COMMAND from out/SCENE, and from out.
+_DEPTHS = (f"[!.]*/{PAGE}", f"[!.]*/[!.]*/{PAGE}")
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -26,7 +28,8 @@ class Part:
 
 
 def folders_of(given: Sequence[Path]) -> list[Path]:
-    """The folders with a page among those given and, where one has none, in it; each once, in order."""
+    """The folders with a page among those given and, where one has none, in it or in the folders there; each once, in
+    order."""
     found: list[Path] = []
     for folder in given:
         if not folder.exists():
@@ -35,7 +38,8 @@ def folders_of(given: Sequence[Path]) -> list[Path]:
             raise BadInput("FOLDER", str(folder), "is a file, not a folder", "give the folder that it stands in")
         inner = [folder]
         if not (folder / PAGE).is_file():
-            inner = sorted(path.parent for path in folder.glob(f"[!.]*/{PAGE}"))
+            found_there = {path.parent for depth in _DEPTHS for path in folder.glob(depth)}
+            inner = sorted(place for place in found_there if place.parent not in found_there)  # no export of a result
         if not inner and not (folder / "result.json").is_file():
             raise BadInput(
                 "FOLDER", str(folder), f"holds no results: neither it nor a folder in it has {PAGE}",

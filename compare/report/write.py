@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from compare.report import (
@@ -39,7 +39,12 @@ class Written:
 
 def read_report(given: Sequence[Path]) -> list[Part]:
     """The results in the given folders, every file of them read and checked."""
-    return [read_part(folder) for folder in folders_of(given)]
+    parts = [read_part(folder) for folder in folders_of(given)]
+    names = [part.name for part in parts]
+    return [
+        part if names.count(part.name) == 1 else replace(part, name=f"{part.folder.resolve().parent.name}/{part.name}")
+        for part in parts
+    ]
 
 
 def write_report(out: Path, parts: Sequence[Part]) -> Written:

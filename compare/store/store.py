@@ -40,6 +40,7 @@ MANIFEST = "case.json"
 _PARTIAL = ".partial"  # folder under the store's root where cases are written before they are renamed
 _PARTIAL_AGE = 7 * 86400.0  # s; leftovers of another machine, and what nobody went on with, are removed after this time
 _UNFINISHED = ".unfinished"  # folder under the store's root where cases keep what they need to go on
+_WAYS = ".ways"  # folder under the store's root where interrupted ways of the ribbon keep their place
 _BUSY = ".busy"  # folder with the lock of a folder of results, held by the run that writes there
 _LOCK = "lock"  # file of an unfinished case, locked by whoever works on it
 _POLL = 0.2  # s between two looks at a lock that another process holds
@@ -287,6 +288,32 @@ class CaseStore:
                 shutil.rmtree(folder, ignore_errors=True)
             os.close(handle)
 
+    def way(self, key: str) -> Path:
+        """Where an interrupted way of this key keeps its place: a folder of its own, which need not be there yet."""
+        return self.root / _WAYS / self._folder(key).name
+
+    def size(self) -> tuple[int, int]:
+        """Finished cases, and bytes of everything in the store."""
+        if not self.root.is_dir():
+            return 0, 0
+        found = [path for path in self.root.rglob("*") if path.is_file()]
+        return len(list(self.root.glob(f"*/{MANIFEST}"))), sum(path.stat().st_size for path in found)
+
+    def clear(self) -> None:
+        """Removes the finished cases and interrupted ways; what another process works on stays."""
+        partial = self._place(_PARTIAL)
+        self._sweep()
+        for folder in [*self.root.glob(f"*/{MANIFEST}")]:
+            aside = Path(tempfile.mkdtemp(prefix=f"{_owner()}.", dir=partial))
+            with contextlib.suppress(FileNotFoundError):
+                os.rename(folder.parent, aside / "gone")  # whole or gone, for whoever looks
+            shutil.rmtree(aside, ignore_errors=True)
+        shutil.rmtree(self.root / _WAYS, ignore_errors=True)
+        for folder in [*(self.root / _UNFINISHED).glob("*")]:
+            with contextlib.suppress(OSError), (folder / _LOCK).open("a") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(folder, ignore_errors=True)
+
     def _place(self, name: str) -> Path:
         """A folder of the store's own, made when absent; `BadInput` where something else stands in its place."""
         place = self.root / name
@@ -308,8 +335,8 @@ class CaseStore:
         """Remove partial folders whose process has died (on this machine) or that are a week old (on another), and what
         nobody has gone on with for a week."""
         host = _host()
-        unfinished = self.root / _UNFINISHED
-        for entry in unfinished.iterdir() if unfinished.is_dir() else ():
+        left = [path for name in (_UNFINISHED, _WAYS) for path in (self.root / name).glob("*")]
+        for entry in left:
             with contextlib.suppress(OSError):
                 if time.time() - entry.stat().st_mtime > _PARTIAL_AGE:
                     shutil.rmtree(entry, ignore_errors=True)

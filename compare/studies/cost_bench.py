@@ -21,7 +21,7 @@ from compare.registry import outside
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
-from compare.store.store import CaseStore
+from compare.store.shared import shared_store
 from compare.studies.compare import several_equilibria
 from compare.studies.cost_plan import Entry, Plan, Reference, Start, family
 from compare.studies.cost_runs import Finest, Kept, Run, finest, run_of, together
@@ -94,7 +94,7 @@ class Bench:
         sizes = [size for entry in entries for size in entry.ladder.sizes]
 
         def make() -> Finest:
-            options = self._options(one, store=CaseStore(self.kept.root))
+            options = self._options(one, store=shared_store(self.kept.root.parent))
             found = reference(one, scene, sizes, near=self.near(one), options=options, say=self.reporter)
             return finest(found, self.grid, self.surface)
 

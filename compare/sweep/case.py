@@ -17,7 +17,8 @@ from compare.page.remedies import message
 from compare.registry import model
 from compare.scene.scene import Scene
 from compare.store.provenance import now
-from compare.store.store import CaseStore, disk_full
+from compare.store.shared import shared_store
+from compare.store.store import disk_full
 
 if TYPE_CHECKING:
     from compare.models.base import Pose, State
@@ -84,7 +85,7 @@ def _solved(task: Task) -> Record:
 
     asked = model(task.solver)
     # a way is not resumed here: a case is short, and its end is what is kept
-    store = None if task.scene.path and task.solver != "shell" else CaseStore(Path(task.folder) / "cases")
+    store = None if task.scene.path and task.solver != "shell" else shared_store(Path(task.folder))
     options = Options(leave_saddle=task.leave_saddle, error=task.errors and task.solver != "shell", store=store)
     rows: list[Row] = []
     messages: list[str] = []
@@ -170,10 +171,7 @@ def _compared(task: Task) -> Record:
     from compare.store.progress import Reporter
     from compare.studies.compare import compare
 
-    root = Path(task.folder) / "cases"
-    if task.scene.path:  # the state of an unfinished path stands beside the cases: one place for each
-        root = root / f"path-{task.key[:16]}" / "cases"
-    found = compare(task.scene, CaseStore(root), Reporter(quiet=True), leave_saddle=task.leave_saddle)
+    found = compare(task.scene, shared_store(Path(task.folder)), Reporter(quiet=True), leave_saddle=task.leave_saddle)
     own = found.fast
     rows: list[Row] = []
     for r in found.rows:

@@ -107,7 +107,7 @@ def of_scene(scene: Scene, assignments: Mapping[str, Any], varied: Sequence[Axis
     """A scene with the axes of --vary; assignments replace keys of the scene."""
     if assignments:
         scene = scene.replace(dict(assignments))
-    return _with_axes(Sweep(f"{scene.name}_sweep", scene.title, scene, ()), varied, scene.name)
+    return _with_axes(Sweep(scene.name, scene.title, scene, ()), varied, scene.name)
 
 
 def _with_axes(sweep: Sweep, axes: Sequence[Axis], given: str) -> Sweep:

@@ -22,7 +22,7 @@ from compare.studies import cost_bench
 #: Commands that leave no page.
 WITHOUT = {"report", "scenes", "doctor"}
 MESH = ("--set", "shell.elements=[10, 2]", "--set", "shell.width_to_thickness=20")
-OUT = ("--out", "some where", "--quiet")
+OUT = ("--out", "some where", "--quiet", "--wide")
 PINS = """
 [[agreement]]
 scene = "curl_4_3"
@@ -126,13 +126,15 @@ def test_the_line_of_limits_gives_the_same_verdicts(tmp_path, monkeypatch):
     line = ["limits", "limits_7_3", "--quick", "--clamp", "edge", "--distance", "9", "--share", "9"]
     assert cli.main([*line[:5], "--out", "usual"]) == cli.DONE
     assert cli.main(line) == cli.DONE
-    usual, first = (read_json(tmp_path / out / "result.json")["rows"] for out in ("usual", "out/limits_7_3"))
+    usual, first = (read_json(tmp_path / out / "result.json")["rows"] for out in ("usual", "out/limits_7_3/limits"))
     levels = [row["level"] for row in first]
     assert levels != [row["level"] for row in usual]
-    page = read_page(tmp_path / "out" / "limits_7_3")
-    (tmp_path / "out" / "limits_7_3" / "result.json").unlink()
+    page = read_page(tmp_path / "out" / "limits_7_3" / "limits")
+    (tmp_path / "out" / "limits_7_3" / "limits" / "result.json").unlink()
     assert cli.main(shlex.split(page.again)[1:]) == cli.DONE
-    assert [row["level"] for row in read_json(tmp_path / "out" / "limits_7_3" / "result.json")["rows"]] == levels
+    assert [
+        row["level"] for row in read_json(tmp_path / "out" / "limits_7_3" / "limits" / "result.json")["rows"]
+    ] == levels
 
 
 @pytest.mark.parametrize("typed", ["{here}/scenes/mine one.toml", "../beside.toml"])
@@ -155,8 +157,8 @@ def test_a_scene_file_is_found_again_from_the_same_folder(typed, tmp_path, monke
 def test_results_are_exported_again_from_their_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["solve", "coil_10_100", "--set", "model.elements=4", "--quiet"]) == cli.DONE
-    assert cli.main(["export", "out/coil_10_100", "--format", "obj", "--quiet"]) == cli.DONE
-    page = read_page(tmp_path / "out" / "coil_10_100" / "export")
+    assert cli.main(["export", "out/coil_10_100/solve", "--format", "obj", "--quiet"]) == cli.DONE
+    page = read_page(tmp_path / "out" / "coil_10_100" / "solve" / "export")
     assert cli.main(shlex.split(page.again)[1:]) == cli.DONE
 
 

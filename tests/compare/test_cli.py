@@ -227,7 +227,7 @@ def test_a_path_is_logged(solved):
     assert "3 stages" in out
     rows = (folder / "path.csv").read_text().splitlines()
     assert len(rows) == len(path["log"]) + 1
-    assert not (folder / "path_state.npz").exists()
+    assert list(folder.rglob("path_state.npz")) == []
 
 
 def test_a_tolerance_places_the_segments(solved):

@@ -36,6 +36,7 @@ PARTS = {
     "cores",
     "cache of compiled forms",
     "cache of compiled kernels",
+    "store of finished shells",
 }
 
 

@@ -181,7 +181,7 @@ def test_judged_and_rounded():
 def test_where_shell_runs_are_kept(monkeypatch, tmp_path):
     monkeypatch.setenv("RIBBONBENCH_CACHE", str(tmp_path / "all"))
     monkeypatch.delenv("RIBBONBENCH_CHECK", raising=False)
-    assert cache_folder() == tmp_path / "all" / "check"
+    assert cache_folder() == tmp_path / "all"  # the store of all commands
     monkeypatch.setenv("RIBBONBENCH_CHECK", str(tmp_path / "own"))
     assert cache_folder() == tmp_path / "own"
     assert cache_folder(tmp_path / "given") == tmp_path / "given"
