@@ -20,7 +20,7 @@ from compare.store.store import read_json
 from compare.studies import cost_bench
 
 #: Commands that leave no page.
-WITHOUT = {"report", "scenes", "doctor"}
+WITHOUT = {"report", "scenes", "doctor", "new", "keys"}
 MESH = ("--set", "shell.elements=[10, 2]", "--set", "shell.width_to_thickness=20")
 OUT = ("--out", "some where", "--quiet", "--wide")
 PINS = """
