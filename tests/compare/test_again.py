@@ -22,7 +22,8 @@ from compare.studies import cost_bench
 #: Commands that leave no page.
 WITHOUT = {"report", "scenes", "doctor", "new", "keys"}
 MESH = ("--set", "shell.elements=[10, 2]", "--set", "shell.width_to_thickness=20")
-OUT = ("--out", "some where", "--quiet", "--wide")
+PLACE = ("--out", "some where", "--quiet", "--wide")
+OUT = (*PLACE, "--units", "l")
 PINS = """
 [[agreement]]
 scene = "curl_4_3"
@@ -35,7 +36,7 @@ validate = true
 #: One or more lines of each command, which together set every option it has.
 LINES = {
     "solve": [
-        ("solve", "coil_10_100", "--set", "model.elements=4", "--leave-saddle", *OUT),
+        ("solve", "coil_10_100", "--set", "model.elements=4", "--leave-saddle", "--time", *OUT),
         ("solve", "daisy_5g", "--set", "model.elements=20", *OUT),
     ],
     "compare": [("compare", "curl_4_3", *MESH, "--leave-saddle", *OUT)],
@@ -58,7 +59,7 @@ LINES = {
         ("converge", "curl_4_3", "--set", "strip.gamma=100", "--leave-saddle", "--width-to-thickness", "10", "20",
          "--elements", "10", "2", "--ruling", "free", *OUT),
     ],
-    "export": [("export", "coil_10_100", "--set", "model.elements=4", "--format", "npz,obj", *OUT)],
+    "export": [("export", "coil_10_100", "--set", "model.elements=4", "--format", "npz,obj", "--scale", "2", *PLACE)],
     "sweep": [
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--solver", "ribbon",
          "--errors", "--leave-saddle", "--show", "end.y", "--against", "strip.gamma", "--workers", "1", "--fresh",
