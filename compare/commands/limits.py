@@ -39,7 +39,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--vary", action="append", default=[], metavar="KEY=V,V,...",
-        help="an axis of a grid: values, log(FIRST,LAST,COUNT) or linear(...) (repeatable)",
+        help="an axis of a grid: values or vectors, FIRST:LAST:COUNT or log(FIRST,LAST,COUNT) (repeatable)",
     )  # fmt: skip
     parser.add_argument("--widths", metavar="W,W,...", help="a grid over w/l")
     parser.add_argument("--gammas", metavar="G,G,...", help="a grid over Gamma")

@@ -28,8 +28,8 @@ def register(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--vary", action="append", default=[], metavar="KEY=VALUES",
-        help="an axis: strip.gamma=10,100 or strip.gamma=log(1,1e4,9) or =linear(...) (repeatable; replaces the file's "
-        "axis of this key)",
+        help="an axis: strip.gamma=10,100 or =1:100:12 or =log(1,1e4,9); of vectors =[0,0,0.9],[0,0,0.8] or "
+        "=[0,0,0.9]:[0,0,0.8]:5 (repeatable; replaces the file's axis of this key)",
     )  # fmt: skip
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",

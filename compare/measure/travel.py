@@ -44,6 +44,16 @@ class Travel:
     force: FloatArray
 
 
+def watched(keys: Sequence[str]) -> tuple[str, ...]:
+    """The keys whose values tell how what they change has moved: of a clamp's direction both of the frame."""
+    found: dict[str, None] = {}
+    for key in keys:
+        section, _, name = key.rpartition(".")
+        turned = section.startswith("clamp.") and name in ("tangent", "normal", "across", "frame")
+        found |= dict.fromkeys((f"{section}.tangent", f"{section}.normal") if turned else (key,))
+    return tuple(found)
+
+
 def travel_of(stands: Sequence[Stand], length: float) -> Travel | None:
     """The curve of the first key that moves: a held position (the end's before the start's), a wall, a held frame, any
     other number; None where nothing does, or no force is known. length: l in the scene's unit."""

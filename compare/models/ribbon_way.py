@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.measure.travel import watched
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
 from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
@@ -158,7 +159,7 @@ class _Walk:
         self.stages = scene.stages()
         self.steps = [None if k >= len(scene.path) else scene.path[k].steps for k in range(len(self.stages))]
         self.legs = [between(*pair) for pair in pairwise(self.stages)]
-        self.keys = tuple(dict.fromkeys(key for stage in scene.path for key in stage))
+        self.keys = watched([key for stage in scene.path for key in stage])
         self.keeper, self.leave_saddle = keeper, leave_saddle
         self.progress, self.on_step = progress, on_step
         self.solved = 0

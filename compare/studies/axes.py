@@ -5,15 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from compare.errors import BadInput
+from compare.scene.declare import Kind
+from compare.scene.keys import KEYS, contract_name
 from compare.scene.scene import Scene, parse_assignment
 
 MOST_CASES = 1_000_000
-_SPACED = re.compile(r"(log|linear)\(([^,]+),([^,]+),([^,]+)\)")
+#: Numbers that Python writes and TOML does not: ".5" and "1.".
+_SHORT, _OPEN = re.compile(r"(?<![\w.])\.(?=\d)"), re.compile(r"(?<=\d)\.(?=[,\]\s]|$)")
+_SPACED = re.compile(r"(log|linear)\s*\((.*)\)")
 
 
 @dataclass(frozen=True)
@@ -38,53 +42,92 @@ class Point:
     scene: Scene
 
 
-def spaced(kind: str, first: float, last: float, count: int) -> list[float]:
-    """`count` values from `first` to `last`, both included: equal differences ("linear") or ratios ("log").
+Value = float | list[float]
+"""What an axis goes from and to: a number, or a vector."""
+
+
+def spaced(kind: str, first: Value, last: Value, count: int) -> list[Any]:
+    """`count` values from `first` to `last`, both included: equal differences ("linear", vectors by component) or, of
+    numbers, ratios ("log").
 
     Rounded to 12 digits, so that the ends, and powers of ten between them, are what one would write.
     """
     if count == 1:
         return [first]
+    if isinstance(first, list) or isinstance(last, list):
+        assert isinstance(first, list)
+        assert isinstance(last, list)
+        return [
+            list(v) for v in zip(*(spaced(kind, a, b, count) for a, b in zip(first, last, strict=True)), strict=True)
+        ]
     if kind == "log":
         low, high = math.log10(first), math.log10(last)
         return [float(f"{10 ** (low + (high - low) * k / (count - 1)):.12g}") for k in range(count)]
     return [float(f"{first + (last - first) * k / (count - 1):.12g}") for k in range(count)]
 
 
+def checked_spaced(kind: str, first: Any, last: Any, count: Any, given: Callable[[str], tuple[str, Any]]) -> list[Any]:
+    """`spaced` of what somebody has written. `BadInput` for ends that are no numbers or vectors of one size, no count,
+    ratios of what is not above zero; given: from "first", "last", "count" or "spacing" to the key and value it names.
+    """
+    sizes = []
+    for name, end in (("first", first), ("last", last)):
+        parts = end if isinstance(end, list) else [end]
+        if not parts or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in parts):
+            raise BadInput(*given(name), "is no number or vector", "e.g. 0.9, or [0, 0, 0.9]")
+        if not all(math.isfinite(v) for v in parts):
+            raise BadInput(*given(name), "is not finite", "give a finite number")
+        sizes.append(len(end) if isinstance(end, list) else 0)
+    if sizes[0] != sizes[1]:
+        raise BadInput(*given("last"), "is not of the size of the first", "e.g. from [0, 0, 0.9] to [0, 0, 0.8]")
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_CASES:
+        raise BadInput(*given("count"), "is not a number of values", "a whole number >= 1, e.g. 9")
+    if kind == "log" and (sizes[0] or not (first > 0.0 and last > 0.0)):
+        raise BadInput(*given("spacing"), "takes equal ratios of numbers above zero", "use linear, or other ends")
+    first, last = ([float(v) for v in end] if isinstance(end, list) else float(end) for end in (first, last))
+    return spaced(kind, first, last, count)
+
+
 def parse_axis(text: str, option: str = "--vary") -> Axis:
-    """An axis from KEY=V1,V2,... or KEY=[...] (TOML), KEY=log(FIRST,LAST,COUNT) or KEY=linear(FIRST,LAST,COUNT)."""
+    """An axis from KEY=V1,V2,... or KEY=[V1, V2, ...] (TOML; a V may be a vector), or a range of numbers or vectors:
+    KEY=FIRST:LAST:COUNT, KEY=linear(FIRST,LAST,COUNT), or of numbers KEY=log(FIRST,LAST,COUNT)."""
     key, equals, right = text.partition("=")
     key, right = key.strip(), right.strip()
     if not equals or not key or not right:
         raise BadInput(option, text, "is not KEY=VALUES", f"e.g. {option} strip.gamma=10,100,1000")
-    spacing = _SPACED.fullmatch(right.replace(" ", ""))
+    spacing = _SPACED.fullmatch(right)
     if spacing is not None:
-        return Axis.of(key, _spaced_values(option, text, *spacing.groups()))
-    if not right.startswith("["):
-        right = f"[{right}]"
-    try:
-        _, values = parse_assignment(f"{key}={right}")
-    except BadInput:
-        values = None
-    if not isinstance(values, list):
+        found = _toml_list(key, f"[{spacing[2]}]")
+        if found is None or len(found) != 3:
+            raise BadInput(
+                option, text, f"{spacing[1]}(...) takes first, last and how many",
+                f"e.g. {option} 'strip.gamma=log(0.01,1e6,50)'",
+            )  # fmt: skip
+        return Axis.of(key, checked_spaced(spacing[1], found[0], found[1], found[2], lambda _: (option, text)))
+    if '"' not in right and right.count(":") == 2:
+        found = _toml_list(key, f"[{right.replace(':', ',')}]")
+        if found is None or len(found) != 3:
+            raise BadInput(option, text, "is no range FIRST:LAST:COUNT", f"e.g. {option} strip.gamma=1:100:12")
+        return Axis.of(key, checked_spaced("linear", found[0], found[1], found[2], lambda _: (option, text)))
+    about = KEYS.get(contract_name(key))
+    vector = about is not None and about.kind in (Kind.VECTOR, Kind.DIRECTION)
+    values = _toml_list(key, right) if right.startswith("[") else None
+    if values is None or (vector and not all(isinstance(value, list) for value in values)):
+        values = _toml_list(key, f"[{right}]")
+    if values is None:
         raise BadInput(
             option, text, "has values that are not TOML", 'give numbers, or texts in quotes: 1.0,2.0 or "a","b"'
         )
     return checked(Axis.of(key, values), option)
 
 
-def _spaced_values(option: str, text: str, kind: str, first: str, last: str, count: str) -> list[float]:
+def _toml_list(key: str, text: str) -> list[Any] | None:
+    """A list in TOML; None: it is none. Numbers may be written as Python's (1., .5)."""
     try:
-        low, high, number = float(first), float(last), int(count)
-    except ValueError:
-        raise BadInput(
-            option, text, f"{kind}(...) takes first, last and how many", f"e.g. {option} 'strip.gamma=log(0.01,1e6,50)'"
-        ) from None
-    if number < 1 or not math.isfinite(low) or not math.isfinite(high):
-        raise BadInput(option, text, "has no values", "give finite ends and a count of 1 or more")
-    if kind == "log" and not (low > 0.0 and high > 0.0):
-        raise BadInput(option, text, "equal ratios need ends above zero", "use linear(...), or other ends")
-    return spaced(kind, low, high, number)
+        _, values = parse_assignment(f"{key}={_SHORT.sub(r'0.', _OPEN.sub(r'.0', text))}")
+    except BadInput:
+        return None
+    return values if isinstance(values, list) else None
 
 
 def checked(axis: Axis, where: str) -> Axis:

@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.errors import BadInput, Missing, RibbonbenchError
+from compare.measure.travel import Stand
+from compare.page.force_displacement import supports_of
 from compare.page.remedies import message
 from compare.registry import model
 from compare.scene.scene import Scene
@@ -122,6 +124,7 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
     _pose(row, "end", state.end)
     _pose(row, "middle", state.middle)
     _reach(scene, row, state.end)
+    row.update(supports_of(_stand(scene, state)))
     if errors or state.error is not None:
         row["error"] = state.error
     return row
@@ -135,6 +138,14 @@ def _pose(row: Row, name: str, pose: Pose | None) -> None:
     if pose is not None:
         for axis, value in zip("xyz", pose.position, strict=True):
             row[f"{name}.{axis}"] = float(value)
+
+
+def _stand(scene: Scene, state: State) -> Stand:
+    """What holds the strip exerts on it."""
+    held = {"start": state.supports.start if scene.clamp_start is not None else None, "end": state.supports.end}
+    forces = {name: found.force for name, found in held.items() if found is not None}
+    forces |= {f"wall.{wall['name']}": wall["force"] for wall in state.supports.walls}
+    return Stand({}, forces, {name: found.moment for name, found in held.items() if found is not None})
 
 
 def _reach(scene: Scene, row: Row, end: Pose | None) -> None:

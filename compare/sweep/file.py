@@ -14,7 +14,7 @@ from compare.errors import BadInput
 from compare.registry import name_for, names
 from compare.scene.scene import Scene, load
 from compare.scene.scene import shipped as shipped_scenes
-from compare.studies.axes import Axis, checked, spaced
+from compare.studies.axes import Axis, checked, checked_spaced
 
 COMPARE = "compare"
 """The solver that is no model, but the comparison of the scene's model with its shells."""
@@ -264,17 +264,15 @@ def _values(values: Any, keys: Sequence[str], single: bool, where: str) -> tuple
     return tuple(tuple(value) for value in values)
 
 
-def _spaced(table: Mapping[str, Any], where: str) -> list[float]:
+def _spaced(table: Mapping[str, Any], where: str) -> list[Any]:
     kind = _text(table, "spacing", "linear", where)
     if kind not in ("linear", "log"):
         raise BadInput(f"{where}spacing", kind, "is not known", 'choose "linear" or "log"')
-    first, last = _number(table, "first", where), _number(table, "last", where)
-    count = table.get("count")
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 1_000_000:
-        raise BadInput(f"{where}count", count, "is not a number of values", "a whole number >= 1, e.g. count = 9")
-    if kind == "log" and not (first > 0.0 and last > 0.0):
-        raise BadInput(f"{where}spacing", kind, "needs ends above zero", 'give others, or spacing = "linear"')
-    return spaced(kind, first, last, count)
+    for name in ("first", "last", "count"):
+        if name not in table:
+            raise BadInput(f"{where}{name}", None, "is missing", _EXAMPLE)
+    ends = table["first"], table["last"], table["count"]
+    return checked_spaced(kind, *ends, given=lambda name: (f"{where}{name}", table.get(name)))
 
 
 def _curve(table: Mapping[str, Any], name: str) -> Curve:

@@ -12,11 +12,14 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR
+from compare.measure.travel import Travel, travel_of, watched
+from compare.page import force_displacement
 from compare.page.page import Page, Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Cell, Column, Table
 from compare.page.verdict import Verdict
+from compare.scene.change import value_of
 from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_text, case_key, jsonable
@@ -62,6 +65,8 @@ _COLUMNS = (
     *(_column(f"share.{name}") for name in _PARTS),
     *(_column(key, "l") for key in _PLACES),
     _column("y_over_x"),
+    *force_displacement.SUPPORTS,
+    *force_displacement.CURVE,
     _column("error", "l"),
     *(_column(key, "s") for key in ("seconds.ribbon", "seconds.shell", "seconds")),
     _column("message", kind=_WORD),
@@ -82,7 +87,39 @@ def rows_of(finished: Finished) -> Rows:
         for row in record["rows"] or [{}]:
             own = {"status": record["status"], "stable": None, **row}
             found.append({**base, **own, "seconds": record["seconds"], "message": record["message"]})
+    for travel, numbers in _curves(finished, found).values():
+        for place, values in force_displacement.curve_of(travel).items():
+            found[numbers[place]].update(values)
     return found
+
+
+def _curves(finished: Finished, rows: Rows) -> dict[Any, tuple[Travel | None, list[int]]]:
+    """Of a sweep over one axis: for each w/h (None: of a model without) the curve of what is moved, and the rows of its
+    states."""
+    if len(finished.sweep.axes) != 1:
+        return {}
+    scenes = {case.point.number: case.point.scene for case in finished.cases}
+    keys = watched(finished.sweep.keys)
+    found: dict[Any, tuple[Travel | None, list[int]]] = {}
+    for ratio in dict.fromkeys(row.get("width_to_thickness") for row in rows):
+        numbers = [k for k, row in enumerate(rows) if row.get("width_to_thickness") == ratio and _held(row)]
+        stands = []
+        for k in numbers:
+            values = {key: value_of(scenes[rows[k]["case"]], key) for key in keys}
+            forces, moments = (
+                {end: [rows[k][f"{kind}.{end}.{c}"] for c in "xyz"] if f"{kind}.{end}.x" in rows[k] else None
+                 for end in ("start", "end")}
+                for kind in ("force", "moment")
+            )  # fmt: skip
+            walls = dict.fromkeys(key.split(".")[2] for key in rows[k] if key.startswith("force.wall."))
+            pushed = [[rows[k][f"force.wall.{name}.{c}"] for c in "xyz"] for name in walls]
+            stands.append(force_displacement.stand_of(values, {**forces, "walls": pushed}, moments, list(walls)))
+        found[ratio] = travel_of(stands, finished.sweep.scene.strip.length), numbers
+    return found
+
+
+def _held(row: Mapping[str, Any]) -> bool:
+    return row["status"] == "converged" and any(f"force.{end}.x" in row for end in ("start", "end"))
 
 
 def _units_of_rows(finished: Finished) -> list[Units]:
@@ -99,7 +136,8 @@ def _units(finished: Finished) -> dict[str, Any] | None:
 def cases_table(finished: Finished, rows: Rows) -> Table:
     """All rows: number, varied keys, then what has a value in some row, in the order of `_COLUMNS`."""
     varied = [Column(key, key) for key in finished.sweep.keys]
-    others = [column for column in _COLUMNS[1:] if column.key not in finished.sweep.keys]
+    known = (*_COLUMNS[1:], *force_displacement.wall_columns(rows))
+    others = [column for column in known if column.key not in finished.sweep.keys]
     full = Table.of_records("All rows", [_COLUMNS[0], *varied, *others], rows)
     shown = {"case", *finished.sweep.keys, *full.known().keys}
     return full.select(key for key in full.keys if key in shown)
@@ -297,13 +335,20 @@ def write(out: Path, finished: Finished, again: str) -> Page:
     show = quantity(finished, rows, sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN), "--show")
     against = quantity(finished, rows, sweep.against, "--against") if sweep.against else ""
     alt = sweep_picture.draw(out / "sweep.png", finished, rows, show, against)
+    pictures = [Picture("sweep.png", alt, f"{show} over the sweep")]
+    curves = {ratio: travel for ratio, (travel, _) in _curves(finished, rows).items() if travel is not None}
+    if curves:
+        ratio, travel = list(curves.items())[-1]
+        title = f"{sweep.title}: force against displacement" + (f", w/h = {ratio:g}" if len(curves) > 1 else "")
+        units = Units.of(sweep.scene) if _units(finished) is not None else Units()
+        pictures.append(force_displacement.draw(out / force_displacement.PICTURE, travel, units, title))
     return Study(
         "sweep",
         sweep.title,
         verdict=answer(finished),
         tables=tuple(tables(finished, rows, show)),
         sentences=tuple(verdict(finished)),
-        pictures=(Picture("sweep.png", alt, f"{show} over the sweep"),),
+        pictures=tuple(pictures),
         data={"cases.csv": with_si(cases_table(finished, rows), _units_of_rows(finished))},
         files={
             "cases.csv": "one row per case (and w/h): varied keys, status, what the solver found",

@@ -144,3 +144,23 @@ def test_a_number_is_told_against_the_size_of_the_force():
     assert (curve.kind, curve.way.tolist(), curve.force.tolist()) == ("number", [1.0, 2.0], [5.0, 10.0])
     assert travel_of(states[:1], 1.0) is None
     assert travel_of([Stand({"strip.gamma": g}, {}, {}) for g in (1.0, 2.0)], 1.0) is None
+
+
+def test_a_sweep_over_a_place_has_forces_and_their_curve(tmp_path):
+    """Cases are solved one by one: the force is again the slope of their energies."""
+    text = held_scenes.PATH.split("[[path]]")[0].replace("position = [0.6, 0.0, 0.1]", "position = [0.8, 0.0, 0.0]")
+    (tmp_path / "arch.toml").write_text(text)
+    vary = "clamp.end.position=[0.8,0,0]:[0.7,0,0]:5"
+    out = tmp_path / "out"
+    run = ["sweep", str(tmp_path / "arch.toml"), "--vary", vary, "--workers", "1", "--out", str(out), "--quiet"]
+    assert main(run) == 0
+    with (out / "cases.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [json.loads(row["clamp.end.position"])[0] for row in rows] == pytest.approx([0.8, 0.775, 0.75, 0.725, 0.7])
+    way, force, energy = (np.array([float(row[key]) for row in rows])
+                          for key in ("displacement", "force_along", "energy.total"))  # fmt: skip
+    assert way == pytest.approx([0.0, 0.025, 0.05, 0.075, 0.1])
+    np.testing.assert_allclose((energy[2:] - energy[:-2]) / (way[2:] - way[:-2]), force[1:-1], rtol=2e-3)
+    assert [float(row["force.end.x"]) for row in rows] == pytest.approx((-force).tolist())
+    assert "force.start.z" in rows[0]
+    assert (out / "force_displacement.png").stat().st_size > 5000
