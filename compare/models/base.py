@@ -21,6 +21,7 @@ from compare.measure.align import Motions
 from compare.measure.grid import Grid
 
 if TYPE_CHECKING:
+    from compare.measure.states import States
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from compare.store.store import CaseStore
@@ -233,9 +234,9 @@ class State:
     word: the solver's own word for `status`; stable None: not judged; residual: relative, as the solver measures it;
     error: of the discretisation (Hausdorff over l), share_error: of the stretching's share; numbers: what only some
     models have, by the name under which a table shows it; motions: rigid motions that nothing resists; log: the steps
-    of a way; refinements: the state on all elements that were tried, coarse ones first (`status` and `stable` are those
-    of the finest that tells); error_why: why `error` is not known, or how it was found; why: the reason of the chosen
-    formulation; native: the solver's own result, for code about one model.
+    of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones first (`status`
+    and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was found; why: the
+    reason of the chosen formulation; native: the solver's own result, for code about one model.
     """
 
     model: str
@@ -258,6 +259,7 @@ class State:
     log: tuple[Mapping[str, Any], ...] = ()
     refinements: tuple[Refinement, ...] = ()
     error_why: str = ""
+    states: States | None = None
     start: str = ""
     reused: bool = False
     native: Any = field(default=None, repr=False)

@@ -377,7 +377,7 @@ def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way |
         return None, found, seconds
     folder = None if options.store is None else options.store.way(run_key(scene, leave))
     detail = None if say is None else say.detail
-    way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail), 0)
+    way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail, film=True), 0)
     if folder is not None:
         with contextlib.suppress(OSError):  # empty: the way is finished
             folder.rmdir()
@@ -454,6 +454,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         },
         motions=_motions(e),
         log=e.log,
+        states=None if way is None else way.states,
         start="path" if way is not None else "seed",
         reused=way.resumed if way is not None else False,
         native=e,

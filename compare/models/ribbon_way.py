@@ -20,8 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from compare.measure.states import Film, States, states_of
 from compare.measure.travel import watched
 from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon_fields import fields
 from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
@@ -53,12 +55,14 @@ _GOOD = (Status.CONVERGED, Status.SADDLE)
 @dataclass(frozen=True)
 class Way:
     """A finished (or stopped) way: the equilibrium with the log of all steps, how many stages there are, the scene
-    included, how many steps were solved in this run, rejected ones included, and whether it went on from a file."""
+    included, how many steps were solved in this run, rejected ones included, whether it went on from a file, and the
+    states along it where they were asked for."""
 
     equilibrium: Equilibrium
     stages: int
     solved: int
     resumed: bool
+    states: States | None = None
 
 
 @dataclass(frozen=True)
@@ -77,6 +81,7 @@ class _Keeper:
     def __init__(self, folder: Path | None, key: str) -> None:
         self.path = None if folder is None else folder / STATE_FILE
         self.key = key
+        self.film: Film | None = None
 
     def save(self, place: _Place) -> None:
         """Writes the place atomically; arrays as they are, everything else as JSON text."""
@@ -104,7 +109,9 @@ class _Keeper:
             "about": np.array(json.dumps(about)), "lengths": e.problem.lengths, "x": e.x, "rows": e.rows,
             "multipliers": e.multipliers, "mode": e.mode, "at": np.empty(0) if e.at is None else e.at,
         }  # fmt: skip
-        atomic_write_bytes(self.path, npz_bytes(arrays))
+        states = None if self.film is None else self.film.states
+        kept = {} if states is None else {f"state_{name}": values for name, values in states.arrays().items()}
+        atomic_write_bytes(self.path, npz_bytes({**arrays, **kept}))
 
     def load(self, problem_of: Callable[[int, float], Problem]) -> _Place | None:
         """The place kept by an interrupted run of the same scene and sources; None: none, or unusable."""
@@ -114,6 +121,8 @@ class _Keeper:
             with np.load(self.path, allow_pickle=False) as data:
                 about = json.loads(str(data["about"]))
                 arrays = {name: data[name] for name in ("lengths", "x", "rows", "multipliers", "mode", "at")}
+                kept = {name.removeprefix("state_"): data[name] for name in data.files if name.startswith("state_")}
+                states = states_of(kept) if kept else None
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
             return None
         if about.get("key") != self.key:
@@ -142,6 +151,8 @@ class _Keeper:
             options=about["options"],
         )
         found = replace(found, problem=anchored(problem, found))
+        if self.film is not None and states is not None:
+            self.film = Film(2.0 * problem.half_width, states)
         return _Place(about["stage"], about["t"], found, tuple(about["log"]))
 
     def remove(self) -> None:
@@ -207,6 +218,12 @@ class _Walk:
         self.solved += 1
         if place.equilibrium.status not in _GOOD:
             return place
+        if self.keeper.film is not None:
+            e = place.equilibrium
+            film = self.keeper.film
+            grid = np.column_stack([x.ravel() for x in np.meshgrid(film.s, film.v, indexing="ij")])
+            points = e.rulings(grid)[1].reshape(film.s.size, film.v.size, 3)
+            film.add(entry["stage"], entry["t"], points, fields(e, film.s, film.v))
         self.keeper.save(place)
         if self.progress is not None:
             self.progress(f"path: stage {entry['stage']} of {len(self.stages)}, t = {entry['t']:.4g}")
@@ -298,14 +315,16 @@ def run_way(
     leave_saddle: bool = False,
     progress: Progress | None = None,
     on_step: OnStep | None = None,
+    film: bool = False,
 ) -> Way:
     """The scene's equilibrium at the end of its path; segments by tolerance, where asked for, are placed there.
 
     folder: where the state of an unfinished run is kept and looked for; None: nowhere. on_step: called with every
-    accepted step's entry of the log. A stage that fails stops the way: the result has its status. `BadInput` when the
-    way leads through an impossible scene.
+    accepted step's entry of the log. film: keep states along the way (`compare.measure.states`). A stage that fails
+    stops the way: the result has its status. `BadInput` when the way leads through an impossible scene.
     """
     keeper = _Keeper(folder, run_key(scene, leave_saddle))
+    keeper.film = Film(scene.width) if film else None
     walk = _Walk(scene, keeper, leave_saddle, progress, on_step)
     found, resumed = walk.run()
     if scene.model.tolerance is not None and found.status in _GOOD:
@@ -318,4 +337,4 @@ def run_way(
             found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=strict)
         found = replace(found, log=log)
     keeper.remove()
-    return Way(found, len(walk.stages), walk.solved, resumed)
+    return Way(found, len(walk.stages), walk.solved, resumed, None if keeper.film is None else keeper.film.states)

@@ -14,6 +14,16 @@ from compare.store.store import atomic_write_bytes
 
 FloatArray = NDArray[np.float64]
 
+#: The ribbon is blue as in the thesis; shells take colours that those who see few of them can tell apart too (after
+#: M. Okabe and K. Ito, Color Universal Design, 2008), in order of w/h.
+RIBBON_COLOUR = "#1f5fa8"
+SHELL_COLOURS = ("#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#8c6d31", "#6b6b6b")
+
+
+def shell_colour(index: int) -> str:
+    """The colour of the shell at a place in the order of w/h, from 0."""
+    return SHELL_COLOURS[index % len(SHELL_COLOURS)]
+
 
 def save(figure: Figure, path: Path, dpi: int = 150) -> Path:
     """Writes the picture, atomically."""

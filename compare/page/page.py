@@ -33,13 +33,14 @@ class Picture:
 @dataclass(frozen=True)
 class Surface:
     """A VTU file of a surface for the 3-D view; kind: "ribbon" or "shell"; colour: field of the file to begin with;
-    width_to_thickness: of a shell, when known."""
+    width_to_thickness: of a shell, when known; states: file of its states along a path (`compare.measure.states`)."""
 
     file: str
     label: str
     kind: str
     colour: str = ""
     width_to_thickness: float | None = None
+    states: str = ""
 
 
 @dataclass(frozen=True)

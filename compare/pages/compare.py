@@ -75,8 +75,8 @@ def _pictures(comparison: Comparison) -> tuple[Picture, ...]:
         ),
         Picture(
             "shapes.png",
-            f"The ribbon's shape, in blue, on top of {len(shown)} shells, in grey, darker as they get thinner: two "
+            f"The ribbon's shape, in blue, on top of {len(shown)} shells, a colour each: two "
             "side views and one in perspective.",
-            "The ribbon (blue) on top of the shells (grey, darker as they get thinner).",
+            "The ribbon (blue) on top of the shells (a colour each).",
         ),
     )

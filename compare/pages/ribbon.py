@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
+from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.ribbon import RibbonShape
@@ -84,7 +85,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     write_arrays(out / "ribbon.npz", e)
     atomic_write_bytes(out / "centreline.csv", centreline_csv(e, Units.of(scene)))
     profile.ribbon_profile(out / PICTURE, e, scene.title)
-    files, data = dict(FILES), {}
+    files, data, states = dict(FILES), {}, ""
     shown: tuple[Picture, ...] = (picture(state),)
     if scene.path:
         data["path.csv"] = with_si(path_table(state.log, scene), Units.of(scene))
@@ -94,7 +95,11 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         if curve is not None:
             title = f"{scene.title}: force against displacement"
             shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, Units.of(scene), title),)
-    return Written(files, shown, (Surface("ribbon.vtu", "ribbon", "ribbon", "omega"),), data)
+    if state.states is not None and len(state.states.t) > 1:
+        states = STATES
+        atomic_write_bytes(out / states, state.states.to_bytes())
+        files[states] = f"{len(state.states.t)} states along the path as arrays (NumPy)"
+    return Written(files, shown, (Surface("ribbon.vtu", "ribbon", "ribbon", "omega", states=states),), data)
 
 
 _PATH = (

@@ -11,17 +11,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from compare.measure.grades import YARDSTICK
-from compare.page.drawing import save, screen_axes
+from compare.page.drawing import RIBBON_COLOUR, save, screen_axes, shell_colour
 from compare.studies.compare import Comparison
 
 FloatArray = NDArray[np.float64]
-#: Colours: the ribbon blue as in the thesis, shells from light to dark grey as w/h grows.
-RIBBON_COLOUR = "#1f5fa8"
-
-
-def _grey(index: int, count: int) -> str:
-    level = 0.78 - 0.6 * (index / max(count - 1, 1))
-    return f"#{round(255 * level):02x}" + f"{round(255 * level):02x}" * 2
 
 
 def convergence(path: Path, comparison: Comparison) -> Path:
@@ -64,7 +57,7 @@ def convergence(path: Path, comparison: Comparison) -> Path:
 
 
 def shapes(path: Path, comparison: Comparison) -> Path:
-    """The ribbon (blue) over the shells (grey, darker as they get thinner): two side views, one in perspective."""
+    """The ribbon (blue) over the shells (a colour each): two side views, one in perspective."""
     figure = Figure(figsize=(14.0, 5.2), layout="constrained")
     shown = [
         (row.width_to_thickness, comparison.grid.of(state.shape))
@@ -73,7 +66,7 @@ def shapes(path: Path, comparison: Comparison) -> Path:
     ]
     assert comparison.fast.shape is not None
     blue = comparison.grid.of(comparison.fast.shape)
-    surfaces = [(_grey(i, len(shown)), f"shell, w/h = {ratio:g}", grid) for i, (ratio, grid) in enumerate(shown)]
+    surfaces = [(shell_colour(i), f"shell, w/h = {ratio:g}", grid) for i, (ratio, grid) in enumerate(shown)]
     surfaces.append((RIBBON_COLOUR, "ribbon", blue))
     up = comparison.scene.up
     for place, screen in enumerate(screen_axes([s[2] for s in surfaces], up), start=1):

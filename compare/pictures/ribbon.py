@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from compare.page.drawing import quads, save, screen_axes
-from compare.pictures.comparison import RIBBON_COLOUR
+from compare.page.drawing import RIBBON_COLOUR, quads, save, screen_axes
 from ribbon import Clamp, Equilibrium
 
 FloatArray = NDArray[np.float64]

@@ -9,6 +9,7 @@ from pathlib import Path
 from compare.errors import BadInput
 from compare.export.source import inside
 from compare.export.vtu import Sheet, read_vtu
+from compare.measure.states import States, read_states
 from compare.page.page import PAGE, Page, Surface, read_page
 
 #: Where results are below a folder that has none: out/SCENE/COMMAND from out/SCENE, and from out.
@@ -18,13 +19,15 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 
 @dataclass(frozen=True)
 class Part:
-    """One result in a report: its folder and the folder's name, its page, pictures by file, surfaces."""
+    """One result in a report: its folder and the folder's name, its page, pictures by file, surfaces, and states along
+    paths by file."""
 
     folder: Path
     name: str
     page: Page
     pictures: dict[str, bytes]
     surfaces: tuple[tuple[Surface, Sheet], ...]
+    states: dict[str, States]
 
 
 def folders_of(given: Sequence[Path]) -> list[Path]:
@@ -60,4 +63,5 @@ def read_part(folder: Path) -> Part:
             raise BadInput("FOLDER", str(folder), f"{picture.file!r} is no PNG picture", "run the command again")
         pictures[picture.file] = content
     surfaces = tuple((surface, read_vtu(inside(folder, surface.file))) for surface in page.surfaces)
-    return Part(folder, folder.resolve().name, page, pictures, surfaces)
+    states = {s.states: read_states(inside(folder, s.states)) for s in page.surfaces if s.states}
+    return Part(folder, folder.resolve().name, page, pictures, surfaces, states)

@@ -16,6 +16,8 @@ from compare.report.folders import Part
 from compare.report.surfaces import View, as_data
 from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
 
+#: The parts of the viewer, in order.
+SCRIPTS = ("maths.js", "paint.js", "view.js", "controls.js")
 #: Rows from which a table gets a box of its own height; letters from which a cell needs a wide column.
 _LONG_TABLE = 40
 _MUCH = 30
@@ -24,8 +26,8 @@ _MUCH = 30
 def document(parts: Sequence[Part], views: Sequence[View | None], stills: Sequence[bytes | None]) -> str:
     """The report of the parts; views, stills: of each, None without surfaces."""
     title = escape(report_title(parts))
-    style, script = (_asset(name) for name in ("report.css", "viewer.js"))
-    script = script if any(view is not None for view in views) else ""
+    style = _asset("report.css")
+    script = _script() if any(view is not None for view in views) else ""
     several = len(parts) > 1
     sections = [
         _section(part, view, still, number if several else 0)
@@ -54,6 +56,12 @@ def document(parts: Sequence[Part], views: Sequence[View | None], stills: Sequen
         "",
     ]
     return "\n".join(lines)
+
+
+def _script() -> str:
+    """The viewer: its files one after another within a function."""
+    parts = "".join(_asset(name) for name in SCRIPTS)
+    return f'(function () {{\n"use strict";\n{parts}}})();\n'
 
 
 def _asset(name: str) -> str:
@@ -172,6 +180,7 @@ def _view(page: Page, view: View, still: bytes) -> str:
     return (
         f'<figure class="view"><div class="stage">{_image(still, alt)}</div>'
         f'<script type="application/json">{data}</script>'
-        "<figcaption>Drag or arrow keys turn, wheel (after a click), pinch or + and - zoom, shift and drag or two "
-        "fingers move, 0 goes back. Black: edges of the surfaces; orange: their start, s = 0.</figcaption></figure>"
+        '<figcaption><span class="hands">Drag or arrow keys turn, wheel (after a click), pinch or + and - zoom, shift '
+        "and drag or two fingers move, 0 goes back; the pointer, a touch or the key i tells values. </span>The ribbon "
+        "lies in front of what it coincides with. Thin lines: edges; orange: their start, s = 0.</figcaption></figure>"
     )

@@ -15,11 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from compare.report.surfaces import ASPECT, Shown, View, field_range, fields, screen
+from compare.report.surfaces import ASPECT, TWO_SIDED, Shown, View, field_range, fields, screen
 
 FloatArray = NDArray[np.float64]
 
 _PAPER = "#edf0f3"
+#: By how much of the view's radius the ribbon is drawn nearer than it is, as in the viewer.
+FRONT = 0.03
 _UNKNOWN = np.array([0.62, 0.62, 0.62])
 
 
@@ -31,13 +33,14 @@ def picture(view: View) -> bytes:
     axes.set_axis_off()
     axes.set(xlim=(-ASPECT, ASPECT), ylim=(-1.0, 1.0))
     scale = _scale(view)
-    corners, depths, colours = zip(*(_triangles(view, one, scale) for one in view.surfaces), strict=True)
+    shown = [one for one in view.surfaces if one.first]
+    corners, depths, colours = zip(*(_triangles(view, one, scale) for one in shown), strict=True)
     order = np.argsort(-np.concatenate(depths), kind="stable")
     shades = np.concatenate(colours)[order]
     polygons = PolyCollection(list(np.concatenate(corners)[order]), facecolors=shades, edgecolors=shades, lw=0.3)
     axes.add_collection(polygons)
     _axes(axes, view)
-    patches = [Patch(color=one.colour, label=one.surface.label) for one in view.surfaces]
+    patches = [Patch(color=one.colour, label=one.surface.label) for one in shown]
     if scale is None:
         axes.legend(handles=patches, loc="upper left", fontsize=8, frameon=False)
     else:
@@ -46,17 +49,18 @@ def picture(view: View) -> bytes:
         place.tick_params(labelsize=7)
         place.set_xlabel(fields(view.surfaces)[view.field], fontsize=8)
     out = io.BytesIO()
-    figure.savefig(out, format="png", dpi=150, facecolor=_PAPER)
+    figure.savefig(out, format="png", dpi=200, facecolor=_PAPER)
     return out.getvalue()
 
 
 def _scale(view: View) -> ScalarMappable | None:
     """The scale of colours of the view's field over all surfaces; None when each has its own colour."""
-    ends = [field_range(one.sheet.fields[view.field])[2:] for one in view.surfaces if view.field in one.sheet.fields]
+    shown = [one.sheet.fields for one in view.surfaces if one.first and view.field in one.sheet.fields]
+    ends = [field_range(fields_[view.field])[2:] for fields_ in shown]
     if not ends:
         return None
     low, high = min(e[0] for e in ends), max(e[1] for e in ends)
-    diverging = low < 0.0 < high and min(-low, high) > 0.02 * max(-low, high)
+    diverging = low < 0.0 < high and min(-low, high) > TWO_SIDED * max(-low, high)
     if diverging:
         high = max(-low, high)
         low = -high
@@ -69,6 +73,8 @@ def _triangles(view: View, one: Shown, scale: ScalarMappable | None) -> tuple[Fl
     """Corners on the screen (T, 3, 2), depths (T,) and colours (T, 3) of one surface."""
     sheet = one.sheet
     places, depth = screen(view, sheet.points)
+    if one.surface.kind != "shell":
+        depth = depth - FRONT * view.radius
     base = np.tile(np.asarray(one.colour), (len(sheet.triangles), 1))
     if scale is not None and view.field in sheet.fields:
         values = sheet.fields[view.field][sheet.triangles].mean(axis=1)

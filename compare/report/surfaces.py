@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
 from compare.export.vtu import Sheet, triangles
-from compare.page.drawing import screen_axes
+from compare.measure.states import States
+from compare.page.drawing import RIBBON_COLOUR, screen_axes, shell_colour
 from compare.page.page import Surface
 
 FloatArray = NDArray[np.float64]
@@ -25,10 +27,12 @@ _MOST_ACROSS = 9
 AZIMUTH, ELEVATION = -1.03, 0.33
 #: Vertical opening of the camera (rad), as in viewer.js; width over height of the view.
 FIELD_OF_VIEW, ASPECT = 0.5, 1.6
-#: Part of the points at either end of a field that its scale of colours leaves out.
-OUTLIERS = 0.005
+#: Part of the points at either end of a field that its scale of colours leaves out, and what the view says of it.
+OUTLIERS = 0.02
+CLIPPED = f"{100 * OUTLIERS:g} % of the points lie beyond either end"
+#: Smaller end of a scale over the larger one from which it has two sides, with zero in the middle.
+TWO_SIDED = 0.25
 
-RIBBON = (0.122, 0.373, 0.659)  # as in compare.pictures.comparison
 WORDS = {
     "S": "S, along the strip (l)",
     "v": "v, across the strip (l)",
@@ -48,11 +52,15 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Shown:
-    """A surface as it is shown: its entry in the page, its thinned triangles, its colour (red, green, blue)."""
+    """A surface as it is shown: its entry in the page, its thinned triangles, its colour (red, green, blue), whether it
+    is seen at first, the place of the surface it can be compared with point by point, and its states along a path."""
 
     surface: Surface
     sheet: Sheet
     colour: tuple[float, float, float]
+    first: bool = True
+    partner: int | None = None
+    states: States | None = None
 
 
 @dataclass(frozen=True)
@@ -101,14 +109,37 @@ def screen(view: View, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.column_stack([relative @ right, relative @ up]) * scale[:, None], depth
 
 
-def view(pairs: Sequence[tuple[Surface, Sheet]], up: tuple[float, float, float] | None, points_each: int) -> View:
-    """Surfaces seen from the side and a little above; `points_each`: how many points of each are kept."""
+def view(
+    pairs: Sequence[tuple[Surface, Sheet]],
+    up: tuple[float, float, float] | None,
+    points_each: int,
+    states: Mapping[str, States] | None = None,
+) -> View:
+    """Surfaces seen from the side and a little above: the first that is no shell, and one shell, the thinnest; the
+    others are a click away.
+
+    points_each: how many points of each are kept; states: along paths, by the file that a surface names.
+    """
     shells = [surface for surface, _ in pairs if surface.kind == "shell"]
-    shown = [
-        Shown(surface, thinned(sheet, points_each), RIBBON if surface.kind != "shell" else _grey(surface, shells))
-        for surface, sheet in pairs
-    ]
+    ratios = sorted({s.width_to_thickness for s in shells if s.width_to_thickness is not None})
+    fast = [place for place, (surface, _) in enumerate(pairs) if surface.kind != "shell"]
+    seen = {fast[0]} if fast else set()
+    if shells:
+        thinnest = max(range(len(shells)), key=lambda k: (shells[k].width_to_thickness or 0.0, -k))
+        seen.add([place for place, (surface, _) in enumerate(pairs) if surface.kind == "shell"][thinnest])
+    shown = []
+    for place, (surface, sheet) in enumerate(pairs):
+        if surface.kind != "shell":
+            colour = RIBBON_COLOUR
+        elif surface.width_to_thickness is None:
+            colour = shell_colour(shells.index(surface))
+        else:
+            colour = shell_colour(ratios.index(surface.width_to_thickness))
+        partner = _partner(sheet, [(k, pairs[k][1]) for k in fast]) if surface.kind == "shell" else None
+        way = (states or {}).get(surface.states)
+        shown.append(Shown(surface, thinned(sheet, points_each), to_rgb(colour), place in seen, partner, way))
     clouds = [one.sheet.points for one in shown]
+    clouds += [one.states.points.reshape(-1, 3) for one in shown if one.states is not None]
     cloud = np.concatenate(clouds)
     upwards = np.asarray((0.0, 0.0, 1.0) if up is None else up, dtype=float)
     upwards = upwards / np.linalg.norm(upwards)
@@ -142,10 +173,14 @@ def _fitted(found: View, cloud: FloatArray) -> View:
     return View(found.surfaces, centre, high, wide, radius, found.along, found.upwards, found.up, found.field)
 
 
-def _grey(surface: Surface, shells: Sequence[Surface]) -> tuple[float, float, float]:
-    """From light to dark in the order of the shells, as in compare.pictures.comparison."""
-    level = 0.78 - 0.6 * (shells.index(surface) / max(len(shells) - 1, 1))
-    return level, level, level
+def _partner(sheet: Sheet, fast: Sequence[tuple[int, Sheet]]) -> int | None:
+    """The place of the surface whose points are the same particles as the sheet's; None where there is none."""
+    if sheet.shape is None:
+        return None
+    for place, other in fast:
+        if other.shape == sheet.shape and all(np.allclose(other.fields[x], sheet.fields[x], atol=1e-9) for x in "Sv"):
+            return place
+    return None
 
 
 def thinned(sheet: Sheet, most: int) -> Sheet:
@@ -203,8 +238,11 @@ def as_data(found: View, alt: str) -> dict[str, Any]:
 
     places: uint16 (N, 3), 0 to 65535 over the box from low by span; normals: int16 (N, 3); field: uint16 (N,), 0 to
     65534 from low to high, 65535 where nothing is known; triangles: uint16, left out for a grid (along, across).
+    frames: states along a path, one after another, on a grid of their own, with the same scale for all of them.
     """
-    cloud = np.concatenate([one.sheet.points for one in found.surfaces])
+    clouds = [one.sheet.points for one in found.surfaces]
+    clouds += [one.states.points.reshape(-1, 3) for one in found.surfaces if one.states is not None]
+    cloud = np.concatenate(clouds)
     low = cloud.min(axis=0)
     span = np.where(np.ptp(cloud, axis=0) > 0.0, np.ptp(cloud, axis=0), 1.0)
     surfaces = []
@@ -214,6 +252,9 @@ def as_data(found: View, alt: str) -> dict[str, Any]:
             "label": one.surface.label,
             "kind": one.surface.kind,
             "colour": one.colour,
+            "shown": one.first,
+            "ratio": one.surface.width_to_thickness,
+            "partner": one.partner,
             "places": _packed(np.round(65535 * (sheet.points - low) / span), "<u2"),
             "normals": _packed(np.round(32767 * sheet.fields["_normal"]), "<i2"),
             "fields": {name: _quantised(values) for name, values in sheet.fields.items() if name != "_normal"},
@@ -223,6 +264,13 @@ def as_data(found: View, alt: str) -> dict[str, Any]:
             entry["triangles"] = _packed(sheet.triangles, "<u2")
         else:
             entry["grid"] = shape
+        if one.states is not None and len(one.states.labels) > 1:
+            entry["frames"] = {
+                "grid": one.states.points.shape[1:3],
+                "labels": one.states.labels,
+                "places": _packed(np.round(65535 * (one.states.points - low) / span), "<u2"),
+                "fields": {name: _quantised(values) for name, values in one.states.fields.items()},
+            }
         surfaces.append(entry)
     return {
         "alt": alt,
@@ -238,6 +286,8 @@ def as_data(found: View, alt: str) -> dict[str, Any]:
         "azimuth": AZIMUTH,
         "elevation": ELEVATION,
         "field": found.field,
+        "clipped": CLIPPED,
+        "file": "surfaces.png",
         "names": fields(found.surfaces),
         "surfaces": surfaces,
     }

@@ -54,7 +54,10 @@ def write_report(out: Path, parts: Sequence[Part]) -> Written:
     """
     count = sum(len(part.surfaces) for part in parts)
     each = report_surfaces.points_each(count)
-    views = [report_surfaces.view(part.surfaces, part.page.up, each) if part.surfaces else None for part in parts]
+    views = [
+        report_surfaces.view(part.surfaces, part.page.up, each, part.states) if part.surfaces else None
+        for part in parts
+    ]
     stills = [None if view is None else report_still.picture(view) for view in views]
     html = report_html.document(parts, views, stills)
     links = []

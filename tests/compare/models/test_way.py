@@ -161,3 +161,28 @@ def test_a_solve_takes_the_path(scene, whole):
     assert path_result(scene, run)["stages"] == 3
     assert run.native.energy.total == pytest.approx(whole.equilibrium.energy.total, rel=1e-10)
     assert len(run.seconds.repeats) == 1
+
+
+def test_the_film_of_a_way_that_was_interrupted_is_whole(scene, tmp_path):
+    """States along the way: the last is the scene's own surface; a run that goes on has those of the first part too."""
+    found = run_way(scene, film=True)
+    states, e = found.states, found.equilibrium
+    grid = np.column_stack([x.ravel() for x in np.meshgrid(states.s, states.v, indexing="ij")])
+    assert np.abs(states.points[-1].reshape(-1, 3) - e.rulings(grid)[1]).max() < 1e-6
+    accepted = [(entry["stage"], entry["t"]) for entry in e.log if entry["accepted"]]
+    assert list(zip(states.stage, states.t, strict=True)) == accepted
+    assert np.linalg.norm(np.diff(states.points, axis=0), axis=3).max(axis=(1, 2)).min() > 0.0
+    taken = []
+
+    def stop(entry):
+        taken.append(entry)
+        if len(taken) == 3:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        run_way(scene, tmp_path, on_step=stop, film=True)
+    again = run_way(scene, tmp_path, film=True)
+    assert again.resumed
+    assert len(again.states.t) == len(states.t)
+    assert again.states.points == pytest.approx(states.points, abs=1e-5)
+    assert run_way(scene).states is None

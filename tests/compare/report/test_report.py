@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from html.parser import HTMLParser
@@ -12,12 +13,13 @@ from matplotlib.image import imread
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.export.vtu import Sheet, write_vtu
+from compare.measure.states import FILE, MOST, Film, read_states
 from compare.page.drawing import save
 from compare.page.page import PAGE, Page, Picture, Surface, read_page, write_page
 from compare.page.table import Column, Table
 from compare.page.verdict import Verdict
 from compare.report import surfaces as report_surfaces
-from compare.report.folders import folders_of
+from compare.report.folders import folders_of, read_part
 from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
 from compare.store.store import read_json
 
@@ -39,7 +41,17 @@ def picture(path):
     return save(figure, path)
 
 
-def result(folder, title="A strip", surfaces=2, **more):
+def states(count=5):
+    """A strip that rises from 0 to 0.3 on the way to the second of two stages."""
+    found = Film(0.2)
+    for k in range(count):
+        rise = 0.3 * k / (count - 1)
+        points, s, _ = strip(rise, len(found.s), len(found.v))
+        found.add(1 if k == 0 else 2, 1.0 if k == 0 else k / (count - 1), points, {"omega": s + rise})
+    return found.states
+
+
+def result(folder, title="A strip", surfaces=2, film=False, **more):
     """A folder of results as a command would leave it."""
     folder.mkdir(parents=True, exist_ok=True)
     picture(folder / "curve.png")
@@ -50,7 +62,11 @@ def result(folder, title="A strip", surfaces=2, **more):
         fields = {"S": s, "v": v, "omega": s - 0.5} | ({"energy": s * s} if k else {})
         write_vtu(folder / name, points, fields)
         kind = "shell" if k else "ribbon"
-        listed.append(Surface(name, f"{kind} {k}" + EVIL * (title == EVIL), kind, width_to_thickness=10.0 * k or None))
+        way = FILE if film and not k else ""
+        label = f"{kind} {k}" + EVIL * (title == EVIL)
+        listed.append(Surface(name, label, kind, width_to_thickness=10.0 * k or None, states=way))
+    if film:
+        (folder / FILE).write_bytes(states().to_bytes())
     columns = Column("w", "w/h", kind="digits"), Column("word", "word"), Column("value", "value", "l", "exponent:2")
     rows = (10.0, "yes", 1.25e-3), (20.0, EVIL, None)
     table = Table(f"Rows of {title}", columns, rows, "What the columns mean.")
@@ -241,14 +257,12 @@ def test_colours_leave_out_what_stands_alone():
     values = np.append(np.linspace(0, 1, 1000), [1000.0, np.nan])
     least, most, first, last = field_range(values)
     assert (least, most) == (0.0, 1000.0)
-    assert first < 0.02
+    assert first < 0.03
     assert 0.9 < last < 1.1
     assert field_range(np.linspace(0, 1, 1000)) == (0.0, 1.0, 0.0, 1.0)
 
 
 def test_numbers_survive_the_quantisation():
-    import base64
-
     points, s, v = strip()
     sheet = Sheet(points.reshape(-1, 3), read_sheet_triangles(60, 5), {"S": s.ravel(), "v": v.ravel(),
                   "omega": np.where(s < 0.5, s, np.nan).ravel()})  # fmt: skip
@@ -386,3 +400,53 @@ def test_an_elastica_has_a_page_without_surfaces(tmp_path):
     assert "<canvas" not in text
     assert "script-src 'none'" in text
     assert not (out / "surfaces.png").exists()
+
+
+def test_one_shell_is_seen_at_first_and_each_has_its_colour(tmp_path):
+    part = read_part(result(tmp_path / "many", surfaces=4))
+    found = view(part.surfaces, part.page.up, 1000, part.states)
+    assert [one.first for one in found.surfaces] == [True, False, False, True]  # the thinnest
+    assert [one.partner for one in found.surfaces] == [None, 0, 0, 0]  # the same particles as the ribbon's
+    colours = np.array([one.colour for one in found.surfaces])
+    apart = np.linalg.norm(colours[:, None] - colours[None], axis=2) + 9.0 * np.eye(4)
+    assert apart.min() > 0.25
+    assert np.ptp(colours, axis=1).min() > 0.3  # no greys
+    bare = (part.surfaces[1][0], Sheet(part.surfaces[1][1].points, part.surfaces[1][1].triangles))
+    assert view([part.surfaces[0], bare], part.page.up, 1000).surfaces[1].partner is None
+
+
+def test_states_of_a_path_come_along(capsys, tmp_path):
+    assert run(capsys, result(tmp_path / "film", film=True))[0] == DONE
+    (data,) = Reader((tmp_path / "film" / "report.html").read_text()).data
+    frames = data["surfaces"][0]["frames"]
+    assert "frames" not in data["surfaces"][1]
+    assert len(frames["labels"]) == len(set(frames["labels"])) == 5
+    packed = np.frombuffer(base64.b64decode(frames["places"]), dtype="<u2").reshape(5, *frames["grid"], 3)
+    places = np.array(data["low"]) + packed / 65535 * np.array(data["span"])
+    assert places[:, 0, 0, 2] == pytest.approx(0.3 * np.arange(5) / 4 * 2 / np.pi, abs=1e-4)
+    assert (tmp_path / "film" / FILE).read_bytes() == states().to_bytes()
+    damaged = result(tmp_path / "damaged", film=True)
+    (damaged / FILE).write_bytes(b"PK")
+    code, _, err = run(capsys, damaged)
+    assert code == BAD_INPUT
+    assert FILE in err
+
+
+def test_a_long_path_keeps_its_ends_and_no_more_than_it_may(tmp_path):
+    film = Film(0.1)
+    points = np.zeros((len(film.s), len(film.v), 3))
+    for stage, steps in ((1, 1), (2, 500), (3, 300)):
+        for k in range(1, steps + 1):
+            film.add(stage, k / steps, points + stage + k / steps, {})
+    found = film.states
+    assert MOST // 3 <= len(found.t) <= MOST
+    assert (found.stage[0], found.t[0]) == (1, 1)
+    assert (found.stage[-1], found.t[-1]) == (3, 1)
+    assert (2.0, 1.0) in set(zip(found.stage, found.t, strict=True))
+    assert (np.diff(found.seconds) > 0).all()
+    assert found.seconds[0] == 0.0
+    assert np.diff(found.points[:, 0, 0, 0]).min() > 0
+    (tmp_path / FILE).write_bytes(found.to_bytes())
+    again = read_states(tmp_path / FILE)
+    assert again.points == pytest.approx(found.points, abs=1e-6)
+    assert again.labels == found.labels

@@ -55,7 +55,9 @@ def report(tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
     result(folder / "a")
     result(folder / "b", title=EVIL, surfaces=3)
-    assert main(["report", str(folder / "a"), "--quiet"]) == DONE
+    result(folder / "film", film=True)
+    for name in ("a", "film"):
+        assert main(["report", str(folder / name), "--quiet"]) == DONE
     assert main(["report", str(folder), "--out", str(folder / "all"), "--quiet"]) == DONE
     return folder
 
@@ -167,6 +169,77 @@ def test_fields_and_surfaces_are_chosen(browser, report):
     before, after = changed(browser, lambda: browser.run('document.querySelectorAll(".surfaces input")[1].click()'))
     assert after["share"] < 0.8 * before["share"]
     assert browser.run('document.querySelector(".bar").hidden')
+
+
+def slide(browser, name, value):
+    """Moves a slider and waits until the view has drawn again; pixels before and after."""
+    move = f"""(() => {{ const s = document.querySelector("input.{name}"); s.value = {value};
+        s.dispatchEvent(new Event("input")); }})()"""
+    return changed(browser, lambda: browser.run(move))
+
+
+def told(browser, name):
+    return browser.run(f'document.querySelector("input.{name} ~ output").textContent')
+
+
+def test_one_shell_at_a_time_and_its_difference(browser, report):
+    """Shells 0.064 and 0.127 over the ribbon, of a view of radius 0.5: one is seen, the slider takes the other."""
+    result(report / "b2", surfaces=3)
+    assert main(["report", str(report / "b2"), "--quiet"]) == DONE
+    opened(browser, report / "b2" / "report.html")
+    ticks = '[...document.querySelectorAll(".surfaces input")].map((e) => e.checked)'
+    assert browser.run(ticks) == [True, False, True]
+    before, after = slide(browser, "ladder", 0)
+    assert browser.run(ticks) == [True, True, False]
+    assert "10" in told(browser, "ladder")
+    assert apart(before, after) > 20
+    before, after = slide(browser, "difference", 40)
+    assert float(told(browser, "difference").strip("× ")) > 1.5
+    assert apart(before, after) > 20
+    before, after = slide(browser, "opacity", 10)
+    assert apart(before, after) > 20
+    assert browser.complaints() == []
+
+
+def test_the_path_is_a_slider_and_plays(browser, report):
+    opened(browser, report / "film" / "report.html")
+    last = told(browser, "path")
+    before, after = slide(browser, "path", 3)
+    assert told(browser, "path") != last
+    assert apart(before, after) > 20
+    choose = """(() => { const s = document.querySelector(".controls select"); s.value = "omega";
+        s.dispatchEvent(new Event("change")); })()"""
+    changed(browser, lambda: browser.run(choose))
+    # one scale for all states, of s and up to 0.3 more, and for the shell, of s - 0.5: zero is in the middle
+    ends = browser.run('[...document.querySelectorAll(".bar > span")].map((e) => parseFloat(e.textContent))')
+    assert ends == pytest.approx([-1.3, 1.3], abs=0.05)
+    browser.run('document.querySelector("button.play").click()')
+    browser.until(f"document.querySelector('input.path ~ output').textContent === {last!r}")
+    browser.until("document.querySelector('button.play').textContent === 'play'")
+    assert browser.complaints() == []
+
+
+def test_values_under_the_pointer_and_a_saved_picture(browser, report):
+    opened(browser, report / "a" / "report.html")
+    spots = [(x, y) for x in np.linspace(0.3, 0.7, 9) for y in np.linspace(0.3, 0.7, 9)]
+    box = browser.run('JSON.parse(JSON.stringify(document.querySelector("canvas.turn").getBoundingClientRect()))')
+    found = None
+    for x, y in spots:
+        place = {"x": box["x"] + x * box["width"], "y": box["y"] + y * box["height"]}
+        browser("Input.dispatchMouseEvent", type="mouseMoved", **place)
+        browser.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
+        if browser.run('!document.querySelector(".tip").hidden'):
+            found = browser.run('document.querySelector(".tip").textContent').split("\n")
+            break
+    assert found is not None
+    values = [float(line.rsplit(": ", 1)[1]) for line in found[1:]]
+    assert 0.0 <= values[0] <= 1.0
+    assert abs(values[1]) <= 0.1
+    browser.run(
+        """[...document.querySelectorAll(".controls button")].find((b) => /picture/.test(b.textContent)).click()"""
+    )
+    assert browser.run('Number(document.querySelector("figure.view").dataset.saved)') > 5000
+    assert browser.complaints() == []
 
 
 @pytest.mark.parametrize("name", ["a", "all"])
