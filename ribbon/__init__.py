@@ -15,6 +15,7 @@ from ribbon.element import kernel_cache
 
 if TYPE_CHECKING:
     from ribbon.sensitivity.gradients import Gradients, gradients
+    from ribbon.session import Move, Session
 
 with kernel_cache.in_use():
     from ribbon.boundary import Clamp, Closure
@@ -36,9 +37,11 @@ __all__ = [
     "Force",
     "Gradients",
     "Gravity",
+    "Move",
     "NotDifferentiable",
     "Pose",
     "RibbonInputError",
+    "Session",
     "Status",
     "Strip",
     "Surface",
@@ -52,7 +55,12 @@ __all__ = [
 ]
 
 #: Names that are looked up when they are first used, with their modules: a solve does not need them.
-_LATER = {"Gradients": "ribbon.sensitivity.gradients", "gradients": "ribbon.sensitivity.gradients"}
+_LATER = {
+    "Gradients": "ribbon.sensitivity.gradients",
+    "Move": "ribbon.session",
+    "Session": "ribbon.session",
+    "gradients": "ribbon.sensitivity.gradients",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -251,3 +251,18 @@ def gradients(result: Equilibrium, wrt: Sequence[str], *, unstable: bool = False
         raise RibbonInputError("wrt", wrt, "name at least one parameter")
     system = System.of(point(result, unstable=unstable))
     return _solved(system, tuple(wrt), tuple(parameters.load(system, name) for name in wrt))
+
+
+def energy_slopes(result: Equilibrium, wrt: Sequence[str]) -> Derivatives:
+    """Of the total energy alone, D w / l, without solving for the response: ``dE/dp = dL/dp`` at an equilibrium.
+
+    Also where the tangent is singular, and of what is not stable. Arguments and errors as in `gradients`.
+    """
+    here = point(result, unstable=True)
+    system = System.of(here)
+    slope = here.problem.gradient(here.x) + here.problem.jacobian_matrix(here.x).T @ here.rows
+    found = {}
+    for name in wrt:
+        load = parameters.load(system, name)
+        found[name] = (load.energy + here.rows @ load.rows + slope @ load.held).reshape(load.shape)
+    return found

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ribbon import Clamp, Closure, Gravity, NotDifferentiable, RibbonInputError, Strip, Wall, gradients, solve
 from ribbon.find.solve import build, solve_from
+from ribbon.sensitivity.gradients import energy_slopes
 
 HALF = 2**-0.5
 S = np.array([0.0, 0.13, 0.5, 0.77, 1.0])
@@ -95,6 +96,8 @@ def derivatives(g, e, name):
 
 def compare(arguments, e, names, tolerance=1e-6, skip=()):
     g = gradients(e, wrt=names)
+    for name, slope in energy_slopes(e, names).items():  # without the response: the envelope theorem
+        np.testing.assert_allclose(slope, g.energy()[name], rtol=1e-7, atol=1e-7)
     for name in names:
         d = derivatives(g, e, name)
         for component in range(d["energy"].shape[-1]):

@@ -1,0 +1,297 @@
+"""A ribbon in the hand: move its clamps, change its weight, read forces and stiffness, keep where it has been.
+
+    >>> from ribbon import Clamp, Session, Strip
+    >>> session = Session(Strip(1.0, 0.05), Clamp(), end=Clamp((0, 0.1, 0.8)), segments=16)  # doctest: +SKIP
+    >>> moved = session.move(end=Clamp((0, 0.1, 0.7)))  # doctest: +SKIP
+    >>> moved.ok, session.forces["end"].force, session.stiffness.shape  # doctest: +SKIP
+
+Every move is a way (`ribbon.follow`): warm starts, adaptive steps, cut-back. Lengths that go in are in the strip's
+unit; what comes out is in l and D w, as everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from ribbon.boundary import Clamp
+from ribbon.contact import Wall
+from ribbon.errors import NotDifferentiable, RibbonInputError
+from ribbon.find.continuation import StepRecord, follow
+from ribbon.find.solve import build, solve, solve_from
+from ribbon.forces import Force
+from ribbon.loads import Gravity
+from ribbon.problems.protocol import Problem
+from ribbon.result import Equilibrium, Status
+from ribbon.sensitivity.gradients import energy_slopes, gradients
+from ribbon.strip import Strip
+
+FloatArray = NDArray[np.float64]
+OnStep = Callable[[StepRecord, Equilibrium], None]
+
+#: Turn (rad) from which the shortest way between two frames is a matter of chance.
+_HALF_TURN = np.pi - 1e-6
+#: Energy that a step sets free beyond what the clamps took out of it, over the energies themselves, from which it is a
+#: jump to another shape.
+_RELEASED = 0.05
+
+
+class _Left(Exception):
+    """A way is gone on from another state."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """How a move went.
+
+    status: "arrived"; "snapped": it arrived, and jumped to another shape at `jumps` (shares of the way, 0 to 1);
+    "stopped": no equilibrium was found beyond the share `reached`, and the session stands there. message says more.
+    states: the equilibria of all accepted steps; log: every step, the rejected ones too (`StepRecord`).
+    """
+
+    status: str
+    message: str
+    reached: float
+    jumps: tuple[float, ...]
+    states: tuple[Equilibrium, ...]
+    log: tuple[dict[str, Any], ...]
+
+    @property
+    def ok(self) -> bool:
+        """Arrived without a jump, at a stable state."""
+        return self.status == "arrived" and self.states[-1].ok
+
+
+class Session:
+    """A ribbon whose state follows what is done to it.
+
+    Parameters are those of `ribbon.solve`, which finds the first state; keywords (energy, segments, seed_curvature,
+    seed_ruling, formulation, ...) are handed on. leave_saddle: a state that becomes unstable is left for a stable one,
+    as a real ribbon would; otherwise it is followed.
+
+    Raises `RibbonInputError` on bad input, and where the first state is no equilibrium.
+    """
+
+    def __init__(
+        self,
+        strip: Strip,
+        clamp: Clamp | None = None,
+        gravity: Gravity | None = None,
+        *,
+        end: Clamp | None = None,
+        walls: Sequence[Wall] = (),
+        energy: str = "wunderlich",
+        segments: int | ArrayLike = 20,
+        formulation: str = "mixed",
+        leave_saddle: bool = True,
+        **keywords: Any,
+    ) -> None:
+        self._leave_saddle = leave_saddle
+        first = solve(
+            strip, clamp, gravity, end=end, walls=tuple(walls), energy=energy, segments=segments,
+            formulation=formulation, leave_saddle=leave_saddle, **keywords,
+        )  # fmt: skip
+        if first.status not in (Status.CONVERGED, Status.SADDLE):
+            raise RibbonInputError("clamp", first.status.code, f"the session has no state to begin at: {first.message}")
+        #: All states in order, the steps of every move among them.
+        self.history: list[Equilibrium] = [first]
+
+    @property
+    def state(self) -> Equilibrium:
+        """Where the ribbon is now."""
+        return self.history[-1]
+
+    @property
+    def forces(self) -> dict[str, Force | None]:
+        """What the supports exert on the ribbon, "start" and "end": force in D w / l^2, moment in D w / l; None at an
+        end that nothing holds."""
+        return {"start": self.state.start, "end": self.state.end_support}
+
+    @property
+    def stiffness(self) -> FloatArray:
+        """Derivative (6, 6) of force and moment of the end clamp by its displacement (in l) and turn (rad), exact.
+
+        Rows: force (3) in D w / l^2, moment (3) in D w / l; columns: displacement, small rotation vector, both about
+        the fixed axes. Symmetric, but for the block of moments by turns: turns do not commute, and its skew part is
+        half the moment, ``(S - S^T)/2 = -[M]_x / 2`` with ``[M]_x u = M x u``.
+
+        Raises `RibbonInputError` where no clamp holds position and frame of the end, `NotDifferentiable` at a fold.
+        """
+        end = self.state.problem.end
+        if end is None or not end.is_whole:
+            raise RibbonInputError("end", None, "a stiffness needs a clamp that holds position and frame at s = l")
+        g = gradients(self.state, ["end.position", "end.rotation"], unstable=True)
+        force, moment = g.end_force(), g.end_moment()
+        length = self.state.problem.strip.length
+        rows = [[part["end.position"] * length, part["end.rotation"]] for part in (force, moment)]
+        return np.block(rows)
+
+    def move(
+        self,
+        *,
+        clamp: Clamp | None = None,
+        end: Clamp | None = None,
+        gamma: float | None = None,
+        natural_curvature: float | tuple[float, float] | None = None,
+        steps: int | str = "auto",
+        on_step: OnStep | None = None,
+    ) -> Move:
+        """Takes what is given from where it is to its new value, all at once, and the ribbon with it.
+
+        clamp, end: at s = 0 and s = l; places move on straight lines, frames by the shortest turn (at most half a
+        turn a move). gamma, natural_curvature: of the strip, linearly. steps: "auto", or a number of equal ones.
+        on_step: called with (`StepRecord`, `Equilibrium`) after every accepted step.
+
+        A move that cannot be gone to its end leaves the session at the last equilibrium on the way.
+        Raises `RibbonInputError` on bad input.
+        """
+        if not (steps == "auto" or (isinstance(steps, int) and not isinstance(steps, bool) and steps >= 1)):
+            raise RibbonInputError("steps", steps, 'a number of steps, or "auto"')
+        begin = self.state
+        way = _way(begin.problem, clamp, end, gamma, natural_curvature)
+        rates = _rates(begin.problem, way(1.0))
+        states: list[Equilibrium] = []
+        records: list[StepRecord] = []
+
+        jumps: list[float] = []
+
+        def kept(record: StepRecord, found: Equilibrium) -> None:
+            left = self._left(found) if self._leave_saddle and found.status is Status.SADDLE else found
+            before = states[-1] if states else begin
+            size = record.t - (records[-1].t if records else 0.0)
+            jump = record.jump or _released(before, left, rates, size) > _RELEASED
+            record = replace(record, jump=jump, status=left.status.code)
+            states.append(left)
+            records.append(record)
+            jumps.extend([record.t] if jump else [])
+            if on_step is not None:
+                on_step(record, left)
+            if left is not found:
+                raise _Left
+
+        log: tuple[dict[str, Any], ...] = ()
+        last = replace(begin, log=())
+        while True:
+            try:
+                last = follow(
+                    way, states[-1] if states else last, steps=None if isinstance(steps, str) else steps,
+                    on_step=kept, begin=records[-1].t if records else 0.0,
+                )  # fmt: skip
+            except _Left:
+                log += tuple(asdict(record) for record in records[len(log) :])
+                if records[-1].t < 1.0:
+                    continue
+                last = replace(states[-1], log=())
+            break
+        self.history.extend(states)
+        reached = records[-1].t if records else 0.0
+        if reached < 1.0:
+            return Move("stopped", last.message, reached, tuple(jumps), tuple(states), log + last.log)
+        status, message = "arrived", self.state.message
+        if jumps:
+            status, message = "snapped", f"the shape jumped at {', '.join(f'{t:.3g}' for t in jumps)} of the way"
+        return Move(status, message, reached, tuple(jumps), tuple(states), log + last.log)
+
+    def _left(self, saddle: Equilibrium) -> Equilibrium:
+        """The stable equilibrium that a saddle is left for; the saddle itself where none is found."""
+        found = solve_from(saddle.problem, saddle.x, warm=(saddle.rows, saddle.multipliers), leave_saddle=True)
+        return found if found.ok else saddle
+
+    def back(self, steps: int = 1) -> Equilibrium:
+        """Takes back the last `steps` states; `RibbonInputError` where there are not so many."""
+        if not 1 <= steps < len(self.history):
+            raise RibbonInputError("steps", steps, f"there are {len(self.history) - 1} states to take back")
+        del self.history[-steps:]
+        return self.state
+
+
+def _rates(first: Problem, last: Problem) -> dict[str, FloatArray]:
+    """Speeds of the parameters on the way, by the names of `ribbon.gradients`, for a t from 0 to 1."""
+    found: dict[str, FloatArray] = {}
+    a, b = first.strip, last.strip
+    if first.gravity is not None and a.gamma != b.gamma:
+        found["gamma"] = np.array(b.gamma - a.gamma)
+    if a.natural_curvature != b.natural_curvature:
+        found["natural_curvature"] = np.subtract(b.natural_curvature, a.natural_curvature)
+    for name, old, new in (("start", first.start, last.start), ("end", first.end, last.end)):
+        if old is None or new is None:
+            continue
+        if old.position is not None and new.position is not None:
+            found[f"{name}.position"] = np.subtract(new.position, old.position)
+        if old.holds_frame and new.holds_frame:
+            found[f"{name}.rotation"] = Rotation.from_matrix(new.frame @ old.frame.T).as_rotvec()
+    return found
+
+
+def _released(before: Equilibrium, after: Equilibrium, rates: dict[str, FloatArray], size: float) -> float:
+    """Energy that the step of this size set free beyond the work of what moved (trapezoidal), over the energies."""
+    work = 0.0
+    for e in (before, after):
+        try:
+            slopes = energy_slopes(e, list(rates))
+        except NotDifferentiable:  # a contact on the point of changing
+            return 0.0
+        work += 0.5 * size * sum(float(np.sum(slopes[name] * rate)) for name, rate in rates.items())
+    scale = sum(abs(e.energy.elastic) + abs(e.energy.gravity) for e in (before, after))
+    return (work - (after.energy.total - before.energy.total)) / max(scale, 1e-12)
+
+
+def _way(
+    problem: Problem,
+    clamp: Clamp | None,
+    end: Clamp | None,
+    gamma: float | None,
+    natural_curvature: float | tuple[float, float] | None,
+) -> Callable[[float], Problem]:
+    """The problem at the share t of the way from `problem` to what is given."""
+    strip = problem.strip
+    goal = strip
+    if gamma is not None:
+        goal = replace(goal, gamma=gamma)
+    if natural_curvature is not None:
+        goal = replace(goal, natural_curvature=natural_curvature)
+    start_at = _between("clamp", problem.start, clamp)
+    end_at = _between("end", problem.end, end)
+    free = Clamp(None, None, None)
+
+    def at(t: float) -> Problem:
+        law: Any = zip(strip.natural_curvature, goal.natural_curvature, strict=True)  # type: ignore[arg-type]
+        there = replace(
+            strip,
+            gamma=(1.0 - t) * strip.gamma + t * goal.gamma,
+            natural_curvature=tuple((1.0 - t) * a + t * b for a, b in law),
+        )
+        return build(
+            there, start_at(t) or free, problem.gravity, end=end_at(t), closure=problem.closure, walls=problem.walls,
+            energy=problem.energy, segments=problem.lengths, formulation=problem.formulation,
+        )  # fmt: skip
+
+    return at
+
+
+def _between(key: str, old: Clamp | None, new: Clamp | None) -> Callable[[float], Clamp | None]:
+    """The clamp on the way from `old` to `new` (None: it stays); what is held on one side only switches at once."""
+    if new is None or old is None:
+        kept = old if new is None else new
+        return lambda t: kept
+    spin: FloatArray | None = None
+    if old.holds_frame and new.holds_frame:
+        spin = Rotation.from_matrix(new.frame @ old.frame.T).as_rotvec()
+        if np.linalg.norm(spin) > _HALF_TURN:
+            raise RibbonInputError(key, "half a turn", "has no shortest way: move there by a clamp in between")
+
+    def at(t: float) -> Clamp:
+        found = new
+        if old.position is not None and new.position is not None:
+            found = replace(found, position=(1.0 - t) * np.asarray(old.position) + t * np.asarray(new.position))
+        if spin is not None and t < 1.0:
+            frame = Rotation.from_rotvec(t * spin).as_matrix() @ old.frame
+            found = replace(found, tangent=frame[:, 2], normal=frame[:, 1])
+        return found
+
+    return at

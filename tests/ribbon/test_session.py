@@ -1,0 +1,146 @@
+"""A session: states after moves are those of a fresh solve, its stiffness is that of moved clamps, ends are said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ribbon import Clamp, Gravity, RibbonInputError, Session, Status, Strip, solve
+from ribbon.find import continuation
+
+ARCH = (-3, 3, 3, -3)
+
+
+def arch(**keywords):
+    strip = Strip(0.5, 0.03, 0.4, gamma=3.0)
+    return Session(
+        strip, Clamp(ruling="straight"), Gravity((0, 1, 0)), end=Clamp((0.02, 0.05, 0.4), ruling="straight"),
+        segments=8, seed_curvature=tuple(2 * k for k in ARCH), **keywords,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def session():
+    return arch()
+
+
+def turned(clamp, spin, shift):
+    frame = Rotation.from_rotvec(spin).as_matrix() @ clamp.frame
+    position = np.asarray(clamp.position) + shift
+    return Clamp(position, tangent=frame[:, 2], normal=frame[:, 1], ruling=clamp.ruling)
+
+
+def test_stiffness_is_that_of_moved_clamps(session):
+    """Six central differences of sessions that moved; its skew part is half the moment."""
+    stiffness = session.stiffness
+    end = session.state.problem.end
+    h = 1e-4
+
+    def wrench(component, step):
+        unit = np.zeros(6)
+        unit[component] = step
+        moved = session.move(end=turned(end, unit[3:], unit[:3] * 0.5), steps=1)
+        assert moved.ok
+        found = np.concatenate([session.forces["end"].force, session.forces["end"].moment])
+        session.back(len(moved.states))
+        return found
+
+    for c in range(6):
+        fourth = (8 * (wrench(c, h) - wrench(c, -h)) - wrench(c, 2 * h) + wrench(c, -2 * h)) / (12 * h)
+        np.testing.assert_allclose(stiffness[:, c], fourth, rtol=1e-5, atol=1e-6 * np.abs(stiffness).max())
+    scale = np.abs(stiffness).max()
+    skew = 0.5 * (stiffness - stiffness.T)
+    m = -0.5 * session.forces["end"].moment
+    cross = np.array([[0, -m[2], m[1]], [m[2], 0, -m[0]], [-m[1], m[0], 0]])
+    np.testing.assert_allclose(skew[:3], 0.0, atol=1e-10 * scale)
+    np.testing.assert_allclose(skew[3:, 3:], cross, atol=1e-10 * scale)
+
+
+def test_a_move_ends_where_a_fresh_solve_does_and_keeps_its_states():
+    session = arch()
+    seen = []
+    goal = Clamp((0.0, 0.05, 0.35), tangent=(0, 0.6, 0.8), normal=(0, 0.8, -0.6), ruling="straight")
+    moved = session.move(
+        end=goal, gamma=6.0, natural_curvature=1.0, on_step=lambda record, state: seen.append(record.t)
+    )
+    assert moved.ok
+    assert moved.reached == 1.0
+    assert seen[-1] == 1.0
+    assert len(seen) == len(moved.states) == len(session.history) - 1
+    strip = Strip(0.5, 0.03, 0.4, 1.0, gamma=6.0)
+    omega = session.state.omega(np.linspace(0, 1, 9)) / 0.5
+    fresh = solve(
+        strip, Clamp(ruling="straight"), Gravity((0, 1, 0)), end=goal, segments=8, seed_curvature=tuple(omega),
+        formulation="mixed",
+    )  # fmt: skip
+    np.testing.assert_allclose(session.state.position([0.3, 0.7]), fresh.position([0.3, 0.7]), atol=1e-8)
+    np.testing.assert_allclose(session.state.end.position, np.asarray(goal.position) / 0.5, atol=1e-9)
+    # the supports carry the weight
+    total = session.forces["start"].force + session.forces["end"].force
+    np.testing.assert_allclose(total, [0, 6.0, 0], atol=1e-7)
+    before = session.history[0]
+    assert session.back(len(moved.states)) is before
+
+
+def test_a_move_out_of_reach_is_refused_and_a_failed_step_keeps_the_last_state(monkeypatch):
+    session = arch()
+    before = session.state
+    with pytest.raises(RibbonInputError):
+        session.move(end=Clamp((0.0, 0.0, 0.6), ruling="straight"))
+    assert session.state is before
+    goal = Clamp((0.02, 0.05, 0.38), ruling="straight")
+    real = continuation.solve_from
+
+    def failing(problem, x, **keywords):
+        found = real(problem, x, **keywords)
+        gone = problem.end.position[2] < 0.39 - 1e-9
+        return replace(found, status=Status.NOT_CONVERGED, message="no more") if gone else found
+
+    monkeypatch.setattr(continuation, "solve_from", failing)
+    moved = session.move(end=goal, steps=4)
+    assert moved.status == "stopped"
+    assert not moved.ok
+    assert moved.reached == 0.5
+    assert session.state.ok
+    assert session.state.problem.end.position[2] == pytest.approx(0.39)
+    assert not all(entry["accepted"] for entry in moved.log)
+
+
+def test_an_arch_snaps_through():
+    """The ends of a buckled strip turn up until it flips: said, with the state after the snap kept."""
+    strip = Strip(1.0, 0.05, 0.3)
+
+    def ends(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        start = Clamp((0, 0, 0), tangent=(0, s, c), normal=(0, c, -s), ruling="straight")
+        end = Clamp((0, 0, 0.92), tangent=(0, -s, c), normal=(0, c, s), ruling="straight")
+        return start, end
+
+    start, end = ends(0.3)
+    session = Session(strip, start, end=end, segments=10, seed_curvature=(3, -3, -3, 3), seed_ruling=0.0)
+    side = np.sign(session.state.position(0.5)[0][1])
+    start, end = ends(-side * 1.0)
+    moved = session.move(clamp=start, end=end)
+    assert np.sign(session.state.position(0.5)[0][1]) == -side
+    assert moved.status == "snapped"
+    assert not moved.ok
+    assert 0.0 < moved.jumps[0] <= 1.0
+    assert moved.reached == 1.0
+    assert session.state.ok
+
+
+def test_misuse():
+    free = Session(Strip(1.0, 0.05, gamma=1.0), Clamp(), Gravity((0, 1, 0)), segments=4)
+    with pytest.raises(RibbonInputError):
+        _ = free.stiffness
+    with pytest.raises(RibbonInputError):
+        free.move(gamma=2.0, steps=0)
+    with pytest.raises(RibbonInputError):
+        free.back()
+    with pytest.raises(RibbonInputError, match="half"):
+        free.move(clamp=Clamp(tangent=(0, 0, -1), normal=(0, 1, 0)))
+    assert free.move(gamma=2.0).ok
+    assert free.state.problem.strip.gamma == 2.0
