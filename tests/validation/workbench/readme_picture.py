@@ -10,8 +10,10 @@ from compare import cli
 from tests.compare.report.browser import Browser
 from tests.docs_blocks import ROOT, blocks
 
-#: Pixels of the window; shells beside the ribbon, and their mesh.
-WIDTH, HEIGHT = 1200, 1000
+#: Pixels of the window, which is as high as what is shown; shells beside the ribbon, and their mesh.
+WIDTH, HEIGHT = 1000, 800
+#: The foot of the 3-D view, from the top of the page.
+FOOT = "document.querySelector('.stage').getBoundingClientRect().bottom + window.scrollY"
 SHELLS = ("shell.width_to_thickness=[50,100,200]", "shell.elements=[60,4]")
 
 
@@ -29,6 +31,9 @@ def run(out: Path) -> None:
     with TemporaryDirectory() as profile, Browser(Path(profile)) as browser:
         browser.open(page, WIDTH, HEIGHT)
         browser.until("document.querySelector('canvas') !== null")
+        browser.run("new Promise(done => setTimeout(done, 1500))")
+        browser("Emulation.setDeviceMetricsOverride", width=WIDTH, height=int(browser.run(FOOT)) + 16,
+                deviceScaleFactor=1, mobile=False)  # fmt: skip
         browser.run("new Promise(done => setTimeout(done, 1500))")
         browser.screenshot(work / "report.png")
         complaints = browser.complaints()
