@@ -41,6 +41,7 @@ NAMES = (
     "check",
     "scenes",
     "keys",
+    "completion",
     "doctor",
 )
 

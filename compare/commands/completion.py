@@ -1,0 +1,28 @@
+"""`ribbonbench completion`: a script that lets a shell complete commands, options, their values, scenes and keys."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from rich.console import Console
+
+from compare.commands import common
+
+HELP = "print a completion script for bash, zsh or fish"
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Prints the script."""
+    from compare.begin.completion import script
+    from compare.cli import _parser
+    from compare.scene.keys import KEYS
+    from compare.scene.scene import shipped
+
+    sys.stdout.write(script(options.shell, _parser(), list(shipped()), KEYS))
+    return common.DONE
