@@ -14,24 +14,10 @@ from rich.console import Console
 from compare import commands, start
 from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED
 from compare.commands.line import recorded
-from compare.commands.parser import Parser
+from compare.commands.parser import whole as _parser
 from compare.errors import BadInput, RibbonbenchError
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
-
-
-def _parser() -> Parser:
-    parser = Parser(
-        prog="ribbonbench",
-        description="Thin elastic ribbons cross-validated: curvature-element ribbon, Naghdi shell, planar elastica.",
-        epilog="Exit codes: 0 done, 1 computed but not converged or not stable, 2 bad input, 3 something missing.",
-    )
-    parser.add_argument("--version", action="store_true", help="print the version and stop")
-    found = parser.add_subparsers(dest="command", metavar="COMMAND")
-    for name in commands.NAMES:
-        command = commands.module(name)
-        command.register(found.add_parser(name, help=command.HELP, description=command.HELP))
-    return parser
 
 
 def _console() -> Console:

@@ -20,9 +20,9 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Prints the script."""
     from compare.begin.completion import script
-    from compare.cli import _parser
+    from compare.commands.parser import whole
     from compare.scene.keys import KEYS
     from compare.scene.scene import shipped
 
-    sys.stdout.write(script(options.shell, _parser(), list(shipped()), KEYS))
+    sys.stdout.write(script(options.shell, whole(), list(shipped()), KEYS))
     return common.DONE

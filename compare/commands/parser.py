@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
+from compare import commands
 from compare.errors import BadInput
 
 
@@ -40,6 +41,21 @@ class Parser(argparse.ArgumentParser):
             chosen = commands_of(self).get(getattr(options, "command", None) or "", self)
             chosen.error(_not_taken(chosen, left))
         return options
+
+
+def whole() -> Parser:
+    """The parser with all commands."""
+    parser = Parser(
+        prog="ribbonbench",
+        description="Thin elastic ribbons cross-validated: curvature-element ribbon, Naghdi shell, planar elastica.",
+        epilog="Exit codes: 0 done, 1 computed but not converged or not stable, 2 bad input, 3 something missing.",
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and stop")
+    found = parser.add_subparsers(dest="command", metavar="COMMAND")
+    for name in commands.NAMES:
+        command = commands.module(name)
+        command.register(found.add_parser(name, help=command.HELP, description=command.HELP))
+    return parser
 
 
 def commands_of(parser: argparse.ArgumentParser) -> dict[str, Parser]:
