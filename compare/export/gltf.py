@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.export.formats import colours, one_word, texture_coordinates
-from compare.export.vtu import Sheet
+from compare.export.vtu import Sheet, grid_sheet
 
 FloatArray = NDArray[np.float64]
 
@@ -33,12 +33,14 @@ class _Buffer:
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def add(self, values: NDArray[Any], component: int, target: int, **more: Any) -> int:
-        """The number of a new accessor of values (n,) or (n, 2 to 4); `more`: normalized, bounds."""
+    def add(self, values: NDArray[Any], component: int, target: int | None, **more: Any) -> int:
+        """The number of a new accessor of values (n,) or (n, 2 to 4); target: None for an animation's; `more`:
+        normalized, bounds."""
         bounds = more.pop("bounds", False)
         self.data += b"\0" * (-len(self.data) % 4)
         raw = np.ascontiguousarray(values).tobytes()
-        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": len(raw), "target": target})
+        view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(raw)}
+        self.views.append(view if target is None else view | {"target": target})
         self.data += raw
         width = 1 if values.ndim == 1 else values.shape[1]
         accessor = {
@@ -74,6 +76,63 @@ def glb_bytes(sheets: Sequence[tuple[str, Sheet]], up: Sequence[float] | None, t
     for number, (name, sheet) in enumerate(sheets):
         meshes.append({"name": name, "primitives": [_primitive(buffer, sheet)]})
         nodes.append({"name": name, "mesh": number})
+    return _file(buffer, nodes, meshes, {})
+
+
+def film_bytes(
+    grids: FloatArray,
+    material: tuple[FloatArray, FloatArray],
+    seconds: FloatArray,
+    up: Sequence[float] | None,
+    title: str,
+) -> bytes:
+    """The states of one strip as a file with an animation: grids (K, k, m, 3) of positions at the particles s (k,) x
+    v (m,) of `material`, shown at `seconds` (K,), growing.
+
+    The mesh is the first state; each other state is a morph target (positions and normals), and the animation leads
+    their weights from one to the next, linearly. At rest the last state is shown. Source: glTF 2.0, 3.7.2.2 and 3.11.
+    """
+    s, v = np.meshgrid(*material, indexing="ij")
+    sheets = [grid_sheet(grid, {"S": s, "v": v}) for grid in grids]
+    buffer = _Buffer()
+    corners = {
+        "POSITION": buffer.add(sheets[0].points.astype("<f4"), _FLOAT, _VERTICES, bounds=True),
+        "NORMAL": buffer.add(_units(sheets[0].normals()), _FLOAT, _VERTICES),
+    }
+    texture = texture_coordinates(sheets[0])
+    if texture is not None:
+        corners["TEXCOORD_0"] = buffer.add(texture.astype("<f4"), _FLOAT, _VERTICES)
+    triangles = buffer.add(sheets[0].triangles.astype("<u4").ravel(), _UNSIGNED_INT, _INDICES)
+    targets = []
+    for sheet in sheets[1:]:
+        moved = (sheet.points - sheets[0].points).astype("<f4")
+        turned = (sheet.normals() - sheets[0].normals()).astype("<f4")
+        targets.append(
+            {
+                "POSITION": buffer.add(moved, _FLOAT, _VERTICES, bounds=True),
+                "NORMAL": buffer.add(turned, _FLOAT, _VERTICES),
+            }
+        )
+    count = len(targets)
+    weights = np.vstack([np.zeros(count), np.eye(count)])
+    sampler = {
+        "input": buffer.add(seconds.astype("<f4"), _FLOAT, None, bounds=True),
+        "output": buffer.add(weights.astype("<f4").ravel(), _FLOAT, None),
+        "interpolation": "LINEAR",
+    }
+    primitive = {"attributes": corners, "indices": triangles, "material": 0, "mode": 4, "targets": targets}
+    mesh = {"name": "strip", "primitives": [primitive], "weights": weights[-1].tolist()}
+    nodes: list[dict[str, Any]] = [
+        {"name": title or "ribbonbench", "rotation": turn(up or (0.0, 0.0, 1.0)), "children": [1]},
+        {"name": "strip", "mesh": 0},
+    ]
+    channel = {"sampler": 0, "target": {"node": 1, "path": "weights"}}
+    animations = [{"name": "path", "samplers": [sampler], "channels": [channel]}]
+    return _file(buffer, nodes, [mesh], {"animations": animations})
+
+
+def _file(buffer: _Buffer, nodes: list[dict[str, Any]], meshes: list[dict[str, Any]], more: dict[str, Any]) -> bytes:
+    """The binary file of a scene whose first node holds the others; more: further properties of it."""
     buffer.data += b"\0" * (-len(buffer.data) % 4)
     rough = {"metallicFactor": 0.0, "roughnessFactor": 0.8}
     document = {
@@ -83,6 +142,7 @@ def glb_bytes(sheets: Sequence[tuple[str, Sheet]], up: Sequence[float] | None, t
         "nodes": nodes,
         "meshes": meshes,
         "materials": [{"name": "strip", "doubleSided": True, "pbrMetallicRoughness": rough}],
+        **more,
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
         "buffers": [{"byteLength": len(buffer.data)}],

@@ -18,6 +18,7 @@ from compare.export import gltf as export_gltf
 from compare.export.scale import Scale
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.measure.grades import UNKNOWN
+from compare.measure.states import States, read_states
 from compare.page.page import PAGE, Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
@@ -30,7 +31,7 @@ FORMATS = {
     "pvd": "collection of the VTU files, which come along; shells of several w/h as time steps (ParaView)",
     "obj": "each surface with material texture coordinates (Blender)",
     "ply": "each surface, binary, with fields and colours by vertex (Blender, MeshLab)",
-    "gltf": "all surfaces in one .glb, with fields and colours by vertex (Blender, browsers)",
+    "gltf": "all surfaces in one .glb, with fields and colours by vertex; a path as an animation (Blender, browsers)",
     "csv": "points of each surface with fields; centreline and segments of the ribbon (spreadsheets)",
     "npz": "everything as arrays (NumPy)",
 }
@@ -54,7 +55,7 @@ class Named:
 @dataclass(frozen=True)
 class Source:
     """A folder's surfaces; ribbon: arrays of its `ribbon.npz` (empty without); page: what the folder says of itself;
-    scale: of the numbers in all of them."""
+    scale: of the numbers in all of them; states: of the strip along its path, where the folder keeps them."""
 
     folder: Path
     surfaces: tuple[Named, ...]
@@ -62,6 +63,7 @@ class Source:
     ribbon: dict[str, NDArray[Any]] = field(default_factory=dict)
     result: dict[str, Any] = field(default_factory=dict)
     scale: Scale = field(default_factory=Scale)
+    states: States | None = None
 
     @property
     def has_ribbon(self) -> bool:
@@ -104,7 +106,8 @@ def read_source(folder: Path) -> Source:
         path = inside(folder, surface.file)
         stem = Path(surface.file).with_suffix("").as_posix().replace("/", "_")
         found.append(Named(stem, surface.label, surface.kind, surface.width_to_thickness, read_vtu(path)))
-    source = Source(folder, tuple(found), page, {}, _result(folder))
+    ways = [read_states(inside(folder, surface.states)) for surface in listed if surface.states]
+    source = Source(folder, tuple(found), page, {}, _result(folder), states=ways[0] if ways else None)
     return replace(source, ribbon=_ribbon(folder)) if source.has_ribbon else source
 
 
@@ -151,7 +154,11 @@ def _result(folder: Path) -> dict[str, Any]:
 def scaled(source: Source, scale: Scale) -> Source:
     """The source with its surfaces and the ribbon's arrays at a scale."""
     surfaces = tuple(replace(found, sheet=scale.sheet(found.sheet)) for found in source.surfaces)
-    return replace(source, surfaces=surfaces, ribbon=scale.arrays(source.ribbon), scale=scale)
+    states = source.states
+    if states is not None:  # alike: the states of one strip
+        size = scale.length
+        states = replace(states, s=size * states.s, v=size * states.v, points=size * states.points)
+    return replace(source, surfaces=surfaces, ribbon=scale.arrays(source.ribbon), scale=scale, states=states)
 
 
 def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
@@ -182,6 +189,10 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
         named = [(found.label, found.sheet) for found in source.surfaces]
         content = export_gltf.glb_bytes(named, source.page.up, source.page.title)
         put("surfaces.glb", content, "all surfaces with fields, binary glTF 2.0")
+        way = source.states
+        if way is not None and len(way.t) > 1:
+            film = export_gltf.film_bytes(way.points, (way.s, way.v), way.seconds, source.page.up, source.page.title)
+            put("path.glb", film, f"{len(way.t)} states of the path as an animation, binary glTF 2.0")
     if "csv" in formats and source.ribbon:
         put("centreline.csv", export_formats.line_csv(source.ribbon), "centreline of the ribbon, CSV")
         put("segments.csv", export_formats.segments_csv(source.ribbon), "segments of the ribbon, CSV")

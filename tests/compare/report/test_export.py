@@ -26,6 +26,7 @@ from compare.page.page import Page, Surface, read_page, write_page
 from compare.scene.scene import load, loads
 from ribbon.energies import along
 from tests.compare.models import outside
+from tests.compare.report.test_report import result, states
 from tests.compare.scene import held_scenes
 from tests.compare.studies.outside import registered
 from tests.energy_integrals import over_s, over_surface
@@ -551,3 +552,51 @@ def test_a_ribbon_that_is_not_stable_is_exported_with_exit_code_1(capsys, tmp_pa
     assert code == NOT_CONVERGED
     assert (tmp_path / "o" / "ribbon.ply").is_file()
     assert "edge.toml --format ply" in read_page(tmp_path / "o").again
+
+
+def test_the_states_of_a_path_are_an_animation(tmp_path):
+    """Every key frame of path.glb, its first mesh and its targets weighted as it says, is a state of the path in metres."""
+    folder = result(tmp_path / "film", film=True)
+    metres = {"known": True, "length_m": 0.2, "force_N": 1.0, "bending_stiffness_Nm": 1.0}
+    (folder / "result.json").write_text(json.dumps({"units": metres}))
+    assert main(["export", str(folder), "--format", "gltf", "--quiet"]) == DONE
+    document, binary = gltf(folder / "export" / "path.glb")
+    known = states()
+
+    def values(number):
+        accessor = document["accessors"][number]
+        view, width = (
+            document["bufferViews"][accessor["bufferView"]],
+            {"SCALAR": 1, "VEC2": 2, "VEC3": 3}[accessor["type"]],
+        )
+        kind = {5126: "<f4", 5125: "<u4"}[accessor["componentType"]]
+        found = np.frombuffer(binary, kind, accessor["count"] * width, view["byteOffset"]).reshape(-1, width)
+        if "min" in accessor:
+            assert found.min(axis=0) == pytest.approx(accessor["min"], abs=1e-7)
+            assert found.max(axis=0) == pytest.approx(accessor["max"], abs=1e-7)
+        return found
+
+    (mesh,), (animation,) = document["meshes"], document["animations"]
+    (primitive,), (sampler,), (channel,) = mesh["primitives"], animation["samplers"], animation["channels"]
+    assert channel["target"]["path"] == "weights"
+    assert document["nodes"][channel["target"]["node"]]["mesh"] == 0
+    seconds = values(sampler["input"])[:, 0]
+    assert seconds == pytest.approx(known.seconds)
+    assert seconds[-1] == pytest.approx(2.0)  # of the one stage that is gone to
+    count = len(primitive["targets"])
+    assert count == len(known.t) - 1
+    weights = values(sampler["output"]).reshape(len(seconds), count)
+    assert mesh["weights"] == weights[-1].tolist()
+    first = {name: values(primitive["attributes"][name]) for name in ("POSITION", "NORMAL")}
+    moved = {name: np.array([values(target[name]) for target in primitive["targets"]]) for name in first}
+    for state, weight in zip(known.points, weights, strict=True):
+        shown = {name: first[name] + np.tensordot(weight, moved[name], axes=1) for name in first}
+        assert shown["POSITION"] == pytest.approx(0.2 * state.reshape(-1, 3), abs=1e-6)
+        assert np.linalg.norm(shown["NORMAL"], axis=1) == pytest.approx(1.0, abs=1e-5)
+    assert document["accessors"][primitive["indices"]]["count"] == 6 * (len(known.s) - 1) * (len(known.v) - 1)
+    assert not (tmp_path / "film" / "export" / "ribbon.obj").exists()
+
+
+def test_without_a_path_there_is_no_animation(tmp_path):
+    assert main(["export", str(result(tmp_path / "still")), "--format", "gltf", "--quiet"]) == DONE
+    assert not (tmp_path / "still" / "export" / "path.glb").exists()
