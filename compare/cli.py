@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from rich.console import Console
 
 from compare import commands, start
-from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED
+from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, print_json
 from compare.commands.line import recorded
 from compare.commands.parser import whole as _parser
 from compare.errors import BadInput, RibbonbenchError
@@ -66,7 +66,9 @@ def _main(arguments: Sequence[str] | None) -> int:
         return BAD_INPUT
     try:
         _check_alone(options.command)
-        return commands.module(options.command).run(options, console)
+        code = commands.module(options.command).run(options, console)
+        print_json(options)
+        return code
     except RibbonbenchError as error:
         print(f"ribbonbench: {error}", file=sys.stderr)
         return error.exit_code

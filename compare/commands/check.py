@@ -70,7 +70,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             reporter.step(f"check: {pin.label}")
             outcomes.append(check(pin, store, reporter))
         written = check_page.write(out, outcomes, options.line, pinned=options.pin)
-    if not options.quiet:
+    if common.spoken(options):
         print_verdict(console, check_page.answer(outcomes, options.pin))
         print_table(console, check_page.table(outcomes, options.pin), wide=options.wide)
         for sentence in check_page.sentences(outcomes, options.pin):

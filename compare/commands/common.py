@@ -37,9 +37,10 @@ def scene_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def printed_arguments(parser: argparse.ArgumentParser) -> None:
-    """--quiet and --wide: what is printed."""
+    """--quiet, --wide and --json: what is printed."""
     quiet_argument(parser)
     wide_argument(parser)
+    json_argument(parser)
 
 
 def units_argument(parser: argparse.ArgumentParser) -> None:
@@ -63,6 +64,31 @@ def wide_argument(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="tables with all their columns, however wide (default: six, in the terminal)",
     )
+
+
+def json_argument(parser: argparse.ArgumentParser) -> None:
+    """--json."""
+    parser.add_argument("--json", action="store_true", help="print result.json and nothing else; progress to stderr")
+
+
+def spoken(options: argparse.Namespace) -> bool:
+    """Whether the command prints its answer in words."""
+    return not options.quiet and not options.json
+
+
+def print_json(options: argparse.Namespace) -> None:
+    """With --json what the command has found: `options.result`, or result.json of its folder `options.results`."""
+    import json
+
+    from compare.store.store import jsonable
+
+    if not getattr(options, "json", False):
+        return
+    found, folder = getattr(options, "result", None), getattr(options, "results", None)
+    if found is not None:
+        print(json.dumps(jsonable(found), indent=2, ensure_ascii=False, allow_nan=False))
+    elif folder is not None:
+        sys.stdout.write((folder / "result.json").read_text(encoding="utf-8"))
 
 
 def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE/COMMAND") -> None:
@@ -123,6 +149,7 @@ def out_folder(options: argparse.Namespace, name: str) -> Path:
     from compare.store.store import atomic_write_text, check_writable
 
     folder = check_writable(options.out if options.out is not None else OUT / name / options.command)
+    options.results = folder
     if getattr(options, "typed", None) is not None:
         file = atomic_write_text(folder / "scene.toml", options.typed)
         options.line = fed(options.line, file)

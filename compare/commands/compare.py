@@ -35,7 +35,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, pictures and surfaces")
         page = report.write(out, comparison, options.line)
-    if not options.quiet:
+    if common.spoken(options):
         print_verdict(console, tables.answer(comparison, common.units_of(options, scene)))
         print_table(console, replace(tables.table(comparison), title=scene.title), legend=False, wide=options.wide)
         for sentence in tables.verdict(comparison):

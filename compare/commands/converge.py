@@ -56,7 +56,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         found = convergence_run.studies(scene, rulings, shared_store(out), reporter, leave_saddle=options.leave_saddle)
         reporter.step("writing tables, the picture and surfaces")
         convergence_write.write(out, found, options.line)
-    if not options.quiet:
+    if common.spoken(options):
         print_verdict(console, convergence_write.answer(found, common.units_of(options, scene)))
         for one in found:
             last = one is found[-1]

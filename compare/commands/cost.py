@@ -70,7 +70,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         cost = measure(scene, plan, out / "cases", reporter, fresh=options.fresh)
         reporter.step("writing tables and the picture")
         cost_write.write(out, cost, options.line)
-    if not options.quiet:
+    if common.spoken(options):
         print_verdict(console, cost_write.answer(cost))
         for found in (cost_write.table(cost), cost_write.reach_table(cost)):
             print_table(console, found, wide=options.wide)

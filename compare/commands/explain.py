@@ -51,7 +51,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
             shell = effects_measured.shells(scene, solves.grid, shared_store(folder), reporter)
         if out is not None:
             effects_page.write(out, scene, found, solves, shell, options.line)
-    if not options.quiet:
+    if options.json and out is None:
+        answer = effects_page.answer(scene, found, solves)
+        options.result = {**effects_page.result(scene, found, solves, shell), "answer": answer}
+    if common.spoken(options):
         print_verdict(console, effects_page.answer(scene, found, solves))
         for table in effects_page.tables(scene, found, solves, shell):
             print_table(console, table, wide=options.wide)

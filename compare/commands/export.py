@@ -59,11 +59,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
         out = check_writable(options.out if options.out is not None else beside)
         if out.resolve() == folder.resolve():
             raise BadInput("--out", str(out), "is the folder of the results itself", "give another folder")
+        options.results = out
         with common.held(out, reporter.step):
             reporter.step(f"writing {len(source.surfaces)} surfaces as {', '.join(formats)}")
             files = write(out, source, formats)
             write_page_of(out, source, files, options.line)
-    if not options.quiet:
+    if common.spoken(options):
         print_verdict(console, answer(source, files))
         print_table(console, replace(sizes(out, files), title=source.page.title), wide=options.wide)
         if "npz" in formats and not source.ribbon and source.has_ribbon:

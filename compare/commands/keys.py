@@ -22,6 +22,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="a key, a part of its name or meaning, or with * and ?: strip.young, clamp, 'shell.*' (default: all)",
     )  # fmt: skip
     common.wide_argument(parser)
+    common.json_argument(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -34,6 +35,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
         raise BadInput("PATTERN", options.pattern, "is in no key", "ribbonbench keys shows all")
     if not exactly:
         raise BadInput("PATTERN", options.pattern, "is in no key", f"did you mean {' or '.join(names)}?")
+    options.result = table_of(names).records()
+    if options.json:
+        return common.DONE
     if len(names) <= _IN_FULL:
         for name in names:
             print_pairs(console, name, described(name))

@@ -70,7 +70,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         findings, comparison = _study(options, thresholds, cases, out, reporter)
         limits_results.write(out, findings, comparison, thresholds, options.line)
-    if not options.quiet:
+    if common.spoken(options):
         _tell(options, console, findings, thresholds, out)
     return common.DONE if all(finding.ok for finding in findings) else common.NOT_CONVERGED
 

@@ -45,6 +45,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--title", metavar="TEXT", default=None, help="title of the scene (default: the file's name)")
     parser.add_argument("--force", action="store_true", help="write over a file that is there")
     common.quiet_argument(parser)
+    common.json_argument(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -62,10 +63,13 @@ def run(options: argparse.Namespace, console: Console) -> int:
     text, scene = started(said, si, title, weight=not options.weightless)
     common.tell_notes(scene)
     if path is None:
-        sys.stdout.write(text)
+        options.result = {"file": None, "scene": text}
+        if not options.json:
+            sys.stdout.write(text)
         return common.DONE
     _write(path, text, options.force)
-    if not options.quiet:
+    options.result = {"file": path, "scene": text}
+    if common.spoken(options):
         _tell(console, path, scene)
     return common.DONE
 

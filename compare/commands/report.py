@@ -22,6 +22,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     common.out_argument(parser, "FOLDER itself, of several out/report")
     common.quiet_argument(parser)
+    common.json_argument(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -36,7 +37,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         reporter.step(f"writing the report of {len(parts)} result{'s' if len(parts) != 1 else ''}")
         written = write_report(out, parts)
-    if not options.quiet:
+    options.result = {"html": written.html, "markdown": written.markdown, "results": written.results}
+    if common.spoken(options):
         size = written.html.stat().st_size / 1e6
         console.print(f"Report: {written.html} ({size:.1f} MB) and {written.markdown}")
     return common.DONE

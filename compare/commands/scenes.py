@@ -32,6 +32,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="print this scene as it is, TOML with comments: ribbonbench scenes curl_4_3 > my.toml",
     )  # fmt: skip
     common.wide_argument(parser)
+    common.json_argument(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -40,7 +41,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.scene.scene import load, shipped, text_of_shipped
 
     if options.name is not None:
-        sys.stdout.write(text_of_shipped(options.name))
+        text = text_of_shipped(options.name)
+        options.result = {"name": options.name, "scene": text}
+        if not options.json:
+            sys.stdout.write(text)
         return common.DONE
     rows = []
     for name in shipped():
@@ -50,5 +54,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         shells = ", ".join(f"{r:g}" for r in scene.require_shell()) if scene.has_shell() else None
         elements = len(scene.model.lengths)
         rows.append((name, scene.title, scene.width, curvature, scene.gamma, scene.model.energy, elements, shells))
-    print_table(console, Table("Shipped scenes", _COLUMNS, tuple(rows)), wide=options.wide)
+    table = Table("Shipped scenes", _COLUMNS, tuple(rows))
+    options.result = table.records()
+    if not options.json:
+        print_table(console, table, wide=options.wide)
     return common.DONE

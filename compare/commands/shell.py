@@ -66,7 +66,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         finally:
             if processes.first:
                 holder.__exit__(None, None, None)
-    if processes.first and not options.quiet:
+    if processes.first and common.spoken(options):
         print_verdict(console, pages.answer(scene, states, common.units_of(options, scene)))
         print_table(console, replace(pages.table(scene, states), title=scene.title), legend=False, wide=options.wide)
         for state in states:

@@ -36,7 +36,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with common.held(out, reporter.step):
         with reporter:
             state = solved(out, scene, reporter, options)
-        if not options.quiet:
+        if common.spoken(options):
             say(out, scene, state, console, options)  # first the answer, then what is loaded and drawn for its files
         write(out, scene, state, options.line)
     return common.DONE if state.ok else common.NOT_CONVERGED

@@ -107,7 +107,7 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
         finished = sweep_run.run(sweep, grid, out, crew(), reporter, options.fresh)
         reporter.step("writing tables and the picture")
         page = sweep_write.write(out, finished, options.line)
-    if not options.quiet:
+    if common.spoken(options):
         print_verdict(console, sweep_write.answer(finished))
         for sentence in page.sentences:
             console.print(f"- {sentence}")

@@ -22,7 +22,7 @@ from compare.studies import cost_bench
 #: Commands that leave no page.
 WITHOUT = {"report", "scenes", "doctor", "new", "keys"}
 MESH = ("--set", "shell.elements=[10, 2]", "--set", "shell.width_to_thickness=20")
-PLACE = ("--out", "some where", "--quiet", "--wide")
+PLACE = ("--out", "some where", "--quiet", "--wide", "--json")
 OUT = (*PLACE, "--units", "l")
 PINS = """
 [[agreement]]
