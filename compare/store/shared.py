@@ -25,4 +25,4 @@ def shared_store(out: Path) -> CaseStore:
     """The store of a run whose results go into the folder `out`; `BadInput` where it cannot be written."""
     own = os.environ.get(STORE)
     place = cache_root() / CASES if not own else out / Path(own).expanduser()
-    return CaseStore(check_writable(place, STORE))
+    return CaseStore(place if place.is_relative_to(out) else check_writable(place, STORE))

@@ -252,11 +252,11 @@ def test_compare_refuses_what_the_shell_cannot_do(capsys, tmp_path, name, words)
 
 
 def test_explain_names_every_effect(capsys):
-    code, out, _ = run(capsys, "explain", "curl_4_3")
+    code, out, _ = run(capsys, "explain", "curl_4_3", "--wide")
     assert code == DONE
     for word in ("gravity", "natural curvature", "finite width", "rulings do not cross", "41 unknowns", "no elastica"):
         assert word in out
-    code, out, _ = run(capsys, "explain", "cantilever")
+    code, out, _ = run(capsys, "explain", "cantilever", "--wide")
     assert "planar" in out
     assert "naturally flat" in out
 

@@ -81,7 +81,7 @@ def test_quick_says_why():
     assert found.ok
     assert found.row is None
     assert found.level == "fair"
-    said = f"By estimate from the ribbon alone: inextensible model good to {100 * found.distance:.2g} % of l"
+    said = f"By estimate from the ribbon alone: inextensible model off by {100 * found.distance:.2g} % of l"
     assert found.sentence.startswith(said)
     assert found.distance == pytest.approx(0.0208, rel=0.1)  # the shell's
     assert "layers along the free edges" in found.sentence
