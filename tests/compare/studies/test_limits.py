@@ -120,7 +120,7 @@ def test_one_scene_with_its_shell(tmp_path, capsys):
     arguments = ["limits", "limits_7_3", "--clamp", "edge", "--set", "shell.elements=[24,4]", "--out", str(tmp_path)]
     assert main(arguments) == DONE
     said = " ".join(capsys.readouterr().out.split())
-    assert "Inextensible model good to 1.9 % of l and 1.8 % of energy" in said
+    assert "Inextensible model off by 1.9 % of l and 1.8 % of energy" in said
     assert "the reason is" in said
     result = json.loads((tmp_path / "result.json").read_text())
     (row,) = result["rows"]
