@@ -20,6 +20,10 @@ from compare.errors import BadInput, RibbonbenchError
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
 
 
+#: Optional libraries -> the extra of the distribution that brings them.
+_EXTRAS = {"matplotlib": "plot", "mpl_toolkits": "plot", "pyvista": "plot", "vtkmodules": "plot", "skfem": "elastica"}
+
+
 def _console() -> Console:
     """Plain text (no markup in our words), as wide as the terminal or COLUMNS says; 80 letters where nothing does.
 
@@ -77,6 +81,12 @@ def _main(arguments: Sequence[str] | None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
+    except ModuleNotFoundError as error:
+        extra = _EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        print(f"ribbonbench: {error.name} is missing; pip install 'ribbonbench[{extra}]'", file=sys.stderr)
+        return MISSING
     except Exception as error:
         from compare.store.store import disk_full
 

@@ -21,7 +21,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.doctor.probes import MARK, SETUP
+from compare.doctor.probes import APT, ELASTICA, MARK, PICTURES, SETUP, SHELL
 from compare.store.shared import CASES, STORE, cache_root
 from compare.store.store import CaseStore
 
@@ -51,15 +51,28 @@ _PROBES = {
 }
 
 
+#: What is not to be had without optional parts -> what mends it, for users of Debian's packages and for those of pip.
+_OPTIONAL = {
+    SHELL: (
+        f"Debian, Ubuntu: {APT} python3-dolfinx python3-slepc4py gcc libc6-dev python3-dev",
+        f"    then {SETUP} in the project, or a venv made by /usr/bin/python3 -m venv --system-site-packages",
+        "pip: it has no dolfinx; conda-forge has (fenics-dolfinx, slepc4py): pip install ribbonbench there",
+    ),
+    PICTURES: ("pip install 'ribbonbench[plot]', in the project: " + SETUP,),
+    ELASTICA: ("pip install 'ribbonbench[elastica]', in the project: " + SETUP,),
+}
+
+
 @dataclass(frozen=True)
 class Row:
     """One thing looked at: its name, version or state, whether it is as it should be (None: not known), and what mends
-    it if not."""
+    it if not. without: of something optional that is not installed, what is not to be had without it."""
 
     name: str
     what: str
     ok: bool | None
     remedy: str = ""
+    without: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,7 +84,15 @@ class Diagnosis:
     @property
     def missing(self) -> tuple[Row, ...]:
         """The rows that need mending."""
-        return tuple(row for row in self.rows if row.ok is False)
+        return tuple(row for row in self.rows if row.ok is False and not row.without)
+
+    @property
+    def left_out(self) -> dict[str, tuple[Row, ...]]:
+        """What is not to be had here -> the optional parts that it would need."""
+        rows = [row for row in self.rows if row.ok is False and row.without]
+        return {
+            what: tuple(row for row in rows if row.without == what) for what in dict.fromkeys(r.without for r in rows)
+        }
 
     @property
     def unknown(self) -> tuple[Row, ...]:
@@ -80,7 +101,7 @@ class Diagnosis:
 
     @property
     def ok(self) -> bool:
-        """Everything was seen, and is as it should be."""
+        """Everything was seen, and all but optional parts are as they should be."""
         return not self.missing and not self.unknown
 
     @property
@@ -98,7 +119,8 @@ def diagnose(say: Say | None = None) -> Diagnosis:
 def main(console: Any, as_json: bool = False) -> int:
     """Prints the diagnosis to a rich `console` (or as JSON on standard output) and returns the exit code.
 
-    JSON: {"ok": bool, "rows": [{"name", "what", "ok", "remedy"}, ...]}; ok of a row: null where it is not known.
+    JSON: {"ok": bool, "rows": [{"name", "what", "ok", "remedy", "without"}, ...]}; ok of a row: null where it is not
+    known.
     Progress of a slow machine goes to standard error.
     """
     if as_json:
@@ -116,11 +138,16 @@ def main(console: Any, as_json: bool = False) -> int:
     table.add_column("part", no_wrap=True)
     table.add_column("version, state", overflow="fold")
     for row in diagnosis.rows:
-        table.add_row(Text(*verdicts[row.ok]), Text(row.name), Text(row.what))
+        verdict = ("optional", "dim") if row.ok is False and row.without else verdicts[row.ok]
+        table.add_row(Text(*verdict), Text(row.name), Text(row.what))
     console.print(table, highlight=False)
     console.print()
-    if diagnosis.ok:
+    if diagnosis.ok and not diagnosis.left_out:
         console.print(Text("Nothing is missing."))
+    for what, rows in diagnosis.left_out.items():
+        console.print(Text(f"Without {', '.join(row.name for row in rows)} everything works but {what}. For {what}:"))
+        for remedy in _OPTIONAL[what]:
+            console.print(Text(f"    {remedy}"), soft_wrap=True)
     for row in diagnosis.missing:
         console.print(Text.assemble((row.name, "bold"), f": {row.what}; mend it with:"))
         console.print(Text(f"    {row.remedy}"), soft_wrap=True)
@@ -237,11 +264,11 @@ def _rows(name: str, output: str, trouble: str | None) -> list[Row]:
 
 
 def _interpreter() -> Row:
-    """Python itself; a venv that does not see Debian's packages is a fault of its own."""
+    """Python itself."""
     inside = sys.prefix != sys.base_prefix
     version = platform.python_version()
     if inside and not any(part.endswith("dist-packages") for part in sys.path):
-        return Row("Python", f"{version}, in a venv that does not see Debian's packages", False, SETUP)
+        return Row("Python", f"{version}, in a venv that does not see Debian's packages", True)
     return Row("Python", f"{version}, {'in a venv' if inside else 'not in a venv'}", True)
 
 

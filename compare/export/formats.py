@@ -38,12 +38,15 @@ def texture_coordinates(sheet: Sheet) -> FloatArray | None:
 
 
 def colours(sheet: Sheet) -> tuple[str, NDArray[np.uint8]] | None:
-    """The name of the field that colours the vertices and their colours (N, 3); None without such a field.
+    """The name of the field that colours the vertices and their colours (N, 3); None without such a field, or without
+    matplotlib, whose colours they are.
 
     The scale leaves out half a per cent of the points at either end; what is not known is grey.
     """
-    from matplotlib import colormaps
-
+    try:
+        from matplotlib import colormaps
+    except ModuleNotFoundError:
+        return None
     scalars = sheet.scalars()
     for name in COLOURED_BY:
         values = scalars.get(name)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import io
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from compare.store.store import atomic_write_bytes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
 
@@ -27,10 +31,24 @@ def shell_colour(index: int) -> str:
 
 def save(figure: Figure, path: Path, dpi: int = 150) -> Path:
     """Writes the picture, atomically."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     FigureCanvasAgg(figure)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi, bbox_inches="tight")
     return atomic_write_bytes(path, buffer.getvalue())
+
+
+def pictured(draw: Callable[[], object]) -> bool:
+    """Whether `draw` has drawn: without matplotlib (the extra "plot") pictures are left out, and that is said."""
+    try:
+        draw()
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("matplotlib", "mpl_toolkits"):
+            raise
+        print("ribbonbench: note: no pictures without matplotlib; pip install 'ribbonbench[plot]'", file=sys.stderr)
+        return False
+    return True
 
 
 def screen_axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, FloatArray]:

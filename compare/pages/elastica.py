@@ -10,6 +10,7 @@ from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page import told
+from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.pages.result import spent
@@ -61,9 +62,13 @@ def no_surface(scene: Scene) -> BadInput:
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """elastica.png: a planar curve, no surface."""
-    from compare.pictures.elastica import elastica_picture
 
-    elastica_picture(out / PICTURE, scene, state)
+    def draw() -> None:
+        from compare.pictures.elastica import elastica_picture
+
+        elastica_picture(out / PICTURE, scene, state)
+
+    drawn = pictured(draw)
     end = state.end
     assert end is not None
     alt = (
@@ -71,7 +76,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         f"({', '.join(f'{c + 0.0:.3f}' for c in end.position)}) l."
     )
     caption = "The elastica: angle of the tangent along it, and its shape in its plane."
-    return Written({}, (Picture(PICTURE, alt, caption),))
+    return Written({}, (Picture(PICTURE, alt, caption),) if drawn else ())
 
 
 def sentences(scene: Scene, state: State) -> list[str]:

@@ -17,6 +17,7 @@ from compare.models.base import State
 from compare.models.ribbon import RibbonShape
 from compare.models.ribbon_build import formulation_why
 from compare.page import force_displacement, told
+from compare.page.drawing import pictured
 from compare.page.page import Picture, Surface
 from compare.page.remedies import message
 from compare.page.si import with_si
@@ -77,22 +78,27 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, path.csv."""
     from compare.export.ribbon import centreline_csv, write_arrays
     from compare.export.surfaces import write_surface
-    from compare.pictures import ribbon as profile
     from compare.store.store import atomic_write_bytes
 
     e = state.native
     write_surface(out / "ribbon.vtu", RibbonShape(e), grid)
     write_arrays(out / "ribbon.npz", e)
     atomic_write_bytes(out / "centreline.csv", centreline_csv(e, Units.of(scene)))
-    profile.ribbon_profile(out / PICTURE, e, scene.title)
     files, data, states = dict(FILES), {}, ""
-    shown: tuple[Picture, ...] = (picture(state),)
+
+    def draw() -> None:
+        from compare.pictures import ribbon as profile
+
+        profile.ribbon_profile(out / PICTURE, e, scene.title)
+
+    drawn = pictured(draw)
+    shown: tuple[Picture, ...] = (picture(state),) if drawn else ()
     if scene.path:
         data["path.csv"] = with_si(path_table(state.log, scene), Units.of(scene))
         files["path.csv"] = "every step of the path, with the forces of what holds the ribbon"
         stands = path_stands(state.log, scene)
         curve = travel_of([stand for _, stand in stands], scene.strip.length)
-        if curve is not None:
+        if curve is not None and drawn:
             title = f"{scene.title}: force against displacement"
             shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, Units.of(scene), title),)
     if state.states is not None and len(state.states.t) > 1:

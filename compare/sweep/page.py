@@ -14,6 +14,7 @@ from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR
 from compare.measure.travel import Travel, travel_of, watched
 from compare.page import force_displacement
+from compare.page.drawing import pictured
 from compare.page.page import Page, Picture
 from compare.page.si import with_si
 from compare.page.study import Study
@@ -326,22 +327,27 @@ def _ends(values: tuple[tuple[Any, ...], ...]) -> list[tuple[Any, ...]]:
 
 def write(out: Path, finished: Finished, again: str) -> Page:
     """Writes everything, each file atomically; returns the page."""
-    from compare.sweep import picture as sweep_picture
-
     sweep = finished.sweep
     rows = rows_of(finished)
     atomic_write_text(out / "cases.json", cases_json(finished))
     data: Mapping[str, Any] = result(finished, rows)
     show = quantity(finished, rows, sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN), "--show")
     against = quantity(finished, rows, sweep.against, "--against") if sweep.against else ""
-    alt = sweep_picture.draw(out / "sweep.png", finished, rows, show, against)
-    pictures = [Picture("sweep.png", alt, f"{show} over the sweep")]
-    curves = {ratio: travel for ratio, (travel, _) in _curves(finished, rows).items() if travel is not None}
-    if curves:
-        ratio, travel = list(curves.items())[-1]
-        title = f"{sweep.title}: force against displacement" + (f", w/h = {ratio:g}" if len(curves) > 1 else "")
-        units = Units.of(sweep.scene) if _units(finished) is not None else Units()
-        pictures.append(force_displacement.draw(out / force_displacement.PICTURE, travel, units, title))
+    pictures: list[Picture] = []
+
+    def draw() -> None:
+        from compare.sweep import picture as sweep_picture
+
+        alt = sweep_picture.draw(out / "sweep.png", finished, rows, show, against)
+        pictures.append(Picture("sweep.png", alt, f"{show} over the sweep"))
+        curves = {ratio: travel for ratio, (travel, _) in _curves(finished, rows).items() if travel is not None}
+        if curves:
+            ratio, travel = list(curves.items())[-1]
+            title = f"{sweep.title}: force against displacement" + (f", w/h = {ratio:g}" if len(curves) > 1 else "")
+            units = Units.of(sweep.scene) if _units(finished) is not None else Units()
+            pictures.append(force_displacement.draw(out / force_displacement.PICTURE, travel, units, title))
+
+    pictured(draw)
     return Study(
         "sweep",
         sweep.title,
