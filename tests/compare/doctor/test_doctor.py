@@ -227,7 +227,13 @@ def test_json_is_the_same_in_machine_form(monkeypatch, capsys):
     assert doctor.main(Console(), as_json=True) == 3
     seen = json.loads(capsys.readouterr().out)
     assert seen["ok"] is False
-    assert seen["rows"][1] == {"name": "dolfinx", "what": "not installed", "ok": False, "remedy": "apt-get [x]"}
+    assert seen["rows"][1] == {
+        "name": "dolfinx",
+        "what": "not installed",
+        "ok": False,
+        "remedy": "apt-get [x]",
+        "without": "",
+    }
 
 
 def test_slow_is_said_without_a_remedy(monkeypatch, capsys):
@@ -254,3 +260,19 @@ def test_an_interrupted_look_leaves_no_process(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         doctor._look(["ipopt"], interrupt)
     assert [process.returncode for process in begun] == [-9]
+
+
+def test_a_machine_without_the_shell_is_in_order(tmp_path, monkeypatch, capsys):
+    """Exit code 0; what the shell would need is listed, once. A dolfinx that is there and broken is a fault."""
+    _pretend(tmp_path, monkeypatch, "dolfinx", ABSENT)
+    rows = tuple(looked_at("dolfinx"))
+    diagnosis = doctor.Diagnosis((doctor.Row("numpy", "2", True), *rows))
+    assert diagnosis.exit_code == 0
+    assert [row.name for row in diagnosis.left_out["the shell"]] == ["dolfinx"]
+    monkeypatch.setattr(doctor, "diagnose", lambda say: diagnosis)
+    assert doctor.main(Console(width=200)) == 0
+    said = capsys.readouterr().out
+    assert said.count("python3-dolfinx") == 1
+    assert "conda-forge" in said
+    (tmp_path / "dolfinx" / "__init__.py").write_text("raise ImportError('half an installation')")
+    assert doctor.Diagnosis(tuple(looked_at("dolfinx"))).exit_code == 3
