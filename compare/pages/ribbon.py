@@ -189,7 +189,9 @@ def advice(scene: Scene, error: float | None) -> str | None:
     if error is None or error <= YARDSTICK:
         return None
     clamp = scene.clamp_start
-    if scene.model.tolerance is not None:
+    if scene.model.tolerance is not None and error > scene.model.tolerance and "model.tolerance" not in scene.own_keys:
+        remedy = f"set model.tolerance = {scene.model.tolerance:g}, for as many elements as that takes"
+    elif scene.model.tolerance is not None:
         remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
     elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
         remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)'

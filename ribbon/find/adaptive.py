@@ -22,15 +22,17 @@ from ribbon.errors import RibbonInputError
 from ribbon.find import seeds
 from ribbon.find.continuation import switch
 from ribbon.find.solve import build, solve
+from ribbon.find.stretched import is_stretched
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Refinement, Status
 from ribbon.solvers.budget import SPENT, spent, within
 
 FloatArray = NDArray[np.float64]
 
-#: Segments of the first round, most segments of the last one, most rounds.
+#: Segments of the first round, most of the last one (halved once more), if a tolerance is a wish only, most rounds.
 FIRST_SEGMENTS = 24
 MOST_SEGMENTS = 6000
+MOST_WISHED = 200
 ROUNDS = 30
 #: Share of the sum of e_i that the cut segments carry; a segment this many times above the threshold is quartered.
 BULK = 0.8
@@ -92,6 +94,8 @@ def refine_to_tolerance(
     strict: a tolerance that is not reached is "not converged"; otherwise the finest equilibrium that was found is the
     answer as it is, its estimate beside it (None where there is none).
     """
+    if is_stretched(equilibrium.problem):  # straight on any segments
+        return replace(equilibrium, tolerance_error=0.0)
     current = equilibrium
     if not current.problem.row_count:
         current = switch(_as_mixed(current), current)
@@ -129,8 +133,9 @@ def refine_to_tolerance(
                 tried.append(_tried(halved, None))
             return ended(halved)
         lengths = cut(problem.lengths, indicators(current, halved))
-        if lengths.size > MOST_SEGMENTS:
-            needs = f"the tolerance {tolerance:g} needs more than {MOST_SEGMENTS} segments; reached {estimate:.2g}"
+        most = MOST_SEGMENTS if strict else MOST_WISHED
+        if lengths.size > most:
+            needs = f"the tolerance {tolerance:g} needs more than {most} segments; reached {estimate:.2g}"
             return short(halved, needs)
         current = switch(problem.with_changes(lengths=lengths), halved, check=False)
     return short(current, f"the tolerance {tolerance:g} was not reached in {ROUNDS} rounds; reached {estimate:.2g}")

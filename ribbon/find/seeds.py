@@ -8,12 +8,14 @@ energy.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion
+from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 
@@ -22,6 +24,8 @@ FloatArray = NDArray[np.float64]
 #: Segments of the ribbon that is fitted, and weight of the distance to the shape that was asked for.
 _PIECES = 8
 _WEIGHT = 1e-2
+#: Most shapes tried in a fit: one that fits at all needs about 1600.
+_MOST_TRIALS = 2000
 #: Largest |eta| of a fitted shape (about 60 degrees).
 _STEEPEST = 1.7
 #: Weight (Gamma) from which a hanging strip begins with its boundary layer, shortest segment there times sqrt(Gamma),
@@ -138,6 +142,32 @@ def _rotation_vector(q: FloatArray) -> FloatArray:
     return 2.0 * math.atan2(norm, q[0]) * q[1:] / norm
 
 
+def _is_plain(problem: MixedProblem) -> bool:
+    """Whether position and frame of the start are held, and some of the end's."""
+    return problem.start is not None and problem.start.is_whole and problem.end is not None
+
+
+def _mismatch_from_start(problem: MixedProblem) -> Callable[[FloatArray, FloatArray], FloatArray]:
+    """`end_mismatch` of the shape with omega, eta (p + 1,) for a start that is held, asked thousands of times."""
+    layout = problem.layout
+    none = np.zeros(problem.lengths.size + 1)
+    held = problem.state(none, none)
+    omega_at, slope_at, eta_at, last = layout.omega, layout.slope, layout.joint(0).eta, layout.joint(-1)
+    place, frame = problem.end_position, problem.end_quaternion
+    back = None if frame is None else quaternion.conjugate(frame)
+
+    def missed(omega: FloatArray, eta: FloatArray) -> FloatArray:
+        x = held.copy()
+        x[omega_at], x[eta_at], x[slope_at] = omega, eta[0], np.diff(eta) / problem.lengths
+        kernels.walk(x, problem.lengths, problem.exponent_limit)
+        parts = [] if place is None else [x[last.position] - place]
+        if back is not None:
+            parts.append(_rotation_vector(quaternion.compose(back, x[last.quaternion])))
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    return missed
+
+
 def fitted(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """omega, eta (p + 1,) near the given ones whose end lies near where it is held, and the mismatch."""
     s = joints(problem.lengths)
@@ -147,14 +177,21 @@ def fitted(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[F
     scale = np.concatenate([np.full(_PIECES + 1, 1.0 + np.abs(base[: _PIECES + 1]).max()), np.ones(_PIECES + 1)])
     steepest = min(_STEEPEST, 0.4 / (problem.half_width * _PIECES) + np.abs(base[_PIECES + 1 :]).max())
 
+    def shape(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        both = base + scale * y
+        return both[: _PIECES + 1], np.clip(both[_PIECES + 1 :], -steepest, steepest)
+
     def state(y: FloatArray) -> FloatArray:
-        shape = base + scale * y
-        return small.state(shape[: _PIECES + 1], np.clip(shape[_PIECES + 1 :], -steepest, steepest))
+        return small.state(*shape(y))
+
+    missed = (
+        _mismatch_from_start(small) if _is_plain(small) else lambda *there: end_mismatch(small, small.state(*there))
+    )
 
     def residual(y: FloatArray) -> FloatArray:
-        return np.concatenate([end_mismatch(small, state(y)), _WEIGHT * y])
+        return np.concatenate([missed(*shape(y)), _WEIGHT * y])
 
-    found = scipy.optimize.least_squares(residual, np.zeros(base.size), method="lm", max_nfev=3000)
+    found = scipy.optimize.least_squares(residual, np.zeros(base.size), method="lm", max_nfev=_MOST_TRIALS)
     x = state(found.x)
     missing = float(np.abs(end_mismatch(small, x)).max(initial=0.0))
     there, turned = small.joint_values(x)

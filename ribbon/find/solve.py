@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -82,7 +82,7 @@ def solve(
         strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
         formulation=formulation, held_by=held_by,
     )  # fmt: skip
-    if stretched.ends_apart(strip, problem.start, problem.end) >= stretched.STRETCHED:
+    if stretched.is_stretched(problem):
         return stretched.straight(problem)
     best: Equilibrium | None = None
     with within(budget):
@@ -152,7 +152,7 @@ _formulation = formulation.choose
 
 def starting_shapes(
     problem: Problem, curvature: Values | str, ruling: Values, progress: Progress | None = None
-) -> list[tuple[FloatArray, FloatArray]]:
+) -> Iterable[tuple[FloatArray, FloatArray]]:
     """omega and eta (p + 1,) at the joints to start from, the most promising first; several only if none was given."""
     s = seeds.joints(problem.lengths)
     eta = seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
@@ -177,9 +177,28 @@ def starting_shapes(
         layer = seeds.hanging(problem)
         return [(natural if layer is None else layer, eta)]
     shapes = [(natural, eta)] if problem.has_natural_curvature else seeds.guesses(glued)
-    fitted = [seeds.fitted(glued, *shape) for shape in shapes]
-    fitted.sort(key=lambda f: f[2] > 1e-2)
-    return [(omega, turned) for omega, turned, _ in fitted[:3]]
+    return _fitted_in_turn(glued, shapes)
+
+
+#: Mismatch (l, rad) up to which a fitted shape is a promising one, and most shapes to start from.
+_FITS = 1e-2
+_MOST_STARTS = 3
+
+
+def _fitted_in_turn(
+    problem: MixedProblem, shapes: list[tuple[FloatArray, FloatArray]]
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """The shapes fitted to what is held, those that fit first; each is fitted when it is asked for."""
+    poor = []
+    given = 0
+    for shape in shapes:
+        omega, eta, missing = seeds.fitted(problem, *shape)
+        if missing > _FITS:
+            poor.append((omega, eta))
+        elif given < _MOST_STARTS:
+            given += 1
+            yield omega, eta
+    yield from poor[: _MOST_STARTS - given]
 
 
 def _values(key: str, value: Values) -> tuple[float, ...]:
@@ -405,6 +424,8 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
     """The same scene on segments of other `lengths` (k,), started from `equilibrium`, in the mixed model."""
     old: Any = equilibrium.problem
     fresh = old.with_changes(lengths=lengths)
+    if stretched.is_stretched(fresh):
+        return stretched.straight(fresh)
     x = relax.transferred(old, equilibrium.x, fresh)
     minimum = relax.from_near(fresh, x, keywords.get("options"), keywords.get("progress"))
     return solve_from(fresh, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)

@@ -36,6 +36,11 @@ def check_distance(strip: Strip, start: Clamp | None, end: Clamp | None) -> None
         )
 
 
+def is_stretched(problem: Problem) -> bool:
+    """Whether the ends are held as far apart as the strip is long, so that `straight` is the only shape."""
+    return ends_apart(problem.strip, problem.start, problem.end) >= STRETCHED
+
+
 def straight(problem: Problem) -> Equilibrium:
     """The straight strip between ends that are one length apart: the only shape there is, whatever its tension."""
     none = np.zeros(problem.lengths.size + 1)

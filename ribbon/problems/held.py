@@ -6,6 +6,7 @@ The rows stand beside the glue (`ribbon.problems.conditions`); `ribbon.problems.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -74,12 +75,12 @@ class Held:
 
     # -- sizes and switches -------------------------------------------------------------------------------------------
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of unknowns, 10 p + 9 and one for every pressure plate."""
         return self.layout.size
 
-    @property
+    @cached_property
     def layout(self) -> GluedLayout:
         """Where the unknowns stand."""
         return GluedLayout(self.lengths.size, len(self.plates))
@@ -142,12 +143,12 @@ class Held:
     def _scaled(self, clamp: Clamp) -> FloatArray | None:
         return None if clamp.position is None else np.asarray(clamp.position) / self.strip.length
 
-    @property
+    @cached_property
     def start_position(self) -> FloatArray | None:
         """r (3,) held at s = 0, units of l, or None."""
         return None if self.start is None else self._scaled(self.start)
 
-    @property
+    @cached_property
     def start_quaternion(self) -> FloatArray | None:
         """Quaternion (4,) held at s = 0, of the sign of the reference, or None."""
         if self.start is None or not self.start.holds_frame:
@@ -155,12 +156,12 @@ class Held:
         q = quaternion.from_matrix(self.start.frame)
         return -q if q @ np.asarray(self.reference) < 0 else q
 
-    @property
+    @cached_property
     def end_position(self) -> FloatArray | None:
         """r (3,) held at s = l, units of l, or None."""
         return None if self.end is None else self._scaled(self.end)
 
-    @property
+    @cached_property
     def end_quaternion(self) -> FloatArray | None:
         """Quaternion (4,) held at s = l, or None."""
         return quaternion.from_matrix(self.end.frame) if self.end is not None and self.end.holds_frame else None

@@ -87,3 +87,28 @@ def test_a_budget_that_is_spent_ends_without_a_place():
     _, found = solved(TAPE.split("[clamp.end]")[0].replace("= 2.0", "= 0.0") + COARSE + "budget = 30.0\n")
     assert found.status is Status.CONVERGED
     assert found.error is not None
+
+
+def test_a_tolerance_that_is_only_the_default_ends_with_what_was_reached(monkeypatch):
+    """Asked for and not reached it is "not converged"; of the default the finest state stands, with its error."""
+    from ribbon.find import adaptive
+
+    monkeypatch.setattr(adaptive, "MOST_WISHED", 60)
+    monkeypatch.setattr(adaptive, "MOST_SEGMENTS", 60)
+    twisted = TAPE.replace("0.95", "0.8").replace("normal = [0.0, 0.0, 1.0]\n", "normal = [0.0, -1.0, 0.0]\n")
+    twisted = twisted.replace("normal = [0.0, -1.0, 0.0]", "normal = [0.0, 0.0, 1.0]", 1)
+    _, found = solved(twisted)
+    assert found.status in (Status.CONVERGED, Status.UNSTABLE)
+    assert found.native.tolerance_error > 1e-3
+    assert found.native.problem.lengths.size <= 2 * 60
+    assert found.refinements[-1].distance == found.native.tolerance_error
+    _, asked = solved(twisted + "[model]\ntolerance = 1e-3\n")
+    assert asked.status is Status.NOT_CONVERGED
+
+
+def test_ends_held_a_length_apart_are_straight_on_any_segments():
+    for model in ("", COARSE):
+        _, found = solved(TAPE.replace("0.95", "1.0").replace("curvature = 2.0", "curvature = 0.0") + model)
+        assert found.status is Status.CONVERGED
+        assert found.error == 0.0
+        assert found.iterations == 0

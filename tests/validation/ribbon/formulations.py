@@ -60,7 +60,7 @@ def _bare(arguments: dict[str, Any]) -> tuple[Any, np.ndarray]:
     given = dict(arguments)
     curvature, ruling = given.pop("seed_curvature"), given.pop("seed_ruling")
     problem = build(given.pop("strip"), given.pop("clamp"), given.pop("gravity"), **given)
-    omega, eta = starting_shapes(problem, curvature, ruling)[0]
+    omega, eta = next(iter(starting_shapes(problem, curvature, ruling)))
     if not isinstance(problem, MixedProblem):
         return problem, problem.state(omega, eta)
     if problem.model == "matrix":

@@ -107,7 +107,7 @@ def _again(scene: Scene, rng: np.random.Generator, size: float, shape: dict[str,
     if not shape:
         shape["problem"] = build(**build_arguments(scene))
         given = ribbon_arguments(scene)
-        shape["shape"] = starting_shapes(shape["problem"], given["seed_curvature"], given["seed_ruling"])[0]
+        shape["shape"] = next(iter(starting_shapes(shape["problem"], given["seed_curvature"], given["seed_ruling"])))
     problem = shape["problem"]
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     omega, eta = _perturbed(rng, size, s, *shape["shape"])
