@@ -555,7 +555,7 @@ def test_a_ribbon_that_is_not_stable_is_exported_with_exit_code_1(capsys, tmp_pa
 
 
 def test_the_states_of_a_path_are_an_animation(tmp_path):
-    """Every key frame of path.glb, its first mesh and its targets weighted as it says, is a state of the path in metres."""
+    """Every key frame of path.glb, first mesh and weighted targets, is a state of the path in metres."""
     folder = result(tmp_path / "film", film=True)
     metres = {"known": True, "length_m": 0.2, "force_N": 1.0, "bending_stiffness_Nm": 1.0}
     (folder / "result.json").write_text(json.dumps({"units": metres}))
