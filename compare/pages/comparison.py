@@ -20,6 +20,7 @@ from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
 from compare.scene.units import Units
 from compare.studies.compare import Comparison, Row
+from compare.studies.inputs import input_uncertainty
 
 FloatArray = NDArray[np.float64]
 
@@ -144,8 +145,20 @@ def separable(comparison: Comparison, units: Units | None = None) -> list[str]:
     )
     return [
         "In the words of ASME V&V 20, with the comparison error E (ribbon minus shell) and the numerical uncertainty "
-        f"u_num of both (discretisation): {each}. u_input is not known: the scene gives no tolerances."
+        f"u_num of both (discretisation): {each}. {_inputs(comparison, units)}"
     ]
+
+
+def _inputs(comparison: Comparison, units: Units) -> str:
+    """What the scene's uncertainties leave open of the shape, in both models alike."""
+    found = input_uncertainty(comparison.scene, comparison.fast)
+    if found is None:
+        return "u_input is not known: the scene gives no [uncertainty]."
+    if found.total is None:
+        return f"u_input is not known: {found.why}."
+    return (
+        f"u_input = {units.text(found.total, 'l')} at most along the {comparison.fast.model}, from what both are given."
+    )
 
 
 def verdict(comparison: Comparison) -> list[str]:

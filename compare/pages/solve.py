@@ -19,6 +19,7 @@ from compare.pages.written import write_any
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_json
+from compare.studies.inputs import input_uncertainty
 
 #: Names and texts: each row has a unit, or several values, of its own.
 _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
@@ -33,7 +34,12 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     if not state.ok:
         return Verdict(f"No equilibrium was found: {message(state)}", POOR)
     kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
-    near = "how accurately is not known" if state.error is None else f"computed to {length(units, state.error)}"
+    near = f"computed to {length(units, state.error)}"
+    if state.error is None:
+        near = "how accurately is not known" + (f" ({state.error_why})" if state.error_why else "")
+    unsure = input_uncertainty(scene, state)
+    if unsure is not None and unsure.total is not None:
+        near += f"; its inputs leave {length(units, unsure.total)} open"
     return Verdict(
         f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", grade("error", state.error)
     )

@@ -20,6 +20,7 @@ from compare.page.verdict import Verdict
 from compare.pages.solve import answer, rows
 from compare.scene.scene import load, loads
 from compare.scene.units import Units
+from compare.studies.inputs import input_uncertainty
 from compare.studies.limits import Thresholds
 from tests.compare.scene import held_scenes
 
@@ -114,6 +115,15 @@ def test_solve_answers_where_the_free_end_hangs(tape):
     assert numbers(answer(scene, state, Units()).text, "mm") == []
     assert answer(scene, replace(state, error=3e-3)).grade == "fair"
     assert answer(scene, replace(state, error=None)).grade == "unknown"
+
+
+def test_uncertain_inputs_are_told_beside_the_error(tape):
+    scene, state = tape
+    unsure = scene.replace({"uncertainty.young": 1e10})
+    found = input_uncertainty(unsure, state)
+    told = numbers(answer(unsure, replace(state, error=1e-6)).text, "mm")
+    assert told[-1] == pytest.approx(300 * found.total, rel=0.01)
+    assert len(told) == len(numbers(answer(scene, replace(state, error=1e-6)).text, "mm")) + 1
 
 
 def test_forces_are_told_in_newtons_with_the_plain_ones_beside(tape):
