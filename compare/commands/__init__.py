@@ -37,6 +37,7 @@ NAMES = (
     "report",
     "export",
     "sweep",
+    "identify",
     "explain",
     "check",
     "scenes",

@@ -46,6 +46,25 @@ def derivatives(
     return {key: sum((factor * by[name] for name, factor in parts.items()), none) for key, parts in own.items()}
 
 
+def solved_near(scene: Scene, near: State | None) -> State:
+    """The ribbon's state of a scene from a neighbouring one's; from the scene's own seed where there is none, or where
+    it does not lead to a stable one. Raises `BadInput` like the model."""
+    from compare.models.base import Seconds
+    from compare.models.ribbon import RibbonModel, own_size, state_of
+    from compare.models.ribbon_build import ribbon_problem
+    from ribbon import switch
+
+    if near is not None and near.ok:
+        old = near.native.problem
+        problem = ribbon_problem(scene, old.formulation)
+        if not np.array_equal(problem.lengths, old.lengths):
+            problem = problem.with_changes(lengths=old.lengths)
+        found = switch(problem, near.native)
+        if found.ok:
+            return state_of(scene, found, own_size(found), Seconds(float("nan")))
+    return RibbonModel().solve(scene)
+
+
 def _chain(scene: Scene, key: str) -> dict[str, float]:
     """The solver's parameters that the key moves, and by how much per unit of the key."""
     strip = scene.strip
@@ -71,4 +90,4 @@ def _chain(scene: Scene, key: str) -> dict[str, float]:
     return found
 
 
-__all__ = ["KEYS", "NotDifferentiable", "derivatives"]
+__all__ = ["KEYS", "NotDifferentiable", "derivatives", "solved_near"]

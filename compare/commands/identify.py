@@ -1,0 +1,50 @@
+"""`ribbonbench identify`: keys of a scene from measured points."""
+
+from __future__ import annotations
+
+import argparse
+
+from rich.console import Console
+
+from compare.commands import common
+from compare.store.progress import Reporter
+
+HELP = "fit keys of a scene (Young's modulus, natural curvature, ...) to measured points of its centreline"
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    common.scene_arguments(parser)
+    parser.add_argument(
+        "points", metavar="POINTS",
+        help="CSV file with the columns x, y, z and, if known, s, in the unit of strip.length and the scene's own axes",
+    )  # fmt: skip
+    parser.add_argument(
+        "--free", metavar="KEY,KEY", required=True,
+        help="keys to fit, e.g. strip.young,strip.natural_curvature (also gamma, density, poisson, thickness, width)",
+    )  # fmt: skip
+    common.out_argument(parser)
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Fits and says what was found."""
+    from compare.page.terminal import print_table, print_verdict
+    from compare.pages import identify as page
+    from compare.studies.identify import check_free, identify, read_points
+
+    scene = common.scene_of(options)
+    free = check_free(scene, options.free.split(","))
+    points = read_points(options.points, scene.strip.length)
+    out = common.out_folder(options, scene.name)
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        reporter.step(f"fitting {len(free)} keys to {len(points.places)} points")
+        found = identify(scene, points, free)
+        reporter.step("writing results")
+        page.write(out, found, options.line)
+    if not options.quiet:
+        print_verdict(console, page.answer(found))
+        print_table(console, page.table(found), wide=options.wide)
+        for sentence in page.sentences(found):
+            console.print(sentence)
+        console.print(f"Files: {out}")
+    return common.DONE if found.ok else common.NOT_CONVERGED
