@@ -1,7 +1,7 @@
-"""Every key of the contract with kind, range, unit, default and meaning: the tables of docs/scenes.md, and what
+"""Every key of the contract with kind, range, unit, default and meaning: the table of docs/scenes.md, and what
 `ribbonbench keys` answers.
 
-python -m compare.pages.keys docs/scenes.md    # writes them into the page; without a page, to the terminal
+python -m compare.pages.keys docs/scenes.md    # writes it into the page; without a page, to the terminal
 """
 
 from __future__ import annotations
@@ -29,22 +29,20 @@ HEAD = ("key", "kind", "range", "unit", "default", "meaning")
 
 
 def tables() -> str:
-    """Markdown: one table for each section, the two clamps in one."""
-    return "\n".join(line for section in SPECS if section != "clamp.end" for line in _table(section))
+    """Markdown: one table of all keys by their dotted names, both clamps in one row ("clamp.*.ruling")."""
+    head = (f"| {' | '.join(HEAD)} |", f"|{'---|' * len(HEAD)}")
+    return "\n".join([*head, *(row for section in SPECS if section != "clamp.end" for row in _rows(section)), ""])
 
 
-def _table(section: str) -> Iterator[str]:
-    """Heading and rows of a section; both clamps are that of the start, with the end's defaults where they differ."""
-    brackets = f"`[[{section}]]`" if section in ("wall", "path") else f"`[{section}]`"
-    yield f"**{brackets}{' and `[clamp.end]`' * (section == 'clamp.start')}**" if section else "**Above all sections**"
-    yield from ("", f"| {' | '.join(HEAD)} |", f"|{'---|' * len(HEAD)}")
+def _rows(section: str) -> Iterator[str]:
+    """The rows of a section; those of both clamps are that of the start, with the end's defaults where they differ."""
     for about in keys_of(SPECS[section], section, at="this end").values():
         default = _default(about)
         if section == "clamp.start" and (other := _default(KEYS[f"clamp.end.{about.field}"])) != default:
             default += f"; at the end {other}"
         unit = UNITS.get(about.unit, about.unit)
-        yield f"| `{about.field}` | {_kind(about)} | {_range(about)} | {unit} | {default} | {_meaning(about)} |"
-    yield ""
+        name = about.name.replace("clamp.start.", "clamp.*.")
+        yield f"| `{name}` | {_kind(about)} | {_range(about)} | {unit} | {default} | {_meaning(about)} |"
 
 
 def _kind(about: Key) -> str:
