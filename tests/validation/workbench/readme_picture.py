@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+import matplotlib.pyplot as plt
+import numpy as np
 
 from compare import cli
 from tests.compare.report.browser import Browser
 from tests.docs_blocks import ROOT, blocks
 
-#: Pixels of the window, which is as high as what is shown; shells beside the ribbon, and their mesh.
-WIDTH, HEIGHT = 1000, 800
-#: The foot of the 3-D view, from the top of the page.
-FOOT = "document.querySelector('.stage').getBoundingClientRect().bottom + window.scrollY"
+#: Pixels of the window; shells beside the ribbon, and their mesh.
+WIDTH, HEIGHT = 1000, 960
 SHELLS = ("shell.width_to_thickness=[50,100,200]", "shell.elements=[60,4]")
+#: What is shown, one below the other: what the window is scrolled to, and the part that ends the piece.
+PIECES = (("body", ".answer"), ("figure.view", "figure.view"))
+PLACE = """(() => {{
+  document.querySelector('{head}').scrollIntoView();
+  const part = name => document.querySelector(name).getBoundingClientRect();
+  return [Math.max(0, part('{head}').top), part('{foot}').bottom + 20];
+}})()"""
+
+
+def pieces(browser: Browser, folder: Path) -> np.ndarray:
+    """The pieces of the page in the window, (rows, columns, colours)."""
+    found = []
+    for k, (head, foot) in enumerate(PIECES):
+        top, end = browser.run(PLACE.format(head=head, foot=foot))
+        browser.run("new Promise(done => setTimeout(done, 1500))")
+        found.append(plt.imread(browser.screenshot(folder / f"piece_{k}.png"))[int(top) : int(end)])
+    return np.concatenate(found)
 
 
 def run(out: Path) -> None:
@@ -31,12 +48,8 @@ def run(out: Path) -> None:
     with TemporaryDirectory() as profile, Browser(Path(profile)) as browser:
         browser.open(page, WIDTH, HEIGHT)
         browser.until("document.querySelector('canvas') !== null")
-        browser.run("new Promise(done => setTimeout(done, 1500))")
-        browser("Emulation.setDeviceMetricsOverride", width=WIDTH, height=int(browser.run(FOOT)) + 16,
-                deviceScaleFactor=1, mobile=False)  # fmt: skip
-        browser.run("new Promise(done => setTimeout(done, 1500))")
-        browser.screenshot(work / "report.png")
+        shown = pieces(browser, work)
         complaints = browser.complaints()
     if complaints:
         raise AssertionError(f"the report complains: {complaints}")
-    shutil.copyfile(work / "report.png", out / "report.png")
+    plt.imsave(out / "report.png", shown)
