@@ -5,15 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ribbon import shown
 from ribbon import surface as _surface
 from ribbon.forces import Force, WallForce
 from ribbon.problems.protocol import Problem
 from ribbon.surface import Surface
+from ribbon.units import InSI, StripUnits
 
 FloatArray = NDArray[np.float64]
 
@@ -77,7 +80,7 @@ class Refinement:
     distance: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Equilibrium:
     """A ribbon at rest, or where the minimiser stopped; lengths in l, energies in D w / l (l, D of the strip).
 
@@ -215,3 +218,28 @@ class Equilibrium:
             self.parameters, self.problem.lengths, points, frames, self.problem.exponent_limit,
             self.problem.strip.relative_width, along, across, self.seam,
         )  # fmt: skip
+
+    @property
+    def si(self) -> InSI:
+        """The result in m, N, N m, J; `RibbonInputError` where the strip does not know its stiffness, as one
+        `Strip.from_material` does."""
+        return InSI(self, StripUnits.of(self.problem.strip))
+
+    def __repr__(self) -> str:
+        return shown.line(self)
+
+    def _repr_html_(self) -> str:
+        return shown.table(self)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws the surface in space with matplotlib, on new 3-D axes where none are given; returns the axes."""
+        return shown.plot(self, axes)
+
+    def save(self, path: str | Path) -> Path:
+        """Writes the numbers (.json), or numbers and arrays (.npz: what is in it, `ribbon.shown.save`); returns the
+        path. `RibbonInputError` for another suffix."""
+        return shown.save(self, path)
+
+    def to_pyvista(self, along: int = 400, across: int = 8) -> Any:
+        """The surface as `pyvista.PolyData` with S, v, omega, eta, units of l; ImportError without PyVista."""
+        return shown.to_pyvista(self, along, across)

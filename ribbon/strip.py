@@ -39,6 +39,8 @@ class Strip:
         0: weightless.
     thickness:
         h, in the unit of length; the inextensible energies do not need it, others may.
+    bending_stiffness:
+        D in N m, where length and width are in m; `from_material` gives it, and results then have numbers in SI.
 
     Raises `RibbonInputError` naming the parameter. Below, all is dimensionless: lengths in l, energies in D w / l.
     """
@@ -49,6 +51,7 @@ class Strip:
     natural_curvature: float | tuple[float, float] = 0.0
     gamma: float = 0.0
     thickness: float | None = None
+    bending_stiffness: float | None = None
 
     def __post_init__(self) -> None:
         length = finite("length", self.length)
@@ -64,6 +67,10 @@ class Strip:
             raise RibbonInputError("gamma", self.gamma, "rho h g l^3 / D is not negative; turn `up` instead")
         if self.thickness is not None and not 0 < finite("thickness", self.thickness) < width:
             raise RibbonInputError("thickness", self.thickness, f"a thin strip needs 0 < thickness < width = {width:g}")
+        if self.bending_stiffness is not None and finite("bending_stiffness", self.bending_stiffness) <= 0:
+            raise RibbonInputError(
+                "bending_stiffness", self.bending_stiffness, "a positive stiffness D in N m is needed"
+            )
         k = self.natural_curvature
         ends = tuple(k) if isinstance(k, (tuple, list)) else (k, k)
         if len(ends) != 2:
@@ -92,7 +99,7 @@ class Strip:
             raise RibbonInputError("poisson", poisson, "Poisson's ratio lies in (-1, 0.5]")
         stiffness = young * thickness**3 / (12.0 * (1.0 - nu * nu))
         gamma = density * thickness * finite("acceleration", acceleration) * finite("length", length) ** 3 / stiffness
-        return cls(length, width, nu, natural_curvature, gamma, thickness)
+        return cls(length, width, nu, natural_curvature, gamma, thickness, stiffness)
 
     @property
     def relative_width(self) -> float:

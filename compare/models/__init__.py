@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -38,10 +39,12 @@ def solve(
     from compare import registry
     from compare.models.base import check_keys
     from compare.models.choice import chosen
+    from compare.scene.units import Units
 
     if model is not None:
         found = registry.model(model)
     else:
         found = chosen(scene)
         check_keys(found, scene)
-    return found.solve(scene, size, near=near, options=options, say=say)  # type: ignore[no-any-return]
+    state = found.solve(scene, size, near=near, options=options, say=say)
+    return replace(state, units=Units.of(scene), width=scene.width)

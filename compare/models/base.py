@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.align import Motions
 from compare.measure.grid import Grid
+from compare.measure.shown import Shown
+from compare.scene.units import Units
 
 if TYPE_CHECKING:
     from compare.measure.states import States
@@ -227,8 +229,8 @@ class Refinement:
     distance: float | None
 
 
-@dataclass(frozen=True)
-class State:
+@dataclass(frozen=True, repr=False)
+class State(Shown):
     """A model's answer to a scene.
 
     word: the solver's own word for `status`; stable None: not judged; residual: relative, as the solver measures it;
@@ -236,7 +238,8 @@ class State:
     models have, by the name under which a table shows it; motions: rigid motions that nothing resists; log: the steps
     of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones first (`status`
     and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was found; why: the
-    reason of the chosen formulation; native: the solver's own result, for code about one model.
+    reason of the chosen formulation; native: the solver's own result, for code about one model; units, width: of the
+    scene (w / l), where `compare.models.solve` has solved it.
     """
 
     model: str
@@ -263,6 +266,8 @@ class State:
     start: str = ""
     reused: bool = False
     native: Any = field(default=None, repr=False)
+    units: Units = field(default_factory=Units)
+    width: float = 0.0
 
     @property
     def ok(self) -> bool:

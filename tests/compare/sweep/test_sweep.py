@@ -80,8 +80,16 @@ def test_rows_are_what_single_solves_find(small):
 
 
 def test_files_of_a_sweep(small):
-    names = {"cases.csv", "cases.json", "result.json", "page.json", "sweep.png", "journal.jsonl"}
-    assert {path.name for path in small.iterdir()} == names
+    names = {
+        "cases.csv",
+        "cases.json",
+        "result.json",
+        "page.json",
+        "sweep.png",
+        "force_displacement.png",
+        "journal.jsonl",
+    }
+    assert {path.name for path in small.iterdir() if path.is_file()} == names
     result = result_of(small)
     assert (result["status"], result["stable"], result["complete"]) == ("converged", True, True)
     assert result["statuses"] == {"converged": 3}
