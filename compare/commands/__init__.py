@@ -1,7 +1,8 @@
 """The commands of `ribbonbench`, one module each, in the order in which the help lists them.
 
-A module has HELP (one line), `register(parser)` (its arguments) and `run(options, console)` (its exit code). It imports
-solvers and libraries inside `run`, so that `ribbonbench --help` is quick. PARALLEL = True: it may run under mpirun.
+A module has HELP (one line), EXAMPLE (a command line that parses), `register(parser)` (its arguments) and
+`run(options, console)` (its exit code). It imports solvers and libraries inside `run`, so that `ribbonbench --help` is
+quick. PARALLEL = True: it may run under mpirun.
 `options.line` is the command line as typed (`compare.commands.line`), for the page of the results.
 """
 
@@ -18,6 +19,7 @@ class Command(Protocol):
     """What a module of this package offers."""
 
     HELP: str
+    EXAMPLE: str
 
     def register(self, parser: argparse.ArgumentParser) -> None:
         """Adds the command's arguments."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from compare.commands import common
+from compare.commands.lists import ListOf
 from compare.errors import BadInput
 from compare.store.progress import Reporter
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from compare.studies.pins import Pin
 
 HELP = "check that ribbon and shell agree as closely as is claimed (pins)"
+EXAMPLE = "ribbonbench check my.toml --distance 0.01"
 _CLAIMS = ("distance", "share", "slope", "width_to_thickness", "assignments", "leave_saddle")
 
 
@@ -40,11 +42,11 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--share", type=float, metavar="X", default=None, help="claim: membrane share of the elastic energy at most X"
     )
     parser.add_argument(
-        "--slope", type=float, nargs=2, metavar=("LOW", "HIGH"), default=None,
+        "--slope", type=ListOf(float, 2), metavar="LOW,HIGH", default=None,
         help="claim: slope of log(distance) against log(h/w), over two w/h or more",
     )  # fmt: skip
     parser.add_argument(
-        "--width-to-thickness", type=float, nargs="+", metavar="R", default=None,
+        "--width-to-thickness", type=ListOf(float), metavar="R,R,...", default=None,
         help="w/h of the shells (default: the scene's)",
     )  # fmt: skip
     parser.add_argument("--pin", action="store_true", help="measure, and write the claims that hold: agreements.toml")

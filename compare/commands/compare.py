@@ -11,6 +11,7 @@ from compare.commands import common
 from compare.store.progress import Reporter
 
 HELP = "compare the ribbon of a scene with shells of several thicknesses"
+EXAMPLE = "ribbonbench compare curl_4_3"
 
 
 def register(parser: argparse.ArgumentParser) -> None:

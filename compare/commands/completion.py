@@ -10,6 +10,7 @@ from rich.console import Console
 from compare.commands import common
 
 HELP = "print a completion script for bash, zsh or fish"
+EXAMPLE = "ribbonbench completion bash"
 
 
 def register(parser: argparse.ArgumentParser) -> None:

@@ -8,10 +8,12 @@ import math
 from rich.console import Console
 
 from compare.commands import common
+from compare.commands.lists import ListOf
 from compare.errors import BadInput
 from compare.store.progress import Reporter
 
 HELP = "convergence as h/w falls: slope with its interval, the limit, the ribbon's (or another model's) place in it"
+EXAMPLE = "ribbonbench converge cantilever --width-to-thickness 20,50,100"
 RULINGS = ("free", "straight", "both")
 
 
@@ -21,11 +23,11 @@ def register(parser: argparse.ArgumentParser) -> None:
     common.out_argument(parser)
     common.leave_saddle_argument(parser)
     parser.add_argument(
-        "--width-to-thickness", nargs="+", type=float, metavar="R", default=None,
+        "--width-to-thickness", type=ListOf(float), metavar="R,R,...", default=None,
         help="w/h of the shells, two at least (default: the scene's; 20 50 100 200 where it gives one or none)",
     )  # fmt: skip
     parser.add_argument(
-        "--elements", nargs=2, type=int, metavar=("ALONG", "ACROSS"), default=None, help="elements of the shells"
+        "--elements", type=ListOf(int, 2), metavar="ALONG,ACROSS", default=None, help="elements of the shells"
     )
     parser.add_argument(
         "--ruling", default=None, metavar="KIND",

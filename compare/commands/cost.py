@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from compare.commands import common
+from compare.commands.lists import ListOf
 from compare.errors import BadInput
 from compare.store.progress import Reporter
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from compare.studies.cost_plan import Plan
 
 HELP = "what accuracy costs: error against time for every model of a scene"
+EXAMPLE = "ribbonbench cost cantilever --segments 10,20,40"
 
 
 def register(parser: argparse.ArgumentParser) -> None:
@@ -26,16 +28,18 @@ def register(parser: argparse.ArgumentParser) -> None:
     common.out_argument(parser)
     common.leave_saddle_argument(parser)
     parser.add_argument(
-        "--solvers", nargs="+", metavar="NAME", default=None,
+        "--solvers", nargs="+", metavar="NAME,NAME,...", default=None,
         help="of chained, mixed, placed (segments by tolerance), elastica, shell (default: all that the scene allows)",
     )  # fmt: skip
-    parser.add_argument("--segments", nargs="+", type=int, metavar="P", default=None, help="sizes of the ribbons")
+    parser.add_argument("--segments", type=ListOf(int), metavar="P,P,...", default=None, help="sizes of the ribbons")
     parser.add_argument(
-        "--tolerances", nargs="+", type=float, metavar="X", default=None, help="tolerances of the placed ribbon"
+        "--tolerances", type=ListOf(float), metavar="X,X,...", default=None, help="tolerances of the placed ribbon"
     )
-    parser.add_argument("--meshes", nargs="+", metavar="AxB", default=None, help="meshes of the shell, e.g. 50x4 100x8")
     parser.add_argument(
-        "--elastica-elements", nargs="+", type=int, metavar="N", default=None, help="sizes of the elastica"
+        "--meshes", type=ListOf(str), metavar="AxB,AxB,...", default=None, help="meshes of the shell: 50x4,100x8"
+    )
+    parser.add_argument(
+        "--elastica-elements", type=ListOf(int), metavar="N,N,...", default=None, help="sizes of the elastica"
     )
     parser.add_argument(
         "--width-to-thickness", type=float, metavar="R", default=None,
@@ -46,7 +50,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="the common reference: shell, ribbon, elastica, or own for none (default: shell, without one ribbon)",
     )  # fmt: skip
     parser.add_argument(
-        "--target", nargs="+", type=float, metavar="X", default=None, dest="targets",
+        "--target", type=ListOf(float), metavar="X,X,...", default=None, dest="targets",
         help="errors over l whose times are asked for (default 1e-2 1e-3 1e-4)",
     )  # fmt: skip
     parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each size (default 3)")
@@ -88,8 +92,9 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
 
     changes: dict[str, object] = {"leave_saddle": options.leave_saddle, "compilation": options.compilation}
     known = families(scene)
-    _chosen("--solvers", options.solvers or [], known)
-    changes["solvers"] = tuple(s for s in known if s in (options.solvers or known))
+    asked = [name for words in options.solvers or [] for name in words.strip("[]").replace(",", " ").split()]
+    _chosen("--solvers", asked, known)
+    changes["solvers"] = tuple(s for s in known if s in (asked or known))
     for name, least, most in (("segments", 2, 2000), ("elastica_elements", 2, 5000)):
         values = getattr(options, name)
         if values is not None:

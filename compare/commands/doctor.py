@@ -10,6 +10,7 @@ from rich.console import Console
 from compare.commands.common import DONE
 
 HELP = "versions, linear algebra, and what is missing with the command that mends it"
+EXAMPLE = "ribbonbench doctor"
 
 
 def register(parser: argparse.ArgumentParser) -> None:

@@ -14,6 +14,7 @@ from compare.commands import common
 from compare.store.progress import Reporter
 
 HELP = "which effects a scene switches on, why, and what each costs and changes"
+EXAMPLE = "ribbonbench explain curl_4_3"
 
 
 def register(parser: argparse.ArgumentParser) -> None:

@@ -13,6 +13,7 @@ from compare.errors import BadInput
 from compare.store.progress import Reporter
 
 HELP = "surfaces of results (or of a scene, solved first) as VTU, PVD, OBJ, PLY, glTF, CSV, NPZ"
+EXAMPLE = "ribbonbench export my.toml --format gltf,obj"
 
 
 def register(parser: argparse.ArgumentParser) -> None:

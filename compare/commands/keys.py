@@ -10,6 +10,7 @@ from compare.commands import common
 from compare.errors import BadInput
 
 HELP = "the keys of a scene, with unit, range, default and meaning"
+EXAMPLE = "ribbonbench keys clamp"
 
 #: So many keys at most are told in full, each in a table of its own.
 _IN_FULL = 2

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from compare.commands import common
+from compare.commands.lists import ListOf
 from compare.errors import BadInput
 from compare.store.progress import Reporter
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from compare.studies.limits import Finding, Thresholds
 
 HELP = "where the inextensible model stops being true: the shell's stretching, its distance to the ribbon, a verdict"
+EXAMPLE = "ribbonbench limits my.toml --quick"
 
 _AXES = {"widths": "strip.width", "gammas": "strip.gamma", "thickness_to_width": "shell.width_to_thickness"}
 
@@ -38,12 +40,16 @@ def register(parser: argparse.ArgumentParser) -> None:
         "(ruling free), or both in turn",
     )  # fmt: skip
     parser.add_argument(
-        "--vary", action="append", default=[], metavar="KEY=V,V,...",
+        "--vary", action="append", default=[], metavar="KEY=VALUES",
         help="an axis of a grid: values or vectors, FIRST:LAST:COUNT or log(FIRST,LAST,COUNT) (repeatable)",
     )  # fmt: skip
+    parser.add_argument(
+        "--width-to-thickness", type=ListOf(float), metavar="R,R,...", default=None,
+        help="w/h of the shells (default: the scene's)",
+    )  # fmt: skip
+    parser.add_argument("--thickness-to-width", metavar="X,X,...", help=argparse.SUPPRESS)  # the same as h/w
     parser.add_argument("--widths", metavar="W,W,...", help="a grid over w/l")
     parser.add_argument("--gammas", metavar="G,G,...", help="a grid over Gamma")
-    parser.add_argument("--thickness-to-width", metavar="X,X,...", help="shells of these h/w")
     parser.add_argument(
         "--distance", type=float, default=1.0, metavar="PERCENT", help='distance up to which it is "good" (default 1)'
     )
@@ -90,7 +96,7 @@ def _thresholds(options: argparse.Namespace) -> Thresholds:
 
 def _axes(options: argparse.Namespace, scene: Scene) -> list[Axis]:
     """The axes of --vary and of the short options; w/l and h/w are turned into the scene's keys."""
-    from compare.studies.axes import Axis, parse_axis
+    from compare.studies.axes import Axis, checked, parse_axis
 
     axes = [parse_axis(text) for text in options.vary]
     for name, key in _AXES.items():
@@ -104,6 +110,8 @@ def _axes(options: argparse.Namespace, scene: Scene) -> list[Axis]:
         if name == "thickness_to_width":
             axis = Axis.of(key, [1.0 / _number(option, v[0]) for v in axis.values])
         axes.append(axis)
+    if options.width_to_thickness is not None:
+        axes.append(checked(Axis.of("shell.width_to_thickness", options.width_to_thickness), "--width-to-thickness"))
     return axes
 
 

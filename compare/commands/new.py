@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from compare.scene.scene import Scene
 
 HELP = "write a commented scene of one's own, by options or a few questions"
+EXAMPLE = "ribbonbench new my.toml --si --length 30cm --width 10mm --thickness 0.1mm"
 
 #: Options that say a number or a word of the scene, and their metavar and help.
 _SAID = {

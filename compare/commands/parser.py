@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from typing import Any, NoReturn
 
 from compare import commands
+from compare.commands.lists import ListOf, joined
 from compare.errors import BadInput
 
 
@@ -32,6 +33,13 @@ class Parser(argparse.ArgumentParser):
         hint = f"did you mean {' or '.join(close)}?" if close else f"choose from {', '.join(known)}"
         self.error(str(BadInput(named, value, "is not known", hint)))
 
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> tuple[Any, list[str]]:
+        """As argparse's; the values of a list may stand in several words."""
+        lists = [o for action in self._actions if isinstance(action.type, ListOf) for o in action.option_strings]
+        return super().parse_known_args(joined(sys.argv[1:] if args is None else args, lists), namespace)
+
     def parse_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> Any:
@@ -54,7 +62,9 @@ def whole() -> Parser:
     found = parser.add_subparsers(dest="command", metavar="COMMAND")
     for name in commands.NAMES:
         command = commands.module(name)
-        command.register(found.add_parser(name, help=command.HELP, description=command.HELP))
+        command.register(
+            found.add_parser(name, help=command.HELP, description=command.HELP, epilog=f"Example: {command.EXAMPLE}")
+        )
     return parser
 
 

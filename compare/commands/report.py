@@ -11,6 +11,7 @@ from compare.commands import common
 from compare.store.progress import Reporter
 
 HELP = "one self-contained HTML page, and its Markdown twin, from stored results"
+EXAMPLE = "ribbonbench report out/my"
 
 
 def register(parser: argparse.ArgumentParser) -> None:

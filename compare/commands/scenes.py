@@ -11,6 +11,7 @@ from compare.commands import common
 from compare.page.table import Column, Table
 
 HELP = "list the shipped scenes, or print one of them"
+EXAMPLE = "ribbonbench scenes curl_4_3"
 
 
 _COLUMNS = (

@@ -8,9 +8,11 @@ from dataclasses import replace
 from rich.console import Console
 
 from compare.commands import common
+from compare.commands.lists import ListOf
 from compare.store.progress import Reporter
 
 HELP = "solve the shell of a scene alone, also under mpirun"
+EXAMPLE = "ribbonbench shell curl_4_3 --width-to-thickness 50,100"
 PARALLEL = True
 
 
@@ -19,11 +21,11 @@ def register(parser: argparse.ArgumentParser) -> None:
     common.scene_arguments(parser)
     common.out_argument(parser)
     parser.add_argument(
-        "--width-to-thickness", nargs="+", type=float, metavar="R", default=None,
+        "--width-to-thickness", type=ListOf(float), metavar="R,R,...", default=None,
         help="w/h of the shells, one run each (default: the scene's)",
     )  # fmt: skip
     parser.add_argument(
-        "--elements", nargs=2, type=int, metavar=("ALONG", "ACROSS"), default=None,
+        "--elements", type=ListOf(int, 2), metavar="ALONG,ACROSS", default=None,
         help="elements of the mesh; with --tolerance of the first one",
     )  # fmt: skip
     parser.add_argument(

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from compare.scene.scene import Scene
 
 HELP = "solve the model of a scene alone: the ribbon, or what model.energy names"
+EXAMPLE = "ribbonbench solve my.toml --set strip.natural_curvature=5"
 
 
 def register(parser: argparse.ArgumentParser) -> None:

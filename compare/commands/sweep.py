@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from compare.sweep.workers import Crew
 
 HELP = "run a grid of scenes in parallel, also under mpiexec; a killed sweep goes on"
+EXAMPLE = "ribbonbench sweep my.toml --vary 'strip.length=linear(0.1,0.5,9)'"
 PARALLEL = True
 
 
