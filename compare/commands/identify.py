@@ -10,6 +10,7 @@ from compare.commands import common
 from compare.store.progress import Reporter
 
 HELP = "fit keys of a scene (Young's modulus, natural curvature, ...) to measured points of its centreline"
+EXAMPLE = "ribbonbench identify my.toml points.csv --free strip.young"
 
 
 def register(parser: argparse.ArgumentParser) -> None:
