@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.page.drawing import RIBBON_COLOUR, SHELL_COLOURS, save, screen_axes
+from compare.scene.units import Units
 from compare.studies.identify import Identified
 
 
@@ -17,7 +18,7 @@ def identify_picture(path: Path, found: Identified) -> Path:
     length = found.scene.strip.length
     line = length * found.state.shape.centreline(np.linspace(0.0, 1.0, 801))
     points, feet = length * found.points.places, length * found.state.shape.centreline(found.feet)
-    up = found.scene.up
+    up, unit = found.scene.up, "m" if Units.of(found.scene).known else "unit of strip.length"
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, screen, name in zip(panels, screen_axes([line], up), ("front", "side"), strict=True):
@@ -26,7 +27,7 @@ def identify_picture(path: Path, found: Identified) -> Path:
         for point, foot in zip(points @ screen.T, feet @ screen.T, strict=True):
             axes.plot(*np.array([point, foot]).T, color="0.6", lw=0.8)
         axes.plot(*(points @ screen.T).T, "o", ms=4, color=SHELL_COLOURS[3], label="measured")
-        axes.set(title=name, xlabel="across", ylabel="upwards" if up is not None else "z")
+        axes.set(title=name, xlabel=f"across / {unit}", ylabel=f"{'upwards' if up is not None else 'z'} / {unit}")
         axes.set_aspect("equal", adjustable="datalim")
         axes.grid(alpha=0.3)
     panels[0].legend(fontsize="small")
