@@ -11,6 +11,8 @@ FloatArray = NDArray[np.float64]
 
 #: Energy per area, over the largest on the strip, that is added before shares are taken: what stores nothing has none.
 FLOOR = 1e-6
+#: Energy per area over its mean on the strip, below which a map shows grey in place of shares.
+HARDLY = 0.01
 
 
 class Mapped(Protocol):
@@ -40,6 +42,15 @@ def shares(density: FloatArray) -> FloatArray:
     whole = density.sum(axis=-1, keepdims=True)
     floor = FLOOR * float(np.nanmax(whole, initial=0.0)) or 1.0
     return np.asarray(density / (whole + floor))
+
+
+def hardly_stored(density: FloatArray) -> NDArray[np.bool_]:
+    """Where (...) an energy density (..., 3) is below `HARDLY` of its mean: shares there tell of next to nothing. An
+    unknown density is not stored either."""
+    whole = density.sum(axis=-1)
+    known = whole[np.isfinite(whole)]
+    least = HARDLY * float(known.mean()) if known.size else 0.0
+    return ~(whole > least)
 
 
 def by_name(density: FloatArray) -> dict[str, FloatArray]:

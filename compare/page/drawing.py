@@ -23,13 +23,16 @@ FloatArray = NDArray[np.float64]
 RIBBON_COLOUR = "#1f5fa8"
 SHELL_COLOURS = ("#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#8c6d31", "#6b6b6b")
 
+#: Where a map has nothing to tell.
+NOTHING = "#b8bcc2"
+
 
 def shell_colour(index: int) -> str:
     """The colour of the shell at a place in the order of w/h, from 0."""
     return SHELL_COLOURS[index % len(SHELL_COLOURS)]
 
 
-def save(figure: Figure, path: Path, dpi: int = 150) -> Path:
+def save(figure: Figure, path: Path, dpi: int = 200) -> Path:
     """Writes the picture, atomically."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

@@ -89,7 +89,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     def draw() -> None:
         from compare.pictures import ribbon as profile
 
-        profile.ribbon_profile(out / PICTURE, e, scene.title)
+        profile.ribbon_profile(out / PICTURE, e, scene.title, Units.of(scene))
 
     drawn = pictured(draw)
     shown: tuple[Picture, ...] = (picture(state),) if drawn else ()

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from compare.measure.energy_map import shares
-from compare.page.drawing import quads, save, screen_axes
+from compare.measure.energy_map import HARDLY, hardly_stored, shares
+from compare.page.drawing import NOTHING, quads, save, screen_axes
 from compare.studies.limits import Finding
 
 FloatArray = NDArray[np.float64]
@@ -108,16 +108,15 @@ def shares_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
             if column == 1:
                 axes.plot(x, stretch, ":", color="#c92a2a", lw=1.2, label="membrane + shear, by estimate")
                 axes.axhline(1.0, color="0.6", lw=0.8, ls="--")
-            axes.set_yscale("log")
-            axes.set_ylim(1e-3, 150.0)
+            axes.set_ylim(0.0, 102.0)
             axes.grid(True, which="major", lw=0.3, alpha=0.7)
             axes.set_ylabel(f"% of {whole}", fontsize=8)
             if panel:
                 axes.set_title(label(panel), fontsize=9)
             if row == len(panels) - 1 and across:
                 axes.set_xlabel(across)
-    grid[0, 0].legend(fontsize=7, loc="lower right")
-    grid[0, 1].legend(fontsize=7, loc="lower right")
+    grid[0, 0].legend(fontsize=7, loc="best")
+    grid[0, 1].legend(fontsize=7, loc="best")
     figure.suptitle(f"{title}: energies by kind")
     return save(figure, path)
 
@@ -134,8 +133,7 @@ def _bars(path: Path, finding: Finding, title: str) -> Path:
         shown = [(kind, colour, 100.0 * part[kind]) for kind, colour, _ in _KINDS if part.get(kind)]
         bars = axes.barh([k[0] for k in shown], [k[2] for k in shown], color=[k[1] for k in shown])
         axes.bar_label(bars, labels=[f"{k[2]:.3g} %" for k in shown], padding=3, fontsize=8)
-        axes.set_xscale("log")
-        axes.set_xlim(1e-3, 1e3)
+        axes.set_xlim(0.0, 120.0)
         axes.invert_yaxis()
         axes.set_xlabel(f"% of {whole}", fontsize=8)
         if place == 1:
@@ -174,10 +172,16 @@ def maps_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
                 -0.12, 0.5, label(panel), rotation=90, va="center", ha="right", fontsize=8,
                 transform=grid[row, 0].transAxes,
             )  # fmt: skip
-    colours = ScalarMappable(Normalize(0.0, 1.0), colormaps["coolwarm"])
-    figure.colorbar(colours, ax=list(grid.ravel()), label="share of the local elastic energy", shrink=0.6, aspect=30)
+    colours = ScalarMappable(Normalize(0.0, 1.0), _map())
+    words = f"share of the local elastic energy\n(grey: below {100 * HARDLY:g} % of the mean energy per area)"
+    figure.colorbar(colours, ax=list(grid.ravel()), label=words, shrink=0.8, aspect=30)
     figure.suptitle(f"{title}: bending | membrane | shear on the flat strip, clamp at the top", fontsize=10)
     return save(figure, path)
+
+
+def _map() -> Colormap:
+    """Blue for none, as in the thesis; grey where hardly any energy is stored."""
+    return colormaps["coolwarm"].with_extremes(bad=NOTHING)
 
 
 def _three_strips(axes: Any, finding: Finding, drawn: float) -> None:
@@ -185,13 +189,12 @@ def _three_strips(axes: Any, finding: Finding, drawn: float) -> None:
     maps = finding.maps
     assert maps is not None
     local = shares(maps.density)
+    local[hardly_stored(maps.density)] = np.nan
     stretch = drawn / finding.scene.width
     gap = 0.25 * drawn
     for place in range(3):
         shift = place * (drawn + gap) + 0.5 * drawn
-        image = axes.pcolormesh(
-            maps.v * stretch + shift, -maps.s, local[..., place], cmap="coolwarm", vmin=0.0, vmax=1.0
-        )
+        image = axes.pcolormesh(maps.v * stretch + shift, -maps.s, local[..., place], cmap=_map(), vmin=0.0, vmax=1.0)
         image.set_rasterized(True)
     axes.set_xlim(-gap, 3.0 * drawn + 3.0 * gap)
     axes.set_ylim(-1.02, 0.02)
@@ -231,7 +234,7 @@ def shapes_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
         marks = [Patch(color=_SHAPES[i % len(_SHAPES)], label=label(panel)) for i, panel in enumerate(panels)]
         figure.legend(handles=marks, loc="lower center", ncols=min(len(marks), 3), fontsize=8)
     figure.suptitle(f"{title}: shells at rest, two views (ribbon's outline in black)")
-    return save(figure, path, dpi=80)
+    return save(figure, path, dpi=120)
 
 
 def _shape(axes: Any, finding: Finding, turn: FloatArray, colour: str) -> None:

@@ -13,12 +13,17 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from compare.page.drawing import RIBBON_COLOUR, quads, save, screen_axes
+from compare.scene.units import Units
 from ribbon import Clamp, Equilibrium
 
 FloatArray = NDArray[np.float64]
 
 CLAMP_COLOUR = "#c2662d"
 WALL_COLOUR = "#8a8a8a"
+#: The other side of the ribbon in space; what its outermost cells are darkened by, which draws its edges.
+BACK_COLOUR, _EDGE = "#a9bfd8", 0.45
+#: Where the shape in space is seen from, in degrees: height over the horizon, of a closed band; turn.
+_HEIGHT, _HEIGHT_CLOSED, _TURN = 28.0, 52.0, -62.0
 #: Shades of the ribbon seen along its surface and face on, as shares of the colour; light from (unnormalised).
 _DARK, _BRIGHT = 0.45, 1.1
 _LIGHT = np.array([0.3, -0.5, 0.8])
@@ -67,12 +72,14 @@ def _rgb(colour: str) -> FloatArray:
     return np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])
 
 
-def _shades(cells: FloatArray) -> FloatArray:
-    """Colours (cells, 3) of the ribbon's cells (cells, 4, 3), lit from both sides."""
+def shades(cells: FloatArray, towards: FloatArray) -> FloatArray:
+    """Colours (cells, 3) of the ribbon's cells (cells, 4, 3), lit from both sides, of one seen from `towards` (3,): its
+    front blue, its back pale, so that a twist is seen."""
     normal = np.cross(cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     share = np.abs(normal @ (_LIGHT / np.linalg.norm(_LIGHT)))
-    return np.clip(_rgb(RIBBON_COLOUR) * (_DARK + (_BRIGHT - _DARK) * share)[:, None] + 0.12, 0.0, 1.0)
+    base = np.where((normal @ towards < 0.0)[:, None], _rgb(BACK_COLOUR), _rgb(RIBBON_COLOUR))
+    return np.clip(base * (_DARK + (_BRIGHT - _DARK) * share)[:, None] + 0.12, 0.0, 1.0)
 
 
 def _box(cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
@@ -101,13 +108,14 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
             tip = place + _SIGN * 2.0 * extent * (screen @ frame[:, 2])
             axes.plot(*np.column_stack([place, tip]), color=CLAMP_COLOUR, lw=1.5)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title("side view / l", fontsize=9)
     axes.grid(True, lw=0.3, alpha=0.6)
 
 
 def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
-    """The ribbon in perspective, `up` (else the direction of its least extent) upwards, walls translucent."""
-    cloud = grid.reshape(-1, 3)
+    """The ribbon in perspective, `up` (else the direction of its least extent, of a closed band across the plane of its
+    centreline) upwards, walls translucent."""
+    closed = equilibrium.seam != 0
+    cloud = (grid[:, grid.shape[1] // 2] if closed else grid).reshape(-1, 3)
     if up is None:
         _, _, directions = np.linalg.svd(cloud - cloud.mean(axis=0), full_matrices=False)
         vertical = directions[2]
@@ -122,8 +130,13 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
         plane = clipped(turn @ point, turn @ normal, low, high)
         axes.add_collection3d(Poly3DCollection([plane], facecolors=(*_rgb(WALL_COLOUR), 0.18), edgecolors=WALL_COLOUR))
         low, high = np.minimum(low, plane.min(axis=0)), np.maximum(high, plane.max(axis=0))
-    shades = _shades(cells)
-    axes.add_collection3d(Poly3DCollection(cells, facecolors=shades, edgecolors=shades, linewidths=0.3))
+    height = np.radians(_HEIGHT_CLOSED if closed and up is None else _HEIGHT)
+    turned = np.radians(_TURN)
+    towards = np.array([np.cos(height) * np.cos(turned), np.cos(height) * np.sin(turned), np.sin(height)])
+    colours = shades(cells, towards).reshape(grid.shape[0] - 1, grid.shape[1] - 1, 3)
+    colours[:, [0, -1]] *= _EDGE
+    colours = colours.reshape(-1, 3)
+    axes.add_collection3d(Poly3DCollection(cells, facecolors=colours, edgecolors=colours, linewidths=0.3))
     half = max(0.5 * float(np.linalg.norm(grid[0, -1] - grid[0, 0])), _SIGN * extent)
     for position, frame, clamp in held(equilibrium):
         place, axis = turn @ position, turn @ frame
@@ -138,42 +151,59 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
     middle = 0.5 * (low + high)
     for setter, a in ((axes.set_xlim, 0), (axes.set_ylim, 1), (axes.set_zlim, 2)):
         setter(middle[a] - 0.5 * size[a], middle[a] + 0.5 * size[a])
-    axes.set_box_aspect(size, zoom=1.05)
-    axes.view_init(elev=28.0, azim=-62.0)
+    axes.set_box_aspect(size, zoom=1.12)
+    axes.view_init(elev=float(np.degrees(height)), azim=_TURN)
     axes.set_axis_off()
 
 
-def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str) -> Path:
+def length_axis(units: Units | None) -> tuple[float, str]:
+    """What l is on an axis, and in which unit: mm below a metre, m, or l where the scene does not say."""
+    if units is None or units.length is None:
+        return 1.0, "l"
+    return (1e3 * units.length, "mm") if units.length < 1.0 else (units.length, "m")
+
+
+def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Units | None = None) -> Path:
     """omega(s) and eta(s) of a ribbon with its joints marked, and its shape with clamps (orange) and walls (grey).
 
     A clamp's square or bar stands for a held frame (the bar along the width, the pin along the normal), a dot for a
     position alone. A wall is a line in the side view where it is seen from its edge.
     """
-    figure = Figure(figsize=(13.5, 4.8), layout="constrained")
+    figure = Figure(figsize=(11.5, 4.4), layout="constrained")
+    size, unit = length_axis(units)
+    metre = 1.0 if units is None or units.length is None else units.length
+    per = "1/l" if unit == "l" else "1/m"
     places = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.3))
     s = np.linspace(0.0, 1.0, 2001)
     joints = np.minimum(np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)]), 1.0)
     for row, (values, at_joints, name) in enumerate(
         (
-            (equilibrium.omega(s), equilibrium.omega(joints), "normal curvature omega l"),
+            (equilibrium.omega(s) / metre, equilibrium.omega(joints) / metre, f"normal curvature omega, {per}"),
             (equilibrium.eta(s), equilibrium.eta(joints), "ruling eta"),
         )
     ):
         axes = figure.add_subplot(places[row, 0])
-        axes.plot(s, values, color=RIBBON_COLOUR)
-        axes.plot(joints, at_joints, ".", color=RIBBON_COLOUR, ms=5 if joints.size < 100 else 2)
+        axes.plot(size * s, values, color=RIBBON_COLOUR)
+        axes.plot(size * joints, at_joints, ".", color=RIBBON_COLOUR, ms=5 if joints.size < 100 else 2)
         level = float(values.mean())
         if float(np.abs(values - level).max()) < _ROUNDING * (1.0 + abs(level)):  # constant: no picture of rounding
             axes.set_ylim(level - 1.0, level + 1.0)
         axes.set_title(name, fontsize=9)
         axes.grid(True, lw=0.3, alpha=0.6)
         if row == 1:
-            axes.set_xlabel("s / l")
+            axes.set_xlabel(f"s / {unit}")
     along = int(min(max(400, 100 * math.ceil(joints.size / 10)), 4000))
-    grid = equilibrium.surface(along, 4).grid
+    across = 2 * int(
+        np.clip(50.0 * equilibrium.problem.strip.relative_width, 3, 12)
+    )  # the outermost cells are its edges
+    grid = equilibrium.surface(along, across).grid
     gravity = equilibrium.problem.gravity
     up = None if gravity is None else np.asarray(gravity.up, dtype=float)
-    _side(figure.add_subplot(places[:, 1]), equilibrium, grid, up)
+    side = figure.add_subplot(places[:, 1])
+    _side(side, equilibrium, grid, up)
+    side.set_title(f"side view / {unit}", fontsize=9)
+    for axis in (side.xaxis, side.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{size * value:.4g}")
     _space(figure.add_subplot(places[:, 2], projection="3d"), equilibrium, grid[:: max(1, along // 400)], up)
     figure.suptitle(title)
     return save(figure, path)

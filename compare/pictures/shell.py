@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from compare.measure.energy_map import density_on_grid, shares
+from compare.measure.energy_map import HARDLY, density_on_grid, hardly_stored, shares
 from compare.models.shell_process import ShellCase
-from compare.page.drawing import quads, save, screen_axes
+from compare.page.drawing import NOTHING, quads, save, screen_axes
 from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -43,9 +43,12 @@ def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) 
         cases = [*cases[:half], *cases[-half:]]
     figure = Figure(figsize=(14.0, 4.2 * len(cases) + 0.6), layout="constrained")
     places = figure.add_gridspec(len(cases), 3, width_ratios=(1.3, 1.0, 1.0))
-    found = [shares(density_on_grid(case))[..., 1] for _, case in cases]
-    largest = max(LEAST_SCALE, *(float(np.nanmax(share)) for share in found))
-    colours = ScalarMappable(Normalize(0.0, largest), colormaps[_COLOURS])
+    found = []
+    for _, case in cases:
+        density = density_on_grid(case)
+        found.append(np.where(hardly_stored(density), np.nan, shares(density)[..., 1]))
+    largest = max(LEAST_SCALE, *(float(np.nanmax(share, initial=0.0)) for share in found))
+    colours = ScalarMappable(Normalize(0.0, largest), colormaps[_COLOURS].with_extremes(bad=NOTHING))
     up = np.asarray(scene.frame[:, 1] if scene.up is None or not scene.gamma else scene.up, dtype=float)
     panels = []
     for row, ((ratio, case), share) in enumerate(zip(cases, found, strict=True)):
@@ -63,15 +66,19 @@ def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) 
         _side(side, case, fine, up, colours)
         flat = figure.add_subplot(places[row, 2])
         image = flat.pcolormesh(
-            case.surface.s_nodes[::degree], case.surface.v_nodes[::degree] / scene.width, share.T, cmap=_COLOURS,
-            vmin=0.0, vmax=largest,
+            case.surface.s_nodes[::degree], case.surface.v_nodes[::degree] / scene.width, share.T,
+            cmap=colours.get_cmap(), vmin=0.0, vmax=largest,
         )  # fmt: skip
         image.set_rasterized(True)
         flat.set_xlabel("S / l")
         flat.set_ylabel("v / w")
         flat.set_title("flat strip (stretched across)", fontsize=9)
         panels.append(flat)
-    figure.colorbar(colours, ax=panels, label="membrane's share of the local elastic energy")
+    figure.colorbar(
+        colours,
+        ax=panels,
+        label=f"membrane's share of the local elastic energy (grey: below {100 * HARDLY:g} % of the mean)",
+    )
     figure.suptitle(scene.title)
     return save(figure, path)
 

@@ -450,3 +450,10 @@ def test_a_long_path_keeps_its_ends_and_no_more_than_it_may(tmp_path):
     again = read_states(tmp_path / FILE)
     assert again.points == pytest.approx(found.points, abs=1e-6)
     assert again.labels == found.labels
+
+
+def test_pictures_are_shown_at_half_their_pixels(capsys, tmp_path):
+    folder = result(tmp_path / "sharp")
+    assert run(capsys, folder)[0] == DONE
+    (image,) = [i for i in Reader((folder / "report.html").read_text()).named("img") if "straight line" in i["alt"]]
+    assert int(image["width"]) == imread(folder / "curve.png").shape[1] // 2

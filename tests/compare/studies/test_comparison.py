@@ -335,6 +335,14 @@ def test_the_picture_shows_what_holds_the_ribbon(tmp_path, name):
     assert 0.005 < blue < 0.15
 
 
+def test_the_back_of_the_ribbon_is_paler_than_its_front():
+    """One cell with its normal upwards, seen from above and from below; lit alike from both sides."""
+    cell = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]])
+    front, back = (profile.shades(cell, np.array([0.2, 0.1, z]))[0] for z in (1.0, -1.0))
+    assert (back - front).min() > 0.05
+    assert front[2] - front[0] > 0.4
+
+
 def test_a_clipped_wall_covers_the_box_and_lies_in_its_plane():
     """Every corner of the box, dropped onto the plane, lies in the rectangle, and some on each of its sides."""
     normal = np.array([0.6, 0.0, 0.8])
