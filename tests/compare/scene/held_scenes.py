@@ -14,6 +14,7 @@ up = [0.0, 0.0, 1.0]
 """
 FLAT = """tangent = [1.0, 0.0, 0.0]
 normal = [0.0, 0.0, 1.0]
+ruling = "free"
 """
 START = f"""[clamp.start]
 position = [0.0, 0.0, 0.0]
@@ -54,6 +55,7 @@ up = [0.0, 0.0, 1.0]
 position = [0.0, 0.0, 0.4]
 tangent = [1.0, 0.0, 0.0]
 normal = [0.0, 0.0, 1.0]
+ruling = "free"
 [[wall]]
 name = "floor"
 point = [0.0, 0.0, 0.0]
