@@ -140,7 +140,7 @@ VALUES = [
     ({"gravity.gamma": "1.0"}, "gravity.gamma", "1.0", "did you mean strip.gamma?"),
     ({"clamp.tangent": "[0.0, 0.0, 1.0]"}, "clamp.tangent", "[0.0, 0.0, 1.0]", "did you mean clamp.start.tangent?"),
     ({"clamp.start.tanget": "[0.0, 0.0, 1.0]"}, "clamp.start.tanget", "1.0", "did you mean clamp.start.tangent?"),
-    ({"model.xyzzy": "1"}, "model.xyzzy", "1", "known keys here: arc_length, budget, element_lengths, elements, energy"),
+    ({"model.xyzzy": "1"}, "model.xyzzy", "1", "known keys here: arc_length, budget, element_lengths"),
     ({"gravty.up": "[1.0, 0.0, 0.0]"}, "gravty", "", "did you mean gravity?"),
 ]
 
