@@ -34,6 +34,8 @@ SINGULAR = 1e13
 #: |omega| l and |eta| below which a joint counts as straight, and its ruling as the one that is kept.
 _STRAIGHT = 1e-7
 _SCALINGS = 8
+#: Largest entry of a contact's row below which no free unknown moves it: a wall that a clamp stands on.
+_MOVED = 1e-12
 #: Softness, after scaling, of contacts: many that touch at once are redundant, and share their force as evenly as they
 #: can. What it costs in accuracy the refinements give back.
 _SOFT = 1e-9
@@ -95,9 +97,10 @@ class System:
         values = problem.constraints(x)
         open_rows = below != above
         gap = np.minimum(values - below, above - values)
-        active = ~open_rows | _active("a contact", gap, np.abs(here.rows), open_rows)
         free = ~(fixed | on_bound)
         free[_rulings_of_nothing(problem, x)] = False
+        moved = np.asarray(abs(problem.jacobian_matrix(x)[:, free]).max(axis=1).todense()).ravel() > _MOVED
+        active = ~open_rows | _active("a contact", gap, np.abs(here.rows), open_rows & moved)
         return cls(here, free, active, on_bound)
 
     @cached_property

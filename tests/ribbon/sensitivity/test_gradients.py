@@ -203,6 +203,21 @@ def test_walls_that_are_touched():
     np.testing.assert_allclose(g.wall_force(0)["wall.0.offset"], -g.wall_force(0)["start.position"][:, 1], rtol=1e-7)
 
 
+def test_a_clamp_that_stands_on_a_wall():
+    """The wall touches where nothing can move: it takes no part."""
+    strip, floor = Strip(1.0, 0.05, 0.4, 3.0, gamma=1.0), Wall((0, 0, 0), (0, 1, 0))
+    bare = solve(strip, Clamp(), Gravity((0, 1, 0)), segments=5, formulation="mixed")
+    side = 1.0 if bare.position(0.5)[0][1] > 0 else -1.0
+    clamp = Clamp(normal=(0, side, 0))
+    found = []
+    for walls in ([], [floor]):
+        e = solve(strip, clamp, Gravity((0, 1, 0)), walls=walls, segments=5, formulation="mixed", options=TIGHT)
+        assert e.ok
+        assert not walls or e.joints[0][1:, 1].min() > 1e-3
+        found.append(gradients(e, ["gamma"]).position(S)["gamma"])
+    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+
+
 def test_a_straight_strip_bends_in_its_plane():
     """K = 0 without weight: every ruling is as good; the derivative is that of the plane arc."""
     e = solve(Strip(1.0, 0.05, 0.4), segments=6)
