@@ -270,6 +270,7 @@ def test_paper_shows_the_still_picture(browser, report):
         assert browser.run('getComputedStyle(document.querySelector("canvas.turn")).display') == "none"
         assert browser.run('getComputedStyle(document.querySelector(".stage > img")).visibility') == "visible"
         assert browser.run('getComputedStyle(document.querySelector(".box")).overflowX') == "visible"
+        assert browser.run('[...document.querySelectorAll("pre")].every((e) => e.scrollWidth <= e.clientWidth)')
     finally:
         browser("Emulation.setEmulatedMedia", media="")
 
