@@ -129,13 +129,25 @@ def loads(text: str, source: str = "<text>") -> Scene:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise BadInput(
-            "scene", source, f"is not valid TOML: {error}", "mend that line; texts need quotes, numbers none"
+            "scene",
+            source,
+            f"is not valid TOML: {error}{_line_of(text, str(error))}",
+            "mend that line; texts need quotes, numbers none and no unit behind them (0.3, not 30 cm or 0,3)",
         ) from None
     except (ValueError, RecursionError):
         raise BadInput(
             "scene", source, "is not valid TOML: a number or a nesting beyond all bounds", "mend it"
         ) from None
     return _build(document, source)
+
+
+def _line_of(text: str, error: str) -> str:
+    """The line that a fault of TOML names, as the file has it; "" where it names none."""
+    found = re.search(r"at line (\d+)", error)
+    lines = text.splitlines()
+    if found is None or not 0 < int(found[1]) <= len(lines):
+        return ""
+    return f": {one_line(lines[int(found[1]) - 1].partition('#')[0].strip())[:80]}"
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:

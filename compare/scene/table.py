@@ -66,6 +66,7 @@ def _showable(value: Any) -> Any:
 
 def _suggest(name: str, dotted: str, here: Collection[str], keys: Mapping[str, Key]) -> str:
     close = difflib.get_close_matches(name.lower(), here, n=1, cutoff=0.6)
+    close = close or [known for known in here if len(known) > 3 and known in name.lower()]
     prefix = dotted[: len(dotted) - len(name)]
     if close:
         return f"did you mean {prefix}{close[0]}?"

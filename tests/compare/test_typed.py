@@ -63,6 +63,17 @@ def test_what_cannot_be_parsed_is_one_line(words, capsys):
     assert "usage:" not in err
 
 
+@pytest.mark.parametrize(
+    ("line", "near"),
+    [("length = 30 cm", "length = 30 cm"), ("length = 0,3", "length = 0,3"), ("youngs_modulus = 2e11", "strip.young?")],
+)
+def test_a_slip_in_a_file_shows_the_line_or_the_key(line, near, capsys, tmp_path):
+    (tmp_path / "my.toml").write_text(f"[strip]\n{line}  # what I mean\nwidth = 0.01\n")
+    code, _, err = run(capsys, "solve", tmp_path / "my.toml")
+    assert (code, err.count("\n")) == (BAD_INPUT, 1)
+    assert near in err
+
+
 def test_a_file_that_is_not_there_names_its_neighbours(capsys, tmp_path):
     (tmp_path / "tape_spring.toml").write_text("")
     code, _, err = run(capsys, "solve", tmp_path / "tapespring.toml")
