@@ -8,7 +8,6 @@ is imported here.
 
 from __future__ import annotations
 
-import _thread
 import contextlib
 import ctypes
 import os
@@ -92,7 +91,7 @@ class Signals:
     def _unraisable(self, found: Any) -> None:
         """Raised where no exception can leave (a weak reference's callback, a finaliser): it is raised once more."""
         if isinstance(found.exc_value, KeyboardInterrupt):
-            _thread.interrupt_main(signal.SIGTERM if isinstance(found.exc_value, Terminated) else signal.SIGINT)
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
         else:
             self._hook(found)
 
