@@ -181,6 +181,6 @@ def test_absolute_paths_leave_no_machine_in_the_line(tmp_path, monkeypatch):
 def test_a_page_made_through_python_says_so():
     """Its scene may be none that a command could find, so no line is made up."""
     assert Page("compare", "T").again == ""
-    part = Part(Path("x"), "x", Page("compare", "T"), {}, ())
+    part = Part(Path("x"), "x", Page("compare", "T"), {}, (), {})
     assert THROUGH_PYTHON in report_markdown.document([part], [""], "s.png")
     assert THROUGH_PYTHON in report_html.document([part], [None], [None])

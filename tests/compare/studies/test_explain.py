@@ -164,7 +164,7 @@ def test_a_tolerance_with_the_chained_model_is_refused(capsys, tmp_path):
 def test_the_command_prints_all_of_it(capsys, tmp_path, case):
     path = tmp_path / "scene.toml"
     path.write_text(CASES[case][0])
-    assert main(["explain", str(path), *([] if case == "two clamps" else ["--no-run"])]) == DONE
+    assert main(["explain", str(path), "--wide", *([] if case == "two clamps" else ["--no-run"])]) == DONE
     out = capsys.readouterr().out
     assert "constraints and their Jacobian" in out
     for name in NAMES:
