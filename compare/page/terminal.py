@@ -17,6 +17,8 @@ from compare.page.verdict import Verdict
 _BETWEEN, _OUTSIDE = 3, 1
 #: Letters that a column of words has at least, where its words are longer: only then is a word broken.
 _LEAST, _MOST_WORD = 6, 40
+#: Letters of a first column of names that are kept in one line.
+_NAME = 26
 
 
 def print_table(console: Console, table: Table, legend: bool = True, wide: bool = False) -> None:
@@ -54,7 +56,9 @@ def _widths(table: Table, room: int) -> list[int]:
     least = _least(table)
     most = list(map(max, least, _most(table)))
     found = list(least)
-    spare = room - sum(least)
+    if not table.columns[0].is_number:  # a name stays in one line where the others can do with less
+        found[0] = max(least[0], min(most[0], _NAME, room - sum(least[1:])))
+    spare = room - sum(found)
     while spare > 0 and found != most:
         open_ones = [k for k in range(len(found)) if found[k] < most[k]]
         k = min(open_ones, key=lambda k: found[k] / most[k])
