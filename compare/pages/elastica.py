@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import State
@@ -94,10 +96,10 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     assert end is not None
     values = {name: value for name, value in energy.to_dict().items() if name in ("elastic", "gravity", "tip")}
     held = (("s = 0", supports.start), ("s = l", supports.end))
-    load = [("load at the tip / (D w / l^2)", f"{scene.tip_load:.6g}")] if scene.tip is not None else []
+    load = [("load at the tip", told.force(np.array([scene.tip_load]), units))] if scene.tip is not None else []
     place = [
-        ("energy / (D w / l)", ", ".join(f"{name} {value:.6f}" for name, value in values.items())),
-        ("s = l, over l", " ".join(f"{c:.6f}" for c in end.position + 0.0)),
+        ("energy", told.energies(values, units)),
+        ("s = l", told.place(end.position, units)),
         *((f"force at {where}", told.force(found.force, units)) for where, found in held if found is not None),
     ]
     return [
@@ -106,6 +108,6 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         *load,
         ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
         ("began at", BEGAN[state.start]),
-        ("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l"),
+        ("discretisation error", "unknown" if state.error is None else told.length(units, state.error)),
         ("time", spent(state.seconds)),
     ]

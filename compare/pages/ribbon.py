@@ -202,27 +202,30 @@ def advice(scene: Scene, error: float | None) -> str | None:
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out; of a state
-    that is no equilibrium nothing about its place. units: in which forces stand first; None: the scene's."""
+    that is no equilibrium nothing about its place. units: in which all that has a unit is told first;
+    None: the scene's."""
     units = Units.of(scene) if units is None else units
     e = state.native
     used = e.problem.formulation
-    parts = [f"elastic {e.energy.elastic:.6f}", f"gravity {e.energy.gravity:.6f}"]
+    parts = {"elastic": e.energy.elastic, "gravity": e.energy.gravity}
     if any(wall.stiffness is not None for wall in scene.walls):
-        parts.append(f"plates {e.energy.plates:.6f}")
+        parts["plates"] = e.energy.plates
     found = [("status", message(state))]
     if state.is_equilibrium:
         found += [
-            ("energy / (D w / l)", ", ".join(parts)),
-            ("middle / l", told.vector(e.middle.position)),
-            ("end / l" if scene.clamp_end or scene.closure else "free end / l", told.vector(e.end.position)),
+            ("energy", told.energies(parts, units)),
+            ("middle", told.place(e.middle.position, units)),
+            ("end" if scene.clamp_end or scene.closure else "free end", told.place(e.end.position, units)),
             ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
         ]
         if scene.clamp_start is not None:
             found.append(("force at s = 0", told.force(e.start.force, units)))
+            found.append(("moment at s = 0", told.moment(e.start.moment, units)))
         if e.end_support is not None:
             found.append(("force at s = l", told.force(e.end_support.force, units)))
+            found.append(("moment at s = l", told.moment(e.end_support.moment, units)))
         for wall in state.supports.walls:
-            plate = "" if wall["height"] is None else f", plate at {wall['height']:.4g} l from rest"
+            plate = "" if wall["height"] is None else f", plate at {units.text(wall['height'], 'l', 4)} from rest"
             text = f"{told.force(wall['force'], units)}; {wall['contacts'].size} joints in contact{plate}"
             found.append((f"force of wall {wall['name']}", text))
     found += [
@@ -236,7 +239,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         resumed = ", continued from an interrupted run" if way["resumed"] else ""
         steps = f"{way['stages']} stages, {way['steps']} steps, {way['rejected']} rejected{resumed}: path.csv"
         found.append(("path", steps))
-    error = "unknown" if state.error is None else f"{state.error:.1e} l"
-    found.append(("discretisation error", f"{error} ({state.error_why})" if state.error_why else error))
+    error = "unknown" if state.error is None else told.length(units, state.error)
+    found.append(("discretisation error", f"{error}, {state.error_why}" if state.error_why else error))
     found.append(("time", spent(state.seconds)))
     return found

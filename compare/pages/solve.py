@@ -12,7 +12,7 @@ from compare.models.base import State, Status
 from compare.page.remedies import message
 from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
-from compare.page.told import length
+from compare.page.told import energies, length, place
 from compare.page.verdict import Verdict
 from compare.pages.result import presenter, spent, state_result
 from compare.pages.written import write_any
@@ -64,7 +64,7 @@ def _where(scene: Scene, state: State, units: Units) -> str:
 
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
-    """What the command prints: name and text; forces in SI too where `units` (None: the scene's) are known."""
+    """What the command prints: name and text; in SI too where `units` (None: the scene's) are known."""
     units = Units.of(scene) if units is None else units
     own = presenter(state)
     if own is not None:
@@ -73,13 +73,13 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found = [
         ("status", message(state)),
         ("residual", f"{state.residual:.1e} after {state.iterations} iterations" if state.residual else "-"),
-        ("energy / (D w / l)", ", ".join(f"{name} {value:.6f}" for name, value in energy.items() if value is not None)),
+        ("energy", energies(energy, units)),
     ]
     for name, pose in (("middle", state.middle), ("end", state.end)):
         if pose is not None and state.is_equilibrium:
-            found.append((f"{name} / l", " ".join(f"{c + 0.0:.6f}" for c in pose.position)))
+            found.append((name, place(np.asarray(pose.position), units)))
     found.append(("model", f"{state.model}, {state.size.label} elements"))
-    found.append(("discretisation error", "unknown" if state.error is None else f"{state.error:.1e} l"))
+    found.append(("discretisation error", "unknown" if state.error is None else length(units, state.error)))
     found.append(("time", spent(state.seconds)))
     return found
 

@@ -116,7 +116,7 @@ def quantity(value: float, base: str, digits: int = 3) -> str:
     if base == "m":
         factor, unit = (1e3, "mm") if abs(value) < 1.0 else (1.0, "m")
         if 0.0 < abs(value) < 1e-6:
-            factor, unit = 1e6, "µm"
+            factor, unit = (1e6, "µm") if abs(value) >= 1e-8 else (1e9, "nm")
         return f"{value * factor:.{digits}g} {unit}"
     if base == "N m":
         factor, unit = (1e3, "N mm") if abs(value) < 1.0 else (1.0, "N m")
