@@ -126,4 +126,7 @@ pip install --no-deps --editable . ||
 printf '%s\n' "$wanted" >"$STAMP.new"
 mv "$STAMP.new" "$STAMP"
 rm -f "$UNFINISHED"
+say "compiling the ribbon's kernels and the shell's forms, once (a minute or two; what is kept already takes seconds)"
+"$VENV/bin/ribbonbench" doctor --warm >/dev/null 2>&1 </dev/null 9<&- ||
+    say "that did not end well: the first solve compiles what it needs, and ribbonbench doctor says what is missing"
 say "done, the environment is in $VENV; try: $VENV/bin/ribbonbench doctor"

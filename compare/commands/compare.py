@@ -32,14 +32,19 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     scene.require_shell()
     out = common.out_folder(options, scene.name)
-    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
-        reporter.step("writing tables, pictures and surfaces")
-        page = report.write(out, comparison, options.line)
+    reporter = Reporter(quiet=options.quiet)
+    with common.held(out, reporter.step):
+        with reporter:
+            comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
+        if common.spoken(options):  # first the answer, then what is drawn and written for its files
+            print_verdict(console, tables.answer(comparison, common.units_of(options, scene)))
+            print_table(console, replace(tables.table(comparison), title=scene.title), legend=False, wide=options.wide)
+            for sentence in tables.verdict(comparison):
+                console.print(f"- {sentence}")
+            console.file.flush()
+        with reporter:
+            reporter.step("writing tables, pictures and surfaces")
+            page = report.write(out, comparison, options.line)
     if common.spoken(options):
-        print_verdict(console, tables.answer(comparison, common.units_of(options, scene)))
-        print_table(console, replace(tables.table(comparison), title=scene.title), legend=False, wide=options.wide)
-        for sentence in tables.verdict(comparison):
-            console.print(f"- {sentence}")
         console.print(f"Report: {page.with_suffix('.html')} and {page.name}")
     return common.DONE if comparison.ok else common.NOT_CONVERGED

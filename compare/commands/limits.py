@@ -73,11 +73,13 @@ def run(options: argparse.Namespace, console: Console) -> int:
     for _, case in cases:
         limits.require_limits(case)
     out = common.out_folder(options, scene.name)
-    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        findings, comparison = _study(options, thresholds, cases, out, reporter)
+    reporter = Reporter(quiet=options.quiet)
+    with common.held(out, reporter.step):
+        with reporter:
+            findings, comparison = _study(options, thresholds, cases, out, reporter)
+        if common.spoken(options):
+            _tell(options, console, findings, thresholds, out)  # first the answer, then its files and pictures
         limits_results.write(out, findings, comparison, thresholds, options.line)
-    if common.spoken(options):
-        _tell(options, console, findings, thresholds, out)
     return common.DONE if all(finding.ok for finding in findings) else common.NOT_CONVERGED
 
 
@@ -143,7 +145,7 @@ def _study(
                 f"case {number + 1} of {len(cases)} ({case.shell.clamp} held{', ' if what else ''}{what}){when}"
             )
         if options.quick:
-            findings += limits.quick(case, thresholds, values)
+            findings += limits.quick(case, thresholds, values, reporter)
             continue
         found, comparison = limits.study(
             case, shared_store(out), reporter, thresholds, values, leave_saddle=options.leave_saddle
@@ -164,3 +166,4 @@ def _tell(
     for sentence in limits_results.verdict(findings, thresholds):
         console.print(f"- {sentence}")
     console.print(f"Results: {out}")
+    console.file.flush()

@@ -299,11 +299,12 @@ class RibbonModel:
             current = finer
         return replace(state, error=extrapolated(shapes), refinements=tuple(tried), error_why=why)
 
-    def estimate(self, scene: Scene, state: State, width_to_thickness: float) -> Estimate:
+    def estimate(self, scene: Scene, state: State, width_to_thickness: float, say: Reporter | None = None) -> Estimate:
         """How far a shell of this w/h would be from the state (`compare.models.ribbon_estimate`)."""
         from compare.models.ribbon_estimate import estimate
 
-        return estimate(scene, state.native, width_to_thickness)
+        with _compiling(say):
+            return estimate(scene, state.native, width_to_thickness)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
@@ -384,6 +385,16 @@ def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way |
     if not way.resumed:  # gone again without the folder: nothing kept may shorten it
         seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
     return way, way.equilibrium, seconds
+
+
+@contextlib.contextmanager
+def compiled() -> Iterator[Callable[[], int]]:
+    """While inside, compilations of the ribbon's kernels are counted; yields what says how many there were."""
+    from ribbon.element.kernel_cache import told
+
+    counts = [0]
+    with told(counts.append):
+        yield lambda: counts[-1]
 
 
 @contextlib.contextmanager

@@ -136,15 +136,27 @@ def require_limits(scene: Scene) -> None:
         )
 
 
-def quick(scene: Scene, thresholds: Thresholds, values: Mapping[str, Any] | None = None) -> list[Finding]:
+def quick(
+    scene: Scene,
+    thresholds: Thresholds,
+    values: Mapping[str, Any] | None = None,
+    say: Reporter | None = None,
+) -> list[Finding]:
     """The estimates from the ribbon alone, one per w/h."""
     require_limits(scene)
-    ribbon = beside_the_shell(scene).solve(scene, options=Options())
-    return [_estimated(scene, ribbon, ratio, thresholds, values or {}) for ratio in scene.require_shell()]
+    ribbon = beside_the_shell(scene).solve(scene, options=Options(), say=say)
+    return [_estimated(scene, ribbon, ratio, thresholds, values or {}, say) for ratio in scene.require_shell()]
 
 
-def _estimated(scene: Scene, ribbon: State, ratio: float, thresholds: Thresholds, values: Mapping[str, Any]) -> Finding:
-    found = beside_the_shell(scene).estimate(scene, ribbon, ratio)  # type: ignore[attr-defined]  # require_limits
+def _estimated(
+    scene: Scene,
+    ribbon: State,
+    ratio: float,
+    thresholds: Thresholds,
+    values: Mapping[str, Any],
+    say: Reporter | None = None,
+) -> Finding:
+    found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
     level = thresholds.level(found.distance, found.share) if ribbon.ok else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,

@@ -271,7 +271,7 @@ def test_surfaces_read_back(made, tmp_path):
     on_axis = mesh.point_data["v"] == 0
     assert on_axis.sum() == found.grid.s.size
     assert np.abs(mesh.point_data["ruling_foot"][on_axis] - mesh.point_data["S"][on_axis]).max() < 1e-14
-    line = np.loadtxt(io.BytesIO(centreline_csv(found.fast.native)), delimiter=",", skiprows=1)
+    line = np.loadtxt(io.BytesIO(centreline_csv(found.fast.native, Units())), delimiter=",", skiprows=1)
     assert np.allclose(line[:, 1:4], found.fast.native.position(line[:, 0]), atol=1e-11)
 
 

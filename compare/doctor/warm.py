@@ -1,0 +1,81 @@
+"""What a first solve compiles, compiled beforehand: the ribbon's kernels, and the shell's forms where it is installed.
+
+Every kind of ribbon is solved once on a few elements, since a kernel is compiled when it is first called: held at one
+end and at both, closed, at a wall, both energies, weight over the surface, derivatives, the estimate of `limits`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from compare import registry
+from compare.errors import Missing, RibbonbenchError
+from compare.models.base import Options
+from compare.models.ribbon import compiled
+from compare.scene.scene import load
+from compare.store.progress import Reporter
+from compare.studies.inputs import input_uncertainty
+
+#: Elements of the ribbons: as few as a closed band needs, and some more.
+ELEMENTS = 6
+#: Shipped scene -> what is changed in it: between them all kernels of the two formulations.
+RIBBONS: tuple[tuple[str, Mapping[str, Any]], ...] = (
+    ("curl_4_3", {}),
+    ("curl_4_3", {"model.energy": "sadowsky"}),
+    ("curl_4_3", {"model.formulation": "mixed", "gravity.exact": True}),
+    ("curl_4_3", {"model.formulation": "mixed", "model.energy": "sadowsky"}),
+    ("two_clamps_5_3_2", {}),
+    ("roman_6_2", {"path": None}),
+    ("moebius_6_1", {}),
+)
+#: Whose estimate, derivatives and shell are asked for.
+BESIDE = "curl_4_3"
+
+
+@dataclass(frozen=True)
+class Warmed:
+    """kernels: how many were compiled now; shell: whether its forms are ready, None: it is not installed; seconds: for
+    all of it."""
+
+    kernels: int
+    shell: bool | None
+    seconds: float
+
+
+def warm(say: Reporter | None = None, shell: bool = True) -> Warmed:
+    """Compiles what is not kept yet; what is kept takes a few seconds to be looked at. shell: its forms too."""
+    began = time.perf_counter()
+    with compiled() as count:
+        ribbons(say)
+    ready = forms(say) if shell else None
+    return Warmed(count(), ready, time.perf_counter() - began)
+
+
+def ribbons(say: Reporter | None = None) -> None:
+    """Solves the kinds of ribbons; what comes of them is nobody's concern."""
+    found: Any = registry.model("ribbon")
+    for name, keys in RIBBONS:
+        scene = load(name).replace({"model.elements": ELEMENTS, **keys})
+        state = found.solve(scene, options=Options(), say=say)
+        if state.shape is not None:
+            state.shape.fields(np.linspace(0.0, 1.0, 5), scene.width * np.linspace(-0.5, 0.5, 3))
+        if name == BESIDE and not keys:
+            found.estimate(scene, state, 100.0, say)
+            input_uncertainty(scene.replace({"uncertainty.poisson": 0.01, "uncertainty.width": 0.1}), state)
+
+
+def forms(say: Reporter | None = None) -> bool | None:
+    """Solves one coarse shell, which compiles its forms; None: no shell is installed here."""
+    scene = load(BESIDE).replace({"shell.width_to_thickness": [10.0], "shell.elements": [8, 1]})
+    try:
+        state = registry.model("shell").solve(scene, say=say)
+    except Missing:
+        return None
+    except RibbonbenchError:
+        return False
+    return state.shape is not None
