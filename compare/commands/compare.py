@@ -23,6 +23,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
+    from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import compare as report
     from compare.pages import comparison as tables
@@ -37,8 +38,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
         with reporter:
             comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
         if common.spoken(options):  # first the answer, then what is drawn and written for its files
-            print_verdict(console, tables.answer(comparison, common.units_of(options, scene)))
-            print_table(console, replace(tables.table(comparison), title=scene.title), legend=False, wide=options.wide)
+            units = common.units_of(options, scene)
+            print_verdict(console, tables.answer(comparison, units))
+            shown = for_reader(replace(tables.table(comparison), title=scene.title), units)
+            print_table(console, shown, legend=False, wide=options.wide)
             for sentence in tables.verdict(comparison):
                 console.print(f"- {sentence}")
             console.file.flush()

@@ -37,6 +37,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares and fits."""
+    from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import converge as convergence_write
     from compare.store.shared import shared_store
@@ -59,10 +60,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
         reporter.step("writing tables, the picture and surfaces")
         convergence_write.write(out, found, options.line)
     if common.spoken(options):
-        print_verdict(console, convergence_write.answer(found, common.units_of(options, scene)))
+        units = common.units_of(options, scene)
+        print_verdict(console, convergence_write.answer(found, units))
         for one in found:
             last = one is found[-1]
-            print_table(console, convergence_write.row_table(one, len(found) > 1), legend=last, wide=options.wide)
+            shown = for_reader(convergence_write.row_table(one, len(found) > 1), units)
+            print_table(console, shown, legend=last, wide=options.wide)
             if one.scalars:
                 print_table(
                     console, convergence_write.scalar_table(one, len(found) > 1), legend=last, wide=options.wide

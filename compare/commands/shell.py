@@ -38,6 +38,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
     from compare.models.shell_here import run as run_here
+    from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import shell as pages
     from compare.store.shared import shared_store
@@ -69,8 +70,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
             if processes.first:
                 holder.__exit__(None, None, None)
     if processes.first and common.spoken(options):
-        print_verdict(console, pages.answer(scene, states, common.units_of(options, scene)))
-        print_table(console, replace(pages.table(scene, states), title=scene.title), legend=False, wide=options.wide)
+        units = common.units_of(options, scene)
+        print_verdict(console, pages.answer(scene, states, units))
+        shown = for_reader(replace(pages.table(scene, states), title=scene.title), units)
+        print_table(console, shown, legend=False, wide=options.wide)
         for state in states:
             console.print(f"- w/h = {pages.ratio_of(state):g}: {state.message}")
         console.print(f"Results: {out}; as a page: ribbonbench report {out}")

@@ -99,6 +99,64 @@ def with_si(table: Table, units: Units | Sequence[Units]) -> Table:
     return Table(table.title, tuple(columns), tuple(zip(*cells, strict=True)), table.legend)
 
 
+#: How a reader's column is told: its unit -> (least value in SI, factor, unit), the first that fits the largest value.
+_READ = {
+    "l": ((1.0, 1.0, "m"), (0.0, 1e3, "mm")),
+    "D w / l^2": ((1.0, 1.0, "N"), (1e-3, 1e3, "mN"), (0.0, 1e6, "µN")),
+    "D w / l": ((1.0, 1.0, "J"), (1e-3, 1e3, "mJ"), (0.0, 1e6, "µJ")),
+}
+
+
+#: Ranks by which a column comes after all others.
+_LAST = 100
+
+
+def for_reader(table: Table, units: Units) -> Table:
+    """The table with a column in mm, mN or mJ (what its largest number asks for) before each with such a unit, which
+    itself comes after all the others; the table itself where SI is not known."""
+    if not units.known:
+        return table
+    columns: list[Column] = []
+    cells: list[list[Cell]] = []
+    for k, column in enumerate(table.columns):
+        values = [row[k] for row in table.rows]
+        below = [row[k] for row in table.below]
+        numbers = [abs(n) for v in (*values, *below) for n in _numbers(v)]
+        if column.unit in _READ and column.is_number and numbers:
+            told = units.si(1.0, column.unit)
+            assert told is not None
+            size = max(numbers) * told[0]
+            factor, unit = next(entry[1:] for entry in _READ[column.unit] if size >= entry[0])
+            heading = f"{column.heading.removesuffix(' / l')} {unit}"
+            shown = replace(column, key=f"{column.key}_si", heading=heading, unit=unit, kind="digits:3")
+            columns.append(shown)
+            cells.append([_times(v, factor * told[0]) for v in (*values, *below)])
+            if not column.heading.endswith(column.unit):
+                column = replace(column, heading=f"{column.heading} / {_brackets(column.unit)}")
+            column = replace(column, rank=column.rank + _LAST, legend="")
+        columns.append(column)
+        cells.append([*values, *below])
+    rows = tuple(zip(*cells, strict=True))
+    split = len(table.rows)
+    legend = f"{table.legend} Where a heading names a unit, in that unit.".strip()
+    return replace(table, columns=tuple(columns), rows=rows[:split], below=rows[split:], legend=legend)
+
+
+def _brackets(unit: str) -> str:
+    return unit if " " not in unit else f"({unit})"
+
+
+def _numbers(cell: Cell) -> list[float]:
+    parts = cell if isinstance(cell, tuple) else (cell,)
+    return [float(p) for p in parts if isinstance(p, int | float) and not isinstance(p, bool) and np.isfinite(p)]
+
+
+def _times(cell: Cell, factor: float) -> Cell:
+    if isinstance(cell, tuple):
+        return tuple(_times(part, factor) for part in cell)  # type: ignore[misc]
+    return cell * factor if isinstance(cell, int | float) and not isinstance(cell, bool) else cell
+
+
 def _cell(value: Any) -> Cell:
     return tuple(value) if isinstance(value, list) else value
 

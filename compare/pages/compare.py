@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from compare.page.page import Picture, Surface
-from compare.page.si import with_si
+from compare.page.si import for_reader, with_si
 from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
@@ -45,7 +45,7 @@ def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface])
         "compare",
         comparison.scene.title,
         verdict=tables.answer(comparison),
-        tables=(table,),
+        tables=(for_reader(table, Units.of(comparison.scene)),),
         sentences=tuple(tables.verdict(comparison)),
         pictures=(*_pictures(comparison), *written.pictures),
         surfaces=tuple(surfaces),

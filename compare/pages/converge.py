@@ -14,7 +14,7 @@ from compare.measure.grades import FAIR, GOOD, POOR, UNKNOWN, YARDSTICK, grade, 
 from compare.page import study as page
 from compare.page.drawing import save
 from compare.page.page import Picture
-from compare.page.si import with_si
+from compare.page.si import for_reader, with_si
 from compare.page.table import Cell, Column, ColumnOf, Table
 from compare.page.told import length
 from compare.page.verdict import Verdict
@@ -321,7 +321,11 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
         "converge",
         f"{first.scene.title}: convergence as h/w falls",
         verdict=answer(found),
-        tables=tuple(t for one in found for t in (row_table(one, several), scalar_table(one, several))),
+        tables=tuple(
+            t
+            for one in found
+            for t in (for_reader(row_table(one, several), Units.of(first.scene)), scalar_table(one, several))
+        ),
         sentences=tuple(said),
         pictures=(
             Picture(

@@ -16,7 +16,7 @@ from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture, Surface
-from compare.page.si import dimensions, si_of, with_si
+from compare.page.si import dimensions, for_reader, si_of, with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.page.verdict import Verdict
@@ -262,7 +262,7 @@ def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "")
         "shell",
         scene.title,
         verdict=answer(scene, states),
-        tables=(table(scene, states),),
+        tables=(for_reader(table(scene, states), Units.of(scene)),),
         sentences=tuple(said for state in states for said in sentences(scene, state)),
         pictures=written.pictures,
         surfaces=written.surfaces,

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from compare.cli import main
-from compare.page.si import array_with_si, si_of, with_si
+from compare.page.main_table import main_table
+from compare.page.si import array_with_si, for_reader, si_of, with_si
 from compare.page.table import Column, Table
 from compare.pages.result import row_result
 from compare.scene.scene import load, loads
@@ -143,3 +144,25 @@ def test_arrays_of_points():
 def test_every_part_of_an_energy_is_in_joules():
     si = si_of({"energy": {"elastic": 1.0, "tip": None}, "moments": {"start": [1.0, 0.0, 2.0]}}, Units(2.0, 0.1, 3.0))
     assert si == {"energy": {"elastic": 1.5, "tip": None}, "moments": {"start": [1.5, 0.0, 3.0]}}
+
+
+def test_a_table_for_a_reader_has_one_prefix_a_column_and_the_stored_numbers_last():
+    """In mm and mJ by hand; six columns show what is in SI; nothing changes where SI is not known."""
+    units = Units(length=0.3, width=0.01, stiffness=1.9e-4)
+    columns = (
+        Column("ratio", "w/h", rank=0),
+        Column("distance", "distance", "l", "exponent:2", rank=1),
+        Column("end", "end / l", "l", "decimals:5", rank=2),
+        Column("energy", "total", "D w / l", "digits:6", rank=3),
+        Column("seconds", "s", "s", "seconds:3", rank=4),
+    )
+    table = Table("t", columns, ((10.0, 1e-3, (0.0, 0.5, 1.0), 4.0, 2.0),), below=(("ribbon", None, None, -2.0, 1.0),))
+    told = for_reader(table, units)
+    assert told.values("distance_si") == (pytest.approx(0.3),)
+    assert told.values("end_si")[0] == pytest.approx((0.0, 150.0, 300.0))
+    assert told.values("energy_si") == (pytest.approx(4.0 * 1.9e-4 / 0.3 * 1e3),)
+    assert told.below[0][told.keys.index("energy_si")] == pytest.approx(-2.0 * 1.9e-4 / 0.3 * 1e3)
+    assert told.select(table.keys).rows == table.rows
+    shown, _ = main_table(told)
+    assert shown.keys == ("ratio", "distance_si", "distance", "end_si", "energy_si", "seconds")
+    assert for_reader(table, Units()) is table
