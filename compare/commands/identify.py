@@ -42,7 +42,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         found = identify(scene, points, free)
         reporter.step("writing results")
         page.write(out, found, options.line)
-    if not options.quiet:
+    if common.spoken(options):
         print_verdict(console, page.answer(found))
         print_table(console, page.table(found), wide=options.wide)
         for sentence in page.sentences(found):

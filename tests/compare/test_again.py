@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import pytest
 
 from compare import cli, commands
 from compare.commands.line import recorded
+from compare.commands.parser import Parser
 from compare.page.page import Page, read_page
 from compare.report import html as report_html
 from compare.report import markdown as report_markdown
@@ -31,6 +31,12 @@ width_to_thickness = 20
 set = { "shell.elements" = [10, 2] }
 distance = 1.0
 validate = true
+"""
+
+#: The cantilever's middle and end.
+POINTS = """x,y,z,s
+0.0,-0.272695,0.397485,0.5
+0.0,-0.700200,0.656354,1.0
 """
 
 #: One or more lines of each command, which together set every option it has.
@@ -65,6 +71,9 @@ LINES = {
          "--errors", "--leave-saddle", "--show", "end.y", "--against", "strip.gamma", "--workers", "1", "--fresh",
          *OUT),
     ],
+    "identify": [
+        ("identify", "cantilever", "own points.csv", "--set", "model.elements=6", "--free", "strip.gamma", *OUT),
+    ],
     "explain": [
         ("explain", "cantilever", *MESH, "--run", "--shell", *OUT),
         ("explain", "daisy_5g", "--set", "model.elements=20", *OUT),
@@ -83,11 +92,12 @@ def folder(tmp_path_factory):
     """Where all the lines run: the folder of results is shared, so a shell is solved once."""
     place = tmp_path_factory.mktemp("again")
     (place / "own pins.toml").write_text(PINS)
+    (place / "own points.csv").write_text(POINTS)
     return place
 
 
-def parser_of(command: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser()
+def parser_of(command: str) -> Parser:
+    parser = Parser()
     commands.module(command).register(parser)
     return parser
 

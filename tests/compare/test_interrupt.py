@@ -113,11 +113,11 @@ def test_the_surface_of_a_shell(tmp_path):
 
 
 def test_a_step_of_a_path(tmp_path):
-    """The state after the second step of a path (seven arrays each) is interrupted: the first one's is whole."""
+    """The state after the second step of a path (sixteen arrays each) is interrupted: the first one's is whole."""
     scene = tmp_path / "path.toml"
     scene.write_text(held_scenes.PATH)
     command = ("solve", scene, "--out", tmp_path / "o", "--quiet")
-    said_one_line(interrupted(10, *command))
+    said_one_line(interrupted(24, *command))
     assert "path_state.npz" in whole_files(tmp_path)
     done = interrupted(0, *command)
     assert done.returncode == 0, done.stderr

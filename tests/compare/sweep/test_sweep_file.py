@@ -62,7 +62,7 @@ def test_assignments_and_axes_of_the_command_line(tmp_path):
 def test_a_scene_with_vary_is_a_sweep(tmp_path):
     axes = [parse_axis("strip.gamma=log(1,1e4,9)")]
     found = load_sweep("cantilever", {}, axes)
-    assert (found.name, found.solver, len(check(found))) == ("cantilever_sweep", "ribbon", 9)
+    assert (found.name, found.solver, len(check(found))) == ("cantilever", "ribbon", 9)
     file = written(tmp_path, load("cantilever").to_toml(), "own.toml")
     assert len(check(load_sweep(file, {}, axes))) == 9
     with pytest.raises(BadInput, match="varies nothing"):
