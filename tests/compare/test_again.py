@@ -54,6 +54,7 @@ LINES = {
         ("limits", "limits_7_3", "--set", "strip.poisson=0.3", "--leave-saddle", "--quick", "--clamp", "both", "--vary",
          "strip.natural_curvature=1", "--widths", "0.2", "--gammas", "10", "--thickness-to-width",
          "0.05", "--distance", "9.5", "--share", "7", *OUT),
+        ("limits", "limits_7_3", "--quick", "--width-to-thickness", "20", "30", *OUT),
     ],
     "cost": [
         ("cost", "cantilever", "--set", "strip.gamma=3", "--solvers", "chained", "placed",

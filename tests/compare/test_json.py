@@ -53,6 +53,13 @@ def test_the_output_is_the_result(line, capsys, tmp_path, monkeypatch):
     assert held(capsys, line, tmp_path)[0] == DONE
 
 
+def test_the_output_of_a_fit(capsys, tmp_path):
+    points = tmp_path / "points.csv"
+    points.write_text("x,y,z\n0.0,-0.272695,0.397485\n0.0,-0.7002,0.656354\n")
+    line = ("identify", "cantilever", points, "--free", "strip.gamma", "--set", "model.elements=6")
+    assert held(capsys, line, tmp_path)[0] == DONE
+
+
 @pytest.mark.shell
 @pytest.mark.parametrize("line", SHELLS, ids=lambda line: line[0])
 def test_the_output_of_commands_with_shells(line, capsys, tmp_path, monkeypatch):
