@@ -30,7 +30,7 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     units = Units.of(scene) if units is None else units
     body = f"the {'band' if scene.closure else 'strip'}"
     if state.stable is False or state.status is Status.UNSTABLE:
-        return Verdict(f"No state that {body} stays in: {message(state)}", POOR)
+        return Verdict(f"{body.capitalize()} would not stay in the state that was found: {message(state)}", POOR)
     if not state.ok:
         return Verdict(f"No equilibrium was found: {message(state)}", POOR)
     kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
