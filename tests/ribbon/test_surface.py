@@ -23,7 +23,7 @@ def band(kind, width):
         strip, gravity, segments = Strip(1.0, width, poisson=0.3, gamma=60.0), Gravity(up=up), 24
     else:
         strip, gravity, segments = Strip(1.0, width, poisson=0.3), None, 40
-    found = solve(strip, Clamp(), gravity, closure=Closure(kind), segments=segments)
+    found = solve(strip, Clamp(ruling="free"), gravity, closure=Closure(kind), segments=segments)
     assert found.ok
     assert abs(found.eta([0.0])[0]) > 1e-3
     return found
