@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from compare.page.table import Cell, Table
 
@@ -15,7 +16,7 @@ def main_table(table: Table, most: int = MOST) -> tuple[Table, str]:
     that have one value in all rows ("" for none).
 
     Columns without any value are left out; of several rows, columns that are the same in each are told in the sentence
-    (of many, those of the lowest rank). One column stays at least.
+    (of many, those of the lowest rank). One column stays at least. A row below with nothing but its name is left out.
     """
     known = with_values(table)
     same = _constant(known)
@@ -23,6 +24,7 @@ def main_table(table: Table, most: int = MOST) -> tuple[Table, str]:
         same = same[1:]
     varied = [k for k in range(len(known.columns)) if k not in same]
     cut = known.select(known.keys[k] for k in _first(known, varied, most))
+    cut = replace(cut, below=tuple(row for row in cut.below if any(cell not in (None, "") for cell in row[1:])))
     facts = [known.columns[k] for k in _first(known, same, most)]
     said = ", ".join(f"{column.heading} {column.text(known.values(column.key)[0])}" for column in facts)
     return cut, said and f"All rows: {said}."

@@ -162,7 +162,7 @@ def test_the_lowest_ranks_stay_in_their_order():
 
 def test_a_line_above_what_stands_below():
     said = shown(table(((10, "a", 1e-3, None, 0.5, True), (20, "b", 2e-3, None, 0.7, False)),
-                       (("ribbon", None, None, None, None, None),)))  # fmt: skip
+                       (("ribbon", None, 5e-4, None, None, None),)))  # fmt: skip
     assert said.index("ribbon", said.index("└") - 200) > said.index("├") > said.index("20")
     assert "of the ribbon" in said
 
@@ -174,3 +174,11 @@ def test_pairs_fit_too():
     )
     assert max(len(line) for line in out.getvalue().splitlines()) <= 60
     assert all(word == "word" for row in cells(out.getvalue())[1:] for word in row[1].split())
+
+
+def test_a_row_below_without_values_is_left_out():
+    columns = (Column("name", "name"), Column("same", "same", kind="digits"), Column("other", "other", kind="digits"))
+    rows = (("a", 1.0, 2.0), ("b", 1.0, 3.0))
+    empty, told = (Table("t", columns, rows, below=(("c", 1.0, cell),)) for cell in (None, 4.0))
+    assert main_table(empty)[0].below == ()
+    assert main_table(told)[0].below == (("c", 4.0),)
