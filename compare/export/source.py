@@ -224,10 +224,15 @@ def sizes(out: Path, files: Mapping[str, str]) -> Table:
 
 
 def answer(source: Source, files: Mapping[str, str]) -> Verdict:
-    """What was written; the grade is that of the results it was made from."""
+    """What was written, with the verdict on the results that it was made from."""
     count = f"{len(source.surfaces)} surface{'s' if len(source.surfaces) != 1 else ''}"
-    grade = UNKNOWN if source.page.verdict is None else source.page.verdict.grade
-    return Verdict(f"{count} written as {len(files)} files, from results", grade)
+    written = f"{count} written as {len(files)} file{'s' if len(files) != 1 else ''}"
+    shown = source.page.verdict
+    return (
+        Verdict(written, UNKNOWN)
+        if shown is None
+        else Verdict(f"{written}; of what it shows: {shown.text}", shown.grade)
+    )
 
 
 def write_page_of(out: Path, source: Source, files: dict[str, str], again: str) -> None:
