@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -154,6 +155,22 @@ def out_folder(options: argparse.Namespace, name: str) -> Path:
         file = atomic_write_text(folder / "scene.toml", options.typed)
         options.line = fed(options.line, file)
     return folder
+
+
+@contextlib.contextmanager
+def telling() -> Iterator[None]:
+    """An answer that is told before its files are written: a reader who has read enough (`| head`) stops no writing."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _nobody_reads()
+    except SystemExit:  # rich's word for the same
+        _nobody_reads()
+
+
+def _nobody_reads() -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @contextlib.contextmanager

@@ -37,14 +37,15 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with common.held(out, reporter.step):
         with reporter:
             comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
-        if common.spoken(options):  # first the answer, then what is drawn and written for its files
-            units = common.units_of(options, scene)
-            print_verdict(console, tables.answer(comparison, units))
-            shown = for_reader(replace(tables.table(comparison), title=scene.title), units)
-            print_table(console, shown, legend=False, wide=options.wide)
-            for sentence in tables.verdict(comparison):
-                console.print(f"- {sentence}")
-            console.file.flush()
+        if common.spoken(options):
+            with common.telling():  # first the answer, then what is drawn and written for its files
+                units = common.units_of(options, scene)
+                print_verdict(console, tables.answer(comparison, units))
+                shown = for_reader(replace(tables.table(comparison), title=scene.title), units)
+                print_table(console, shown, legend=False, wide=options.wide)
+                for sentence in tables.verdict(comparison):
+                    console.print(f"- {sentence}")
+                console.file.flush()
         with reporter:
             reporter.step("writing tables, pictures and surfaces")
             page = report.write(out, comparison, options.line)

@@ -78,7 +78,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         with reporter:
             findings, comparison = _study(options, thresholds, cases, out, reporter)
         if common.spoken(options):
-            _tell(options, console, findings, thresholds, out)  # first the answer, then its files and pictures
+            with common.telling():  # first the answer, then its files and pictures
+                _tell(options, console, findings, thresholds, out)
         limits_results.write(out, findings, comparison, thresholds, options.line)
     return common.DONE if all(finding.ok for finding in findings) else common.NOT_CONVERGED
 

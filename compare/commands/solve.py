@@ -38,7 +38,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         with reporter:
             state = solved(out, scene, reporter, options)
         if common.spoken(options):
-            say(out, scene, state, console, options)  # first the answer, then what is loaded and drawn for its files
+            with common.telling():  # first the answer, then what is loaded and drawn for its files
+                say(out, scene, state, console, options)
         write(out, scene, state, options.line)
     return common.DONE if state.ok else common.NOT_CONVERGED
 

@@ -53,7 +53,7 @@ class Reporter:
         self._aside = None
         self._last = time.perf_counter()
         if not self.quiet:
-            self.console.print(f"[dim]{self._last - self._began:7.1f} s[/dim]  {text}", highlight=False)
+            self._say(self._last, f"  {text}")
         if self._status is not None:
             self._status.update(text)
 
@@ -65,7 +65,7 @@ class Reporter:
         if self._status is not None:
             self._status.update(_Moving(text, self._aside))
         elif first and not self.quiet:
-            self.console.print(f"[dim]{self._aside - self._began:7.1f} s[/dim]    ... {text}", highlight=False)
+            self._say(self._aside, f"    ... {text}")
 
     def detail(self, text: str) -> None:
         """Where the current piece of work is."""
@@ -75,4 +75,11 @@ class Reporter:
         now = time.perf_counter()
         if not self.quiet and now - self._last > self.interval:
             self._last = now
-            self.console.print(f"[dim]{now - self._began:7.1f} s[/dim]    ... {text}", highlight=False)
+            self._say(now, f"    ... {text}")
+
+    def _say(self, now: float, text: str) -> None:
+        """A line with its time; where nobody reads any more (a pipe that was closed) the work goes on in silence."""
+        try:
+            self.console.print(f"[dim]{now - self._began:7.1f} s[/dim]{text}", highlight=False)
+        except (BrokenPipeError, SystemExit):  # rich's word for a broken pipe
+            self.quiet = True

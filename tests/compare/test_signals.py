@@ -183,3 +183,14 @@ def test_whoever_works_for_a_killed_process_ends_with_it(tmp_path, script):
         parent.kill()
         parent.wait()
     assert comes(lambda: not alive(worker))
+
+
+def test_a_reader_that_has_read_enough_stops_no_writing(tmp_path):
+    """`solve ... 2>&1 | head -1`: the answer's first line is read, and the files are there all the same."""
+    words = f"{sys.executable} -m compare.cli solve coil_10_100 --set model.elements=6 --out {tmp_path / 'o'}"
+    done = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {words} 2>&1 | head -1"], capture_output=True, text=True, check=False
+    )
+    assert done.stdout.count("\n") == 1
+    assert {"result.json", "page.json", "ribbon.vtu"} <= {path.name for path in (tmp_path / "o").iterdir()}
+    assert done.returncode == 0
