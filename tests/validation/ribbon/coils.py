@@ -9,6 +9,7 @@ import numpy as np
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
+from compare.models.base import Options
 from compare.models.ribbon import RibbonShape
 from compare.scene.scene import Scene, load
 from ribbon import Equilibrium, refine
@@ -49,7 +50,7 @@ def _nearest(coarse: Equilibrium, reference: Equilibrium) -> Equilibrium:
 
 def _row(scene: Scene, sign: int) -> list[str]:
     k = scene.curvature[0] * sign
-    run = solve_scene(scene.replace({"strip.natural_curvature": k}), "ribbon")
+    run = solve_scene(scene.replace({"strip.natural_curvature": k}), "ribbon", options=Options(repeats=None))
     e = run.native
     grid = Grid.for_shape(scene, 1.5 * abs(k))
     reference, stayed = _reference(e, grid)
