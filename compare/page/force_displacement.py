@@ -121,15 +121,8 @@ def _of_way(travel: Travel) -> str:
 def _scaled(values: Any, unit: str, units: Units) -> tuple[Any, str]:
     """Values for an axis and the unit behind its label, with the prefix that suits the largest of them."""
     array = np.asarray(values, dtype=float)
-    told = units.si(1.0, unit)
+    told = units.reading(float(np.abs(array).max(initial=0.0)), unit)
     if told is None:
         shown = {_MOMENT: "D w / l"}.get(unit, unit)
         return array, f" / ({shown})" if " " in shown else f" / {shown}" if shown else ""
-    array = array * told[0]
-    most, base = float(np.abs(array).max(initial=0.0)), told[1]
-    steps = {"m": ((1.0, 1e3, "mm"),), "N": ((1e-3, 1e6, "µN"), (1.0, 1e3, "mN")),
-             "N m": ((1e-3, 1e6, "N µm"), (1.0, 1e3, "N mm"))}  # fmt: skip
-    for below, factor, name in steps.get(base, ()):
-        if 0.0 < most < below:
-            return array * factor, f" / {name}"
-    return array, f" / {base}"
+    return array * told[0], f" / {told[1]}"

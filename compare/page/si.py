@@ -99,14 +99,8 @@ def with_si(table: Table, units: Units | Sequence[Units]) -> Table:
     return Table(table.title, tuple(columns), tuple(zip(*cells, strict=True)), table.legend)
 
 
-#: How a reader's column is told: its unit -> (least value in SI, factor, unit), the first that fits the largest value.
-_READ = {
-    "l": ((1.0, 1.0, "m"), (0.0, 1e3, "mm")),
-    "D w / l^2": ((1.0, 1.0, "N"), (1e-3, 1e3, "mN"), (0.0, 1e6, "µN")),
-    "D w / l": ((1.0, 1.0, "J"), (1e-3, 1e3, "mJ"), (0.0, 1e6, "µJ")),
-}
-
-
+#: Units of columns that a reader gets in SI.
+_READ = ("l", "D w / l^2", "D w / l")
 #: Ranks by which a column comes after all others.
 _LAST = 100
 
@@ -123,14 +117,13 @@ def for_reader(table: Table, units: Units) -> Table:
         below = [row[k] for row in table.below]
         numbers = [abs(n) for v in (*values, *below) for n in _numbers(v)]
         if column.unit in _READ and column.is_number and numbers:
-            told = units.si(1.0, column.unit)
+            told = units.reading(max(numbers), column.unit)
             assert told is not None
-            size = max(numbers) * told[0]
-            factor, unit = next(entry[1:] for entry in _READ[column.unit] if size >= entry[0])
+            factor, unit = told
             heading = f"{column.heading.removesuffix(' / l')} {unit}"
             shown = replace(column, key=f"{column.key}_si", heading=heading, unit=unit, kind="digits:3")
             columns.append(shown)
-            cells.append([_times(v, factor * told[0]) for v in (*values, *below)])
+            cells.append([_times(v, factor) for v in (*values, *below)])
             if not column.heading.endswith(column.unit):
                 column = replace(column, heading=f"{column.heading} / {_brackets(column.unit)}")
             column = replace(column, rank=column.rank + _LAST, legend="")

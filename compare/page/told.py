@@ -26,58 +26,42 @@ def length(units: Units, value: float | None) -> str:
 
 def force(values: FloatArray, units: Units) -> str:
     """A force (3,) given in D w / l^2: in newtons, the dimensionless one in brackets; that alone without SI."""
-    return _both(values, "D w / l^2", "D w / l^2", _FORCES, units)
+    return _both(values, "D w / l^2", "D w / l^2", units)
 
 
 def moment(values: FloatArray, units: Units) -> str:
     """A moment (3,) given in D w / l: in N mm, the dimensionless one in brackets; that alone without SI."""
-    return _both(values, "moment", "D w / l", _MOMENTS, units)
+    return _both(values, "moment", "D w / l", units)
 
 
 def place(values: FloatArray, units: Units) -> str:
     """A position (3,) given in l: in mm or m, the dimensionless one in brackets; that alone without SI."""
-    return _both(values, "l", "l", _LENGTHS, units, ".6f")
+    return _both(values, "l", "l", units, ".6f")
 
 
 def energies(values: Mapping[str, float | None], units: Units) -> str:
     """Parts of an energy given in D w / l by name: in mJ or another, the dimensionless ones in brackets."""
     known = {name: value for name, value in values.items() if value is not None}
     plain = ", ".join(f"{name} {value:.6f}" for name, value in known.items())
-    found = units.si(1.0, "D w / l")
+    largest = max(map(abs, known.values()), default=0.0)
+    found = units.reading(largest, "D w / l")
     if found is None or not known:
         return f"{plain} D w / l"
-    largest = max(map(abs, known.values()))
-    factor, unit = _prefix(largest * found[0], _ENERGIES)
     told = ", ".join(
-        f"{name} {0.0 if abs(value) < _ROUNDING * largest else value * found[0] * factor:.4g}"
-        for name, value in known.items()
+        f"{name} {0.0 if abs(value) < _ROUNDING * largest else value * found[0]:.4g}" for name, value in known.items()
     )
-    return f"{told} {unit} ({plain} D w / l)"
+    return f"{told} {found[1]} ({plain} D w / l)"
 
 
-#: The least value in the base unit -> factor and unit in which it is told; the last one for all that is smaller.
-_Prefixes = tuple[tuple[float, float, str], ...]
-_FORCES: _Prefixes = ((1.0, 1.0, "N"), (1e-3, 1e3, "mN"), (0.0, 1e6, "µN"))
-_MOMENTS: _Prefixes = ((10.0, 1.0, "N m"), (1e-5, 1e3, "N mm"), (0.0, 1e6, "mN mm"))
-_LENGTHS: _Prefixes = ((1.0, 1.0, "m"), (0.0, 1e3, "mm"))
-_ENERGIES: _Prefixes = ((1.0, 1.0, "J"), (1e-3, 1e3, "mJ"), (0.0, 1e6, "µJ"))
-
-
-def _prefix(size: float, prefixes: _Prefixes) -> tuple[float, str]:
-    """Factor and unit for values up to `size`; nothing at all is told in the base unit."""
-    least = next(entry for entry in prefixes if size >= entry[0])
-    return least[1:] if size > 0.0 else prefixes[0][1:]
-
-
-def _both(values: FloatArray, unit: str, words: str, prefixes: _Prefixes, units: Units, form: str = ".6g") -> str:
+def _both(values: FloatArray, unit: str, words: str, units: Units, form: str = ".6g") -> str:
     """Components (3,) in SI, all with one prefix, and without dimensions in brackets."""
     plain = f"{vector(values, form)} {words}"
-    found = units.si(1.0, unit)
+    most = float(np.abs(values).max())
+    found = units.reading(most, unit)
     if found is None:
         return plain
-    factor, name = _prefix(float(np.abs(values).max()) * found[0], prefixes)
-    told = np.where(np.abs(values) < _ROUNDING * np.abs(values).max(), 0.0, values) * found[0] * factor
-    return f"{' '.join(f'{c + 0.0:.4g}' for c in told)} {name} ({plain})"
+    shown = np.where(np.abs(values) < _ROUNDING * most, 0.0, values) * found[0]
+    return f"{' '.join(f'{c + 0.0:.4g}' for c in shown)} {found[1]} ({plain})"
 
 
 def vector(values: FloatArray, form: str = ".6f") -> str:

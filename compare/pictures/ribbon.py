@@ -158,9 +158,7 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
 
 def length_axis(units: Units | None) -> tuple[float, str]:
     """What l is on an axis, and in which unit: mm below a metre, m, or l where the scene does not say."""
-    if units is None or units.length is None:
-        return 1.0, "l"
-    return (1e3 * units.length, "mm") if units.length < 1.0 else (units.length, "m")
+    return (None if units is None else units.reading(1.0, "l")) or (1.0, "l")
 
 
 def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Units | None = None) -> Path:

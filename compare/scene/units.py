@@ -14,8 +14,18 @@ from compare.errors import BadInput
 from compare.scene.data import SceneData
 from compare.scene.loads import stiffness_of
 
-#: Where a reader wants another prefix: the largest value in the base unit that is still told in it, and its factor.
-_PREFIXES = ((1e-9, 1e9, "n"), (1e-6, 1e6, "µ"), (1e-3, 1e3, "m"), (1.0, 1.0, ""), (1e3, 1e-3, "k"), (1e6, 1e-6, "M"))
+#: SI base unit -> (least size, factor, unit), large sizes first: how values of this size are told.
+_READ: dict[str, tuple[tuple[float, float, str], ...]] = {
+    "m": ((1.0, 1.0, "m"), (1e-6, 1e3, "mm"), (1e-8, 1e6, "µm"), (0.0, 1e9, "nm")),
+    "N m": ((1.0, 1.0, "N m"), (1e-6, 1e3, "N mm"), (0.0, 1e6, "N µm")),
+    **{
+        base: tuple(
+            (least, 1.0 / least if least else 1e9, prefix + base)
+            for least, prefix in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (0.0, "n"))
+        )
+        for base in ("N", "J")
+    },
+}
 
 
 @dataclass(frozen=True)
@@ -103,6 +113,15 @@ class Units:
             return f"{value:.{digits}g} {'D w / l' if unit == 'moment' else unit}"
         return quantity(*found, digits=digits)
 
+    def reading(self, size: float, unit: str) -> tuple[float, str] | None:
+        """Factor from dimensionless values of up to `size` to those that a reader wants, and their unit; None where SI
+        is not known."""
+        found = self.si(1.0, unit)
+        if found is None:
+            return None
+        factor, name = reading(size * found[0], found[1])
+        return factor * found[0], name
+
     def to_dict(self) -> dict[str, Any]:
         """For `units` of result.json: what one dimensionless unit of each kind is, in SI; None: not known."""
         return {
@@ -111,17 +130,15 @@ class Units:
         }  # fmt: skip
 
 
+def reading(size: float, base: str) -> tuple[float, str]:
+    """Factor and unit in which a reader wants values of up to `size` (not negative) in an SI base unit: lengths in mm
+    below 1 m, moments in N mm below 1 N m, forces and energies with a prefix; nothing at all in the base unit."""
+    if size == 0.0 or base not in _READ:
+        return 1.0, base
+    return next((factor, unit) for least, factor, unit in _READ[base] if size >= least)
+
+
 def quantity(value: float, base: str, digits: int = 3) -> str:
-    """A value in an SI base unit, with the prefix that a reader wants: lengths in mm below 1 m, moments in N mm."""
-    if base == "m":
-        factor, unit = (1e3, "mm") if abs(value) < 1.0 else (1.0, "m")
-        if 0.0 < abs(value) < 1e-6:
-            factor, unit = (1e6, "µm") if abs(value) >= 1e-8 else (1e9, "nm")
-        return f"{value * factor:.{digits}g} {unit}"
-    if base == "N m":
-        factor, unit = (1e3, "N mm") if abs(value) < 1.0 else (1.0, "N m")
-        return f"{value * factor:.{digits}g} {unit}"
-    if base in ("N", "J"):
-        factor, prefix = next(((f, p) for least, f, p in reversed(_PREFIXES) if abs(value) >= least), (1.0, ""))
-        return f"{value * factor:.{digits}g} {prefix}{base}"
-    return f"{value:.{digits}g} {base}"
+    """A value in an SI base unit as a reader wants it (`reading`)."""
+    factor, unit = reading(abs(value), base)
+    return f"{value * factor:.{digits}g} {unit}"

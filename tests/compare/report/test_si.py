@@ -14,24 +14,8 @@ from compare.pages.result import row_result
 from compare.scene.scene import load, loads
 from compare.scene.units import Units
 from compare.studies.compare import Row
+from tests.compare.scene.held_scenes import STEEL
 
-STEEL = """
-[strip]
-length = 0.3
-width = 0.01
-thickness = 1e-4
-poisson = 0.3
-young = 2.1e11
-density = 7850.0
-[gravity]
-up = [0.0, 0.0, 1.0]
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [1.0, 0.0, 0.0]
-normal = [0.0, 0.0, 1.0]
-[model]
-elements = 20
-"""
 WEIGHT = 7850.0 * 9.81 * 0.01 * 1e-4 * 0.3
 BENDING = 2.1e11 * 1e-12 / (12.0 * (1.0 - 0.09))
 

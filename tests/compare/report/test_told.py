@@ -42,7 +42,7 @@ def test_energies_have_one_prefix():
 
 @pytest.mark.parametrize("size", [1e-9, 1e-5, 0.03, 7.0, 1e4])
 def test_no_size_is_told_in_a_wrong_prefix(size):
-    scale = {"N": 1.0, "mN": 1e-3, "µN": 1e-6}
+    scale = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9}
     text = told.force(np.array([size, 0.0, 0.0]), UNITS)
     unit = text.partition(" (")[0].split()[-1]
     assert numbers(text)[0] * scale[unit] == pytest.approx(size * UNITS.force, rel=1e-3)

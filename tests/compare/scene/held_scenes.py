@@ -84,3 +84,22 @@ up = [0.0, 1.0, 0.0]
 {START}[model]
 elements = 12
 """
+
+#: A steel cantilever of 0.3 m in SI units.
+STEEL = """
+[strip]
+length = 0.3
+width = 0.01
+thickness = 1e-4
+poisson = 0.3
+young = 2.1e11
+density = 7850.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[model]
+elements = 20
+"""

@@ -6,26 +6,11 @@ from compare.cli import BAD_INPUT, main
 from compare.errors import BadInput
 from compare.scene.scene import load, loads
 from compare.scene.units import Units, quantity
-
-STRIP = """
-[strip]
-length = 0.3
-width = 0.01
-thickness = 1e-4
-poisson = 0.3
-young = 2.1e11
-density = 7850.0
-[gravity]
-up = [0.0, 0.0, 1.0]
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [1.0, 0.0, 0.0]
-normal = [0.0, 1.0, 0.0]
-"""
+from tests.compare.scene.held_scenes import STEEL
 
 
 def test_units_of_a_steel_strip():
-    units = Units.of(loads(STRIP))
+    units = Units.of(loads(STEEL))
     bending = 2.1e11 * 1e-12 / (12.0 * (1.0 - 0.09))
     assert units.bending == pytest.approx(bending, rel=1e-14)
     assert units.force == pytest.approx(bending * 0.01 / 0.09, rel=1e-14)
@@ -55,7 +40,7 @@ def test_quantities_have_the_prefix_of_a_reader(value, base, text):
 
 
 def test_si_is_asked_for_and_known():
-    steel = loads(STRIP)
+    steel = loads(STEEL)
     assert Units.asked(steel, "si") == Units.asked(steel, "auto") == Units.of(steel)
     assert not Units.asked(steel, "l").known
     assert not Units.asked(load("curl_4_3"), "auto").known
@@ -64,9 +49,9 @@ def test_si_is_asked_for_and_known():
 @pytest.mark.parametrize(
     ("text", "missing"),
     [
-        (STRIP.replace("young = 2.1e11\ndensity = 7850.0", "gamma = 3.0"), ["strip.young", "strip.gamma"]),
-        (STRIP.replace("young = 2.1e11\ndensity = 7850.0", "").split("[gravity]")[0] + "[clamp.start]"
-         + STRIP.split("[clamp.start]")[1], ["strip.young"]),
+        (STEEL.replace("young = 2.1e11\ndensity = 7850.0", "gamma = 3.0"), ["strip.young", "strip.gamma"]),
+        (STEEL.replace("young = 2.1e11\ndensity = 7850.0", "").split("[gravity]")[0] + "[clamp.start]"
+         + STEEL.split("[clamp.start]")[1], ["strip.young"]),
     ],
 )  # fmt: skip
 def test_si_without_a_stiffness_names_the_keys_that_are_missing(text, missing):
