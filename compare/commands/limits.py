@@ -32,7 +32,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     common.out_argument(parser)
     common.leave_saddle_argument(parser)
     parser.add_argument(
-        "--quick", action="store_true", help="estimate from the ribbon alone, without a shell (well under a second)"
+        "--quick", action="store_true", help="estimate from the ribbon alone, without a shell (a second or two)"
     )
     parser.add_argument(
         "--clamp", choices=("scene", "edge", "corners", "both"), default="scene",
