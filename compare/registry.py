@@ -49,7 +49,7 @@ class Entry:
 
 
 BUILT_IN = (
-    Entry("ribbon", RIBBON_ENERGIES, "compare.models.ribbon:RibbonModel"),
+    Entry("ribbon", RIBBON_ENERGIES, "compare.models.ribbon.model:RibbonModel"),
     Entry("elastica", ("elastica",), "compare.models.elastica:ElasticaModel"),
     Entry("shell", (), "compare.models.shell:ShellModel"),
 )

@@ -51,7 +51,7 @@ import compare.models.effects.ribbon_off as timed
 import numpy as np
 from compare.studies.effects import explain
 from compare.models import solve as solve_scene
-from compare.models.ribbon_estimate import CORNER_CLAMP, estimate
+from compare.models.ribbon.estimate import CORNER_CLAMP, estimate
 from compare.scene import load
 from ribbon.energies import threaded
 from ribbon.energies.softened import soften

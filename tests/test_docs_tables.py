@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from compare.models.ribbon_way import COLUMNS
+from compare.models.ribbon.way import COLUMNS
 from compare.pages import comparison, cost, limits, ribbon, shell
 from compare.sweep import page as sweep
 from tests.docs_blocks import DOCS

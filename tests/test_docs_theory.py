@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from compare.models.ribbon_estimate import in_plane_density, tension_density
+from compare.models.ribbon.estimate import in_plane_density, tension_density
 from ribbon import Clamp, Closure, Gravity, Strip, Wall, solve
 from ribbon.element.body_series import body_values
 from ribbon.element.element import bending_jet

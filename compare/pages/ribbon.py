@@ -14,8 +14,8 @@ from compare.measure.grid import Grid
 from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
-from compare.models.ribbon import RibbonShape
-from compare.models.ribbon_build import formulation_why
+from compare.models.ribbon.build import formulation_why
+from compare.models.ribbon.state import RibbonShape
 from compare.page import force_displacement, told
 from compare.page.drawing import pictured
 from compare.page.page import Picture, Surface

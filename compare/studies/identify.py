@@ -129,7 +129,7 @@ def read_points(path: str | Path, length: float) -> Points:
 
 def check_free(scene: Scene, free: Sequence[str]) -> tuple[str, ...]:
     """The keys to fit; `BadInput` for none, one twice, and one that the scene does not give or that no fit can find."""
-    from compare.models.ribbon_inputs import KEYS as POSSIBLE
+    from compare.models.ribbon.inputs import KEYS as POSSIBLE
 
     keys = tuple(key.strip() for key in free if key.strip())
     if not keys:
@@ -218,7 +218,7 @@ class _Fit:
         """The equilibrium, from the last stable one."""
         key = np.asarray(x, dtype=float).tobytes()
         if key not in self._seen:
-            from compare.models.ribbon_inputs import solved_near
+            from compare.models.ribbon.inputs import solved_near
 
             state = solved_near(self.scene_at(x), self._last)
             self._seen[key] = state
@@ -242,7 +242,7 @@ class _Fit:
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Derivatives (3 n, k) of the residuals by the scaled values."""
-        from compare.models.ribbon_inputs import derivatives
+        from compare.models.ribbon.inputs import derivatives
 
         state, scene = self.at(x), self.scene_at(x)
         if not state.ok or state.shape is None:

@@ -57,7 +57,7 @@ def input_uncertainty(scene: Scene, state: State) -> InputUncertainty | None:
         return None
     if state.model != "ribbon" or state.shape is None:
         return InputUncertainty(None, why=f"the model {state.model} has no derivatives by its inputs")
-    from compare.models.ribbon_inputs import NotDifferentiable, derivatives
+    from compare.models.ribbon.inputs import NotDifferentiable, derivatives
 
     s = np.linspace(0.0, 1.0, _POINTS)
     try:

@@ -1,7 +1,7 @@
 """Where the inextensible model stops being true (thesis, chapter 7): ribbon against shell, with a verdict in words.
 
 For one scene, or each point of a grid: the shell's energies by kind and where on the strip they are, its distance to
-the ribbon, and beside it what the ribbon alone had estimated (`compare.models.ribbon_estimate`). Three levels:
+the ribbon, and beside it what the ribbon alone had estimated (`compare.models.ribbon.estimate`). Three levels:
 
     good   distance and share of stretching (membrane + shear, of the elastic energy) within the thresholds
     fair   both within five times the thresholds
@@ -24,7 +24,7 @@ from compare.errors import BadInput
 from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
 from compare.models.base import Options, State
 from compare.models.choice import beside_the_shell, chosen
-from compare.models.ribbon_estimate import Estimate
+from compare.models.ribbon.estimate import Estimate
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore

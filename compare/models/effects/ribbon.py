@@ -24,7 +24,7 @@ from compare.models.effects.ribbon_off import (
     keys_without,
     starting_state,
 )
-from compare.models.ribbon_build import formulation_why
+from compare.models.ribbon.build import formulation_why
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
 from ribbon.energies import ENERGIES

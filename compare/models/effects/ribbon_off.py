@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.models.ribbon_build import build_arguments, ribbon_problem
+from compare.models.ribbon.build import build_arguments, ribbon_problem
 from compare.scene.scene import Scene
 from compare.scene.spec import DEFAULT_ELEMENTS
 from compare.scene.stages import stages_without

@@ -14,7 +14,7 @@ _COUNT = """
 import sys
 from compare import registry
 from compare.models.base import Options
-from compare.models.ribbon import compiled
+from compare.models.ribbon.compiling import compiled
 from compare.scene.scene import load
 with compiled() as count:
     for name in sys.argv[1:]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.models.base import Options, Status
-from compare.models.ribbon import RibbonModel
+from compare.models.ribbon.model import RibbonModel
 from compare.scene.scene import Scene, loads
 
 SI = """

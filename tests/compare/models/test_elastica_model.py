@@ -12,7 +12,7 @@ from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
 from compare.models.elastica_start import angle_of, elastica_problem, out_of_plane, seed_turn
-from compare.models.ribbon import RibbonShape
+from compare.models.ribbon.state import RibbonShape
 from compare.pages.result import comparison_result
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter

@@ -8,7 +8,7 @@ import pytest
 
 from compare.cli import main
 from compare.measure.travel import Stand, travel_of
-from compare.models.ribbon_way import run_way
+from compare.models.ribbon.way import run_way
 from compare.page.csv import as_csv
 from compare.pages.ribbon import path_stands, path_table
 from compare.scene.scene import loads

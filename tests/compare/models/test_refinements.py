@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from compare.models.base import Options, Status
-from compare.models.ribbon import RibbonModel
+from compare.models.ribbon.model import RibbonModel
 from compare.pages.result import state_result
 from compare.scene.scene import loads
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from compare.models import solve as solve_scene
-from compare.models.ribbon import RibbonShape
+from compare.models.ribbon.state import RibbonShape
 from compare.models.shell import START, starting_surface
 from compare.models.shell_build import shell_problem
 from compare.models.shell_process import ShellCase, event_text, run_shell, shell_key

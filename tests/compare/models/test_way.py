@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from compare.errors import BadInput
-from compare.models import ribbon_way as way
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.ribbon_build import ribbon_arguments
-from compare.models.ribbon_way import COLUMNS, STATE_FILE, run_key, run_way
+from compare.models.ribbon import way
+from compare.models.ribbon.build import ribbon_arguments
+from compare.models.ribbon.way import COLUMNS, STATE_FILE, run_key, run_way
 from compare.page.csv import as_csv
 from compare.pages.ribbon import path_result, path_table
 from compare.scene.scene import loads

@@ -20,8 +20,8 @@ from compare.export.source import FORMATS, chosen, read_source
 from compare.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
-from compare.models.ribbon import RibbonShape
-from compare.models.ribbon_fields import fields
+from compare.models.ribbon.fields import fields
+from compare.models.ribbon.state import RibbonShape
 from compare.page.page import Page, Surface, read_page, write_page
 from compare.scene.scene import load, loads
 from ribbon.energies import along

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from compare.models.ribbon_build import ribbon_arguments
+from compare.models.ribbon.build import ribbon_arguments
 from compare.scene.scene import Scene, load, loads
 from ribbon import Equilibrium, refine, solve
 from ribbon.problems.mixed import MixedProblem

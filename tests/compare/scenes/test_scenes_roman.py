@@ -10,7 +10,7 @@ import pytest
 
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.ribbon_build import ribbon_problem
+from compare.models.ribbon.build import ribbon_problem
 from compare.scene.scene import load, loads, shipped
 from ribbon import Equilibrium, switch
 from tests.validation.ribbon.roman import folds, line_contact, press

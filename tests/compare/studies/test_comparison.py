@@ -19,7 +19,7 @@ from compare.measure.distance import centreline_distance
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.base import Options, natural_constant
-from compare.models.ribbon import RibbonModel
+from compare.models.ribbon.model import RibbonModel
 from compare.models.shell import coarser
 from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.csv import as_csv
@@ -62,7 +62,7 @@ class Shells:
             data = {"status": "not_converged", "stable": None, "message": "stopped at load 0.4", "seconds": {}}
             return ShellCase(data, None, False)
         scene = load("curl_4_3")
-        from compare.models.ribbon_build import ribbon_clamp, ribbon_gravity, ribbon_strip
+        from compare.models.ribbon.build import ribbon_clamp, ribbon_gravity, ribbon_strip
 
         e = solve(ribbon_strip(scene), ribbon_clamp(scene), ribbon_gravity(scene), segments=scene.model.lengths)
         shift = 0.1 / ratio + (1e-5 if problem.elements == (50, 4) else 0.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from compare.models import solve as solve_scene
-from compare.models.ribbon import RibbonShape
-from compare.models.ribbon_estimate import CORNER_CLAMP, EDGE_CLAMP, estimate
+from compare.models.ribbon.estimate import CORNER_CLAMP, EDGE_CLAMP, estimate
+from compare.models.ribbon.state import RibbonShape
 from compare.models.shell import ShellShape
 from compare.scene.scene import load
 from compare.studies.limits import with_clamp

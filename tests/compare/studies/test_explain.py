@@ -10,7 +10,7 @@ import pytest
 from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
 from compare.models.effects import ribbon_off
-from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.page.page import read_page
 from compare.scene.scene import load, loads
 from compare.studies.effects import explain

@@ -20,12 +20,12 @@ from numba.core.dispatcher import Dispatcher
 import ribbon
 from compare.cli import DONE, main
 from compare.models import elastica_start, shell_process
-from compare.models import ribbon_way as way
 from compare.models import solve as solve_scene
 from compare.models.effects.ribbon_off import explained_problem, keys_without, starting_state
 from compare.models.elastica import ElasticaModel
-from compare.models.ribbon import RibbonModel
-from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon import way
+from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon.model import RibbonModel
 from compare.models.shell import ShellModel
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter

@@ -10,7 +10,7 @@ import pytest
 from compare import cli, registry
 from compare.errors import BadInput
 from compare.models.base import check_keys
-from compare.models.ribbon_inputs import derivatives
+from compare.models.ribbon.inputs import derivatives
 from compare.scene.scene import loads
 from compare.studies.inputs import InputUncertainty, input_uncertainty
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from compare.models.ribbon_way import run_way
+from compare.models.ribbon.way import run_way
 from compare.scene.scene import load
 from ribbon import Closure, Strip, solve
 from ribbon.find.adaptive import solve_to_tolerance

@@ -8,7 +8,7 @@ from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.ribbon import RibbonShape
+from compare.models.ribbon.state import RibbonShape
 from compare.scene.scene import load
 from ribbon import refine
 from tests.validation import page

@@ -10,7 +10,7 @@ from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.ribbon import RibbonShape
+from compare.models.ribbon.state import RibbonShape
 from compare.scene.scene import Scene, load
 from ribbon import Equilibrium, refine
 from ribbon.find.solve import solve_from

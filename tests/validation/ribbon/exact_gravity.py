@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.models.ribbon_build import ribbon_arguments
+from compare.models.ribbon.build import ribbon_arguments
 from compare.scene.scene import load
 from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
 from ribbon.find.solve import build, solve_shape

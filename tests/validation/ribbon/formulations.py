@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.models.ribbon_build import ribbon_arguments
+from compare.models.ribbon.build import ribbon_arguments
 from compare.scene.scene import load
 from ribbon import Equilibrium, refine, solve
 from ribbon.find import relax, stability

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.models.ribbon_build import ribbon_clamp, ribbon_gravity
+from compare.models.ribbon.build import ribbon_clamp, ribbon_gravity
 from compare.scene.scene import Scene, load
 from ribbon import Equilibrium, Gravity, Strip, refine
 from ribbon.find import stability

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from compare.models.ribbon_way import run_way
+from compare.models.ribbon.way import run_way
 from compare.scene.scene import load
 from ribbon import Clamp, Closure, Equilibrium, Strip, solve
 from ribbon.find.adaptive import cut, indicators, refine_to_tolerance

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from compare.models.ribbon_build import ribbon_arguments
+from compare.models.ribbon.build import ribbon_arguments
 from compare.scene.scene import Scene, load
 from ribbon import Equilibrium, solve
 from ribbon.element import quaternion

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from compare.models.ribbon_build import ribbon_arguments
+from compare.models.ribbon.build import ribbon_arguments
 from compare.scene.scene import load
 from ribbon import solve
 from tests.validation import one_core, page

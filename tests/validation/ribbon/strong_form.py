@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.models.ribbon_build import ribbon_clamp, ribbon_gravity
+from compare.models.ribbon.build import ribbon_clamp, ribbon_gravity
 from compare.scene.scene import Scene, load
 from ribbon import Equilibrium, Strip, refine, solve
 from ribbon.find.solve import split_state

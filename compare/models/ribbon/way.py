@@ -22,8 +22,8 @@ import numpy as np
 
 from compare.measure.states import Film, States, states_of
 from compare.measure.travel import watched
-from compare.models.ribbon_build import ribbon_arguments, ribbon_problem
-from compare.models.ribbon_fields import fields
+from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon.fields import fields
 from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
@@ -299,7 +299,7 @@ def _held(found: Equilibrium, scene: Scene, keys: tuple[str, ...]) -> dict[str, 
 
 
 def _formulation(scene: Scene) -> str:
-    """The stage's own formulation; "auto" is the mixed model: its steps start warm (`compare.models.ribbon_build`)."""
+    """The stage's own formulation; "auto" is the mixed model: its steps start warm (`compare.models.ribbon.build`)."""
     return "mixed" if scene.model.formulation == "auto" else scene.model.formulation
 
 

@@ -50,8 +50,9 @@ def solved_near(scene: Scene, near: State | None) -> State:
     """The ribbon's state of a scene from a neighbouring one's; from the scene's own seed where there is none, or where
     it does not lead to a stable one. Raises `BadInput` like the model."""
     from compare.models.base import Seconds
-    from compare.models.ribbon import RibbonModel, own_size, state_of
-    from compare.models.ribbon_build import ribbon_problem
+    from compare.models.ribbon.build import ribbon_problem
+    from compare.models.ribbon.model import RibbonModel
+    from compare.models.ribbon.state import own_size, state_of
     from ribbon import switch
 
     if near is not None and near.ok:

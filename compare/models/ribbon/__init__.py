@@ -1,0 +1,1 @@
+"""The ribbon on curvature elements as a model: `compare.models.ribbon.model.RibbonModel`."""

@@ -1,0 +1,266 @@
+"""The ribbon on curvature elements as a model: what it reads of a scene, its sizes, its answer."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.measure.grid import Grid
+from compare.models.base import (
+    Effect,
+    Evaluation,
+    Ladder,
+    Options,
+    Reference,
+    Seconds,
+    Shape,
+    Size,
+    State,
+    Status,
+    Variant,
+)  # fmt: skip
+from compare.models.reference import cut
+from compare.models.ribbon.compiling import compiling
+from compare.models.ribbon.refinement import judged, left, refined
+from compare.models.ribbon.state import own_size, state_of
+from compare.models.timing import clocked, repeated
+from compare.registry import name_for
+from compare.scene.check import beyond_the_ribbon
+
+if TYPE_CHECKING:
+    from compare.models.ribbon.estimate import Estimate
+    from compare.models.ribbon.way import Way
+    from compare.scene.scene import Scene
+    from compare.store.progress import Reporter
+    from ribbon import Equilibrium
+
+FloatArray = NDArray[np.float64]
+
+#: Usual sizes: segments of equal length, tolerances that place them.
+SEGMENTS = (5, 10, 20, 40, 80, 160, 320)
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
+
+
+class RibbonModel:
+    """`compare.models.base.Model`: the inextensible ribbon of the thesis, chained or glued."""
+
+    name = "ribbon"
+    presenter: str | None = "compare.pages.ribbon"
+    reads = frozenset(
+        {
+            "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
+            "strip.gamma", "strip.young", "strip.density", "gravity.*", "clamp.*", "closure.*", "wall.*",
+            "model.energy", "model.elements", "model.grading", "model.element_lengths", "model.tolerance",
+            "model.formulation", "model.held_by", "model.budget", "seed.*", "path",
+        }
+    )  # fmt: skip
+    without_effect: Mapping[str, str] = {
+        "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
+        "shell.*": "how the shell beside it is made and held",
+        "model.arc_length": "how the elastica beside it passes limit points",
+    }
+    wing: tuple[str, ...] = ("ribbon", "compare/scene", "compare/models", "compare/measure")
+
+    def refusal(self, scene: Scene) -> BadInput | None:
+        """A rod, or a load at the tip; keys of which one would be ignored."""
+        beyond = beyond_the_ribbon(scene)
+        if beyond is not None:
+            remedy = 'use ribbonbench solve with model.energy = "elastica"'
+            return BadInput(beyond[0], None, f"is in the scene: the ribbon {beyond[1]}", remedy)
+        if name_for(scene.model.energy) not in (self.name, "elastica"):
+            return BadInput("model.energy", scene.model.energy, "is another model's than the ribbon's")
+        if scene.model.tolerance is not None and scene.model.formulation not in ("auto", "mixed"):
+            return BadInput(
+                "model.formulation", scene.model.formulation, "cannot place its segments by model.tolerance",
+                'choose formulation = "mixed" or "auto", or give model.elements',
+            )  # fmt: skip
+        return None
+
+    def variants(self, scene: Scene) -> tuple[Variant, ...]:
+        """One."""
+        return (Variant({}, scene),)
+
+    def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
+        """Chained, glued, and glued with segments placed by a tolerance."""
+        glued = Ladder("mixed", tuple(Size("mixed", (p,)) for p in SEGMENTS))
+        if scene.path:
+            return (
+                Ladder("chained", why="a [[path]] is gone in the mixed model"),
+                glued,
+                Ladder("placed", why="a [[path]] names its own segments"),
+            )
+        why = self._no_chain(scene)
+        return (
+            Ladder("chained", () if why else tuple(Size("chained", (p,)) for p in SEGMENTS), why),
+            glued,
+            Ladder("placed", tuple(Size("placed", (x,)) for x in TOLERANCES)),
+        )
+
+    def _no_chain(self, scene: Scene) -> str | None:
+        from compare.models.ribbon.build import ribbon_problem
+        from ribbon import RibbonInputError
+
+        try:
+            ribbon_problem(sized(scene, Size("chained", (SEGMENTS[0],))), "chained")
+        except (RibbonInputError, BadInput) as error:
+            return str(error)
+        return None
+
+    def solve(
+        self,
+        scene: Scene,
+        size: Size | None = None,
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> State:
+        """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
+        from compare.models.ribbon.build import ribbon_energy
+        from ribbon.solvers.budget import within
+
+        options = options or Options()
+        scene = scene if size is None else sized(scene, size)
+        with self._admitted(scene):
+            tolerance = scene.model.tolerance
+            if say is not None:
+                what = f"tolerance {tolerance:g}" if tolerance is not None else f"{len(scene.model.lengths)} segments"
+                stages = f", {len(scene.path) + 1} stages" if scene.path else ""
+                say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
+            with compiling(say):
+                way, found, seconds = _solved(scene, options, say)
+        state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
+        if not options.error:
+            return state
+        with within(scene.model.budget):
+            state = judged(state, say, options.grid, scene)
+            if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
+                state = left(scene, state, say, options)
+        return state
+
+    def refined(self, state: State) -> State | None:
+        """Every segment cut in two, solved again from the state; None where it is not stable."""
+        return refined(state)
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """The largest number of segments (of `SEGMENTS`, where all sizes are tolerances) cut in four, glued unless only
+        chained ones are asked for."""
+        ladders = {size.ladder for size in sizes}
+        glued = bool(scene.path) or "mixed" in ladders or "chained" not in ladders
+        most = max((size.values[0] for size in sizes if size.ladder != "placed"), default=SEGMENTS[-1])
+        start = Size("mixed" if glued else "chained", (most,))
+        if say is not None:
+            say.step(f"reference of the ribbon: {4 * most:g} and {8 * most:g} segments")
+        quick = replace(options or Options(), error=False, repeats=0, store=None)
+        return cut(self, self.solve(scene, start, options=quick, say=say), _grid(quick), "segments")
+
+    def error(self, state: State, say: Reporter | None = None, grid: Grid | None = None) -> float | None:
+        """The discretisation error alone (`compare.models.ribbon.refinement.judged`)."""
+        return judged(state, say, grid).error
+
+    def estimate(self, scene: Scene, state: State, width_to_thickness: float, say: Reporter | None = None) -> Estimate:
+        """How far a shell of this w/h would be from the state (`compare.models.ribbon.estimate`)."""
+        from compare.models.ribbon.estimate import estimate
+
+        with compiling(say):
+            return estimate(scene, state.native, width_to_thickness)
+
+    def effects(self, scene: Scene) -> tuple[Effect, ...]:
+        """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
+        from compare.models.effects.ribbon import effects
+
+        with self._admitted(scene):
+            return effects(scene)
+
+    def evaluation(self, scene: Scene) -> Evaluation:
+        """The size of the problem, and the time of one evaluation (`compare.models.base.Evaluates`)."""
+        from compare.models.effects.ribbon import evaluation
+
+        with self._admitted(scene):
+            return evaluation(scene)
+
+    @contextlib.contextmanager
+    def _admitted(self, scene: Scene) -> Iterator[None]:
+        """What the model or its solver refuses, as `BadInput`."""
+        from ribbon import RibbonInputError
+
+        refused = self.refusal(scene)
+        if refused is not None:
+            raise refused
+        try:
+            yield
+        except RibbonInputError as error:
+            raise BadInput("scene", scene.name, str(error)) from None
+
+
+def sized(scene: Scene, size: Size) -> Scene:
+    """The scene with the segments of a size: a number of them in the formulation that the ladder names, or ("placed")
+    as many as the tolerance asks for."""
+    value = size.values[0]
+    if size.ladder == "placed":
+        return scene.replace({"model.tolerance": value, "model.formulation": "auto", "model.grading": None})
+    return scene.replace({"model.elements": int(value), "model.formulation": size.ladder})
+
+
+def _grid(options: Options) -> Grid:
+    """The grid that errors are measured on."""
+    assert options.grid is not None, "a reference's error is measured on a grid"
+    return options.grid
+
+
+def _shown(size: Size, found: Equilibrium) -> Size:
+    """A size that was asked for, with the number of segments that a tolerance has led to."""
+    if size.ladder != "placed":
+        return size
+    return replace(size, words=f"{found.problem.lengths.size} (for {size.values[0]:.0e})")
+
+
+def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way | None, Equilibrium, Seconds]:
+    """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed."""
+    from compare.models.ribbon.way import run_key, run_way
+
+    leave = options.leave_saddle
+    if not scene.path:
+        found, seconds = clocked(solver(scene, leave), options.repeats)
+        return None, found, seconds
+    folder = None if options.store is None else options.store.way(run_key(scene, leave))
+    detail = None if say is None else say.detail
+    way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail, film=True), 0)
+    if folder is not None:
+        with contextlib.suppress(OSError):  # empty: the way is finished
+            folder.rmdir()
+    if not way.resumed:  # gone again without the folder: nothing kept may shorten it
+        seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
+    return way, way.equilibrium, seconds
+
+
+def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium]:
+    """The whole solve of a scene without a path as a function: from the seed, to the tolerance where there is one."""
+    from compare.models.ribbon.build import ribbon_arguments
+    from ribbon import solve
+    from ribbon.find.adaptive import solve_to_tolerance
+
+    arguments = {**ribbon_arguments(scene), "budget": scene.model.budget}
+    tolerance = scene.model.tolerance
+    if tolerance is None:
+        return lambda: solve(**arguments, leave_saddle=leave_saddle)
+    del arguments["segments"]
+    first_three = [arguments.pop(name) for name in ("strip", "clamp", "gravity")]
+    strict = "model.tolerance" in scene.own_keys
+    return lambda: solve_to_tolerance(
+        *first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle, strict=strict
+    )

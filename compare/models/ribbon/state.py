@@ -1,0 +1,151 @@
+"""A ribbon's equilibrium as a state: its shape, energy, supports and the motions that nothing resists."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.measure.align import Motions
+from compare.models.base import Energy, Force, Pose, Seconds, Size, State, Status, Supports, natural_constant
+
+if TYPE_CHECKING:
+    from compare.models.ribbon.way import Way
+    from compare.scene.scene import Scene
+    from ribbon import Equilibrium
+
+FloatArray = NDArray[np.float64]
+
+#: Abscissae at which the largest curvature is looked for.
+_SAMPLES = np.linspace(0.0, 1.0, 2001)
+
+_STATUS = {
+    "converged": Status.CONVERGED,
+    "saddle": Status.UNSTABLE,
+    "not_converged": Status.NOT_CONVERGED,
+    "failed": Status.FAILED,
+    "infeasible": Status.INFEASIBLE,
+    "flipped": Status.FAILED,
+    "rulings_cross": Status.RULINGS_CROSS,
+}
+
+
+@dataclass(frozen=True)
+class RibbonShape:
+    """A ribbon's surface: straight rulings through its centreline (`compare.models.base.Shape`)."""
+
+    equilibrium: Equilibrium
+
+    @property
+    def bend(self) -> float:
+        """Largest normal curvature, 1/l."""
+        return float(np.abs(self.equilibrium.omega(_SAMPLES)).max())
+
+    def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
+        """Positions (k, m, 3)."""
+        grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        _, place, _ = self.equilibrium.rulings(np.column_stack([grid_s.ravel(), grid_v.ravel()]))
+        return place.reshape(*grid_s.shape, 3)
+
+    def centreline(self, s: FloatArray) -> FloatArray:
+        """Positions (k, 3)."""
+        return self.equilibrium.position(s)
+
+    def frames(self, s: FloatArray) -> FloatArray:
+        """Frames (k, 3, 3), columns t_x t_y t_z."""
+        return self.equilibrium.frame(s)
+
+    def pose(self, s: float) -> Pose:
+        """Position and frame at one abscissa; at s = 1 those of the last joint, where a clamp holds them."""
+        found = self.equilibrium.end if s == 1.0 else self.equilibrium.pose(s)
+        return Pose(found.position, found.frame)
+
+    def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
+        """`compare.models.ribbon.fields.fields`: S, v, omega, eta, rulings, normal, energy_density and others."""
+        from compare.models.ribbon.fields import fields
+
+        return fields(self.equilibrium, s, v)
+
+
+def own_size(found: Equilibrium) -> Size:
+    """The size that a ribbon has."""
+    return Size(found.problem.formulation, (float(found.problem.lengths.size),))
+
+
+def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:
+    """A ribbon's equilibrium as a state; scene: names its walls."""
+    from ribbon.energies import ENERGIES
+
+    lower, upper = e.problem.bounds()  # type: ignore[attr-defined]
+    plates = any(wall.stiffness is not None for wall in scene.walls) if scene is not None else bool(e.energy.plates)
+    lowest = e.lowest_eigenvalue
+    return State(
+        model="ribbon",
+        size=size,
+        status=_STATUS[e.status.code],
+        word=e.status.code,
+        stable=e.stable,
+        message=e.message,
+        energy=Energy(
+            elastic=e.energy.elastic,
+            gravity=e.energy.gravity,
+            plates=e.energy.plates if plates else None,
+            constant=natural_constant(e.problem.strip.curvature),
+            parts={"bending": e.energy.bending, "natural": e.energy.natural},
+        ),
+        shape=RibbonShape(e) if np.all(np.isfinite(e.x)) else None,
+        residual=float(e.residual),
+        iterations=int(e.iterations),
+        lowest_eigenvalue=None if lowest is None else float(lowest),
+        supports=_supports(scene, e),
+        error=e.tolerance_error,
+        seconds=seconds,
+        unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
+        numbers={
+            "segments": int(e.problem.lengths.size),
+            "knows_width": ENERGIES[e.problem.energy].knows_width,
+            "max_abs_eta": float(e.max_abs_eta),
+            "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
+        },
+        motions=_motions(e),
+        log=e.log,
+        states=None if way is None else way.states,
+        start="path" if way is not None else "seed",
+        reused=way.resumed if way is not None else False,
+        native=e,
+    )
+
+
+def _motions(e: Equilibrium) -> Motions | None:
+    """The rigid motions that nothing resists."""
+    problem: Any = e.problem
+    translations, axes = problem.free_motions()
+    if not len(translations) and not len(axes):
+        return None
+    held = [r for r in (problem.start_position, problem.end_position) if r is not None]
+    return Motions(translations, axes, held[0] if held else None)
+
+
+def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
+    """Forces and moments of clamps and walls.
+
+    The walls of a way that stopped before its last stage may be others than the scene's: they are then not listed. A
+    wall without a name goes by its number, as in the keys of the scene.
+    """
+    end = e.end_support
+    walls: tuple[Mapping[str, Any], ...] = ()
+    if scene is not None and len(e.walls) == len(scene.walls):
+        walls = tuple(
+            {
+                "name": str(number) if wall.name is None else wall.name,
+                "force": found.force,
+                "contacts": found.contacts,
+                "height": found.height,
+            }
+            for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True))
+        )
+    start = Force(e.start.force, e.start.moment)
+    return Supports(start, None if end is None else Force(end.force, end.moment), walls)
