@@ -204,7 +204,7 @@ class ElasticaModel:
             energy=Energy(
                 elastic=r.energy.bending,
                 gravity=r.energy.gravity + scene.gamma * height,
-                tip=None if scene.tip is None else r.energy.force + scene.tip_load * height,
+                tip=None if scene.tip is None else r.energy.force - float(scene.tip_force @ scene.position),
                 constant=natural_constant(r.problem.curvature),
                 parts={"bending": r.energy.bending},
             ),
@@ -251,12 +251,14 @@ class ElasticaModel:
 
 
 def _supports(scene: Scene, r: ElasticaResult) -> Supports:
-    """Forces and moments of the ends in space; a load at the tip is no support (`tip_load` of result.json)."""
+    """Forces and moments of the ends in space; a load at the tip is no support (`tip_force` of result.json)."""
     frame, forces = scene.frame, r.forces
+    load = r.problem.force
 
     def in_space(vector: tuple[float, float]) -> FloatArray:
         return vector[0] * frame[:, 2] - vector[1] * frame[:, 1]
 
     start = Force(in_space(forces.start), forces.start_moment * frame[:, 0])
     held = scene.clamp_end is not None
-    return Supports(start, Force(in_space(forces.end), forces.end_moment * frame[:, 0]) if held else None)
+    of_end = forces.end[0] - load[0], forces.end[1] - load[1]
+    return Supports(start, Force(in_space(of_end), forces.end_moment * frame[:, 0]) if held else None)

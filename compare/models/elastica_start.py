@@ -143,11 +143,12 @@ def elastica_problem(scene: Scene, turn: float | None = None) -> ElasticaProblem
         raise BadInput("model.energy", "elastica", f"is planar, but {reason}", 'choose "wunderlich" or turn the clamp')
     frame, position = scene.frame, scene.position
     up, force = (0.0, 1.0), (0.0, 0.0)
-    if scene.up is not None and (scene.gamma or scene.tip_load):
+    if scene.up is not None and scene.gamma:
         plane, _ = to_plane(frame, scene.up)
         norm = float(np.hypot(*plane))
         up = plane[0] / norm, plane[1] / norm
-        force = -scene.tip_load * up[0], -scene.tip_load * up[1]
+    if scene.tip is not None:
+        force, _ = to_plane(frame, scene.tip_force)
     end: tuple[float, float] | None = None
     if scene.end_position is not None:
         end, _ = to_plane(frame, scene.end_position - position)

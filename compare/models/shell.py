@@ -148,7 +148,7 @@ class ShellModel:
     reads = frozenset(
         {
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
-            "strip.gamma", "strip.young", "strip.density", "gravity.up", "gravity.acceleration",
+            "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.up", "gravity.acceleration",
             "clamp.start.position", "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal",
             "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
             "clamp.end.across", "seed.curvature", "path", "shell.*",
@@ -388,7 +388,8 @@ def energy_of(scene: Scene, data: Mapping[str, Any]) -> Energy | None:
     constant = natural_constant(scene.curvature)
     parts = {name: float(energy[name]) for name in ("bending", "membrane", "shear") if name in energy}
     elastic = float(energy["elastic"]) - constant if natural_reached(data) else None
-    return Energy(elastic=elastic, gravity=float(energy["gravity"]), constant=constant, parts=parts)
+    tip = _number(energy.get("tip"))
+    return Energy(elastic=elastic, gravity=float(energy["gravity"]), tip=tip, constant=constant, parts=parts)
 
 
 def _number(value: Any) -> float | None:

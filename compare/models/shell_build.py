@@ -78,6 +78,8 @@ def shell_problem(
             elements=elements or shell_elements(scene),
             grading=grading,
             end=end_pose(scene),
+            tip=None if scene.tip is None else tuple(scene.tip_force.tolist()),  # type: ignore[arg-type]
+            guided=scene.guided,
             corner=scene.shell_corner,
             edge_layer=scene.shell_edge_layer,
             start_curvature=scene.shell_start_curvature,
@@ -97,9 +99,11 @@ def start_pose(scene: Scene) -> Pose:
 
 
 def end_pose(scene: Scene) -> Pose | None:
-    """The clamp at s = l, position in units of l; None: the end is free."""
+    """The clamp at s = l, position in units of l (0 where it guides: nothing depends on it); None: the end is free."""
     position, frame = scene.end_position, scene.end_frame
-    return None if position is None or frame is None else _pose(position, frame)
+    if frame is None or (position is None and not scene.guided):
+        return None
+    return _pose(np.zeros(3) if position is None else position, frame)
 
 
 def line_weight(scene: Scene) -> str | None:
@@ -131,13 +135,14 @@ def shell_words(scene: Scene) -> str:
     else:
         if problem.start_curvature:
             begin = f"a planar arc of curvature {problem.start_curvature:.4g}/l"
-        elif problem.start_curvature is None and any(scene.curvature) and shell.clamp == "edge" and not problem.end:
+        elif problem.start_curvature is None and any(scene.curvature) and shell.clamp == "edge" and not _both(problem):
             begin = "its natural shape"
         else:
             begin = "the flat strip"
         names = list(dict.fromkeys(stage.name for stage in problem.path if stage.name != "arc"))
         names += [] if problem.path or not any(scene.curvature) or begin == "its natural shape" else ["natural"]
         names += ["gravity"] if problem.loaded else []
+        names += ["tip"] if problem.pulled else []
         way = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
     if starts_at_ribbon(scene):
         words.append(f"compare begins at the ribbon's surface, ribbonbench shell does not know it: {way}")
@@ -151,6 +156,11 @@ def starts_at_ribbon(scene: Scene, leave_saddle: bool = False) -> bool:
     return scene.clamp_end is not None or bool(scene.path) or leave_saddle
 
 
+def _both(problem: ShellProblem) -> bool:
+    """Whether positions are held at both ends."""
+    return problem.end is not None and not problem.guided
+
+
 # -- the way ----------------------------------------------------------------------------------------------------------
 
 
@@ -159,7 +169,7 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
 
     Raises `BadInput` for a stage that the shell cannot follow.
     """
-    if problem.end is None and not scene.path:
+    if not _both(problem) and not scene.path:
         return problem
     stages = _followed(scene)
     first = stages[0]
@@ -167,7 +177,7 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
     flat = (0.0, 0.0) if problem.clamp == "corners" else scene.curvature  # where the shell begins if nothing is said
     begin = flat if curvature is None else (curvature, curvature)
     waypoints: list[Waypoint] = []
-    if problem.end is not None:
+    if _both(problem):
         here, there = start_pose(first), end_pose(first)
         assert there is not None
         if curvature is None:
@@ -204,6 +214,8 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
             ("strip.poisson", stage.strip.poisson != scene.strip.poisson),
             ("gravity.up", stage.gamma > 0 and scene.up is not None and not np.allclose(stage.up, scene.up)),  # type: ignore[arg-type]
             ("strip.gamma", stage.gamma > 0 and not scene.gamma),
+            ("clamp.end.position", stage.guided != scene.guided),
+            ("tip", not _along(stage.tip_force, scene.tip_force)),
         ):
             if differs:
                 raise _cannot_follow(number, key)
@@ -216,7 +228,7 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
 def _cannot_follow(number: int, key: str) -> BadInput:
     return BadInput(
         stage_name(number, key), None, "is not what the shell's path can change: poses of the clamps, fractions of the "
-        "scene's own weight, its natural curvature",
+        "scene's own weight, of its own force at the tip, its natural curvature",
         "leave the stage out (--set path=[])",
     )  # fmt: skip
 
@@ -224,7 +236,16 @@ def _cannot_follow(number: int, key: str) -> BadInput:
 def _waypoint(stage: Scene, scene: Scene, begin: tuple[float, float], name: str) -> Waypoint:
     """The stage as a waypoint."""
     gravity = stage.gamma / scene.gamma if scene.gamma else None
-    return Waypoint(_fraction(stage, scene, begin), gravity, start_pose(stage), end_pose(stage), name)
+    size = float(scene.tip_force @ scene.tip_force)
+    tip = float(stage.tip_force @ scene.tip_force) / size if size else None
+    return Waypoint(_fraction(stage, scene, begin), gravity, start_pose(stage), end_pose(stage), name, tip)
+
+
+def _along(force: FloatArray, whole: FloatArray) -> bool:
+    """Whether a force (3,) is a multiple of `whole`."""
+    size = float(whole @ whole)
+    rest = force - (float(force @ whole) / size if size else 0.0) * whole
+    return bool(np.abs(rest).max() <= 1e-9 * max(np.abs(force).max(), np.abs(whole).max()))
 
 
 def _same(a: tuple[float, float], b: tuple[float, float]) -> bool:

@@ -21,7 +21,7 @@ from compare.scene.units import Units
 KEYS = {
     "end": "l", "middle": "l", "shell_end": "l", "shell_middle": "l",
     "forces": "D w / l^2", "moments": "moment", "energy": "D w / l",
-    "tip_load": "D w / l^2",
+    "tip_load": "D w / l^2", "tip_force": "D w / l^2",
     **dict.fromkeys(("discretisation_error", "tolerance_error", "hausdorff", "centreline", "ribbon_error",
                      "shell_error", "elastica", "ribbon_centreline"), "l"),
 }  # fmt: skip
@@ -32,7 +32,7 @@ ENDINGS = {"l": "m", "1/l": "per_m", "D w / l^2": "N", "D w / l": "J", "moment":
 def dimensions(scene: SceneData) -> dict[str, Any]:
     """What a scene's numbers are made dimensionless with, for result.json: `units` in SI (None: not known), `length` in
     the scene's own unit, `D` in N m, and the groups `gamma`, `width_to_thickness` (w/h; None: no thickness),
-    `width_to_length` (w/l)."""
+    `width_to_length` (w/l), and the dead force `tip_force` at s = l in D w / l^2 where there is one."""
     units = Units.of(scene)
     thickness = scene.strip.thickness
     return {
@@ -42,6 +42,7 @@ def dimensions(scene: SceneData) -> dict[str, Any]:
         "gamma": scene.gamma,
         "width_to_thickness": None if thickness is None else scene.strip.width / thickness,
         "width_to_length": scene.width,
+        **({} if scene.tip is None else {"tip_force": scene.tip_force.tolist()}),
     }
 
 

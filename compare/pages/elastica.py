@@ -56,7 +56,7 @@ def no_surface(scene: Scene) -> BadInput:
     """Why there is nothing to export, and what to do."""
     return BadInput(
         "model.energy", "elastica", "has a centreline and no surface",
-        "the ribbon has no load at the tip: use the numbers of ribbonbench solve"
+        "the ribbon does not know all that the scene asks for: use the numbers of ribbonbench solve"
         if beyond_the_ribbon(scene) is not None
         else "export with --set 'model.energy=\"wunderlich\"'",
     )  # fmt: skip
@@ -96,7 +96,9 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     assert end is not None
     values = {name: value for name, value in energy.to_dict().items() if name in ("elastic", "gravity", "tip")}
     held = (("s = 0", supports.start), ("s = l", supports.end))
-    load = [("load at the tip", told.force(np.array([scene.tip_load]), units))] if scene.tip is not None else []
+    hangs = scene.tip is not None and scene.tip.force is None and scene.tip.tension is None
+    force = np.array([scene.tip_load]) if hangs else scene.tip_force
+    load = [("load at the tip", told.force(force, units))] if scene.tip is not None else []
     place = [
         ("energy", told.energies(values, units)),
         ("s = l", told.place(end.position, units)),

@@ -13,7 +13,6 @@ from compare.page.table import Column, ColumnOf, Table
 from compare.page.told import length
 from compare.page.verdict import Verdict
 from compare.pages.result import presenter, state_result
-from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.made_by import provenance
@@ -138,9 +137,8 @@ def sentences(scene: Scene, found: Explanation, solves: Solves | None) -> list[s
     said = _evaluation_sentences(found)
     if solves is not None:
         said += _solve_sentences(found, solves)
-    if beyond_the_ribbon(scene) is not None:
-        beyond = "what the scene asks for (see [tip], strip.second_moment) only the elastica has"
-        return [*said, f"Ribbon and shell: none; {beyond}."]
+    if scene.strip.second_moment is not None:
+        return [*said, "Ribbon and shell: none; the rod of strip.second_moment only the elastica has."]
     said.append(f"Shell: {found.shell}")
     return [*said, f"Third opinion: {found.third_opinion}."] if found.third_opinion else said
 

@@ -36,21 +36,19 @@ FEWEST_CLOSED = 3
 
 
 def beyond_the_ribbon(scene: SceneData) -> tuple[str, str] | None:
-    """The first key that only the planar elastica knows, and why not the ribbon; None: there is none."""
-    if scene.tip is not None:
-        return "tip", "has no load at the tip, and the scene has [tip]; the planar elastica has"
+    """The first key that the ribbon does not know, and why; None: there is none."""
     if scene.strip.second_moment is not None:
         return (
             "strip.second_moment",
             "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods",
         )
+    if scene.tip is not None:
+        return "tip", "has no load at the tip, and the scene has [tip]; the planar elastica and the shell have"
     return None
 
 
 def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     """The first section that the shell cannot do, and what it cannot; None: there is none."""
-    if scene.tip is not None:
-        return "tip", "loads the tip, and the shell has no load there"
     if scene.strip.second_moment is not None:
         return "strip.second_moment", "makes the strip a rod, and the shell is a strip of section w x h"
     if scene.closure is not None:
@@ -60,7 +58,7 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     if scene.clamp_start is None:
         return "clamp.start", "is absent: the start is free, and the shell is held there"
     for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
-        if clamp is not None and not clamp.holds_all:
+        if clamp is not None and not clamp.holds_all and not (name == "clamp.end" and scene.guided):
             part = "position" if clamp.position is None else "frame"
             return name, f"leaves the {part} free, and the shell's clamps hold position and frame"
     return None
@@ -74,6 +72,7 @@ def check_geometry(scene: SceneData) -> None:
         _check_room(scene)
         for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
             _check_clamp_and_walls(scene, name, clamp)
+    _check_tip(scene)
     _check_support(scene)
     _check_formulation(scene)
     _check_elastica(scene)
@@ -198,13 +197,20 @@ def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None)
 
 
 def _check_support(scene: SceneData) -> None:
-    """A strip with weight is held at a point, or walls carry it: up is a sum of their normals, none of them pulling.
+    """A strip with loads is held at a point, or walls carry it: what carries its weight is a sum of their normals, none
+    of them pulling.
 
     Otherwise there is a direction along which it falls or slides for ever (Farkas' lemma).
     """
-    held = any(clamp is not None and clamp.position is not None for clamp in (scene.clamp_start, scene.clamp_end))
+    if any(clamp is not None and clamp.position is not None for clamp in (scene.clamp_start, scene.clamp_end)):
+        return
+    if scene.tip is not None and scene.tip_force.any():
+        raise BadInput(
+            "tip", None, "pulls the strip away for ever: no clamp holds a point of it",
+            "add [clamp.start] with a position",
+        )  # fmt: skip
     up = scene.up
-    if up is None or scene.gravity is None or scene.gamma == 0.0 or held:
+    if up is None or scene.gravity is None or scene.gamma == 0.0:
         return
     remedy = "add [clamp.start] with a position, or a [[wall]] whose normal is gravity.up"
     value = list(scene.gravity.up)
@@ -252,7 +258,7 @@ def _check_formulation(scene: SceneData) -> None:
 
 
 def _check_elastica(scene: SceneData) -> None:
-    """Loads at the tip and rods are the elastica's; its weight is along the centreline."""
+    """Rods are the elastica's; its weight is along the centreline."""
     if scene.model.energy == "elastica":
         if scene.gravity is not None and scene.gravity.exact:
             raise BadInput(
@@ -261,10 +267,27 @@ def _check_elastica(scene: SceneData) -> None:
                 "is not available in this version where gravity.exact puts the weight over the surface",
                 'choose energy = "wunderlich" or "auto"',
             )
-    else:
+    elif scene.strip.second_moment is not None:
         beyond = beyond_the_ribbon(scene)
-        if beyond is not None:
-            raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')
-    held = scene.clamp_end
-    if scene.tip is not None and held is not None and held.position is not None:
-        raise BadInput("tip", None, "loads a point that clamp.end holds", "remove [tip], or clamp.end.position")
+        assert beyond is not None
+        raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')
+
+
+def _check_tip(scene: SceneData) -> None:
+    """What is loaded at s = l can move there, and a tension has a direction."""
+    tip, held = scene.tip, scene.clamp_end
+    if tip is None:
+        return
+    if scene.closure is not None:
+        raise BadInput("tip", None, "loads the end, and [closure] leaves none", "remove [tip] or [closure]")
+    if held is not None and held.position is not None:
+        remedy = "remove [tip], or clamp.end.position"
+        if tip.tension is not None:
+            problem = "cannot be given where clamp.end holds the position: there it is the clamp's reaction"
+            raise BadInput("tip.tension", tip.tension, problem, remedy)
+        raise BadInput("tip", None, "loads a point that clamp.end holds", remedy)
+    if tip.tension is not None and scene.tension_direction is None:
+        raise BadInput(
+            "tip.tension", tip.tension, "has no direction: neither clamp.end nor clamp.start holds a tangent",
+            "add one, or give tip.force",
+        )  # fmt: skip

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.scene.loads import gamma_of, load_of
+from compare.scene.loads import force_scale, gamma_of, load_of
 from compare.scene.spec import (
     ClampSpec,
     ClosureSpec,
@@ -101,10 +101,37 @@ class SceneData(Sections):
 
     @property
     def tip_load(self) -> float:
-        """Load at s = 1 along -up in D w / l^2 (Y I / l^2 of a rod): M g l^2 / (Y I) of a mass M; 0.0 without [tip]."""
+        """Load at s = 1 along -up in D w / l^2 (Y I / l^2 of a rod): M g l^2 / (Y I) of a mass M; 0.0 without one."""
         if self.tip is None or self.gravity is None:
             return 0.0
         return load_of(self.tip, self.strip, self.gravity.acceleration)
+
+    @property
+    def tip_force(self) -> NDArray[np.float64]:
+        """Dead force at s = 1 in D w / l^2, shape (3,): all that `[tip]` says; 0 without it."""
+        force = np.zeros(3)
+        if self.tip is None:
+            return force
+        if self.up is not None:
+            force -= self.tip_load * self.up
+        scale = force_scale(self.strip)
+        if self.tip.force is not None:
+            force += scale * np.array(self.tip.force)
+        along = self.tension_direction
+        if self.tip.tension is not None and along is not None:
+            force += scale * self.tip.tension * along
+        return force
+
+    @property
+    def tension_direction(self) -> NDArray[np.float64] | None:
+        """The unit vector (3,) of `tip.tension`: the tangent held at s = 1, else that held at s = 0; None: neither."""
+        frame = self.end_frame if self.end_frame is not None else self.start_frame
+        return None if frame is None else frame[:, 2]
+
+    @property
+    def guided(self) -> bool:
+        """True when the end holds its frame and not its position."""
+        return self.end_frame is not None and self.end_position is None
 
     @property
     def up(self) -> NDArray[np.float64] | None:

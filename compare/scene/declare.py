@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 LENGTH = "the unit of length"
+FORCE = "N, or D w / l^2 without strip.young"
 NONE = ""
 """The unit of a number that has none; `unit=None` is for what is no number."""
 

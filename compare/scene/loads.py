@@ -1,4 +1,4 @@
-"""What pulls on the strip: its weight, and a load at its tip; in the file's units and without dimensions."""
+"""What pulls on the strip: its weight, and loads at its tip; in the file's units and without dimensions."""
 
 from __future__ import annotations
 
@@ -49,12 +49,19 @@ def gamma_of(strip: StripSpec, acceleration: float) -> float:
 
 
 def read_tip(table: Table, strip: StripSpec, gravity: GravitySpec | None) -> TipSpec:
-    """`[tip]`: a mass, or a load without dimensions, that hangs along -up."""
+    """`[tip]`: a mass, or a load without dimensions, that hangs along -up; a force; a tension."""
     tip = table.read(TipSpec)
     if tip.mass is not None and tip.load is not None:
         raise table.bad("load", "conflicts with tip.mass: both say the load", "remove one of the two")
+    if tip == TipSpec():
+        raise missing(
+            "tip.force", contract.KEYS, "add mass in kg, load in D w / l^2, force or tension, or remove [tip]"
+        )
+    for name, values in (("force", tip.force or ()), ("tension", () if tip.tension is None else (tip.tension,))):
+        if not all(math.isfinite(value * force_scale(strip)) for value in values):
+            raise table.bad(name, "gives F l^2 / (D w) out of range", "check the units: N, Pa, m")
     if tip.mass is None and tip.load is None:
-        raise missing("tip.mass", contract.KEYS, "add mass in kg or load in D w / l^2, or remove [tip]")
+        return tip
     if gravity is None:
         raise missing("gravity.up", contract.KEYS, "[tip] hangs along -up: add [gravity] with up, or remove [tip]")
     if tip.load is not None:
@@ -81,9 +88,21 @@ def stiffness_of(strip: StripSpec) -> float:
     return strip.young * strip.thickness**3 / (12.0 * (1.0 - strip.poisson**2)) * strip.width
 
 
+def force_scale(strip: StripSpec) -> float:
+    """What one unit of `tip.force` is in D w / l^2: l^2 / (D w) of a newton where the strip gives its stiffness, else
+    1; infinite when the stiffness is zero."""
+    if strip.young is None:
+        return 1.0
+    stiffness = stiffness_of(strip)
+    return strip.length**2 / stiffness if stiffness > 0.0 else math.inf
+
+
 def load_of(tip: TipSpec, strip: StripSpec, acceleration: float) -> float:
-    """The load at the tip in units of D w / l^2 (Y I / l^2); infinite when a mass meets a stiffness of zero."""
+    """The load along -up at the tip in units of D w / l^2 (Y I / l^2); infinite when a mass meets a stiffness of
+    zero."""
     if tip.load is not None:
         return tip.load
+    if tip.mass is None:
+        return 0.0
     stiffness = stiffness_of(strip)
-    return (tip.mass or 0.0) * acceleration * strip.length**2 / stiffness if stiffness > 0.0 else math.inf
+    return tip.mass * acceleration * strip.length**2 / stiffness if stiffness > 0.0 else math.inf

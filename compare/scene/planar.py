@@ -37,18 +37,21 @@ def _axis(across: NDArray[np.float64]) -> str:
 
 
 def _load_out_of_plane(scene: SceneData, frame: NDArray[np.float64]) -> str | None:
-    """The weight and the load at the tip, both along gravity.up."""
-    up = scene.up
-    if up is None or (scene.gamma == 0.0 and scene.tip_load == 0.0):
-        return None
-    component = float(up @ frame[:, 0])
-    if abs(component) <= PLANAR_TOLERANCE:
-        return None
-    what = "weight" if scene.gamma else "load at the tip"
-    return (
-        f"gravity.up has the component {component:.4g} along {_axis(frame[:, 0])}, so the {what} pulls the strip out "
-        "of the plane of t_y and t_z"
-    )
+    """The weight and the load at the tip along gravity.up, and the whole force at the tip."""
+    up, force = scene.up, scene.tip_force
+    size = float(np.linalg.norm(force))
+    for vector, loads, what in (
+        (up, scene.gamma, "gravity.up has the component {} along {}, so the weight"),
+        (up, scene.tip_load, "gravity.up has the component {} along {}, so the load at the tip"),
+        (force / size if size else None, size, "the force at the tip has the component {} of its own along {}, so it"),
+    ):
+        if vector is None or loads == 0.0:
+            continue
+        component = float(vector @ frame[:, 0])
+        if abs(component) > PLANAR_TOLERANCE:
+            pulls = what.format(f"{component:.4g}", _axis(frame[:, 0]))
+            return f"{pulls} pulls the strip out of the plane of t_y and t_z"
+    return None
 
 
 def _end_out_of_plane(scene: SceneData, frame: NDArray[np.float64], position: NDArray[np.float64]) -> str | None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from compare import registry
-from compare.scene.declare import LENGTH, NONE, Key, Kind, declared, key
+from compare.scene.declare import FORCE, LENGTH, NONE, Key, Kind, declared, key
 
 ENERGIES = tuple(energy for entry in registry.BUILT_IN for energy in entry.energies)
 """Values of `model.energy` that are always there; models from outside bring their own (`compare.registry`)."""
@@ -163,7 +163,7 @@ class UncertaintySpec:
 
 @dataclass(frozen=True)
 class TipSpec:
-    """A dead load at s = length along -up: exactly one of `mass` and `load`."""
+    """Dead loads at s = length, which add up: `mass` or `load` along -up, `force`, and `tension` along the strip."""
 
     mass: float | None = key(
         Kind.NUMBER, "mass at s = length", "kg", ">= 0", "0.005", default=None, newer=True,
@@ -174,6 +174,15 @@ class TipSpec:
         Kind.NUMBER, "load at s = length along -up against bending stiffness", "D w / l^2", ">= 0", "3.9",
         default=None, newer=True, note="Y I / l^2 of a rod; instead of mass",
         hint="give a load >= 0 and turn gravity.up instead"
+    )
+    force: Vector | None = key(
+        Kind.VECTOR, "force at s = length, its direction fixed; on a shell along the end edge, evenly", FORCE,
+        example="[0.0, -0.01, 0.0]", default=None, newer=True
+    )
+    tension: float | None = key(
+        Kind.NUMBER, "force at s = length along the tangent of clamp.end where that leaves the position free, else "
+        "along the tangent of clamp.start", FORCE, example="0.5", default=None, newer=True,
+        note="its direction fixed; below 0 it pushes"
     )
 
 

@@ -200,9 +200,11 @@ def find(walker: Walker, walk: Walk, factor: float = 1.0, closeness: float = 1e-
 
 
 def buckling(problem: ShellProblem, options: ShellOptions | None = None, progress: Any = None) -> Buckling:
-    """The weight at which a strip under its own weight becomes unstable: `critical` is Gamma.
+    """The weight at which a strip under its own weight becomes unstable: `critical` is Gamma. Of a weightless strip
+    with a force at its end: the fraction of that force.
 
-    problem.gamma is the largest weight looked at. The path before the last stage is walked as `solve` does.
+    problem.gamma is the largest weight looked at (problem.tip the largest force). The path before the last stage
+    is walked as `solve` does.
     """
     import dataclasses
 
@@ -210,10 +212,10 @@ def buckling(problem: ShellProblem, options: ShellOptions | None = None, progres
     from shellref.shell.strip import build_strip
 
     options = options or ShellOptions(event_tolerance=1e-6)
-    if not problem.loaded:
+    if not problem.loaded and not problem.pulled:
         from shellref.inputs import ShellInputError
 
-        raise ShellInputError("gamma", problem.gamma, "buckling under weight needs a weight: gamma above 0 and up")
+        raise ShellInputError("gamma", problem.gamma, "buckling under a load needs one: gamma above 0 and up, or tip")
     quiet = dataclasses.replace(options, kick=False, switch=False, arc_length="never")
     solver = Solver(build_strip(problem, quiet), quiet, api.communicator("self"), progress or (lambda event: None))
     stages = solver.strip.stages
@@ -224,6 +226,7 @@ def buckling(problem: ShellProblem, options: ShellOptions | None = None, progres
         walker.load_steps(walk)
         walk.stage, walk.older, walk.step = walk.stage + 1, None, None
         walk.point.load = 0.0
+    factor = problem.gamma if problem.loaded else 1.0
     if walk.status is not None:
-        return Buckling(walk.status, walk.message, factor=problem.gamma)
-    return find(walker, walk, problem.gamma)
+        return Buckling(walk.status, walk.message, factor=factor)
+    return find(walker, walk, factor)

@@ -67,7 +67,8 @@ class Equilibrium:
     def __init__(self, model: NaghdiModel, options: ShellOptions):
         self.model, self.options = model, options
         self.supports: Supports = model.body.supports(model.grid, model.nodes)
-        self.increments = Increments(self.supports.translations, self.supports.directors, model.owned)
+        held = self.supports
+        self.increments = Increments(held.translations, held.directors, model.owned, held.together)
         everywhere = api.gather_rows(model.comm, np.array([[float(self.increments.unknowns)]]))[:, 0]
         self.unknowns = int(everywhere.sum())
         self._offset = int(everywhere[: model.comm.rank].sum())
@@ -131,6 +132,10 @@ class Equilibrium:
     def _placed(self, move: float, state: np.ndarray) -> np.ndarray:
         placement = self.supports.placement
         place = self.model.reference if placement is None else placement(move)
+        at = self.increments.together
+        if len(at):  # where it is now
+            place = place.copy()
+            place[at, :3] += np.mean(state[at, :3] - place[at, :3], axis=0)
         return np.where(self.held, place, state)
 
     def _held_rate(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:

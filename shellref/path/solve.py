@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 
+from shellref.inputs import ShellInputError
 from shellref.path.solver import Progress, Solver
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -37,6 +38,8 @@ def solve(
     imported = time.perf_counter()
     comm = api.communicator(processes)
     report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
+    if problem.guided and comm.size > 1:
+        raise ShellInputError("guided", True, "the end moves as one: solve it in one process")
     solver = Solver(strip, options, comm, report)
     built = time.perf_counter()
     result = solver.run(start, folder)

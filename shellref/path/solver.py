@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shellref.shell.body import Control
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -134,7 +135,7 @@ class Solver:
             message=message,
             surface=surface,
             elements=model.grid.elements,
-            load_factor=control.weight if problem.loaded else (1.0 if walk.status is None else 0.0),
+            load_factor=_factor(control, problem, walk.status is None),
             natural_factor=control.natural,
             path_factor=(walk.stage + (walk.point.load if walk.stage < len(stages) else 0.0)) / max(len(stages), 1),
             stable=verdict.stable,
@@ -144,7 +145,13 @@ class Solver:
             newton_iterations=equilibrium.iterations,
             factorisations=equilibrium.factorisations,
             steps=tuple(walk.steps),
-            energy={**parts, "elastic": elastic, "gravity": energies.gravity, "total": energies.total},
+            energy={
+                **parts,
+                "elastic": elastic,
+                "gravity": energies.gravity,
+                **({} if problem.tip is None else {"tip": energies.tip}),
+                "total": energies.total,
+            },
             share={name: part / elastic if elastic > 0 else 0.0 for name, part in parts.items()},
             stabilisation={
                 "c": self.options.stabilisation,
@@ -176,9 +183,18 @@ class Solver:
         for name, path, side in (("start", self.strip.start, s < 0.5), ("end", self.strip.end, s >= 0.5)):
             if path is not None:
                 where = side & (held.max(axis=1) > 0.5)
-                force, moment = reactions(state, residual, where, path.at(move)[0])
+                guided = name == "end" and self.strip.problem.guided
+                origin = state[where, :3].mean(axis=0) if guided else path.at(move)[0]
+                force, moment = reactions(state, residual, where, origin)
                 out[name] = {"force": force, "moment": moment}
         return out
+
+
+def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:
+    """The share of the loads that acts: of the weight, of the end's force, or 1 at the end of a path without loads."""
+    if problem.loaded:
+        return control.weight
+    return control.load if problem.pulled else float(arrived)
 
 
 def flattening(problem: ShellProblem) -> float:

@@ -127,8 +127,7 @@ def _energy(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: flo
     """Elastic energy minus the work of the loads that act."""
     model = equilibrium.model
     model.set_control(stage.at(load))
-    dead = -model.control.load * equilibrium.total(model.dead_forces * state[:, :3])
-    return model.energies(state).total + dead
+    return model.energies(state).total
 
 
 def _descend(

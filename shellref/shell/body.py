@@ -58,13 +58,15 @@ class Supports:
     """What is held at each node, and where it is put.
 
     translations (n, 3): components of the position that are held. directors (n,): director.FREE, HELD or an axis (0, 1,
-    2) to which the director stays normal. placement(move) -> (n, 6): values of everything held (other entries unused);
-    None: held where the reference surface is.
+    2) to which the director stays normal. together (n,): held nodes whose position is free all the same, as one body
+    that does not turn (None: none); one process only. placement(move) -> (n, 6): values of
+    everything held (other entries unused); None: held where the reference surface is.
     """
 
     translations: np.ndarray
     directors: np.ndarray
     placement: Placement | None = None
+    together: np.ndarray | None = None
 
     @classmethod
     def none(cls, n: int) -> Supports:
@@ -80,7 +82,7 @@ class Supports:
             crossed = where & (directors != FREE) & (directors != director)
             directors[where] = director
             directors[crossed] = HELD  # normal to two axes at once: it cannot move
-        return Supports(translations, directors, self.placement)
+        return Supports(translations, directors, self.placement, self.together)
 
 
 @dataclass(frozen=True)

@@ -39,17 +39,26 @@ class Increments:
 
     translations (n, 3): True where a component of the position is held. directors (n,): FREE, HELD, or the axis (0, 1,
     2) to which the director stays normal. `owned`: number of the first nodes, whose increments are unknowns here.
+    together (n,): nodes that translate as one, which are three more unknowns, the last ones.
     """
 
-    def __init__(self, translations: np.ndarray, directors: np.ndarray, owned: int | None = None):
+    def __init__(
+        self,
+        translations: np.ndarray,
+        directors: np.ndarray,
+        owned: int | None = None,
+        together: np.ndarray | None = None,
+    ):
         n = len(translations)
+        self.together = np.zeros(0, dtype=int) if together is None else np.flatnonzero(together)
         self.nodes, self.owned = n, n if owned is None else owned
         self.translations, self.directors = translations, directors
         self.active = np.concatenate(
             [~translations, (directors != HELD)[:, None], (directors == FREE)[:, None]], axis=1
         )
         self.active[self.owned :] = False
-        self.unknowns = int(self.active.sum())
+        self._own = int(self.active.sum())
+        self.unknowns = self._own + (3 if len(self.together) else 0)
         self.held = np.concatenate([translations, np.repeat((directors == HELD)[:, None], 3, axis=1)], axis=1)
         self._axes = [(axis, np.flatnonzero(directors == axis)) for axis in (0, 1, 2)]
         self._structure()
@@ -62,9 +71,9 @@ class Increments:
         row, column, source = [], [], []
         for c in range(3):
             at = np.flatnonzero(active[:, c])
-            row.append(6 * at + c)
-            column.append(number[at, c])
-            source.append(np.zeros(len(at), dtype=np.int64))
+            row += [6 * at + c, 6 * self.together + c]
+            column += [number[at, c], np.full(len(self.together), self._own + c)]
+            source.append(np.zeros(len(at) + len(self.together), dtype=np.int64))
             for k in (0, 1):
                 at = np.flatnonzero(active[:, 3 + k])
                 row.append(6 * at + 3 + c)
@@ -91,17 +100,21 @@ class Increments:
     def reduce(self, full: np.ndarray, bases: np.ndarray) -> np.ndarray:
         """P^T f: nodal 6-vectors (n, 6) -> (unknowns,)."""
         rotations = np.einsum("nik,ni->nk", bases, full[:, 3:])
-        return np.concatenate([full[:, :3], rotations], axis=1)[self.active]
+        own = np.concatenate([full[:, :3], rotations], axis=1)[self.active]
+        return np.append(own, full[self.together, :3].sum(axis=0)) if len(self.together) else own
 
     def expand(self, reduced: np.ndarray, bases: np.ndarray) -> np.ndarray:
         """P q: (unknowns,) -> nodal 6-vectors (n, 6), zero where nothing is free and on ghosts."""
         five = np.zeros((self.nodes, 5))
-        five[self.active] = reduced
+        five[self.active] = reduced[: self._own]
+        if len(self.together):
+            five[self.together, :3] = reduced[self._own :]
         return np.concatenate([five[:, :3], np.einsum("nik,nk->ni", bases, five[:, 3:])], axis=1)
 
     def nodal(self, translation: np.ndarray, rotation: np.ndarray) -> np.ndarray:
         """One number per node for its positions (n,), one for its rotations (n,): (unknowns,)."""
-        return np.stack([translation] * 3 + [rotation] * 2, axis=1)[self.active]
+        own = np.stack([translation] * 3 + [rotation] * 2, axis=1)[self.active]
+        return np.append(own, [translation[self.together].sum()] * 3) if len(self.together) else own
 
     def constraint_curvature(self, state: np.ndarray, force: np.ndarray) -> np.ndarray:
         """-d . dE/dd on the rotations (unknowns,): state and force (= dE/d(phi, d)) are (n, 6)."""

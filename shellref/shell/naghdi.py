@@ -95,6 +95,7 @@ class Energies:
     gravity: float
     stabilisation: float
     density: np.ndarray
+    tip: float = 0.0  # of the dead forces
 
     @property
     def elastic(self) -> float:
@@ -103,8 +104,8 @@ class Energies:
 
     @property
     def total(self) -> float:
-        """elastic + gravity."""
-        return self.elastic + self.gravity
+        """elastic + gravity + tip."""
+        return self.elastic + self.gravity + self.tip
 
 
 class NaghdiModel:
@@ -339,5 +340,7 @@ class NaghdiModel:
         total = api.sum_over(self.comm, np.array([*sums, stabilisation])) / self.body.normaliser
         weight = self.control.weight * np.outer(self.nodal_areas, self.weight)[: self.owned]
         gravity = -float(api.sum_over(self.comm, np.sum(weight * state[: self.owned, :3])))
+        dead = self.control.load * self.dead_forces[: self.owned]
+        tip = -float(api.sum_over(self.comm, np.sum(dead * state[: self.owned, :3])))
         bending, membrane, shear, extra = (float(x) for x in total)
-        return Energies(bending, membrane, shear, gravity, extra, density)
+        return Energies(bending, membrane, shear, gravity, extra, density, tip)

@@ -55,7 +55,7 @@ class Pose:
 class Waypoint:
     """A place on the way to the problem's own state; what is None stays as it is.
 
-    natural, gravity: fractions of the natural curvature (0: that of the start) and of the weight. start, end: poses of
+    natural, gravity, tip: fractions of the natural curvature (0: that of the start), the weight, the end's force. start, end: poses of
     the clamps, reached on straight lines with frames turning about a fixed axis. Where waypoints move the clamp at S =
     0, the path begins at the first pose that they give it.
     """
@@ -65,9 +65,10 @@ class Waypoint:
     start: Pose | None = None
     end: Pose | None = None
     name: str = "path"
+    tip: float | None = None
 
     def __post_init__(self) -> None:
-        for key in ("natural", "gravity"):
+        for key in ("natural", "gravity", "tip"):
             value = getattr(self, key)
             if value is not None:
                 object.__setattr__(self, key, number(f"path.{key}", value))
@@ -96,7 +97,9 @@ class ShellProblem:
     gamma: rho h g l^3 / D, weight against bending stiffness; `up` (3,): unit vector against gravity, None = weightless.
     clamp: "edge" holds the whole edge S = 0, "corners" its two corner cells, "free" nothing (weightless only).
     clamp_position (3,), clamp_frame (3, 3) with columns t_x (across), t_y (normal), t_z (tangent). end: the pose of the
-    clamp at S = 1, of the same kind; None = free. corner: size (over l) of the corner cells; None: one cell of the
+    clamp at S = 1, of the same kind; None = free. guided: of `end` the frame is held and the position is free: what is
+    held there moves as one, without turning (one process only). tip (3,): dead force at S = 1, in D w / l^2, spread
+    evenly over the end edge, so that it has no moment about the edge's middle. corner: size (over l) of the corner cells; None: one cell of the
     mesh.
     start_curvature: the path starts from the planar arc of this curvature, unstressed there, with the end clamp where
     the arc ends; None: the natural curvature (the flat strip where that is no equilibrium).
@@ -125,6 +128,8 @@ class ShellProblem:
     path: tuple[Waypoint, ...] = ()
     edge_layer: float | str | None = None
     degree: int = 2
+    tip: Vector | None = None
+    guided: bool = False
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -154,6 +159,16 @@ class ShellProblem:
         put("clamp_frame", frame("clamp_frame", self.clamp_frame))
         put("clamp", choice("clamp", self.clamp, CLAMPS))
         put("end", Pose.read("end", self.end))
+        if self.tip is not None:
+            put("tip", numbers("tip", self.tip, 3))
+        if not isinstance(self.guided, bool):
+            raise ShellInputError("guided", self.guided, "must be true or false")
+        if self.guided and self.end is None:
+            raise ShellInputError("guided", True, "is about a clamp at the end: add `end`")
+        if self.pulled and self.end is not None and not self.guided:
+            raise ShellInputError(
+                "tip", self.tip, "pulls at an end that `end` holds: leave one of them out, or guide it"
+            )
         self._check_path(put)
         self._check_mesh(put)
 
@@ -168,8 +183,8 @@ class ShellProblem:
             raise ShellInputError("path", self.path, "must be a list of waypoints")
         put("path", tuple(Waypoint.read(item) for item in self.path))
         if self.clamp == "free":
-            if self.loaded:
-                raise ShellInputError("clamp", "free", "a strip with weight falls: clamp it, or leave the weight out")
+            if self.loaded or self.pulled:
+                raise ShellInputError("clamp", "free", "a strip with loads flies away: clamp it, or leave them out")
             if self.end is not None or self.path or self.clamp_position != (0.0,) * 3 or self.clamp_frame != IDENTITY:
                 raise ShellInputError("clamp", "free", "a strip held nowhere has no clamps, poses or path")
         if self.end is None:
@@ -200,6 +215,11 @@ class ShellProblem:
     def loaded(self) -> bool:
         """True when the strip weighs something."""
         return self.up is not None and self.gamma > 0
+
+    @property
+    def pulled(self) -> bool:
+        """True when a force acts at the end."""
+        return self.tip is not None and any(self.tip)
 
     @property
     def start(self) -> Pose:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shellref.inputs import ShellInputError
-from shellref.shell.body import Body, Control, Placement, Stage, Supports
+from shellref.shell.body import Body, Control, Placement, Stage, Supports, line_force
 from shellref.shell.clamps import PosePath, held_nodes
 from shellref.shell.director import HELD
 from shellref.shell.grid import Grid, knots_across, knots_along, snapped
@@ -60,13 +60,16 @@ def layer_width(problem: ShellProblem) -> float:
     curvature to be expected.
 
     kappa: the natural curvature, that of the arc at the start, or that of a clamped strip under its weight:
-    Gamma / 2 when light, sqrt(2 Gamma) when heavy (planar elastica).
+    Gamma / 2 when light, sqrt(2 Gamma) when heavy (planar elastica); under a force F at its end F and sqrt(2 F).
     """
     curvatures = (*problem.natural_curvature, problem.start_curvature or 0.0, problem.transverse_curvature)
     kappa = max(abs(k) for k in curvatures)
     if problem.loaded:
         kappa = max(kappa, min(0.5 * problem.gamma, math.sqrt(2.0 * problem.gamma)))
-    if problem.end is not None:
+    if problem.pulled:
+        force = math.hypot(*problem.tip or ())
+        kappa = max(kappa, min(force, math.sqrt(2.0 * force)))
+    if problem.end is not None and not problem.guided:
         kappa = max(kappa, math.pi)
     return min(math.sqrt(problem.thickness / max(kappa, 1.0)), 0.25 * problem.width)
 
@@ -125,7 +128,8 @@ def _start_curvature(problem: ShellProblem, options: ShellOptions) -> tuple[floa
     if problem.start_curvature is not None:
         return problem.start_curvature, problem.start_curvature
     flat = options.natural_path == "stepped" or problem.clamp == "corners" or problem.transverse_curvature
-    return (0.0, 0.0) if flat or problem.end is not None else problem.natural_curvature
+    both = problem.end is not None and not problem.guided
+    return (0.0, 0.0) if flat or both else problem.natural_curvature
 
 
 def build_strip(problem: ShellProblem, options: ShellOptions, refine: tuple[int, int] = (1, 1)) -> Strip:
@@ -157,6 +161,7 @@ def build_strip(problem: ShellProblem, options: ShellOptions, refine: tuple[int,
         natural=law(problem.natural_curvature),
         natural_start=law(begin),
         weight=weight,  # type: ignore[arg-type]
+        forces=line_force(0, 1.0, problem.tip or (0.0, 0.0, 0.0)) if problem.pulled else None,
         bends_along=True,
     )
     return Strip(problem, body, stages, begin, start, end)
@@ -186,14 +191,21 @@ def _stages(
         at_end = [] if problem.end is None else [_arc_end(first, begin)]
     stages: list[Stage] = []
 
-    def leg(name: str, natural: float | None, gravity: float | None, start: Pose | None, end: Pose | None) -> None:
+    def leg(
+        name: str,
+        natural: float | None = None,
+        gravity: float | None = None,
+        start: Pose | None = None,
+        end: Pose | None = None,
+        tip: float | None = None,
+    ) -> None:
         nonlocal control
         place, other = start or at_start[-1], (end or at_end[-1]) if at_end else None
         moves = place != at_start[-1] or (at_end and other != at_end[-1])
         target = Control(
             control.natural if natural is None else natural,
             control.weight if gravity is None else gravity,
-            0.0,
+            control.load if tip is None else tip,
             control.move + 1.0 if moves else control.move,
         )
         if moves:
@@ -205,12 +217,13 @@ def _stages(
             control = target
 
     if not problem.path:
-        leg("natural", 1.0, None, None, None)
+        leg("natural", natural=1.0)
     for waypoint in problem.path:
-        leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end)
-    leg("clamps", None, None, problem.start, problem.end)
-    leg("natural", 1.0, None, None, None)
-    leg("gravity", None, 1.0 if problem.loaded else 0.0, None, None)
+        leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end, waypoint.tip)
+    leg("clamps", start=problem.start, end=problem.end)
+    leg("natural", natural=1.0)
+    last = "gravity" if not problem.pulled else "gravity and tip" if problem.loaded else "tip"
+    leg(last, gravity=1.0 if problem.loaded else 0.0, tip=1.0 if problem.pulled else 0.0)
     if problem.clamp == "free":
         return None, None, tuple(stages)
     return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, tuple(stages)
@@ -251,7 +264,7 @@ def _supports(
 
     held: Placement = placement
     base = Supports.none(len(nodes)).hold(at_start | at_end, "xyz", HELD)
-    return Supports(base.translations, base.directors, held)
+    return Supports(base.translations, base.directors, held, at_end if problem.guided else None)
 
 
 def _middle(grid: Grid) -> tuple[int, int]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from compare.models.base import Effect
 from compare.scene.scene import Scene
 from compare.scene.stages import stages_without
@@ -13,7 +15,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
     """The effects of a scene of the elastica. What the stages of a path say about an effect goes with it."""
     start, end = scene.curvature
     law = f"K l = {start:g}" if start == end else f"K l from {start:g} to {end:g}"
-    tip, weight = scene.tip_load, scene.gamma
+    tip, weight = float(np.linalg.norm(scene.tip_force)), scene.gamma
     rod = scene.strip.second_moment
     held = scene.clamp_end
 
@@ -31,7 +33,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         ),
         either(
             "weight", weight > 0.0, f"[gravity], Gamma = {weight:g}", "no weight along the strip",
-            "a force linear in s", {"gravity": False} if not tip else None,
+            "a force linear in s", {"gravity": False} if not scene.tip_load else None,
         ),
         either(
             "natural curvature", (start, end) != (0.0, 0.0), law, "naturally straight", "a term in theta'",

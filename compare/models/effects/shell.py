@@ -28,6 +28,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
     return (
         _itself(scene),
         either("gravity", bool(scene.gamma), f"Gamma = {scene.gamma:g}", "gravity"),
+        either("load at the tip", bool(scene.tip_force.any()), "[tip]" if scene.tip else "no [tip]", "tip"),
         either("natural curvature", any(scene.curvature), "strip.natural_curvature", "strip.natural_curvature"),
         either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),
     )

@@ -67,6 +67,8 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "strip.second_moment": ({**ROD, "tip.mass": 1e-4}, 1e-12, 2e-12),
     "tip.mass": (ROD, 1e-4, 2e-4),
     "tip.load": ({}, 1.0, 2.0),
+    "tip.force": ({}, [1e-4, 0.0, 0.0], [2e-4, 0.0, 0.0]),
+    "tip.tension": ({}, 1e-4, 2e-4),
     "gravity.up": ({}, [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]),
     "gravity.acceleration": ({}, 9.81, 5.0),
     "gravity.exact": ({**OBLIQUE, "strip.width": 0.06}, None, True),

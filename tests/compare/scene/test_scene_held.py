@@ -411,7 +411,6 @@ BEYOND_THE_SHELL = [
     ({}, FLOOR, "wall", "no contact"),
     ({"clamp.start.tangent": None, "clamp.start.normal": None}, "", "clamp.start", "leaves the frame free"),
     (NO_START | WEIGHTLESS, "", "clamp.start", "the start is free"),
-    (END | {"clamp.end.position": '"free"'}, "", "clamp.end", "leaves the position free"),
     (END | {"clamp.end.tangent": None, "clamp.end.normal": None}, "", "clamp.end", "leaves the frame free"),
 ]
 
