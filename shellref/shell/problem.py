@@ -55,8 +55,8 @@ class Pose:
 class Waypoint:
     """A place on the way to the problem's own state; what is None stays as it is.
 
-    natural, gravity, tip: fractions of the natural curvature (0: that of the start), the weight, the end's force. start, end: poses of
-    the clamps, reached on straight lines with frames turning about a fixed axis. Where waypoints move the clamp at S =
+    natural, gravity, tip: fractions of the natural curvature (0: that of the start), of the weight and of the force at
+    the end. start, end: poses of the clamps, reached on straight lines with frames turning about a fixed axis. Where waypoints move the clamp at S =
     0, the path begins at the first pose that they give it.
     """
 
@@ -99,8 +99,8 @@ class ShellProblem:
     clamp_position (3,), clamp_frame (3, 3) with columns t_x (across), t_y (normal), t_z (tangent). end: the pose of the
     clamp at S = 1, of the same kind; None = free. guided: of `end` the frame is held and the position is free: what is
     held there moves as one, without turning (one process only). tip (3,): dead force at S = 1, in D w / l^2, spread
-    evenly over the end edge, so that it has no moment about the edge's middle. corner: size (over l) of the corner cells; None: one cell of the
-    mesh.
+    evenly over the end edge, so that it has no moment about the edge's middle. corner:
+    size (over l) of the corner cells; None: one cell of the mesh.
     start_curvature: the path starts from the planar arc of this curvature, unstressed there, with the end clamp where
     the arc ends; None: the natural curvature (the flat strip where that is no equilibrium).
     path: waypoints before the problem's own state.

@@ -66,7 +66,8 @@ class ShellResult:
     Energies in D w / l, forces in D w / l^2, moments in D w / l (about the clamp's position), lengths in l.
     elements: of the mesh that was used (refined when `accuracy` asked for it); discretisation: the estimated error.
     stable: None when it was not checked or is not known, or the lowest eigenvalue is zero to rounding (at a fold).
-    load_factor, natural_factor: fractions of weight (without one: of the end's force) and natural curvature at this state; path_factor: of the stages.
+    load_factor, natural_factor: fractions of weight (without one: of the end's force) and natural curvature at
+    this state; path_factor: of the stages.
     clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
     residual: `absolute` 2-norm of dE/du on the free unknowns (5 per node), `relative` the same over the 2-norm of the
     nodal weight and clamp reactions (at least 1).

@@ -56,7 +56,7 @@ def test_a_path_moves_the_force():
         ({"tip.force": "[1.0, nan, 0.0]"}, "tip.force", "finite", "force at s = length"),
         ({"tip.force": "[1.0, 0.0]"}, "tip.force", "three numbers", "force at s = length"),
         ({"tip.tension": "inf"}, "tip.tension", "not finite", "tangent of clamp.end"),
-        (SI | {"tip.tension": "1e300", "strip.young": "1e-9", "strip.density": "1e-9"}, "tip.tension", "out of range", "N"),
+        (SI | {"tip.tension": "1e308"}, "tip.tension", "out of range", "N"),
         ({"tip.pull": "1.0"}, "tip.pull", "not a known key", "tension"),
     ],
 )  # fmt: skip
