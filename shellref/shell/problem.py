@@ -56,8 +56,8 @@ class Waypoint:
     """A place on the way to the problem's own state; what is None stays as it is.
 
     natural, gravity, tip: fractions of the natural curvature (0: that of the start), of the weight and of the force at
-    the end. start, end: poses of the clamps, reached on straight lines with frames turning about a fixed axis. Where waypoints move the clamp at S =
-    0, the path begins at the first pose that they give it.
+    the end. start, end: poses of the clamps, reached on straight lines with frames turning about a fixed axis. Where
+    waypoints move the clamp at S = 0, the path begins at the first pose that they give it.
     """
 
     natural: float | None = None
