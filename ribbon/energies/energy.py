@@ -11,10 +11,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ribbon.energies.edge_layer import Section
+from ribbon.energies.section.profile import Profile
 
 FloatArray = NDArray[np.float64]
 #: `ribbon.Strip.section`, what a kernel may ask of the cross-section: w / (2 l), h / l (nan: not given), nu.
 SectionNumbers = tuple[float, float, float]
+#: The same for an energy of free twist: w / (2 l), h / l (nan: not given), nu, 1 for stiffness "plate" or 0.
+FreeSectionNumbers = tuple[float, float, float, float]
 
 
 class RelaxedSection(Protocol):
@@ -81,3 +84,23 @@ class EnergyDensity:
     needs: tuple[str, ...] = ()
     relaxed: Callable[[float, float, float], RelaxedSection] = Section
     words: Words | None = None
+
+
+@dataclass(frozen=True)
+class FreeTwist:
+    """An elastic energy whose curvature k and twist t are free of each other; units D w / l^2.
+
+    density: kernel ``(k, t, dk, dt, natural, slope, section, out)`` that fills fifteen numbers (layout:
+    `ribbon.energies.free`); dk, dt: derivatives by s, natural and slope: natural curvature K and dK/ds at this s,
+    section: `FreeSectionNumbers`.
+    needs: fields of `ribbon.Strip` that must be given; in_plane: the curvature kappa_2 in the strip's plane is a field
+    of its own; holds_twist: a clamp with a straight ruling holds t = 0 (the others know no derivative of t).
+    section: shape of the cross-section and what its energy consists of; words: what it is, for a page.
+    """
+
+    density: Any
+    needs: tuple[str, ...] = ()
+    in_plane: bool = False
+    holds_twist: bool = False
+    section: Profile | None = None
+    words: str = ""

@@ -1,0 +1,150 @@
+"""The relaxed cross-section: functions of y = z^4 = c4 k^2 with their derivatives by y, for compiled kernels.
+
+A bent and twisted section minimises its energy over its shape; what the energies need of the shape are four functions,
+means over the width of the unit profile Phi (docs/theory.md, chapter 10), xi = y_width / w, with
+Phi'''' = -4 z^4 Phi, Phi'' = 1 and Phi''' = 0 at the edges and Theta = (xi - Phi_xi) / y::
+
+    gain   = (1/2 - g(z)) / y        twist  = <xi Theta>       square = <Theta^2>       change = <(dTheta/dy)^2>
+
+All four are smooth in y >= 0 (their only poles are y_n = -(mu_n / 2)^4 * 4, the first at -125), so smooth and even in
+k: nothing divides by k. Three ways to them, one after the other in y:
+
+- y below `_END` (z < 34): Taylor series about centres, of `_TERMS` terms, on pieces that grow with the distance to the
+  first pole. Their coefficients come from the section's own equation in Legendre polynomials, below, once at import:
+  sums of terms of one sign, so that derivatives lose nothing.
+- above: closed forms in 1/z, exact but for exp(-z).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_POLE = 125.14  # nearest pole of the four functions in y: at -_POLE
+_WIDTH = 0.25  # of a piece, in log(y + _POLE)
+_TERMS = 19
+_ORDER = 32  # even Legendre polynomials across the section
+_END = 34.0**4
+
+
+def _operators() -> tuple[FloatArray, FloatArray]:
+    """(4 M, N): Gram matrices of the section's deflection and slope, by the coefficients of its curvature across.
+
+    The curvature is expanded in even Legendre polynomials of 2 xi, orthonormal in the mean over the width; slope (odd)
+    and deflection (of mean zero) are its integrals, exactly.
+    """
+    count = 2 * _ORDER + 3
+    up = np.zeros((count, count))  # integral of P_n: (P_(n+1) - P_(n-1)) / (2 n + 1), half of it in xi
+    for n in range(count - 1):
+        up[n + 1, n] = 0.5 / (2 * n + 1)
+        if n:
+            up[n - 1, n] = -0.5 / (2 * n + 1)
+    norm = 1.0 / (2.0 * np.arange(count) + 1.0)  # <P_n^2>
+    even = np.arange(0, 2 * _ORDER, 2)
+    curvature = np.zeros((count, _ORDER))
+    curvature[even, np.arange(_ORDER)] = np.sqrt(2.0 * even + 1.0)
+    slope = up @ curvature
+    deflection = up @ slope
+    deflection[0] = 0.0  # mean zero
+    return 4.0 * deflection.T @ (norm[:, None] * deflection), slope.T @ (norm[:, None] * slope)
+
+
+def _pieces() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Centres (p,), half widths (p,) and Taylor coefficients (p, terms, 4) by (y - centre) / half width.
+
+    With a = 4 M, the curvature is c = (1 + y a)^-1 e and Theta has the coefficients a c = v_0, its Taylor coefficients
+    (-1)^j v_j, v_j = (a (1 + y a)^-1)^(j + 1) e.
+    """
+    a, slopes = _operators()
+    ends = _POLE * (np.exp(_WIDTH * np.arange(math.ceil(math.log1p(_END / _POLE) / _WIDTH) + 1)) - 1.0)
+    centre, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * (ends[1:] - ends[:-1])
+    system = np.eye(_ORDER) + centre[:, None, None] * a
+    step = np.linalg.solve(system, np.broadcast_to(a, system.shape))
+    v = np.empty((_TERMS + 1, centre.size, _ORDER))
+    v[0] = step[:, :, 0]
+    for j in range(_TERMS):
+        v[j + 1] = -half[:, None] * np.einsum("pij,pj->pi", step, v[j])
+    gram = np.einsum("apk,bpk->abp", v @ slopes, v, optimize=True)
+    found = np.zeros((centre.size, _TERMS, 4))
+    for m in range(_TERMS):
+        found[:, m, 0] = 0.5 * v[m, :, 0]
+        found[:, m, 1] = v[m] @ slopes[:, 0]
+        for i in range(m + 1):
+            found[:, m, 2] += gram[i, m - i]
+            found[:, m, 3] += (i + 1) * (m - i + 1) * gram[i + 1, m - i + 1] / half**2
+    return centre, half, found
+
+
+_CENTRE, _HALF, _TAYLOR = _pieces()
+
+
+@njit(cache=True)
+def gain(y):
+    """((1/2 - g)/y, first and second derivative by y) at y >= 0; phi(v) of Audoly & Neukirch with y = v^2 / 4."""
+    if y < _END:
+        piece = int(math.log1p(y / _POLE) / _WIDTH)
+        d = (y - _CENTRE[piece]) / _HALF[piece]
+        a = b = c = 0.0
+        for j in range(_TERMS - 1, -1, -1):
+            c = c * d + b
+            b = b * d + a
+            a = a * d + _TAYLOR[piece, j, 0]
+        scale = 1.0 / _HALF[piece]
+        return a, b * scale, 2.0 * c * scale * scale
+    u = 1.0 / y
+    g = math.sqrt(math.sqrt(u))
+    return (0.5 - g) * u, -(0.5 - 1.25 * g) * u * u, (1.0 - 2.8125 * g) * u * u * u
+
+
+@njit(cache=True)
+def slopes(y):
+    """Of twist and square the value and three derivatives by y, of change the value and two: eleven numbers."""
+    if y < _END:
+        piece = int(math.log1p(y / _POLE) / _WIDTH)
+        d = (y - _CENTRE[piece]) / _HALF[piece]
+        a0 = a1 = a2 = a3 = b0 = b1 = b2 = b3 = c0 = c1 = c2 = 0.0
+        for j in range(_TERMS - 1, -1, -1):
+            a3 = a3 * d + a2
+            a2 = a2 * d + a1
+            a1 = a1 * d + a0
+            a0 = a0 * d + _TAYLOR[piece, j, 1]
+            b3 = b3 * d + b2
+            b2 = b2 * d + b1
+            b1 = b1 * d + b0
+            b0 = b0 * d + _TAYLOR[piece, j, 2]
+            c2 = c2 * d + c1
+            c1 = c1 * d + c0
+            c0 = c0 * d + _TAYLOR[piece, j, 3]
+        u = 1.0 / _HALF[piece]
+        uu, uuu = 2.0 * u * u, 6.0 * u * u * u
+        return a0, a1 * u, a2 * uu, a3 * uuu, b0, b1 * u, b2 * uu, b3 * uuu, c0, c1 * u, c2 * uu
+    u = 1.0 / y
+    e = math.sqrt(u)  # z^-2
+    f = e * math.sqrt(e)  # z^-3
+    uu = u * u
+    third = 1.0 / 12.0
+    return (
+        (third - 0.5 * e) * u,
+        -(third - 0.75 * e) * uu,
+        (2.0 * third - 1.875 * e) * uu * u,
+        -(6.0 * third - 6.5625 * e) * uu * uu,
+        (third - e + 0.75 * f) * uu,
+        -(2.0 * third - 2.5 * e + 2.0625 * f) * uu * u,
+        (6.0 * third - 8.75 * e + 7.734375 * f) * uu * uu,
+        -(24.0 * third - 39.375 * e + 36.73828125 * f) * uu * uu * u,
+        (third - 1.5 * e + 185.0 / 128.0 * f) * uu * uu,
+        -(4.0 * third - 6.75 * e + 4.75 * 185.0 / 128.0 * f) * uu * uu * u,
+        (20.0 * third - 37.125 * e + 4.75 * 5.75 * 185.0 / 128.0 * f) * uu * uu * uu,
+    )
+
+
+@njit(cache=True)
+def torsion_loss(width, thickness):
+    """q = tanh(a) / a, a = sqrt(10) w / (2 h): share of the twist's energy that shear at the free edges saves."""
+    a = math.sqrt(10.0) * width / (2.0 * thickness)
+    return math.tanh(a) / a
