@@ -51,8 +51,10 @@ class Clamp:
     normal: ArrayLike | None = (0.0, 1.0, 0.0)
     ruling: str | None = None
     _frame: NDArray[np.float64] | None = field(init=False, repr=False, compare=False)
+    ruling_given: bool = field(init=False, repr=False, compare=False, default=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "ruling_given", self.ruling is not None)
         if self.ruling is None:
             object.__setattr__(self, "ruling", "free" if self.tangent is None and self.normal is None else "straight")
         if self.ruling not in ("free", "straight"):

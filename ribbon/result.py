@@ -126,7 +126,8 @@ class Equilibrium:
 
     @cached_property
     def parameters(self) -> FloatArray:
-        """(a, b, n, m) of every segment (p, 4): omega = a s + b, eta = n s + m on each."""
+        """(a, b, n, m) of every segment (p, 4): omega = a s + b, eta = n s + m on each; where the twist is free
+        kappa_3 = n s + m, and with an in-plane curvature (a, b, n, m, c, d) (p, 6), kappa_2 = c s + d."""
         return self.problem.parameters(self.x)
 
     @cached_property
@@ -139,19 +140,29 @@ class Equilibrium:
         """How the ends are joined (`ribbon.surface`): 0 not at all, 1 a circle, -1 a Moebius band."""
         return 0 if self.problem.closure is None else self.problem.closure.sign
 
+    @property
+    def has_free_twist(self) -> bool:
+        """Whether the energy's twist is free of the curvature; there are then no rulings."""
+        return self.problem.fields.free
+
     def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         abscissae = np.atleast_1d(np.asarray(s, dtype=float))
         points, frames = self.joints
         return _surface.centreline(
-            self.parameters, self.problem.lengths, points, frames, abscissae, self.problem.exponent_limit, self.seam
-        )
+            self.parameters, self.problem.lengths, points, frames, abscissae, self.problem.exponent_limit, self.seam,
+            self.has_free_twist,
+        )  # fmt: skip
 
     def rulings(self, material: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet s (N,) of the rulings through the particles (S, v) of `material` (N, 2), units of l; with the positions
         (N, 3) of the particles and the frames (N, 3, 3) of the feet. A foot may lie behind the seam of a band."""
-        foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
-        r, frame, _, eta = self._along(foot)
-        return foot, r + material[:, 1:] * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2]), frame
+        if self.has_free_twist:
+            foot = np.array(material[:, 0], dtype=float)
+        else:
+            foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
+        r, frame, _, _ = self._along(foot)
+        ruling = frame[:, :, 0] + self.eta(foot)[:, None] * frame[:, :, 2]
+        return foot, r + material[:, 1:] * ruling, frame
 
     def position(self, s: ArrayLike) -> FloatArray:
         """r (k, 3) at abscissae s (k,) in [0, 1], units of l."""
@@ -166,8 +177,25 @@ class Equilibrium:
         return self._along(s)[2]
 
     def eta(self, s: ArrayLike) -> FloatArray:
-        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,)."""
-        return self._along(s)[3]
+        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,); 0 where the twist is free: its sections are square
+        to the centreline."""
+        found = self._along(s)[3]
+        return np.zeros_like(found) if self.has_free_twist else found
+
+    def tau(self, s: ArrayLike) -> FloatArray:
+        """Twist kappa_3 (k,) in 1/l at abscissae s (k,)."""
+        _, _, omega, eta = self._along(s)
+        return eta if self.has_free_twist else eta * omega
+
+    def in_plane(self, s: ArrayLike) -> FloatArray:
+        """In-plane curvature kappa_2 (k,) in 1/l at abscissae s (k,); 0 where the energy has none."""
+        abscissae = np.atleast_1d(np.asarray(s, dtype=float))
+        q = self.parameters
+        if q.shape[1] == 4:
+            return np.zeros(abscissae.size)
+        joints = np.concatenate([[0.0], np.cumsum(self.problem.lengths)])
+        i = np.clip(np.searchsorted(joints, abscissae, side="right") - 1, 0, len(q) - 1)
+        return np.asarray(q[i, 4] * (abscissae - joints[i]) + q[i, 5])
 
     def pose(self, s: float) -> Pose:
         """Position and frame at one abscissa."""
@@ -187,13 +215,17 @@ class Equilibrium:
 
     @property
     def max_abs_eta(self) -> float:
-        """Largest |eta|."""
+        """Largest |eta|; 0 where the twist is free."""
+        if self.has_free_twist:
+            return 0.0
         q = self.parameters
         return float(max(np.abs(q[:, 3]).max(), abs(q[-1, 2] * self.problem.lengths[-1] + q[-1, 3])))
 
     @property
     def max_abs_eta_prime_w_half(self) -> float:
         """Largest |eta'| w / 2; 1 means that rulings meet on an edge (a Wunderlich event)."""
+        if self.has_free_twist:
+            return 0.0
         return float(np.abs(self.parameters[:, 2]).max() * self.problem.half_width)
 
     @cached_property

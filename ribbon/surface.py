@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ribbon.element.series import segment_values
+from ribbon.element.kinematics import segment_values
 
 FloatArray = NDArray[np.float64]
 
@@ -56,8 +56,9 @@ def grid_triangles(along: int, across: int) -> NDArray[np.int64]:
 
 
 @njit(cache=True)
-def _evaluate(q, lengths, points, frames, s, limit, r, frame, omega, eta):
+def _evaluate(free, q, lengths, points, frames, s, limit, r, frame, omega, eta):
     p = lengths.size
+    beyond = np.zeros(q.shape[1])
     f = np.empty((3, 3))
     c = np.empty(3)
     j = np.empty(3)
@@ -71,21 +72,29 @@ def _evaluate(q, lengths, points, frames, s, limit, r, frame, omega, eta):
         if t < 0.0:
             i = 0
             omega[k], eta[k] = q[0, 1], q[0, 3]
-            segment_values(0.0, -omega[k], 0.0, eta[k], -t, limit, f, c, j)
+            # backwards: frame and centreline of the curvatures with the opposite sign (a ruling keeps its own)
+            beyond[1] = -omega[k]
+            beyond[3] = -eta[k] if free else eta[k]
+            if q.shape[1] == 6:
+                beyond[5] = -q[0, 5]
+            segment_values(free, beyond, -t, limit, f, c, j)
             sign = -1.0
         elif t > starts[p]:
             i = p
             h = lengths[p - 1]
             omega[k] = q[p - 1, 0] * h + q[p - 1, 1]
             eta[k] = q[p - 1, 2] * h + q[p - 1, 3]
-            segment_values(0.0, omega[k], 0.0, eta[k], t - starts[p], limit, f, c, j)
+            beyond[1], beyond[3] = omega[k], eta[k]
+            if q.shape[1] == 6:
+                beyond[5] = q[p - 1, 4] * h + q[p - 1, 5]
+            segment_values(free, beyond, t - starts[p], limit, f, c, j)
         else:
             i = min(max(np.searchsorted(starts, t, side="right") - 1, 0), p - 1)
             h = t - starts[i]
             omega[k] = q[i, 0] * h + q[i, 1]
             eta[k] = q[i, 2] * h + q[i, 3]
             if h > 0.0:
-                segment_values(q[i, 0], q[i, 1], q[i, 2], q[i, 3], h, limit, f, c, j)
+                segment_values(free, q[i], h, limit, f, c, j)
             else:
                 f[:, :] = np.eye(3)
                 c[:] = 0.0
@@ -115,20 +124,21 @@ def centreline(
     s: FloatArray,
     limit: float,
     seam: int = 0,
+    free: bool = False,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Positions (k, 3), frames (k, 3, 3), omega (k,) and eta (k,) at abscissae s (k,), units of l.
 
-    q (p, 4): parameters of the segments; points, frames: of the joints. Beyond the ends: omega and eta held, or those
-    behind the seam.
+    q (p, 4 or 6): parameters of the segments; points, frames: of the joints; free: the twist is, and stands in the
+    place of eta here too. Beyond the ends: omega and eta held, or those behind the seam.
     """
     s, sign = behind_seam(np.ascontiguousarray(s, dtype=float), seam)
     r = np.empty((s.size, 3))
     frame = np.empty((s.size, 3, 3))
     omega, eta = np.empty(s.size), np.empty(s.size)
-    _evaluate(q, lengths, points, frames, s, limit, r, frame, omega, eta)
+    _evaluate(free, q, lengths, points, frames, s, limit, r, frame, omega, eta)
     if seam != 0:
         frame[:, :, :2] *= sign[:, None, None]
-    return r, frame, sign * omega, sign * eta
+    return r, frame, sign * omega, eta if free else sign * eta
 
 
 def ruling_foot(q: FloatArray, lengths: FloatArray, material: FloatArray, seam: int = 0) -> FloatArray:

@@ -35,17 +35,17 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ribbon.element.free_series import parameter_count
+from ribbon.element.free_series import product as free_product
 from ribbon.element.series import (
     COMPONENTS,
     FMA,
     MAX_TERMS,
-    STATES,
     TINY,
     advance,
     next_term,
     product,
     step_length,
-    walk,
 )
 
 #: Rows of the jets: quaternion (w, x, y, z), u, v, t.
@@ -167,10 +167,12 @@ def body_values(a, b, n, m, length, limit, level, out):
 def _quaternion(state, phi, jets):
     """Derivatives of the quaternion from those of Q (first 9 rows of `state`); its value is in `jets` already.
 
-    `phi` (3, 15) is scratch.
+    `phi` (3, components) is scratch.
     """
+    components = jets.shape[1]
+    parameters = parameter_count(components)
     q0, q1, q2, q3 = jets[0, 0], jets[1, 0], jets[2, 0], jets[3, 0]
-    for c in range(1, COMPONENTS):
+    for c in range(1, components):
         x = y = z = 0.0
         for r in range(0, 9, 3):
             x += state[r + 2, 0] * state[r + 1, c] - state[r + 1, 0] * state[r + 2, c]
@@ -187,9 +189,9 @@ def _quaternion(state, phi, jets):
         jets[1, c] = q0 * x + q2 * z - q3 * y
         jets[2, c] = q0 * y + q3 * x - q1 * z
         jets[3, c] = q0 * z + q1 * y - q2 * x
-    k = 5
-    for i in range(1, 5):
-        for j in range(i, 5):
+    k = 1 + parameters
+    for i in range(1, 1 + parameters):
+        for j in range(i, 1 + parameters):
             s = phi[0, i] * phi[0, j] + phi[1, i] * phi[1, j] + phi[2, i] * phi[2, j]
             jets[0, k] -= s * q0
             jets[1, k] -= s * q1
@@ -199,43 +201,18 @@ def _quaternion(state, phi, jets):
 
 
 @njit(cache=True)
-def _to_body(state, phi, level, jets):
-    """Fills `jets` from `state` (12, 15 or 18, 15), jets of Q, p, J, T; the quaternion's value is in `jets` already."""
+def to_body(state, phi, level, jets):
+    """Fills `jets` (13, components) from `state` (12, 15 or 18, components), jets of Q, p, J, T by any number of
+    parameters; the quaternion's value is in `jets` already. `phi` (3, components) is scratch."""
     _quaternion(state, phi, jets)
+    components = jets.shape[1]
     for block in range(level + 1):
         for i in range(3):
             row = 4 + 3 * block + i
-            for c in range(COMPONENTS):
+            for c in range(components):
                 jets[row, c] = 0.0
             for r in range(3):
-                product(state[3 * r + i], state[9 + 3 * block + r], jets[row])
-
-
-@njit(cache=True)
-def body_jets_many(q, lengths, limit, level, jets):
-    """Jets (p, 13, 15) of segments with parameters q (p, 4) and lengths (p,), rows as in `BODY_QUANTITIES`.
-
-    `level` 0: quaternion and u alone; 1: and v; 2: and t. Rows not asked for are left alone. Returns the number of
-    sub-segments.
-    """
-    p = lengths.size
-    states = np.empty((p, STATES[level], COMPONENTS))
-    count = walk(q, lengths, limit, states)
-    phi = np.empty((3, COMPONENTS))
-    out = np.empty(BODY_QUANTITIES)
-    for i in range(p):
-        body_values(q[i, 0], q[i, 1], q[i, 2], q[i, 3], lengths[i], limit, 0, out)
-        for k in range(4):
-            jets[i, k, 0] = out[k]
-        _to_body(states[i], phi, level, jets[i])
-    return count
-
-
-@njit(cache=True)
-def body_jets(a, b, n, m, length, limit, level, jets):
-    """Jets (13, 15), C-contiguous, of one segment with a, b, n, m and `length`; see `body_jets_many`."""
-    q = np.empty((1, 4))
-    q[0, 0], q[0, 1], q[0, 2], q[0, 3] = a, b, n, m
-    lengths = np.empty(1)
-    lengths[0] = length
-    return body_jets_many(q, lengths, limit, level, jets.reshape(1, BODY_QUANTITIES, COMPONENTS))
+                if components == COMPONENTS:
+                    product(state[3 * r + i], state[9 + 3 * block + r], jets[row])
+                else:
+                    free_product(state[3 * r + i], state[9 + 3 * block + r], jets[row])

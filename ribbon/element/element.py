@@ -5,6 +5,9 @@ of Sadowsky and Wunderlich are polynomials in s of degree 6, the natural-curvatu
 4: Gauss-Legendre with four points (exact to degree 7) integrates both exactly (thesis, 3.4.1: P and Q in closed form;
 docs/theory.md, eq. (3.8)).
 
+Energies of a free twist (codes from FREE_CODE on; `ribbon.energies.free`) are no polynomials: the same points integrate
+them to an order beyond that of the element.
+
 The kinematics of the element are in `ribbon.element.series`; energies and kinematics know nothing of each other.
 """
 
@@ -13,7 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.energies import density, factor, natural
+from ribbon.energies import density, factor, free_density, natural
+from ribbon.energies.names import FREE_CODE
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 #: Gauss points and weights on [0, 1].
@@ -122,3 +126,75 @@ def natural_value(a, b, n, m, length, k_start, k_slope, poisson):
         eta = n * s + m
         total -= GAUSS_WEIGHTS[g] * (k_start + k_slope * s) * (a * s + b) * (1.0 + poisson * eta * eta)
     return total * length
+
+
+@njit(cache=True)
+def free_jet(code, q, length, k_start, k_slope, section, jet):
+    """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist and parameters q (4 or 6,).
+
+    kappa_1 = q_0 s + q_1, kappa_3 = q_2 s + q_3, kappa_2 = q_4 s + q_5; K(s) = k_start + k_slope s; section: w / (2 l),
+    h / l, nu, plate (`ribbon.energies.free`). Layout of the jet: `ribbon.element.free_series`.
+    """
+    d = np.empty(15)
+    jet[:] = 0.0
+    six = q.size == 6
+    o = 7 if six else 5  # places of second derivatives: rows a, b, n, m
+    ob = o + q.size
+    on = ob + q.size - 1
+    om = on + q.size - 2
+    for g in range(GAUSS_POINTS.size):
+        s = GAUSS_POINTS[g] * length
+        w = GAUSS_WEIGHTS[g] * length
+        free_density(
+            code - FREE_CODE, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], k_start + k_slope * s, k_slope, section, d
+        )
+        jet[0] += w * d[0]
+        jet[1] += w * (s * d[1] + d[3])
+        jet[2] += w * d[1]
+        jet[3] += w * (s * d[2] + d[4])
+        jet[4] += w * d[2]
+        jet[o] += w * (s * (s * d[5] + 2.0 * d[7]) + d[12])
+        jet[o + 1] += w * (s * d[5] + d[7])
+        jet[o + 2] += w * (s * (s * d[6] + d[8] + d[10]) + d[13])
+        jet[o + 3] += w * (s * d[6] + d[10])
+        jet[ob] += w * d[5]
+        jet[ob + 1] += w * (s * d[6] + d[8])
+        jet[ob + 2] += w * d[6]
+        jet[on] += w * (s * (s * d[9] + 2.0 * d[11]) + d[14])
+        jet[on + 1] += w * (s * d[9] + d[11])
+        jet[om] += w * d[9]
+    if six:
+        stiffness = 4.0 * (1.0 - section[2] * section[2]) * (section[0] / section[1]) ** 2
+        c, e = q[4], q[5]
+        first, second, third = stiffness * length, 0.5 * stiffness * length**2, stiffness * length**3 / 3.0
+        jet[0] += 0.5 * (third * c * c + first * e * e) + second * c * e
+        jet[5] += third * c + second * e
+        jet[6] += second * c + first * e
+        jet[25] += third
+        jet[26] += second
+        jet[27] += first
+
+
+@njit(cache=True)
+def elastic_jet(code, q, length, section, natural, k_start, k_slope, poisson, jet, part):
+    """Fills `jet` (15 or 28,) with the elastic energy of a segment, whatever its energy; `part` (15,) is scratch."""
+    if code >= FREE_CODE:
+        free_jet(code, q, length, k_start, k_slope, section, jet)
+        return
+    bending_jet(code, q[0], q[1], q[2], q[3], length, section, jet)
+    if natural:
+        natural_jet(q[0], q[1], q[2], q[3], length, k_start, k_slope, poisson, part)
+        jet += part
+
+
+@njit(cache=True)
+def elastic_value(code, q, length, section, natural, k_start, k_slope, poisson, jet):
+    """Elastic energy of a segment and the part of it that is a term of its own by the natural curvature (none with a
+    free twist); `jet` (15 or 28,) is scratch."""
+    if code >= FREE_CODE:
+        free_jet(code, q, length, k_start, k_slope, section, jet)
+        return jet[0], 0.0
+    bending = bending_value(code, q[0], q[1], q[2], q[3], length, section)
+    if natural:
+        return bending, natural_value(q[0], q[1], q[2], q[3], length, k_start, k_slope, poisson)
+    return bending, 0.0

@@ -13,17 +13,31 @@ of a solved ribbon. The natural curvature is a term of its own (`natural`), abse
 
 from ribbon.energies.dispatch import CODES, ENERGIES, density, factor
 from ribbon.energies.energy import EnergyDensity, SectionNumbers
+from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, FreeTwist, free_density
 from ribbon.errors import RibbonInputError
 from ribbon.strip import Strip
 
-__all__ = ["CODES", "ENERGIES", "EnergyDensity", "SectionNumbers", "chosen", "density", "factor"]
+__all__ = [
+    "CODES",
+    "ENERGIES",
+    "FREE_CODES",
+    "FREE_ENERGIES",
+    "EnergyDensity",
+    "FreeTwist",
+    "SectionNumbers",
+    "chosen",
+    "density",
+    "factor",
+    "free_density",
+]
 
 
-def chosen(name: str, strip: Strip) -> EnergyDensity:
+def chosen(name: str, strip: Strip) -> EnergyDensity | FreeTwist:
     """The energy of this name for this strip; `RibbonInputError` for an unknown name or what the strip has not."""
-    if name not in ENERGIES:
-        raise RibbonInputError("energy", name, f"use one of {', '.join(sorted(ENERGIES))}")
-    for key in ENERGIES[name].needs:
+    found: EnergyDensity | FreeTwist | None = ENERGIES.get(name, FREE_ENERGIES.get(name))
+    if found is None:
+        raise RibbonInputError("energy", name, f"use one of {', '.join(sorted([*ENERGIES, *FREE_ENERGIES]))}")
+    for key in found.needs:
         if getattr(strip, key) is None:
             raise RibbonInputError(key, None, f'the energy "{name}" needs it')
-    return ENERGIES[name]
+    return found

@@ -30,6 +30,8 @@ def line_density(equilibrium: Any, s: FloatArray) -> FloatArray:
 
     Its integral over [0, 1] is the ribbon's elastic energy in D w / l (thesis, eq. 2.11 and 2.12).
     """
+    if equilibrium.has_free_twist:
+        return _free_density(equilibrium, np.asarray(s, dtype=float))
     omega, eta, x, natural = _local(equilibrium, np.asarray(s, dtype=float))
     return _bending(equilibrium, omega, eta, x) + natural
 

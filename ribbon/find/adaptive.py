@@ -38,7 +38,9 @@ ROUNDS = 30
 BULK = 0.8
 QUARTERED = 16.0
 #: Keywords of `ribbon.find.solve.build` among those of `solve`, without the segments.
-_OF_THE_PROBLEM = ("strip", "clamp", "gravity", "end", "closure", "walls", "energy", "formulation", "held_by")
+_OF_THE_PROBLEM = (
+    "strip", "clamp", "gravity", "end", "closure", "walls", "energy", "formulation", "held_by", "stiffness", "in_plane",
+)  # fmt: skip
 _GOOD = (Status.CONVERGED, Status.SADDLE)
 #: Points along the ribbon for the distance.
 _ALONG = 2000
@@ -147,7 +149,10 @@ def _tried(found: Equilibrium, moved: float | None) -> Refinement:
 
 def _as_mixed(equilibrium: Equilibrium) -> Problem:
     old = equilibrium.problem
-    return build(old.strip, old.start, old.gravity, energy=old.energy, segments=old.lengths, formulation="mixed")
+    return build(
+        old.strip, old.start, old.gravity, energy=old.energy, segments=old.lengths, formulation="mixed",
+        stiffness=old.stiffness, in_plane=old.in_plane,
+    )  # fmt: skip
 
 
 def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
@@ -159,7 +164,10 @@ def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
     s_fine = np.concatenate([[0.0], np.cumsum(new.lengths)])
     omega_there, eta_there = np.interp(s_fine, s, omega), np.interp(s_fine, s, eta)
     bend = np.abs(omega_fine - omega_there)
-    twist = np.abs(omega_fine * eta_fine - omega_there * eta_there)
+    if new.fields.free:
+        twist = np.abs(eta_fine - eta_there)
+    else:
+        twist = np.abs(omega_fine * eta_fine - omega_there * eta_there)
     local = 0.5 * new.lengths * ((bend + twist)[1:] + (bend + twist)[:-1])
     return np.asarray(local.reshape(-1, 2).sum(axis=1))
 

@@ -62,8 +62,10 @@ def metric(problem: MixedProblem) -> scipy.sparse.csr_matrix:
     diagonal[1:] += lengths / 3.0
     off = lengths / 6.0
     entries, rows, columns = [], [], []
-    for place in (OMEGA, ETA):
-        joints = problem.layout.columns(place)
+    fields = [problem.layout.columns(place) for place in (OMEGA, ETA)]
+    if problem.fields.count == 3:
+        fields.append(np.arange(problem.size)[problem.layout.sideways])
+    for joints in fields:
         entries += [diagonal, off, off]
         rows += [joints, joints[:-1], joints[1:]]
         columns += [joints, joints[1:], joints[:-1]]

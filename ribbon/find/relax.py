@@ -14,9 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.loads import Gravity
 from ribbon.problems.chained import ChainedProblem
-from ribbon.problems.layout import at_joints
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.solvers import budget, ipopt
@@ -106,11 +104,15 @@ def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatA
         y[: fresh.layout.ribbon] = x[: old.layout.ribbon]
         return y
     omega, eta = resample(old, x, fresh.lengths)
+    bent = old.in_plane_values(x)
+    if bent is not None:
+        joints = [np.concatenate([[0.0], np.cumsum(problem.lengths)]) for problem in (fresh, old)]
+        bent = np.interp(*joints, bent)
     first = old.layout.joint(0)
     reference = tuple(x[first.quaternion]) if fresh.start_quaternion is None else fresh.reference
     anchored = fresh.with_changes(reference=reference, origin=tuple(x[first.position]))
     start = fresh.start_position
-    y = anchored.state(omega, eta)
+    y = anchored.state(omega, eta, bent)
     if start is None:
         fresh.layout.positions(y)[:] += x[first.position] - y[first.position]
     return y
@@ -161,8 +163,7 @@ def _through_chained(
     while lengths.size > CHAINED_START:
         lengths = merged(lengths)
     assert problem.start is not None
-    gravity = None if problem.gravity is None else Gravity(problem.gravity.up)
-    few = ChainedProblem(problem.strip, problem.start, gravity, problem.energy, lengths, problem.exponent_limit)
+    few = ChainedProblem.twin(problem, lengths)
     shape = resample(problem, x, lengths)
     first = ipopt.minimise(few, few.state(*shape), options, progress)
     if first.residual > RESIDUAL_TOLERANCE and not np.any(shape[1]):
@@ -170,11 +171,13 @@ def _through_chained(
     problem.counters.add(few.counters)
     if first.residual > RESIDUAL_TOLERANCE:
         return ipopt.minimise(problem, x, options, progress)
-    q = few.parameters(first.x)
     s = np.concatenate([[0.0], np.cumsum(lengths)])
     there = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    omega, eta = at_joints(q, lengths)
-    near = from_near(problem, problem.state(np.interp(there, s, omega), np.interp(there, s, eta)), options, progress)
+    omega, eta = few.joint_values(first.x)
+    bent = few.in_plane_values(first.x)
+    sideways = None if bent is None else np.interp(there, s, bent)
+    shape = np.interp(there, s, omega), np.interp(there, s, eta)
+    near = from_near(problem, problem.state(*shape, sideways), options, progress)
     if near.residual > RESIDUAL_TOLERANCE:
         return ipopt.minimise(problem, x, options, progress)
     return replace(near, iterations=near.iterations + first.iterations, seconds=near.seconds + first.seconds)
@@ -208,7 +211,8 @@ def from_far(
 def _boxed(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress: Progress | None) -> Minimum:
     """Boxed minimum; where it touches the box, the minimum without it from there."""
     omega, eta = (float(np.abs(values).max()) for values in problem.joint_values(x))
-    boxed = problem.with_changes(box=(max(OMEGA_BOX, 3.0 * omega), max(ETA_BOX, 2.0 * eta)))
+    steepest = max(OMEGA_BOX, 3.0 * eta) if problem.fields.free else max(ETA_BOX, 2.0 * eta)
+    boxed = problem.with_changes(box=(max(OMEGA_BOX, 3.0 * omega), steepest))
     found = ipopt.minimise(boxed, x, options, progress)
     problem.counters.add(boxed.counters)
     if not touches_box(boxed, found.x):

@@ -58,6 +58,11 @@ def held_straight(problem: Problem, eta: FloatArray) -> FloatArray:
     """
     s = joints(problem.lengths)
     held = eta.copy()
+    if problem.fields.free:
+        for clamp, joint in ((problem.start, 0), (problem.end, -1)):
+            if problem.fields.held_straight and clamp is not None and clamp.ruling == "straight":
+                held[joint] = 0.0
+        return held
     for clamp, at in ((problem.start, 0.0), (problem.end, 1.0)):
         if clamp is not None and clamp.ruling == "straight":
             reach = _STEEP / problem.half_width * np.abs(s - at)
@@ -159,7 +164,7 @@ def _mismatch_from_start(problem: MixedProblem) -> Callable[[FloatArray, FloatAr
     def missed(omega: FloatArray, eta: FloatArray) -> FloatArray:
         x = held.copy()
         x[omega_at], x[eta_at], x[slope_at] = omega, eta[0], np.diff(eta) / problem.lengths
-        kernels.walk(x, problem.lengths, problem.exponent_limit)
+        kernels.walk(problem.fields.free, x, problem.lengths, problem.exponent_limit, problem.sideways)
         parts = [] if place is None else [x[last.position] - place]
         if back is not None:
             parts.append(_rotation_vector(quaternion.compose(back, x[last.quaternion])))

@@ -18,7 +18,6 @@ from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity
 from ribbon.problems import formulation
 from ribbon.problems.chained import ChainedProblem, segment_lengths
-from ribbon.problems.layout import ChainedLayout
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
@@ -50,6 +49,8 @@ def solve(
     seed_ruling: Values = 0.0,
     formulation: str = "auto",
     held_by: str = "elimination",
+    stiffness: str | None = None,
+    in_plane: bool | None = None,
     leave_saddle: bool = False,
     budget: float | None = None,
     options: dict[str, Any] | None = None,
@@ -63,7 +64,10 @@ def solve(
     clamp, end: how s = 0 and s = l are held. `clamp` None: at the origin, tangent e_z, normal e_y, unless there is a
         `closure`; a `Clamp` that holds nothing (all parts None) is a free end. `end` None: free.
     closure: of a band; walls: planes that the ribbon cannot cross.
-    energy: "wunderlich" (finite width) or "sadowsky".
+    energy: "wunderlich" (finite width) or "sadowsky", whose ribbons are inextensible; or, with a thickness, "finite",
+        "extensible", "sano", "sadowsky_kt" or the rod "kirchhoff", whose twist is free (docs/theory.md, chapter 10).
+    stiffness: of "kirchhoff": "matched" (Y I, default) or "plate" (D w); in_plane: whether the strip bends in its own
+        plane (energies with a free twist; default: "kirchhoff" does).
     segments: how many equal ones, or their lengths in units of l (they add up to 1).
     seed_curvature, seed_ruling: omega (in 1/length) and eta to start from: a number, or values at equally spaced
         abscissae from s = 0 to s = l, linear between them; "natural" is the stress-free shape, and where that says
@@ -80,7 +84,7 @@ def solve(
     """
     problem = build(
         strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
-        formulation=formulation, held_by=held_by,
+        formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane,
     )  # fmt: skip
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
@@ -117,6 +121,8 @@ def build(
     segments: int | ArrayLike = 20,
     formulation: str = "auto",
     held_by: str = "elimination",
+    stiffness: str | None = None,
+    in_plane: bool | None = None,
 ) -> Problem:
     """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`."""
     lengths = segment_lengths(segments)
@@ -128,7 +134,9 @@ def build(
     chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size)
     if chosen == "chained" and end is None:
         assert start is not None
-        return ChainedProblem(strip, start, gravity, energy, lengths)
+        chain = ChainedProblem(strip, start, gravity, energy, lengths, stiffness=stiffness, in_plane=in_plane)
+        check_rulings(chain)
+        return chain
     if closure is not None and lengths.size < 3:
         raise RibbonInputError("segments", lengths.size, "a closed band needs at least three segments")
     stretched.check_distance(strip, start, end)
@@ -143,11 +151,33 @@ def build(
     arguments: dict[str, Any] = {
         "strip": strip, "start": start, "end": end, "closure": closure, "walls": walls, "gravity": gravity,
         "energy": energy, "lengths": lengths, "held_by": held_by, "reference": reference, "model": chosen,
+        "stiffness": stiffness, "in_plane": in_plane,
     }  # fmt: skip
-    return MixedProblem(**arguments)
+    glued = MixedProblem(**arguments)
+    check_rulings(glued)
+    return glued
 
 
 _formulation = formulation.choose
+
+
+def check_rulings(problem: Problem) -> None:
+    """`RibbonInputError` where a straight ruling is asked for that the energy does not know, or a formulation that knows
+    rulings only."""
+    fields = problem.fields
+    if fields.free and problem.formulation not in ("chained", "mixed"):
+        raise RibbonInputError("formulation", problem.formulation, f'"{problem.energy}" needs "mixed" or "auto"')
+    if fields.free and problem.formulation == "chained" and problem.row_count:
+        raise RibbonInputError("formulation", "chained", f'"{problem.energy}" with a clamp at the end needs "mixed"')
+    if not fields.free or fields.held_straight:
+        return
+    for clamp in (problem.start, problem.end):
+        if clamp is not None and clamp.ruling_given and clamp.ruling == "straight":
+            remedy = f'the energy "{problem.energy}" knows no ruling; leave it out, or use energy "finite"'
+            raise RibbonInputError("ruling", clamp.ruling, remedy)
+    if problem.closure is not None and problem.closure.ruling == "straight":
+        remedy = f'the energy "{problem.energy}" knows no ruling; leave it out, or use energy "finite"'
+        raise RibbonInputError("ruling", problem.closure.ruling, remedy)
 
 
 def starting_shapes(
@@ -157,7 +187,7 @@ def starting_shapes(
     s = seeds.joints(problem.lengths)
     eta = seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
     slopes = np.abs(np.diff(eta)) / problem.lengths * problem.half_width
-    if slopes.max(initial=0.0) >= 1.0:
+    if slopes.max(initial=0.0) >= 1.0 and not problem.fields.free:
         raise RibbonInputError(
             "seed_ruling", ruling, "rulings of the starting shape cross inside the strip: keep |eta'| below 2 / width"
         )
@@ -258,7 +288,8 @@ def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progr
     for kick in _KICKS:
         for sign in (1.0, -1.0):
             step = sign * kick / size
-            shape = omega + step * d_omega, np.clip(eta + step * d_eta, -5.0, 5.0)
+            turned = eta + step * d_eta
+            shape = omega + step * d_omega, turned if problem.fields.free else np.clip(turned, -5.0, 5.0)
             found = _solve_once(problem, problem.state(*shape), None, options, progress, True)
             lower = found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
             if found.status in (Status.CONVERGED, Status.SADDLE) and lower:
@@ -333,7 +364,9 @@ def _solve_once(
     judged = want_check and bool(np.all(np.isfinite(minimum.x)) and np.all(np.isfinite(parts)))
     judged = judged and (not problem.row_count or minimum.residual <= RESIDUAL_TOLERANCE)
     check = stability.judge(problem, minimum) if judged else None
-    steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
+    steepest = 0.0
+    if not problem.fields.free:
+        steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
     status = _status(problem, minimum, check, parts, steepest, want_check)
     known = status in (Status.CONVERGED, Status.SADDLE)
     why = SPENT if spent() else f"Ipopt: {minimum.message}"
@@ -391,12 +424,8 @@ def _status(
 def split_state(lengths: np.ndarray, x: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
     """Segments cut into `parts` equal pieces and the chained unknowns of the same shape on them (exactly the same)."""
     finer = np.repeat(lengths / parts, parts)
-    old, new = ChainedLayout(lengths.size), ChainedLayout(finer.size)
-    y = np.empty(new.size)
-    y[new.omega], y[new.eta] = x[old.omega], x[old.eta]
-    y[new.omega_slope] = np.repeat(x[old.omega_slope], parts)
-    y[new.eta_slope] = np.repeat(x[old.eta_slope], parts)
-    return finer, y
+    by_segment = x.reshape(lengths.size + 1, -1)
+    return finer, np.concatenate([by_segment[0], np.repeat(by_segment[1:], parts, axis=0).ravel()])
 
 
 def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilibrium:

@@ -107,12 +107,12 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
     plain = plain and set(problem.blocks()) <= {"start_position", "start_frame"}  # nothing else holds it
     if plain and not exact and problem.lengths.size <= _CHAINED_LIMIT:
         assert problem.start is not None
-        twin = ChainedProblem(
-            problem.strip, problem.start, problem.gravity, problem.energy, problem.lengths, problem.exponent_limit
-        )
-        found = check(twin, twin.state(*problem.joint_values(x)))
+        twin = ChainedProblem.twin(problem, problem.lengths)
+        found = check(twin, twin.state(*problem.joint_values(x), problem.in_plane_values(x)))
         mode, at = np.zeros(problem.size), x.copy()
         mode[problem.layout.omega], mode[problem.layout.eta] = twin.joint_values(found.mode)
+        if problem.fields.free:
+            return replace(found, mode=mode, at=at)
         at[problem.layout.eta] = at_joints(twin.parameters(found.at), problem.lengths)[1]
         return replace(found, mode=mode, at=at)
     if problem.lengths.size > GLUED_LIMIT:
@@ -165,6 +165,8 @@ def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: re
 def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
     """The same shape with other rulings where the normal curvature vanishes and they move nothing."""
     layout = problem.layout
+    if problem.fields.free:
+        return []
     straight = np.abs(x[layout.omega]) < _STRAIGHT
     if straight.sum() < 2:
         return []
@@ -209,7 +211,8 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     metric = problem.metric()[np.ix_(free, free)]
     spectrum = _spectrum(problem, metric, x, free)
     at = x
-    if spectrum.values[0] >= -spectrum.tolerance and spectrum.null.shape[1] > 0 and not _is_least(problem, x):
+    rulings = not problem.fields.free
+    if rulings and spectrum.values[0] >= -spectrum.tolerance and spectrum.null.shape[1] > 0 and not _is_least(problem, x):
         at, spectrum = _worst_ruling(problem, metric, x, free, spectrum)
     lowest = float(spectrum.values[0])
     mode[free] = spectrum.vectors[:, 0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -12,11 +13,12 @@ from ribbon import surface
 from ribbon.boundary import Clamp
 from ribbon.contact import Wall
 from ribbon.element.series import EXPONENT_LIMIT
-from ribbon.energies import CODES, chosen
+from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
 from ribbon.problems import chained_kernels as kernels
+from ribbon.problems.fields import Fields
 from ribbon.problems.layout import ChainedLayout
 from ribbon.problems.protocol import Anchor
 from ribbon.strip import Strip
@@ -47,9 +49,13 @@ def segment_lengths(segments: int | ArrayLike) -> FloatArray:
 FURTHEST = 1e4
 
 
-def too_far(q: FloatArray, lengths: FloatArray) -> bool:
-    """Whether a segment with parameters q (p, 4) = (a, b, n, m) turns by more than FURTHEST, or is not finite."""
+def too_far(q: FloatArray, lengths: FloatArray, free: bool = False) -> bool:
+    """Whether a segment with parameters q (p, 4 or 6) turns by more than FURTHEST, or is not finite; free: its twist is,
+    and q has no ruling."""
     bend = np.abs(q[:, 1]) + np.abs(q[:, 0]) * lengths
+    if free:
+        whole = np.abs(q[:, 1::2]).sum(axis=1) + np.abs(q[:, 0::2]).sum(axis=1) * lengths
+        return not bool(np.max(whole * lengths) <= FURTHEST)
     slant = 1.0 + np.abs(q[:, 3]) + np.abs(q[:, 2]) * lengths
     return not bool(np.max(bend * slant * lengths) <= FURTHEST)
 
@@ -77,7 +83,9 @@ class ChainedProblem:
 
     Unknowns x (2 p + 2,): ``b_1, m_1, a_1, n_1, ... a_p, n_p`` (order and formulas: `ribbon.problems.chained_kernels`),
     bounds ``|n_i| <= 2 l / w``: rulings do not cross inside the strip (thesis, eq. 2.7, 3.5; docs/theory.md, eq.
-    (1.5)); their energy: docs/theory.md, eq. (2.11); a straight clamp fixes m_1 = 0, `planar` every ruling.
+    (1.5)); their energy: docs/theory.md, eq. (2.11); a straight clamp fixes m_1 = 0, `planar` every ruling. Where the
+    energy's twist is free it stands in the place of eta, without bounds (docs/theory.md, chapter 10), and an in-plane
+    curvature behind it where there is one. stiffness, in_plane: `ribbon.problems.fields.Fields`.
     """
 
     strip: Strip
@@ -87,6 +95,8 @@ class ChainedProblem:
     lengths: FloatArray
     exponent_limit: float = EXPONENT_LIMIT
     planar: bool = False
+    stiffness: str | None = None
+    in_plane: bool | None = None
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, object] = field(default_factory=dict, repr=False, compare=False)
 
@@ -95,15 +105,20 @@ class ChainedProblem:
     def __post_init__(self) -> None:
         chosen(self.energy, self.strip)
 
+    @cached_property
+    def fields(self) -> Fields:
+        """What bends the strip, and the energy's arguments for the kernels."""
+        return Fields.of(self.strip, self.energy, self.stiffness, self.in_plane)
+
     @property
     def size(self) -> int:
-        """Number of unknowns, 2 p + 2."""
+        """Number of unknowns, 2 p + 2, or 3 p + 3 with an in-plane curvature."""
         return self.layout.size
 
     @property
     def layout(self) -> ChainedLayout:
         """Where the unknowns stand."""
-        return ChainedLayout(self.lengths.size)
+        return ChainedLayout(self.lengths.size, self.fields.count)
 
     @property
     def start(self) -> Clamp:
@@ -169,12 +184,14 @@ class ChainedProblem:
         """Lower and upper bounds (2 p + 2,) of the unknowns."""
         upper = np.full(self.size, np.inf)
         layout = self.layout
-        upper[layout.eta_slope] = 1.0 / self.half_width
+        if not self.fields.free:
+            upper[layout.eta_slope] = 1.0 / self.half_width
         lower = -upper
-        if self.clamp.ruling == "straight":
+        if self.clamp.ruling == "straight" and self.fields.held_straight:
             lower[layout.eta] = upper[layout.eta] = 0.0
         if self.planar:
-            lower[layout.ruling] = upper[layout.ruling] = 0.0
+            for held in (layout.ruling, layout.sideways):
+                lower[held] = upper[held] = 0.0
         return lower, upper
 
     def natural_state(self) -> FloatArray:
@@ -183,24 +200,41 @@ class ChainedProblem:
 
     def linear(self, curvature: tuple[float, float], ruling: tuple[float, float]) -> FloatArray:
         """Unknowns of omega and eta linear along the whole ribbon, from their values at both ends (omega in 1/l)."""
-        x = np.empty(self.size)
+        x = np.zeros(self.size)
         layout = self.layout
         x[layout.omega], x[layout.eta] = curvature[0], ruling[0]
         x[layout.omega_slope] = curvature[1] - curvature[0]
         x[layout.eta_slope] = ruling[1] - ruling[0]
         return x
 
-    def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
-        """Unknowns of the shape with omega and eta (p + 1,) at the joints, linear between them."""
-        return self.layout.unknowns(omega, eta, self.lengths)
+    def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:
+        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,) at the joints, linear between them."""
+        return self.layout.unknowns(omega, eta, self.lengths, in_plane)
 
     def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
         return self.layout.values(x, self.lengths)
 
+    def in_plane_values(self, x: FloatArray) -> FloatArray | None:
+        """In-plane curvature (p + 1,) at the joints; None without."""
+        if self.fields.count == 2:
+            return None
+        steps = x[self.layout.sideways].copy()
+        steps[1:] *= self.lengths
+        return np.cumsum(steps)
+
+    @classmethod
+    def twin(cls, problem: Any, lengths: FloatArray) -> ChainedProblem:
+        """The chained problem of a glued one that is held at s = 0 only, on segments of `lengths`."""
+        gravity = None if problem.gravity is None else Gravity(problem.gravity.up)
+        return cls(
+            problem.strip, problem.start, gravity, problem.energy, lengths, problem.exponent_limit,
+            stiffness=problem.stiffness, in_plane=problem.in_plane,
+        )  # fmt: skip
+
     def parameters(self, x: FloatArray) -> FloatArray:
-        """(a, b, n, m) of every segment, (p, 4)."""
-        q = np.empty((self.lengths.size, 4))
+        """(a, b, n, m) of every segment, (p, 4), or with (c, d) of an in-plane curvature (p, 6)."""
+        q = np.empty((self.lengths.size, 2 * self.fields.count))
         kernels.unpack(np.ascontiguousarray(x, dtype=float), self.lengths, q)
         return q
 
@@ -215,12 +249,12 @@ class ChainedProblem:
         parts = np.empty(3)
         self.counters.value += 1
         q = self.parameters(x)
-        if too_far(q, self.lengths):
+        if too_far(q, self.lengths, self.fields.free):
             return np.full(3, np.nan)
         self.counters.series += self.lengths.size * (gamma != 0.0)
         position = np.asarray(self.clamp.position) / self.strip.length
         kernels.energy_parts(
-            q, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
+            q, self.lengths, self.fields.code, self.fields.section, self.has_natural_curvature,
             np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, position, self.clamp.frame,
             self.exponent_limit, parts,
         )  # fmt: skip
@@ -236,18 +270,20 @@ class ChainedProblem:
             p = self.lengths.size
             gamma, up = self._gravity_arguments()
             q = self.parameters(x)
-            local = np.empty((p, 15))
-            if too_far(q, self.lengths):
-                return np.full((p, 15), np.nan), np.zeros((p, 4, 3)), np.zeros((p, 4, 3))
+            fields = self.fields
+            components, count = fields.components, 2 * fields.count
+            local = np.empty((p, components))
+            if too_far(q, self.lengths, fields.free):
+                return np.full((p, components), np.nan), np.zeros((p, count, 3)), np.zeros((p, count, 3))
             kernels.local_derivatives(
-                q, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
+                q, self.lengths, fields.code, fields.section, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, local,
             )  # fmt: skip
-            u = v = np.zeros((1, 4, 3))
+            u = v = np.zeros((1, count, 3))
             if gamma != 0.0:
-                u, v = np.empty((p, 4, 3)), np.empty((p, 4, 3))
+                u, v = np.empty((p, count, 3)), np.empty((p, count, 3))
                 kernels.gravity_derivatives(
-                    q, self.lengths, gamma, up, self.clamp.frame, self.exponent_limit, local, u, v
+                    fields.free, q, self.lengths, gamma, up, self.clamp.frame, self.exponent_limit, local, u, v
                 )
                 self.counters.series += p
             self._cache["key"], self._cache["jets"] = key, (local, u, v)
@@ -272,7 +308,7 @@ class ChainedProblem:
     def metric(self) -> FloatArray:
         """Gram matrix of ``int (domega^2 + deta^2) ds`` in the unknowns; eigenvalues of the Hessian are taken in it."""
         mass = np.empty((self.size, self.size))
-        kernels.mass_matrix(self.lengths, mass)
+        kernels.mass_matrix(self.lengths, self.fields.count, mass)
         return mass
 
     def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -280,11 +316,12 @@ class ChainedProblem:
         p = self.lengths.size
         points, frames = np.empty((p + 1, 3)), np.empty((p + 1, 3, 3))
         position = np.asarray(self.clamp.position) / self.strip.length
-        kernels.walk(self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames)
+        free = self.fields.free
+        kernels.walk(free, self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames)
         return points, frames
 
     def parameter_map(self) -> tuple[IntArray, FloatArray]:
-        """All columns (p, 2 p + 2) and slopes (p, 4, 2 p + 2) of (a, b, n, m) by the unknowns."""
+        """All columns (p, n) and slopes (p, 4 or 6, n) of the segments' parameters by the n unknowns."""
         p = self.lengths.size
         zero = self.parameters(np.zeros(self.size))
         slopes = np.stack([self.parameters(unit) - zero for unit in np.eye(self.size)], axis=-1)
@@ -306,7 +343,7 @@ class ChainedProblem:
         s = (starts[:-1, None] + self.lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
         w = (self.lengths[:, None] * 0.5 * weights).ravel()
         points, frames = self.joints(x)
-        centre = surface.centreline(self.parameters(x), self.lengths, points, frames, s, self.exponent_limit)[0]
+        centre = surface.centreline(self.parameters(x), self.lengths, points, frames, s, self.exponent_limit, free=self.fields.free)[0]
         return np.asarray(w @ (centre - points[0]))
 
     def end_force(self, x: FloatArray, rows: FloatArray) -> Force | None:

@@ -26,26 +26,36 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.element.element import bending_jet, bending_value, natural_jet, natural_value
-from ribbon.element.series import PAIR_INDEX, segment_jets_many, segment_values
+from ribbon.element.element import elastic_jet, elastic_value
+from ribbon.element.free_series import parameter_count
+from ribbon.element.kinematics import segment_values
+from ribbon.element.kinematics import walk as segment_walk
+from ribbon.energies.names import FREE_CODE
 
-# own and tail parameter of the two types of unknowns: a -> (a, then b), n -> (n, then m)
-_OWN = (0, 2)
-_TAIL = (1, 3)
+
+@njit(cache=True)
+def pairs(count):
+    """Places (count, count) in a jet of the second derivatives by `count` parameters."""
+    found = np.empty((count, count), dtype=np.int64)
+    at = 1 + count
+    for i in range(count):
+        for j in range(i, count):
+            found[i, j] = found[j, i] = at
+            at += 1
+    return found
 
 
 @njit(cache=True)
 def unpack(x, lengths, q):
-    """Parameters q (p, 4) = (a, b, n, m) of every segment from the unknowns x (2 p + 2,) (thesis, eq. 3.1, 3.2)."""
-    b = x[0]
-    m = x[1]
-    for i in range(lengths.size):
-        q[i, 0] = x[2 * i + 2]
-        q[i, 1] = b
-        q[i, 2] = x[2 * i + 3]
-        q[i, 3] = m
-        b += lengths[i] * q[i, 0]
-        m += lengths[i] * q[i, 2]
+    """Parameters q (p, 2 f) of every segment from the unknowns x (f p + f,) of f fields (thesis, eq. 3.1, 3.2): pairs
+    (slope, value at its start), field by field."""
+    fields = q.shape[1] // 2
+    for f in range(fields):
+        value = x[f]
+        for i in range(lengths.size):
+            q[i, 2 * f] = x[fields * (i + 1) + f]
+            q[i, 2 * f + 1] = value
+            value += lengths[i] * q[i, 2 * f]
 
 
 @njit(cache=True)
@@ -59,18 +69,20 @@ def energy_parts(q, lengths, code, section, natural, curvature, poisson, gamma, 
     parts[:] = 0.0
     s = 0.0
     slope = curvature[1] - curvature[0]
+    jet = np.empty(15 if q.shape[1] == 4 else 28)
     for i in range(lengths.size):
-        a, b, n, m = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
-        parts[0] += bending_value(code, a, b, n, m, lengths[i], section)
-        if natural:
-            parts[1] += natural_value(a, b, n, m, lengths[i], curvature[0] + slope * s, slope, poisson)
+        bending, own = elastic_value(
+            code, q[i], lengths[i], section, natural, curvature[0] + slope * s, slope, poisson, jet
+        )
+        parts[0] += bending
+        parts[1] += own
         s += lengths[i]
     if gamma != 0.0:
-        parts[2] = gamma * _height(q, lengths, up, position, frame, limit)
+        parts[2] = gamma * _height(code >= FREE_CODE, q, lengths, up, position, frame, limit)
 
 
 @njit(cache=True)
-def _height(q, lengths, up, position, frame, limit):
+def _height(free, q, lengths, up, position, frame, limit):
     """int <r, up> ds over the ribbon (units l^2)."""
     f = np.empty((3, 3))
     p = np.empty(3)
@@ -86,7 +98,7 @@ def _height(q, lengths, up, position, frame, limit):
         total += position[k] * up[k] * behind
     for i in range(lengths.size):
         behind -= lengths[i]
-        segment_values(q[i, 0], q[i, 1], q[i, 2], q[i, 3], lengths[i], limit, f, p, j)
+        segment_values(free, q[i], lengths[i], limit, f, p, j)
         for k in range(3):
             total += g[k] * (j[k] + behind * p[k])
             new[k] = f[0, k] * g[0] + f[1, k] * g[1] + f[2, k] * g[2]
@@ -96,31 +108,30 @@ def _height(q, lengths, up, position, frame, limit):
 
 @njit(cache=True)
 def local_derivatives(q, lengths, code, section, natural, curvature, poisson, local):
-    """Fills `local` (p, 15) with the jets of the elastic energy of every segment by its own parameters."""
+    """Fills `local` (p, 15 or 28) with the jets of the elastic energy of every segment by its own parameters."""
     part = np.empty(15)
     s = 0.0
     slope = curvature[1] - curvature[0]
     for i in range(lengths.size):
-        a, b, n, m = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
-        bending_jet(code, a, b, n, m, lengths[i], section, part)
-        local[i] = part
-        if natural:
-            natural_jet(a, b, n, m, lengths[i], curvature[0] + slope * s, slope, poisson, part)
-            local[i] += part
+        elastic_jet(
+            code, q[i], lengths[i], section, natural, curvature[0] + slope * s, slope, poisson, local[i], part
+        )
         s += lengths[i]
 
 
 @njit(cache=True)
-def gravity_derivatives(q, lengths, gamma, up, frame, limit, local, u, v):
-    """Adds the jets of gravity to `local` (p, 15) (value left alone) and fills the factors u, v (p, 4, 3).
+def gravity_derivatives(free, q, lengths, gamma, up, frame, limit, local, u, v):
+    """Adds the jets of gravity to `local` (p, components) (value left alone) and fills the factors u, v (p, 4 or 6, 3).
 
     Symbols as in the module; u and v carry the factor gamma together (it sits in v).
     """
     p = lengths.size
-    jets = np.empty((p, 15, 15))
+    components = local.shape[1]
+    count = parameter_count(components)
+    jets = np.empty((p, 15, components))
     frames = np.empty((p + 1, 3, 3))
     frames[0] = frame
-    segment_jets_many(q, lengths, limit, jets)
+    segment_walk(free, q, lengths, limit, jets)
     for i in range(p):
         for r in range(3):
             for c in range(3):
@@ -131,7 +142,7 @@ def gravity_derivatives(q, lengths, gamma, up, frame, limit, local, u, v):
                 )
     back = np.zeros(3)
     g = np.empty(3)
-    d = np.empty((3, 15))
+    d = np.empty((3, components))
     behind = 0.0
     for i in range(p - 1, -1, -1):
         jet = jets[i]
@@ -139,7 +150,7 @@ def gravity_derivatives(q, lengths, gamma, up, frame, limit, local, u, v):
             g[k] = frames[i, 0, k] * up[0] + frames[i, 1, k] * up[1] + frames[i, 2, k] * up[2]
         # jets of c_i + Q_i C_(i+1) with C_(i+1) held
         for r in range(3):
-            for c in range(15):
+            for c in range(components):
                 d[r, c] = (
                     jet[12 + r, c]
                     + behind * jet[9 + r, c]
@@ -147,9 +158,9 @@ def gravity_derivatives(q, lengths, gamma, up, frame, limit, local, u, v):
                     + jet[3 * r + 1, c] * back[1]
                     + jet[3 * r + 2, c] * back[2]
                 )
-        for c in range(1, 15):
+        for c in range(1, components):
             local[i, c] += gamma * (g[0] * d[0, c] + g[1] * d[1, c] + g[2] * d[2, c])
-        for c in range(4):
+        for c in range(count):
             for r in range(3):
                 v[i, c, r] = gamma * (
                     frames[i, r, 0] * d[0, 1 + c] + frames[i, r, 1] * d[1, 1 + c] + frames[i, r, 2] * d[2, 1 + c]
@@ -165,16 +176,14 @@ def gravity_derivatives(q, lengths, gamma, up, frame, limit, local, u, v):
 
 @njit(cache=True)
 def assemble_gradient(lengths, local, gradient):
-    """Gradient (2 p + 2,) by the unknowns from the local jets (p, 15)."""
-    tail_b = 0.0
-    tail_m = 0.0
-    for i in range(lengths.size - 1, -1, -1):
-        gradient[2 * i + 2] = local[i, 1] + lengths[i] * tail_b
-        gradient[2 * i + 3] = local[i, 3] + lengths[i] * tail_m
-        tail_b += local[i, 2]
-        tail_m += local[i, 4]
-    gradient[0] = tail_b
-    gradient[1] = tail_m
+    """Gradient (f p + f,) by the unknowns of f fields from the local jets (p, 15 or 28)."""
+    fields = parameter_count(local.shape[1]) // 2
+    for f in range(fields):
+        tail = 0.0
+        for i in range(lengths.size - 1, -1, -1):
+            gradient[fields * (i + 1) + f] = local[i, 1 + 2 * f] + lengths[i] * tail
+            tail += local[i, 2 + 2 * f]
+        gradient[f] = tail
 
 
 @njit(cache=True)
@@ -184,72 +193,76 @@ def _dot(x, y):
 
 @njit(cache=True)
 def assemble_hessian(lengths, local, coupled, u, v, hessian):
-    """Symmetric Hessian (2 p + 2, 2 p + 2) by the unknowns; `coupled` is False when there is no gravity (u = v = 0)."""
+    """Symmetric Hessian (f p + f, f p + f) by the unknowns of f fields; `coupled` is False when there is no gravity (u =
+    v = 0). The parameter 2 s of a segment is the slope of field s, its own, and 2 s + 1 what it hands on, its tail."""
     p = lengths.size
-    # suffix sums over i > k, at index k + 1 (k = -1 .. p - 1); axes: tails of the two types
-    sd = np.zeros((p + 1, 2, 2))
-    sv = np.zeros((p + 1, 2, 3))
-    suv = np.zeros((p + 1, 2, 2))
-    spv = np.zeros((p + 1, 2, 2))
-    prefix = np.zeros((p + 1, 2, 3))
+    count = parameter_count(local.shape[1])
+    place = pairs(count)
+    fields = count // 2
+    # suffix sums over i > k, at index k + 1 (k = -1 .. p - 1); axes: tails of the fields
+    sd = np.zeros((p + 1, fields, fields))
+    sv = np.zeros((p + 1, fields, 3))
+    suv = np.zeros((p + 1, fields, fields))
+    spv = np.zeros((p + 1, fields, fields))
+    prefix = np.zeros((p + 1, fields, 3))
     if coupled:
         for i in range(p):
-            for s in range(2):
+            for s in range(fields):
                 for r in range(3):
-                    prefix[i + 1, s, r] = prefix[i, s, r] + u[i, _TAIL[s], r]
+                    prefix[i + 1, s, r] = prefix[i, s, r] + u[i, 2 * s + 1, r]
     for i in range(p - 1, -1, -1):
-        for s in range(2):
-            for t in range(2):
-                sd[i, s, t] = sd[i + 1, s, t] + local[i, PAIR_INDEX[_TAIL[s], _TAIL[t]]]
+        for s in range(fields):
+            for t in range(fields):
+                sd[i, s, t] = sd[i + 1, s, t] + local[i, place[2 * s + 1, 2 * t + 1]]
                 if coupled:
-                    suv[i, s, t] = suv[i + 1, s, t] + _dot(u[i, _TAIL[s]], sv[i + 1, t])
-                    spv[i, s, t] = spv[i + 1, s, t] + _dot(prefix[i, s], v[i, _TAIL[t]])
+                    suv[i, s, t] = suv[i + 1, s, t] + _dot(u[i, 2 * s + 1], sv[i + 1, t])
+                    spv[i, s, t] = spv[i + 1, s, t] + _dot(prefix[i, s], v[i, 2 * t + 1])
         if coupled:
-            for s in range(2):
+            for s in range(fields):
                 for r in range(3):
-                    sv[i, s, r] = sv[i + 1, s, r] + v[i, _TAIL[s], r]
-    # blocks of an unknown with those of its own segment (k = -1: b_1, m_1)
+                    sv[i, s, r] = sv[i + 1, s, r] + v[i, 2 * s + 1, r]
+    # blocks of an unknown with those of its own segment (k = -1: values at s = 0)
     for k in range(-1, p):
         length = 1.0 if k < 0 else lengths[k]
-        for s in range(2):
-            for t in range(2):
+        for s in range(fields):
+            for t in range(fields):
                 h = length * length * sd[k + 1, s, t]
                 if coupled:
                     h += length * length * (suv[k + 1, s, t] + suv[k + 1, t, s])
                 if k >= 0:
-                    h += local[k, PAIR_INDEX[_OWN[s], _OWN[t]]]
+                    h += local[k, place[2 * s, 2 * t]]
                     if coupled:
-                        h += length * (_dot(u[k, _OWN[s]], sv[k + 1, t]) + _dot(u[k, _OWN[t]], sv[k + 1, s]))
-                hessian[2 * k + 2 + s, 2 * k + 2 + t] = h
+                        h += length * (_dot(u[k, 2 * s], sv[k + 1, t]) + _dot(u[k, 2 * t], sv[k + 1, s]))
+                hessian[fields * (k + 1) + s, fields * (k + 1) + t] = h
     # blocks with earlier segments, j < k
-    first = np.zeros((p + 1, 2, 3))
+    first = np.zeros((p + 1, fields, 3))
     if coupled:
         for j in range(p):
-            for s in range(2):
+            for s in range(fields):
                 for r in range(3):
-                    first[j + 1, s, r] = u[j, _OWN[s], r] - lengths[j] * prefix[j + 1, s, r]
+                    first[j + 1, s, r] = u[j, 2 * s, r] - lengths[j] * prefix[j + 1, s, r]
     whole = np.zeros(3)
     for k in range(p):
-        for t in range(2):
-            column = 2 * k + 2 + t
+        for t in range(fields):
+            column = fields * (k + 1) + t
             if coupled:
                 for r in range(3):
-                    whole[r] = v[k, _OWN[t], r] + lengths[k] * sv[k + 1, t, r]
-            for s in range(2):
-                g = local[k, PAIR_INDEX[_TAIL[s], _OWN[t]]] + lengths[k] * sd[k + 1, s, t]
+                    whole[r] = v[k, 2 * t, r] + lengths[k] * sv[k + 1, t, r]
+            for s in range(fields):
+                g = local[k, place[2 * s + 1, 2 * t]] + lengths[k] * sd[k + 1, s, t]
                 if coupled:
-                    g += _dot(prefix[k, s], v[k, _OWN[t]]) + lengths[k] * spv[k + 1, s, t]
-                    g += _dot(u[k, _OWN[t]], sv[k + 1, s]) + lengths[k] * suv[k + 1, t, s]
+                    g += _dot(prefix[k, s], v[k, 2 * t]) + lengths[k] * spv[k + 1, s, t]
+                    g += _dot(u[k, 2 * t], sv[k + 1, s]) + lengths[k] * suv[k + 1, t, s]
                 for j in range(-1, k):
                     h = g if j < 0 else lengths[j] * g
                     if coupled:
                         h += _dot(first[j + 1, s], whole)
-                    hessian[2 * j + 2 + s, column] = h
-                    hessian[column, 2 * j + 2 + s] = h
+                    hessian[fields * (j + 1) + s, column] = h
+                    hessian[column, fields * (j + 1) + s] = h
 
 
 @njit(cache=True)
-def walk(q, lengths, position, frame, limit, points, frames):
+def walk(free, q, lengths, position, frame, limit, points, frames):
     """Positions (p + 1, 3) and frames (p + 1, 3, 3) of the joints, from the clamp."""
     f = np.empty((3, 3))
     p = np.empty(3)
@@ -257,7 +270,7 @@ def walk(q, lengths, position, frame, limit, points, frames):
     points[0] = position
     frames[0] = frame
     for i in range(lengths.size):
-        segment_values(q[i, 0], q[i, 1], q[i, 2], q[i, 3], lengths[i], limit, f, p, j)
+        segment_values(free, q[i], lengths[i], limit, f, p, j)
         for r in range(3):
             points[i + 1, r] = points[i, r] + frames[i, r, 0] * p[0] + frames[i, r, 1] * p[1] + frames[i, r, 2] * p[2]
             for c in range(3):
@@ -265,18 +278,19 @@ def walk(q, lengths, position, frame, limit, points, frames):
 
 
 @njit(cache=True)
-def mass_matrix(lengths, mass):
-    """Gram matrix (2 p + 2, 2 p + 2) of ``int (domega^2 + deta^2) ds`` in the unknowns.
+def mass_matrix(lengths, fields, mass):
+    """Gram matrix (f p + f, f p + f) of the integral of the squares of the changes of the `fields` in the unknowns.
 
     Eigenvalues of the Hessian against it do not depend on the number of segments.
     """
     p = lengths.size
-    local = np.zeros((p, 15))
+    place = pairs(2 * fields)
+    local = np.zeros((p, 15 if fields == 2 else 28))
     for i in range(p):
         h = lengths[i]
-        for pair in ((0, 1), (2, 3)):
-            local[i, PAIR_INDEX[pair[0], pair[0]]] = h * h * h / 3.0
-            local[i, PAIR_INDEX[pair[0], pair[1]]] = h * h / 2.0
-            local[i, PAIR_INDEX[pair[1], pair[1]]] = h
-    none = np.zeros((1, 4, 3))
+        for f in range(fields):
+            local[i, place[2 * f, 2 * f]] = h * h * h / 3.0
+            local[i, place[2 * f, 2 * f + 1]] = h * h / 2.0
+            local[i, place[2 * f + 1, 2 * f + 1]] = h
+    none = np.zeros((1, 2 * fields, 3))
     assemble_hessian(lengths, local, False, none, none, mass)

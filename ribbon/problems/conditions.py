@@ -167,12 +167,12 @@ class SeamRows:
 
 
 @njit(cache=True)
-def _distances(x, joints, stride, point, normal, half_width, height, out):
+def _distances(x, joints, stride, point, normal, half_width, oblique, height, out):
     u = np.empty(3)
     edge = np.empty(3)
     for i in range(joints.size):
         k = stride * joints[i]
-        u[0], u[1], u[2] = 1.0, 0.0, x[k + ETA]
+        u[0], u[1], u[2] = 1.0, 0.0, oblique * x[k + ETA]
         rotate(x[k + QUATERNION : k + OMEGA], u, edge)
         d = -height
         e = 0.0
@@ -184,7 +184,7 @@ def _distances(x, joints, stride, point, normal, half_width, height, out):
 
 
 @njit(cache=True)
-def _slopes(x, joints, stride, normal, half_width, plate, out):
+def _slopes(x, joints, stride, normal, half_width, oblique, plate, out):
     u = np.empty(3)
     edge = np.empty(3)
     by_q = np.empty((3, 4))
@@ -192,7 +192,7 @@ def _slopes(x, joints, stride, normal, half_width, plate, out):
     for i in range(joints.size):
         k = stride * joints[i]
         q = x[k + QUATERNION : k + OMEGA]
-        u[0], u[1], u[2] = 1.0, 0.0, x[k + ETA]
+        u[0], u[1], u[2] = 1.0, 0.0, oblique * x[k + ETA]
         rotate_by_q(q, u, by_q)
         u[0], u[2] = 0.0, 1.0
         rotate(q, u, edge)
@@ -203,7 +203,7 @@ def _slopes(x, joints, stride, normal, half_width, plate, out):
                 out[at + c] = normal[c]
             for c in range(4):
                 out[at + 3 + c] = f * (normal[0] * by_q[0, c] + normal[1] * by_q[1, c] + normal[2] * by_q[2, c])
-            out[at + 7] = f * tangent
+            out[at + 7] = f * oblique * tangent
             at += 8
             if plate:
                 out[at] = -1.0
@@ -211,7 +211,7 @@ def _slopes(x, joints, stride, normal, half_width, plate, out):
 
 
 @njit(cache=True)
-def _curvatures(x, joints, stride, normal, half_width, multipliers, out):
+def _curvatures(x, joints, stride, normal, half_width, oblique, multipliers, out):
     u = np.empty(3)
     n = np.empty((4, 4))
     at = 0
@@ -219,13 +219,13 @@ def _curvatures(x, joints, stride, normal, half_width, multipliers, out):
         k = stride * joints[i]
         q = x[k + QUATERNION : k + OMEGA]
         f = half_width * (multipliers[2 * i] - multipliers[2 * i + 1])
-        u[0], u[1], u[2] = 1.0, 0.0, x[k + ETA]
+        u[0], u[1], u[2] = 1.0, 0.0, oblique * x[k + ETA]
         form(normal, u, n)
         for r in range(4):
             for c in range(r + 1):
                 out[at] = 2.0 * f * n[r, c]
                 at += 1
-        u[0], u[2] = 0.0, 1.0
+        u[0], u[2] = 0.0, oblique
         form(normal, u, n)
         for r in range(4):
             out[at] = 2.0 * f * (n[r, 0] * q[0] + n[r, 1] * q[1] + n[r, 2] * q[2] + n[r, 3] * q[3])
@@ -237,7 +237,8 @@ class WallRows:
     """Both edges of the rulings at `joints` on the wall's side (thesis, eq. 6.2), two rows a joint.
 
     ``<r +- (w/2) (t_x + eta t_z) - point, normal> - height >= 0``; `plate`: column of the height of a pressure plate,
-    or -1. point in units of l, half_width = w / (2 l), stride: unknowns per joint.
+    or -1. point in units of l, half_width = w / (2 l), stride: unknowns per joint; oblique: 1, or 0 where eta's place is
+    the twist's and the sections are square to the centreline.
     """
 
     joints: IntArray
@@ -248,6 +249,7 @@ class WallRows:
     plate: int = -1
     lower: float = 0.0
     upper: float = np.inf
+    oblique: float = 1.0
 
     @property
     def count(self) -> int:
@@ -258,7 +260,7 @@ class WallRows:
         """Distances (count,) of the edges from the wall."""
         out = np.empty(self.count)
         height = x[self.plate] if self.plate >= 0 else 0.0
-        _distances(x, self.joints, self.stride, self.point, self.normal, self.half_width, height, out)
+        _distances(x, self.joints, self.stride, self.point, self.normal, self.half_width, self.oblique, height, out)
         return out
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
@@ -272,7 +274,7 @@ class WallRows:
     def jacobian(self, x: FloatArray) -> FloatArray:
         """In the order of the structure."""
         out = np.empty(self.count * (9 if self.plate >= 0 else 8))
-        _slopes(x, self.joints, self.stride, self.normal, self.half_width, self.plate >= 0, out)
+        _slopes(x, self.joints, self.stride, self.normal, self.half_width, self.oblique, self.plate >= 0, out)
         return out
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:
@@ -286,5 +288,5 @@ class WallRows:
     def hessian(self, x: FloatArray, multipliers: FloatArray) -> FloatArray:
         """In the order of the structure."""
         out = np.empty(14 * len(self.joints))
-        _curvatures(x, self.joints, self.stride, self.normal, self.half_width, multipliers, out)
+        _curvatures(x, self.joints, self.stride, self.normal, self.half_width, self.oblique, multipliers, out)
         return out

@@ -22,6 +22,7 @@ from ribbon.loads import Gravity
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.chained import Counters
 from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
+from ribbon.problems.fields import Fields
 from ribbon.problems.layout import STRIDE, GluedLayout
 from ribbon.problems.protocol import Anchor
 from ribbon.strip import Strip
@@ -41,7 +42,8 @@ class Held:
     end); closure: of a band, then `end` is None; walls: planes; held_by: "elimination" or "constraints"; reference:
     quaternion (4,) to which the gauge of free rotations refers, the start's of the seed, and origin (3,) the same for
     positions; box: bounds on |omega| and |eta| that keep a far start from running away; a solution must not touch them;
-    model: "mixed", or the formulation that finds the point ("matrix", "chained"), for comparison.
+    model: "mixed", or the formulation that finds the point ("matrix", "chained"), for comparison; stiffness, in_plane:
+    `ribbon.problems.fields.Fields`.
     """
 
     strip: Strip
@@ -58,6 +60,8 @@ class Held:
     exponent_limit: float = EXPONENT_LIMIT
     box: tuple[float, float] | None = None
     model: str = "mixed"
+    stiffness: str | None = None
+    in_plane: bool | None = None
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -77,13 +81,23 @@ class Held:
 
     @cached_property
     def size(self) -> int:
-        """Number of unknowns, 10 p + 9 and one for every pressure plate."""
+        """Number of unknowns, 10 p + 9, p + 1 for an in-plane curvature and one for every pressure plate."""
         return self.layout.size
+
+    @cached_property
+    def fields(self) -> Fields:
+        """What bends the strip, and the energy's arguments for the kernels."""
+        return Fields.of(self.strip, self.energy, self.stiffness, self.in_plane)
+
+    @property
+    def sideways(self) -> int:
+        """First column of the in-plane curvatures, -1 without."""
+        return self.layout.sideways.start if self.fields.count == 3 else -1
 
     @cached_property
     def layout(self) -> GluedLayout:
         """Where the unknowns stand."""
-        return GluedLayout(self.lengths.size, len(self.plates))
+        return GluedLayout(self.lengths.size, len(self.plates), self.fields.count == 3)
 
     @property
     def plates(self) -> tuple[int, ...]:
@@ -114,12 +128,14 @@ class Held:
     def _level(self) -> int:
         if not self.has_gravity:
             return 0
-        return 2 if self.gravity is not None and self.gravity.exact else 1
+        return 2 if self._gravity_arguments()[2] else 1
 
     def _gravity_arguments(self) -> tuple[float, FloatArray, bool]:
+        """Gamma, up, and whether the surface is weighed apart from its centreline: sections that are square to the
+        centreline have their middle on it."""
         if self.gravity is None or not self.has_gravity:
             return 0.0, np.zeros(3), False
-        return float(self.strip.gamma), np.asarray(self.gravity.up), self.gravity.exact
+        return float(self.strip.gamma), np.asarray(self.gravity.up), self.gravity.exact and not self.fields.free
 
     def with_changes(self, **changes: Any) -> Self:
         """The same problem with fields replaced and nothing cached."""
@@ -128,6 +144,10 @@ class Held:
     def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
         return x[self.layout.omega].copy(), x[self.layout.eta].copy()
+
+    def in_plane_values(self, x: FloatArray) -> FloatArray | None:
+        """In-plane curvature (p + 1,) at the joints; None without."""
+        return x[self.layout.sideways].copy() if self.fields.count == 3 else None
 
     def anchor(self, x: FloatArray) -> Anchor:
         """Quaternion and position of the start of the shape x."""
@@ -189,15 +209,16 @@ class Held:
 
     @property
     def start_straight(self) -> bool:
-        """Whether eta = 0 at s = 0."""
-        return (self.start is not None and self.start.ruling == "straight") or (
-            self.closure is not None and self.closure.ruling == "straight"
-        )
+        """Whether eta = 0 at s = 0, or the twist where it is free and its energy knows of clamped edges."""
+        return self.fields.held_straight and self._straight(self.start)
 
     @property
     def end_straight(self) -> bool:
-        """Whether eta = 0 at s = l."""
-        return (self.end is not None and self.end.ruling == "straight") or (
+        """Whether eta = 0 at s = l, or the twist."""
+        return self.fields.held_straight and self._straight(self.end)
+
+    def _straight(self, clamp: Clamp | None) -> bool:
+        return (clamp is not None and clamp.ruling == "straight") or (
             self.closure is not None and self.closure.ruling == "straight"
         )
 
@@ -251,16 +272,22 @@ class Held:
         if held is not None:
             found["end_frame"] = LinearRows(imaginary_part(held), last.quaternion, np.zeros(3))
         if self.closure is not None:
-            both = np.hstack([-np.eye(3), np.eye(3)])
-            found["end_position"] = LinearRows(both, np.concatenate([first.position, last.position]), np.zeros(3))
+            ends_meet = np.hstack([-np.eye(3), np.eye(3)])
+            found["end_position"] = LinearRows(ends_meet, np.concatenate([first.position, last.position]), np.zeros(3))
             found["end_frame"] = SeamRows(first.quaternion, last.quaternion, self.seam)
             pair = np.array([[-float(self.closure.sign), 1.0]])
             found["seam_omega"] = LinearRows(pair, np.array([first.omega, last.omega]), np.zeros(1))
             if self.slides:
-                both_eta = np.array([first.eta, self.layout.joint(1).eta])
-                found["gauge_slide"] = LinearRows(np.ones((1, 2)), both_eta, np.zeros(1))
-            if self.closure.ruling == "free":
-                found["seam_eta"] = LinearRows(pair, np.array([first.eta, last.eta]), np.zeros(1))
+                second = self.layout.joint(1)
+                both = [first.omega, second.omega] if self.fields.free else [first.eta, second.eta]
+                found["gauge_slide"] = LinearRows(np.ones((1, 2)), np.array(both), np.zeros(1))
+            if not self._straight(None) or not self.fields.held_straight:
+                # the twist eta omega keeps its sign where both change theirs
+                same = np.array([[-1.0, 1.0]]) if self.fields.free else pair
+                found["seam_eta"] = LinearRows(same, np.array([first.eta, last.eta]), np.zeros(1))
+            if self.fields.count == 3:
+                ends = np.array([self.layout.sideways.start, self.layout.sideways.stop - 1])
+                found["seam_in_plane"] = LinearRows(pair, ends, np.zeros(1))
         found.update(self._wall_blocks())
         return found
 
@@ -277,7 +304,9 @@ class Held:
             if wall.stiffness is not None:
                 column, plate = plate, plate + 1
             point = np.asarray(wall.point) / self.strip.length
-            found[f"wall_{k}"] = WallRows(joints, STRIDE, point, np.asarray(wall.normal), self.half_width, column)
+            oblique = 0.0 if self.fields.free else 1.0
+            normal = np.asarray(wall.normal)
+            found[f"wall_{k}"] = WallRows(joints, STRIDE, point, normal, self.half_width, column, oblique=oblique)
         return found
 
     # -- the problem --------------------------------------------------------------------------------------------------
@@ -287,7 +316,8 @@ class Held:
         upper = np.full(self.size, np.inf)
         layout = self.layout
         first, last = layout.joint(0), layout.joint(-1)
-        upper[layout.slope] = 1.0 / self.half_width
+        if not self.fields.free:
+            upper[layout.slope] = 1.0 / self.half_width
         if self.box is not None:
             upper[layout.omega] = self.box[0]
             upper[layout.eta] = self.box[1]

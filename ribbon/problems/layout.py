@@ -5,6 +5,9 @@ Kernels use the constants, all else the layout of its problem. Places of a segme
     glued     r (0..2) | q (3..6) | omega (7) | eta (8) | slope of eta (9)     and those of the next joint, from NEXT on
     matrices  r (0..2) | frame by rows (3..11) | a (12) | b (13) | n (14) | m (15)
     chained   slope of omega (0) | slope of eta (1)     after omega (0) and eta (1) at s = 0
+
+Where the twist is free (`ribbon.energies.free`) eta is its place: the twist kappa_3 stands there. An in-plane curvature
+kappa_2 is a third field: of a chained ribbon behind eta in every group, of a glued one joint by joint behind the ribbon.
 """
 
 from __future__ import annotations
@@ -46,10 +49,12 @@ class Joint:
 
 @dataclass(frozen=True)
 class GluedLayout:
-    """Unknowns of a glued ribbon of p segments, joint by joint, then the heights of its pressure plates."""
+    """Unknowns of a glued ribbon of p segments, joint by joint, then its in-plane curvature, if it has one, then the
+    heights of its pressure plates."""
 
     segments: int
     plates: int = 0
+    in_plane: bool = False
 
     @property
     def last(self) -> int:
@@ -59,22 +64,27 @@ class GluedLayout:
     @property
     def ribbon(self) -> int:
         """Number of unknowns of the ribbon itself."""
-        return self.last + JOINT
+        return self.last + JOINT + (self.segments + 1 if self.in_plane else 0)
 
     @property
     def size(self) -> int:
-        """Number of unknowns, 10 p + 9 and one for every pressure plate."""
+        """Number of unknowns, 10 p + 9, p + 1 for an in-plane curvature and one for every pressure plate."""
         return self.ribbon + self.plates
+
+    @property
+    def sideways(self) -> slice:
+        """The in-plane curvature at the joints (p + 1), or nothing."""
+        return slice(self.last + JOINT, self.ribbon)
 
     @property
     def omega(self) -> slice:
         """omega at the joints (p + 1)."""
-        return slice(OMEGA, self.ribbon, STRIDE)
+        return slice(OMEGA, self.last + JOINT, STRIDE)
 
     @property
     def eta(self) -> slice:
         """eta at the joints (p + 1)."""
-        return slice(ETA, self.ribbon, STRIDE)
+        return slice(ETA, self.last + JOINT, STRIDE)
 
     @property
     def slope(self) -> slice:
@@ -162,14 +172,18 @@ class MatrixLayout:
 
 @dataclass(frozen=True)
 class ChainedLayout:
-    """Unknowns of a chained ribbon of p segments: omega and eta at s = 0, then their slopes, segment by segment."""
+    """Unknowns of a chained ribbon of p segments: its fields at s = 0, then their slopes, segment by segment.
+
+    fields: 2, omega and eta (or the twist), or 3: the in-plane curvature too.
+    """
 
     segments: int
+    fields: int = 2
 
     @property
     def size(self) -> int:
-        """Number of unknowns, 2 p + 2."""
-        return 2 * self.segments + 2
+        """Number of unknowns, 2 p + 2 or 3 p + 3."""
+        return self.fields * (self.segments + 1)
 
     @property
     def omega(self) -> int:
@@ -184,26 +198,35 @@ class ChainedLayout:
     @property
     def omega_slope(self) -> slice:
         """Slopes of omega on the segments (p)."""
-        return slice(2, None, 2)
+        return slice(self.fields, None, self.fields)
 
     @property
     def eta_slope(self) -> slice:
         """Slopes of eta on the segments (p)."""
-        return slice(3, None, 2)
+        return slice(self.fields + 1, None, self.fields)
 
     @property
     def bending(self) -> slice:
         """omega at s = 0 and its slopes (p + 1)."""
-        return slice(0, None, 2)
+        return slice(0, None, self.fields)
 
     @property
     def ruling(self) -> slice:
         """eta at s = 0 and its slopes (p + 1)."""
-        return slice(1, None, 2)
+        return slice(1, None, self.fields)
 
-    def unknowns(self, omega: FloatArray, eta: FloatArray, lengths: FloatArray) -> FloatArray:
-        """Unknowns (2 p + 2,) of omega and eta (p + 1,) at the joints, linear between them."""
-        x = np.empty(self.size)
+    @property
+    def sideways(self) -> slice:
+        """The in-plane curvature at s = 0 and its slopes (p + 1), or nothing."""
+        return slice(2, None, 3) if self.fields == 3 else slice(0, 0)
+
+    def unknowns(
+        self, omega: FloatArray, eta: FloatArray, lengths: FloatArray, in_plane: FloatArray | None = None
+    ) -> FloatArray:
+        """Unknowns of omega, eta and in-plane curvature (p + 1,) at the joints, linear between them; None: no such."""
+        x = np.zeros(self.size)
+        if in_plane is not None and self.fields == 3:
+            x[self.sideways] = np.concatenate([in_plane[:1], np.diff(in_plane) / lengths])
         x[self.omega], x[self.eta] = omega[0], eta[0]
         x[self.omega_slope] = np.diff(omega) / lengths
         x[self.eta_slope] = np.diff(eta) / lengths

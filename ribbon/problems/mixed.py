@@ -16,8 +16,7 @@ import scipy  # its parts are loaded where they are first used
 
 from ribbon import supports
 from ribbon.element import quaternion
-from ribbon.element.body_series import body_jets_many
-from ribbon.energies import CODES
+from ribbon.element.kinematics import body_jets_many
 from ribbon.problems import chained_kernels
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.chained import too_far
@@ -65,13 +64,13 @@ class MixedProblem(Held):
         parts = np.empty(3)
         glue = np.empty(kernels.ROWS * self.lengths.size)
         self.counters.value += 1
-        if too_far(self.parameters(x), self.lengths):
+        if too_far(self.parameters(x), self.lengths, self.fields.free):
             return np.full(3, np.nan), np.full(glue.size, np.nan)
         self.counters.series += self.lengths.size * (want_glue or gamma != 0.0)
         kernels.energy_and_glue(
-            np.ascontiguousarray(x, dtype=float), self.lengths, CODES[self.energy], self.strip.section,
+            np.ascontiguousarray(x, dtype=float), self.lengths, self.fields.code, self.fields.section,
             self.has_natural_curvature, np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, exact,
-            self.exponent_limit, want_glue, parts, glue,
+            self.exponent_limit, self.sideways, want_glue, parts, glue,
         )  # fmt: skip
         return parts, glue
 
@@ -93,15 +92,20 @@ class MixedProblem(Held):
         return np.concatenate([self._evaluated(x)[1], *(rows.values(x) for rows in self.blocks().values())])
 
     def parameters(self, x: FloatArray) -> FloatArray:
-        """(a, b, n, m) of every segment, (p, 4)."""
-        q = np.empty((self.lengths.size, 4))
-        kernels.parameters(np.ascontiguousarray(x, dtype=float), self.lengths, q)
+        """(a, b, n, m) of every segment, (p, 4), or with (c, d) of an in-plane curvature (p, 6)."""
+        q = np.empty((self.lengths.size, 2 * self.fields.count))
+        kernels.parameters(np.ascontiguousarray(x, dtype=float), self.lengths, self.sideways, q)
         return q
 
     def parameter_map(self) -> tuple[IntArray, FloatArray]:
-        """Columns (p, 4) of (omega_0, eta_0, slope, omega_1) and slopes (p, 4, 4) of (a, b, n, m) by them."""
+        """Columns (p, k) of (omega_0, eta_0, slope, omega_1), and of the in-plane curvatures at both joints, and slopes
+        (p, k, k) of the segments' parameters by them."""
+        count = 2 * self.fields.count
         columns = STRIDE * np.arange(self.lengths.size)[:, None] + kernels.Z
-        slopes = np.zeros((self.lengths.size, 4, 4))
+        slopes = np.zeros((self.lengths.size, count, count))
+        if self.sideways >= 0:
+            columns = np.hstack([columns, self.sideways + np.arange(self.lengths.size)[:, None] + np.arange(2)])
+            slopes[:, 4, 4], slopes[:, 4, 5], slopes[:, 5, 4] = -1.0 / self.lengths, 1.0 / self.lengths, 1.0
         slopes[:, 0, 0], slopes[:, 0, 3] = -1.0 / self.lengths, 1.0 / self.lengths
         slopes[:, 1, 0] = slopes[:, 2, 2] = slopes[:, 3, 1] = 1.0
         return columns, slopes
@@ -113,18 +117,20 @@ class MixedProblem(Held):
             gamma, _, exact = self._gravity_arguments()
             q = self.parameters(x)
             if "jets" not in self._cache:
+                components = self.fields.components
                 self._cache["jets"] = (
-                    np.empty((p, 15)), np.empty((p, 13, 15)), np.empty((p if gamma else 1, 3, 15))
+                    np.empty((p, components)), np.empty((p, 13, components)),
+                    np.empty((p if gamma else 1, 3, components)),
                 )  # fmt: skip
             local, jets, weight = self._cache["jets"]
-            if too_far(q, self.lengths):
+            if too_far(q, self.lengths, self.fields.free):
                 self._cache.pop("key", None)
                 return np.full_like(local, np.nan), np.full_like(jets, np.nan), np.full_like(weight, np.nan)
             chained_kernels.local_derivatives(
-                q, self.lengths, CODES[self.energy], self.strip.section, self.has_natural_curvature,
+                q, self.lengths, self.fields.code, self.fields.section, self.has_natural_curvature,
                 np.asarray(self.strip.curvature), self.strip.poisson, local,
             )  # fmt: skip
-            body_jets_many(q, self.lengths, self.exponent_limit, self._level, jets)
+            body_jets_many(self.fields.free, q, self.lengths, self.exponent_limit, self._level, jets)
             self.counters.series += p
             if gamma:
                 kernels.weight_jets(jets, q, self.lengths, self.half_width, exact, weight)
@@ -138,7 +144,7 @@ class MixedProblem(Held):
         local, _, weight = self._jets(x)
         gamma, up, _ = self._gravity_arguments()
         out = np.empty(self.size)
-        kernels.gradient(x, self.lengths, local, gamma, up, weight, out)
+        kernels.gradient(x, self.lengths, local, gamma, up, weight, self.sideways, out)
         for k, column in zip(self.plates, range(self.layout.ribbon, self.size), strict=True):
             out[column] = self.walls[k].stiffness * x[column]  # type: ignore[operator]
         for column, _, by, _ in self._oblique_ends(x):
@@ -148,7 +154,7 @@ class MixedProblem(Held):
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
         """Rows and columns of the Jacobian's entries."""
         if "jacobian" not in self._cache:
-            rows, columns = kernels.jacobian_structure(self.lengths.size)
+            rows, columns = kernels.jacobian_structure(self.lengths.size, self.sideways)
             parts = [(rows, columns)]
             for name, where in self.block_slices().items():
                 r, c = self.blocks()[name].jacobian_structure()
@@ -159,14 +165,14 @@ class MixedProblem(Held):
     def jacobian(self, x: FloatArray) -> FloatArray:
         """The Jacobian's entries in the order of the structure."""
         _, jets, _ = self._jets(x)
-        out = np.empty(kernels.JACOBIAN_ENTRIES * self.lengths.size)
+        out = np.empty(kernels.jacobian_entries(self.fields.components) * self.lengths.size)
         kernels.jacobian(x, self.lengths, jets, out)
         return np.concatenate([out, *(rows.jacobian(x) for rows in self.blocks().values())])
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:
         """Rows and columns of the entries of the Hessian's lower triangle; entries of one place add up."""
         if "hessian" not in self._cache:
-            parts = [kernels.hessian_structure(self.lengths.size)]
+            parts = [kernels.hessian_structure(self.lengths.size, self.sideways)]
             parts += [rows.hessian_structure() for rows in self.blocks().values()]
             columns = np.arange(self.layout.ribbon, self.size)
             parts.append((columns, columns))
@@ -181,7 +187,7 @@ class MixedProblem(Held):
         self.counters.hessian += 1
         local, jets, weight = self._jets(x)
         gamma, up, _ = self._gravity_arguments()
-        out = np.empty(kernels.HESSIAN_ENTRIES * self.lengths.size)
+        out = np.empty(kernels.hessian_entries(self.fields.components) * self.lengths.size)
         kernels.hessian(x, self.lengths, multipliers, factor, local, jets, gamma, up, weight, out)
         parts = [out]
         for name, where in self.block_slices().items():
@@ -221,23 +227,26 @@ class MixedProblem(Held):
 
     # -- states -------------------------------------------------------------------------------------------------------
 
-    def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
-        """Unknowns of the shape with omega, eta (p + 1,) at the joints, glued, put where something holds it."""
+    def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:
+        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,) at the joints, glued, put where
+        something holds it."""
         x = np.zeros(self.size)
         layout = self.layout
         first, last = layout.joint(0), layout.joint(-1)
         x[first.quaternion] = self.reference if self.start_quaternion is None else self.start_quaternion
         x[first.position] = self.origin if self.start_position is None else self.start_position
         x[layout.omega] = omega
+        if in_plane is not None and self.fields.count == 3:
+            x[layout.sideways] = in_plane
         x[first.eta] = eta[0]
         x[layout.slope] = np.diff(eta) / self.lengths
-        kernels.walk(x, self.lengths, self.exponent_limit)
+        kernels.walk(self.fields.free, x, self.lengths, self.exponent_limit, self.sideways)
         x[layout.eta] = eta  # no rounding where a clamp holds it straight
         turned = self.start_quaternion
         if turned is None and self.end_quaternion is not None:
             spin = quaternion.compose(self.end_quaternion, quaternion.conjugate(x[last.quaternion]))
             x[first.quaternion] = quaternion.compose(spin, x[first.quaternion])
-            kernels.walk(x, self.lengths, self.exponent_limit)
+            kernels.walk(self.fields.free, x, self.lengths, self.exponent_limit, self.sideways)
         if self.start_position is None and self.end_position is not None:
             layout.positions(x)[:] += self.end_position - x[last.position]
         return x

@@ -25,6 +25,10 @@ is missing on one side and one too many on the other, and a straight strip could
 turning them. `end_weight` corrects it::
 
     Gamma w^2/12 ( [eta <t_x, e> + eta^2/2 <t_z, e>]_(s=0) - [the same]_(s=l) )  + O(w^4)
+
+Where the twist is free (`free`) it stands in the place of eta, its slope in that of eta's, and an in-plane curvature
+kappa_2 at joint i in column `sideways` + i; parameters and jets are then those of `ribbon.element.free_series`, and six
+unknowns bend a segment instead of four.
 """  # noqa: E501
 
 from __future__ import annotations
@@ -32,10 +36,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.element.body_series import body_values
-from ribbon.element.element import bending_value, natural_value
+from ribbon.element.element import elastic_value
+from ribbon.element.free_series import parameter_count
+from ribbon.element.kinematics import body_values
 from ribbon.element.quaternion import form, product, rotate, rotate_by_q, unrotate
-from ribbon.element.series import PAIR_FIRST, PAIR_SECOND
+from ribbon.energies.names import FREE_CODE
 from ribbon.problems.layout import ETA, NEXT, OMEGA, QUATERNION, SLOPE, STRIDE
 
 #: Rows of the glue per segment.
@@ -47,56 +52,91 @@ _Q = range(QUATERNION, OMEGA)
 _NEXT_Q = range(NEXT + QUATERNION, NEXT + OMEGA)
 
 
-def jacobian_structure(p: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns (69 p,) of the glue's Jacobian, in the order in which `jacobian` fills the values."""
+def _columns(p: int, sideways: int) -> np.ndarray:
+    """Columns (p, 19 or 21) of the places of every segment: its own, then its in-plane curvatures, if it has any."""
+    i = np.arange(p)[:, None]
+    own = STRIDE * i + np.arange(NEXT + ETA + 1)
+    return own if sideways < 0 else np.hstack([own, sideways + i + np.arange(2)])
+
+
+def _bending(sideways: int) -> list[int]:
+    """Places of a segment that bend it: z, and those of its in-plane curvatures."""
+    return [*map(int, Z), *((NEXT + ETA + 1, NEXT + ETA + 2) if sideways >= 0 else ())]
+
+
+def jacobian_structure(p: int, sideways: int = -1) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns (69 p,), or (83 p,), of the glue's Jacobian, in the order in which `jacobian` fills them."""
+    z = _bending(sideways)
     rows: list[int] = []
     columns: list[int] = []
     for k in range(3):
-        rows += [k] * 10
-        columns += [k, NEXT + k, *_NEXT_Q, *Z]
+        rows += [k] * (6 + len(z))
+        columns += [k, NEXT + k, *_NEXT_Q, *z]
     for k in range(4):
-        rows += [3 + k] * 9
-        columns += [_NEXT_Q[k], *_Q, *Z]
+        rows += [3 + k] * (5 + len(z))
+        columns += [_NEXT_Q[k], *_Q, *z]
     rows += [7] * 3
     columns += [NEXT + ETA, ETA, SLOPE]
-    i = np.arange(p)
-    return (
-        (ROWS * i[:, None] + np.array(rows)).ravel(),
-        (STRIDE * i[:, None] + np.array(columns)).ravel(),
-    )
+    return (ROWS * np.arange(p)[:, None] + np.array(rows)).ravel(), _columns(p, sideways)[:, columns].ravel()
 
 
-def hessian_structure(p: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns (52 p,) of the lower triangle, in the order in which `hessian` fills the values."""
-    pairs: list[tuple[int, int]] = []
-    pairs += [(int(Z[i]), int(Z[j])) for i, j in zip(PAIR_FIRST, PAIR_SECOND, strict=True)]
+def hessian_structure(p: int, sideways: int = -1) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns (52 p,), or (79 p,), of the lower triangle, in the order in which `hessian` fills the values."""
+    z = _bending(sideways)
+    pairs = [(a, b) for i, a in enumerate(z) for b in z[i:]]
     pairs += [(_NEXT_Q[i], _NEXT_Q[j]) for i in range(4) for j in range(i + 1)]
-    pairs += [(_NEXT_Q[i], int(z)) for z in Z for i in range(4)]
-    pairs += [(_Q[i], int(z)) for z in Z for i in range(4)]
-    lower = np.array([(max(a, b), min(a, b)) for a, b in pairs])
-    i = np.arange(p)
-    return (STRIDE * i[:, None] + lower[:, 0]).ravel(), (STRIDE * i[:, None] + lower[:, 1]).ravel()
+    pairs += [(_NEXT_Q[i], a) for a in z for i in range(4)]
+    pairs += [(_Q[i], a) for a in z for i in range(4)]
+    found = _columns(p, sideways)
+    one, other = found[:, [a for a, _ in pairs]].ravel(), found[:, [b for _, b in pairs]].ravel()
+    return np.maximum(one, other), np.minimum(one, other)
 
 
-JACOBIAN_ENTRIES = 69
-HESSIAN_ENTRIES = 52
+def jacobian_entries(components: int) -> int:
+    """Entries of the glue's Jacobian per segment, for jets of so many components."""
+    return 41 + 7 * int(parameter_count(components))
+
+
+def hessian_entries(components: int) -> int:
+    """Entries of the lower triangle of the Hessian per segment, for jets of so many components."""
+    count = int(parameter_count(components))
+    return components - 1 - count + 10 + 8 * count
 
 
 @njit(cache=True)
-def parameters(x, lengths, q):
-    """q (p, 4) = (a, b, n, m) of every segment from the unknowns."""
+def bending_column(i, z, sideways):
+    """Column of the z-th unknown that bends segment i."""
+    return STRIDE * i + Z[z] if z < 4 else sideways + i + z - 4
+
+
+@njit(cache=True)
+def parameters(x, lengths, sideways, q):
+    """q (p, 4) = (a, b, n, m), or with (c, d) (p, 6), of every segment from the unknowns."""
     for i in range(lengths.size):
-        k = STRIDE * i
-        q[i, 0] = (x[k + NEXT + OMEGA] - x[k + OMEGA]) / lengths[i]
-        q[i, 1] = x[k + OMEGA]
-        q[i, 2] = x[k + SLOPE]
-        q[i, 3] = x[k + ETA]
+        own_parameters(x, lengths, i, sideways, q[i])
+
+
+@njit(cache=True)
+def own_parameters(x, lengths, i, sideways, q):
+    """Parameters q (4 or 6,) of segment i."""
+    k = STRIDE * i
+    q[0] = (x[k + NEXT + OMEGA] - x[k + OMEGA]) / lengths[i]
+    q[1] = x[k + OMEGA]
+    q[2] = x[k + SLOPE]
+    q[3] = x[k + ETA]
+    if sideways >= 0:
+        q[4] = (x[sideways + i + 1] - x[sideways + i]) / lengths[i]
+        q[5] = x[sideways + i]
 
 
 @njit(cache=True)
 def by_unknowns(jet, length):
-    """A jet (15,) by (a, b, n, m) turned, in place, into one by z = (omega_0, eta_0, n, omega_1), pairs in order."""
+    """A jet by (a, b, n, m) turned, in place, into one by z = (omega_0, eta_0, n, omega_1), pairs in order; one by (a,
+    b, n, m, c, d) into one by z and the in-plane curvatures at both joints."""
     f = 1.0 / length
+    if jet.size == 28:
+        _six_by_unknowns(jet, f)
+        return
     a, b, n, m = jet[1], jet[2], jet[3], jet[4]
     aa, ab, an, am = jet[5], jet[6], jet[7], jet[8]
     bb, bn, bm = jet[9], jet[10], jet[11]
@@ -118,8 +158,41 @@ def by_unknowns(jet, length):
 
 
 @njit(cache=True)
+def _six_by_unknowns(jet, f):
+    """As `by_unknowns`, with f = 1 / L: slope and value of a field at its start become its values at both joints."""
+    # z_k is made of at most two parameters: omega_0 = b - f a, eta_0 = m, n, omega_1 = f a, d - f c, f c
+    first = (1, 3, 2, 0, 5, 4)
+    second = (0, -1, -1, -1, 4, -1)
+    scale = (1.0, 1.0, 1.0, f, 1.0, f)
+    old = jet.copy()
+    at = 7
+    for i in range(6):
+        jet[1 + i] = scale[i] * old[1 + first[i]]
+        if second[i] >= 0:
+            jet[1 + i] -= f * old[1 + second[i]]
+        for j in range(i, 6):
+            total = scale[i] * scale[j] * old[_place(first[i], first[j])]
+            if second[i] >= 0:
+                total -= f * scale[j] * old[_place(second[i], first[j])]
+            if second[j] >= 0:
+                total -= f * scale[i] * old[_place(first[i], second[j])]
+                if second[i] >= 0:
+                    total += f * f * old[_place(second[i], second[j])]
+            jet[at] = total
+            at += 1
+
+
+@njit(cache=True)
+def _place(i, j):
+    """Place in a jet (28,) of the second derivative by the parameters i and j."""
+    if i > j:
+        i, j = j, i
+    return 7 + 6 * i - i * (i - 1) // 2 + j - i
+
+
+@njit(cache=True)
 def energy_and_glue(
-    x, lengths, code, section, natural, curvature, poisson, gamma, up, exact, limit, want_glue, parts, glue
+    x, lengths, code, section, natural, curvature, poisson, gamma, up, exact, limit, sideways, want_glue, parts, glue
 ):
     """Fills `parts` (3,) with bending, natural-curvature and gravity energy and, if wanted, `glue` (8 p,)."""
     parts[:] = 0.0
@@ -128,6 +201,8 @@ def energy_and_glue(
     v = np.empty(3)
     rotated = np.empty(3)
     turned = np.empty(4)
+    own = np.empty(4 if sideways < 0 else 6)
+    jet = np.empty(15 if sideways < 0 else 28)
     level = 0
     if gamma != 0.0:
         level = 2 if exact else 1
@@ -135,17 +210,18 @@ def energy_and_glue(
     for i in range(lengths.size):
         k = STRIDE * i
         length = lengths[i]
-        a = (x[k + NEXT + OMEGA] - x[k + OMEGA]) / length
-        b = x[k + OMEGA]
-        n = x[k + SLOPE]
-        m = x[k + ETA]
-        parts[0] += bending_value(code, a, b, n, m, length, section)
-        if natural:
-            parts[1] += natural_value(a, b, n, m, length, curvature[0] + slope * s, slope, poisson)
+        own_parameters(x, lengths, i, sideways, own)
+        n = own[2]
+        m = own[3]
+        bending, apart = elastic_value(
+            code, own, length, section, natural, curvature[0] + slope * s, slope, poisson, jet
+        )
+        parts[0] += bending
+        parts[1] += apart
         s += length
         if not (want_glue or gamma != 0.0):
             continue
-        body_values(a, b, n, m, length, limit, level, out)
+        body_values(code >= FREE_CODE, own, length, limit, level, out)
         if gamma != 0.0:
             for c in range(3):
                 v[c] = out[7 + c]
@@ -169,7 +245,8 @@ def energy_and_glue(
 
 @njit(cache=True)
 def weight_jets(jets, q, lengths, half_width, exact, weight):
-    """Fills `weight` (p, 3, 15) with the jets of V by (a, b, n, m), from the body jets (p, 13, 15)."""
+    """Fills `weight` (p, 3, components) with the jets of V by the parameters, from the body jets (p, 13, components);
+    the exact ones by (a, b, n, m) only."""
     c = half_width * half_width / 3.0
     f = np.zeros(15)
     for i in range(lengths.size):
@@ -228,15 +305,16 @@ def all_by_unknowns(lengths, local, jets, rows, weight, weighted):
 
 
 @njit(cache=True)
-def gradient(x, lengths, local, gamma, up, weight, out):
+def gradient(x, lengths, local, gamma, up, weight, sideways, out):
     """Gradient (>= 10 p + 9,) of the energy; `out` is zeroed first. Jets by z."""
     out[:] = 0.0
+    count = parameter_count(local.shape[1])
     n = np.empty((4, 4))
     e = np.empty(3)
     for i in range(lengths.size):
         k = STRIDE * i
-        for z in range(4):
-            out[k + Z[z]] += local[i, 1 + z]
+        for z in range(count):
+            out[bending_column(i, z, sideways)] += local[i, 1 + z]
         if gamma == 0.0:
             continue
         q = x[k + NEXT + QUATERNION : k + NEXT + OMEGA]
@@ -248,15 +326,18 @@ def gradient(x, lengths, local, gamma, up, weight, out):
                 2.0 * gamma * (n[r, 0] * q[0] + n[r, 1] * q[1] + n[r, 2] * q[2] + n[r, 3] * q[3])
             )
         unrotate(q, up, e)
-        for z in range(4):
-            out[k + Z[z]] += gamma * (
+        for z in range(count):
+            out[bending_column(i, z, sideways)] += gamma * (
                 e[0] * weight[i, 0, 1 + z] + e[1] * weight[i, 1, 1 + z] + e[2] * weight[i, 2, 1 + z]
             )
 
 
 @njit(cache=True)
 def jacobian(x, lengths, jets, out):
-    """Values (69 p,) of the glue's Jacobian in the order of `jacobian_structure`. Jets by z."""
+    """Values of the glue's Jacobian in the order of `jacobian_structure`. Jets by z."""
+    count = parameter_count(jets.shape[2])
+    wide = 6 + count
+    high = 5 + count
     rotated = np.empty(3)
     turned = np.empty(4)
     block = np.empty((3, 4))
@@ -268,29 +349,32 @@ def jacobian(x, lengths, jets, out):
         jet = jets[i]
         rotate_by_q(q1, jet[4:7, 0], block)
         for r in range(3):
-            base = at + 10 * r
+            base = at + wide * r
             out[base] = -1.0
             out[base + 1] = 1.0
             for c in range(4):
                 out[base + 2 + c] = -block[r, c]
-        for z in range(4):
+        for z in range(count):
             rotate(q1, jet[4:7, 1 + z], rotated)
             for r in range(3):
-                out[at + 10 * r + 6 + z] = -rotated[r]
-        at += 30
+                out[at + wide * r + 6 + z] = -rotated[r]
+        at += 3 * wide
         w, a, b, c = jet[0, 0], jet[1, 0], jet[2, 0], jet[3, 0]
         # - right matrix of Q
         for r in range(4):
-            out[at + 9 * r] = 1.0
+            out[at + high * r] = 1.0
         out[at + 1], out[at + 2], out[at + 3], out[at + 4] = -w, a, b, c
-        out[at + 10], out[at + 11], out[at + 12], out[at + 13] = -a, -w, -c, b
-        out[at + 19], out[at + 20], out[at + 21], out[at + 22] = -b, c, -w, -a
-        out[at + 28], out[at + 29], out[at + 30], out[at + 31] = -c, -b, a, -w
-        for z in range(4):
+        to = at + high
+        out[to + 1], out[to + 2], out[to + 3], out[to + 4] = -a, -w, -c, b
+        to += high
+        out[to + 1], out[to + 2], out[to + 3], out[to + 4] = -b, c, -w, -a
+        to += high
+        out[to + 1], out[to + 2], out[to + 3], out[to + 4] = -c, -b, a, -w
+        for z in range(count):
             product(q0, jet[0:4, 1 + z], turned)
             for r in range(4):
-                out[at + 9 * r + 5 + z] = -turned[r]
-        at += 36
+                out[at + high * r + 5 + z] = -turned[r]
+        at += 4 * high
         out[at] = 1.0
         out[at + 1] = -1.0
         out[at + 2] = -lengths[i]
@@ -299,7 +383,7 @@ def jacobian(x, lengths, jets, out):
 
 @njit(cache=True)
 def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out):
-    """Values (52 p,) of the lower triangle of ``factor d2E + sum multipliers d2 glue``, `hessian_structure`. Jets by z.
+    """Values of the lower triangle of ``factor d2E + sum multipliers d2 glue``, `hessian_structure`. Jets by z.
 
     multipliers (8 p,).
     """
@@ -312,6 +396,9 @@ def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out
     back = np.empty(4)
     weigh = gamma != 0.0 and factor != 0.0
     g = factor * gamma
+    components = jets.shape[2]
+    count = parameter_count(components)
+    begin = 1 + count
     at = 0
     for i in range(lengths.size):
         k = STRIDE * i
@@ -329,16 +416,16 @@ def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out
         spin[1] = w * m1 - a * m0 - b * m3 + c0 * m2
         spin[2] = w * m2 + a * m3 - b * m0 - c0 * m1
         spin[3] = w * m3 - a * m2 + b * m1 - c0 * m0
-        for c in range(5, 15):
+        for c in range(begin, components):
             t = factor * local[i, c]
             t -= force[0] * jet[4, c] + force[1] * jet[5, c] + force[2] * jet[6, c]
             t -= spin[0] * jet[0, c] + spin[1] * jet[1, c] + spin[2] * jet[2, c] + spin[3] * jet[3, c]
-            out[at + c - 5] = t
+            out[at + c - begin] = t
         if weigh:
             unrotate(q1, up, e)
-            for c in range(5, 15):
-                out[at + c - 5] += g * (e[0] * weight[i, 0, c] + e[1] * weight[i, 1, c] + e[2] * weight[i, 2, c])
-        at += 10
+            for c in range(begin, components):
+                out[at + c - begin] += g * (e[0] * weight[i, 0, c] + e[1] * weight[i, 1, c] + e[2] * weight[i, 2, c])
+        at += components - begin
         form(lam, jet[4:7, 0], n)
         if weigh:
             form(up, weight[i, :, 0], n_weight)
@@ -349,7 +436,7 @@ def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out
                     t += 2.0 * g * n_weight[r, c]
                 out[at] = t
                 at += 1
-        for z in range(4):
+        for z in range(count):
             form(lam, jet[4:7, 1 + z], n)
             if weigh:
                 form(up, weight[i, :, 1 + z], n_weight)
@@ -368,7 +455,7 @@ def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out
                     )
                 out[at] = t
                 at += 1
-        for z in range(4):
+        for z in range(count):
             # mu o conj(Q_z)
             d0, d1, d2, d3 = jet[0, 1 + z], jet[1, 1 + z], jet[2, 1 + z], jet[3, 1 + z]
             back[0] = m0 * d0 + m1 * d1 + m2 * d2 + m3 * d3
@@ -413,17 +500,18 @@ def end_weight(q, eta, up, factor, by, second):
 
 
 @njit(cache=True)
-def walk(x, lengths, limit):
-    """Writes positions, quaternions and eta of joints 1 ... p from joint 0, the omegas and the n: glue satisfied."""
+def walk(free, x, lengths, limit, sideways):
+    """Writes positions, quaternions and eta of joints 1 ... p from joint 0, the omegas, the n and the in-plane
+    curvatures: glue satisfied."""
     out = np.empty(13)
     rotated = np.empty(3)
     turned = np.empty(4)
+    own = np.empty(4 if sideways < 0 else 6)
     for i in range(lengths.size):
         k = STRIDE * i
         length = lengths[i]
-        body_values(
-            (x[k + NEXT + OMEGA] - x[k + OMEGA]) / length, x[k + OMEGA], x[k + SLOPE], x[k + ETA], length, limit, 0, out
-        )
+        own_parameters(x, lengths, i, sideways, own)
+        body_values(free, own, length, limit, 0, out)
         product(x[k + QUATERNION : k + OMEGA], out[0:4], turned)
         for c in range(4):
             x[k + NEXT + QUATERNION + c] = turned[c]

@@ -16,6 +16,7 @@ from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
+from ribbon.problems.fields import Fields
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +52,11 @@ class Problem(Protocol):
 
     @property
     def energy(self) -> str: ...
+
+    @property
+    def fields(self) -> Fields:
+        """What bends the strip, and the energy's arguments for the kernels."""
+        ...
 
     @property
     def lengths(self) -> FloatArray: ...
@@ -105,8 +111,12 @@ class Problem(Protocol):
 
     # -- shapes -------------------------------------------------------------------------------------------------------
 
-    def state(self, omega: FloatArray, eta: FloatArray) -> FloatArray:
-        """Unknowns of the shape with omega and eta (p + 1,) at the joints."""
+    def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:
+        """Unknowns of the shape with omega, eta (or twist) and in-plane curvature (p + 1,) at the joints."""
+        ...
+
+    def in_plane_values(self, x: FloatArray) -> FloatArray | None:
+        """In-plane curvature (p + 1,) at the joints; None without."""
         ...
 
     def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -114,11 +124,11 @@ class Problem(Protocol):
         ...
 
     def parameters(self, x: FloatArray) -> FloatArray:
-        """(a, b, n, m) of every segment, (p, 4)."""
+        """(a, b, n, m) of every segment, (p, 4), or with (c, d) of an in-plane curvature (p, 6)."""
         ...
 
     def parameter_map(self) -> tuple[IntArray, FloatArray]:
-        """How they follow from the unknowns: columns (p, k) of those that matter to each segment, slopes (p, 4, k)."""
+        """How they follow from the unknowns: columns (p, k) of those that matter to each segment, slopes (p, 4 or 6, k)."""
         ...
 
     def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
