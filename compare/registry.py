@@ -31,7 +31,8 @@ def _ribbon_energies() -> tuple[str, ...]:
     package = importlib.util.find_spec("ribbon")
     if package is None or package.origin is None:
         return ()
-    return tuple(runpy.run_path(str(Path(package.origin).parent / "energies" / "names.py"))["NAMES"])
+    found = runpy.run_path(str(Path(package.origin).parent / "energies" / "names.py"))
+    return (*found["NAMES"], *found["FREE"])
 
 
 #: Energies of the ribbon on curvature elements; "auto": the one that is exact in the width.

@@ -177,8 +177,8 @@ class Equilibrium:
         return self._along(s)[2]
 
     def eta(self, s: ArrayLike) -> FloatArray:
-        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,); 0 where the twist is free: its sections are square
-        to the centreline."""
+        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,); 0 where the twist is free: sections are then
+        square to the centreline."""
         found = self._along(s)[3]
         return np.zeros_like(found) if self.has_free_twist else found
 

@@ -20,12 +20,6 @@ from compare.scene.declare import FORCE, LENGTH, NONE, Key, Kind, declared, key
 
 ENERGIES = tuple(energy for entry in registry.BUILT_IN for energy in entry.energies)
 """Values of `model.energy` that are always there; models from outside bring their own (`compare.registry`)."""
-LATER_ENERGIES = {
-    name: f"choose from {', '.join(repr(energy) for energy in ENERGIES)}"
-    for name in ("kirchhoff", "extensible", "sano")
-}
-"""Energies known but not available in this version, each with what to do instead."""
-
 Vector = tuple[float, float, float]
 Linear = tuple[float, float]
 """A quantity linear in s: (at s = 0, at s = length)."""
@@ -281,9 +275,18 @@ class ModelSpec:
     """
 
     energy: str = key(
-        Kind.CHOICE, "energy of the strip", example='"wunderlich"', choices=ENERGIES, later=LATER_ENERGIES,
+        Kind.CHOICE, "energy of the strip", example='"wunderlich"', choices=ENERGIES,
         also=registry.knows_energy,
         default="auto"
+    )
+    stiffness: str | None = key(
+        Kind.CHOICE, 'bending stiffness of energy = "kirchhoff"', example='"matched"',
+        choices={"matched": "Y I, as a rod's", "plate": "D w, as a ribbon's"}, default=None, newer=True,
+        absent='"matched"'
+    )
+    in_plane: bool | None = key(
+        Kind.TRUTH, "whether the strip bends in its own plane (kappa_2); energies with a free twist", example="true",
+        default=None, newer=True, absent='true for "kirchhoff"'
     )
     elements: int = key(
         Kind.COUNT, "number of elements of equal length", range=">= 1", example="20", default=DEFAULT_ELEMENTS,

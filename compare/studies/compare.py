@@ -85,7 +85,8 @@ class Slope:
 @dataclass(frozen=True)
 class Comparison:
     """A finished comparison: `fast` is the model beside the shells (the ribbon, unless the scene chooses another), with
-    its own error; elastica: the third opinion of planar scenes; `shells` holds the states in the order of `rows`."""
+    its own error, the thinnest one where it depends on the thickness; elastica: the third opinion of planar scenes;
+    `shells` holds the states in the order of `rows`, `beside` the fast model's, one for all rows or one for each."""
 
     scene: Scene
     fast: State
@@ -95,6 +96,7 @@ class Comparison:
     shells: tuple[State, ...]
     grid: Grid
     slope: Slope | None
+    beside: tuple[State, ...] = ()
 
     @property
     def fast_error(self) -> float | None:
@@ -104,7 +106,8 @@ class Comparison:
     @property
     def ok(self) -> bool:
         """Every solve converged to a stable equilibrium."""
-        return self.fast.ok and all(row.status == "converged" for row in self.rows)
+        fast = all(state.ok for state in self.beside or (self.fast,))
+        return fast and all(row.status == "converged" for row in self.rows)
 
     @property
     def falls(self) -> bool | None:
@@ -145,30 +148,39 @@ def compare(
     if refused is not None:
         raise refused  # what the shell refuses is said before anything is solved
     repeats = 0 if bare else None
-    fast = quick.solve(
-        scene, options=Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store), say=reporter
-    )
-    grid = Grid.for_shape(scene, fast.shape.bend if fast.shape is not None else 1.0)
-    points = line = None
-    if fast.shape is not None:
-        points, line = grid.of(fast.shape), fast.shape.centreline(grid.s)
+    asked = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
+    own = quick.variants(scene)
+    beside = tuple(quick.solve(variant.scene, options=asked, say=reporter) for variant in own)
+    fast = beside[-1]
+    grid = Grid.for_shape(scene, max(state.shape.bend if state.shape is not None else 1.0 for state in beside))
+    lines = [_on_grid(state, grid) for state in beside]
     third = None if bare else third_opinion(scene, quick)
     elastica = None
     if third is not None:
-        beside = fast.shape if fast.ok else None
-        elastica = third.solve(scene, near=beside, options=Options(error=True, repeats=None), say=reporter)
+        begin = fast.shape if fast.ok else None
+        elastica = third.solve(scene, near=begin, options=Options(error=True, repeats=None), say=reporter)
     planar = None if elastica is None or elastica.shape is None else elastica.shape.centreline(grid.s)
-    near = fast.shape if fast.ok and several_equilibria(scene, leave_saddle) else None
+    several = several_equilibria(scene, leave_saddle)
     rows: list[Row] = []
     shells: list[State] = []
-    for variant in shell.variants(scene):
+    for k, variant in enumerate(shell.variants(scene)):
+        k = min(k, len(beside) - 1)  # one for all, or one for each
+        near = beside[k].shape if beside[k].ok and several else None
         options = Options(error=True, store=store, fallback=True, grid=grid)
         state = shell.solve(variant.scene, near=near, options=options, say=reporter)
-        rows.append(_row(fast, grid, points, line, planar, variant, state))
+        rows.append(_row(beside[k], grid, *lines[k], planar, variant, state))
         shells.append(state)
     found = tuple(rows)
+    line = lines[-1][1]
     apart = None if planar is None or line is None else centreline_distance(line, planar)
-    return Comparison(scene, fast, elastica, apart, found, tuple(shells), grid, fit_slope(found))
+    return Comparison(scene, fast, elastica, apart, found, tuple(shells), grid, fit_slope(found), beside)
+
+
+def _on_grid(state: State, grid: Grid) -> tuple[FloatArray | None, FloatArray | None]:
+    """Surface and centreline of a state on the grid; None where it has no shape."""
+    if state.shape is None:
+        return None, None
+    return grid.of(state.shape), state.shape.centreline(grid.s)
 
 
 def _row(

@@ -130,7 +130,7 @@ def natural_value(a, b, n, m, length, k_start, k_slope, poisson):
 
 @njit(cache=True)
 def free_jet(code, q, length, k_start, k_slope, section, jet):
-    """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist and parameters q (4 or 6,).
+    """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist, parameters q (4 or 6,).
 
     kappa_1 = q_0 s + q_1, kappa_3 = q_2 s + q_3, kappa_2 = q_4 s + q_5; K(s) = k_start + k_slope s; section: w / (2 l),
     h / l, nu, plate (`ribbon.energies.free`). Layout of the jet: `ribbon.element.free_series`.

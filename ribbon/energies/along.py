@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.energies.dispatch import CODES, ENERGIES, values
+from ribbon.energies.free import free_numbers, in_plane_stiffness
+from ribbon.energies.names import FREE_CODE
 from ribbon.surface import behind_seam
 
 FloatArray = NDArray[np.float64]
@@ -54,6 +56,21 @@ def area_density(equilibrium: Any, foot: FloatArray, v: FloatArray) -> FloatArra
         with np.errstate(divide="ignore"):
             bending = across(omega, eta, x, t, problem.strip.section)
     return (bending + natural) / np.where(stretch > 0.0, stretch, np.nan)
+
+
+def _free_density(equilibrium: Any, s: FloatArray) -> FloatArray:
+    """Of a ribbon whose twist is free, in-plane bending included."""
+    problem = equilibrium.problem
+    q = equilibrium.parameters[segment_of(equilibrium, s)]
+    start, end = problem.strip.curvature
+    natural = start + (end - start) * np.clip(s, 0.0, 1.0)
+    fields = problem.fields
+    arguments = equilibrium.omega(s), equilibrium.tau(s), q[:, 0].copy(), q[:, 2].copy(), natural
+    out = np.empty((s.size, 15))
+    free_numbers(fields.code - FREE_CODE, *arguments, end - start, fields.section, out)
+    if fields.count == 2:
+        return out[:, 0]
+    return np.asarray(out[:, 0] + 0.5 * in_plane_stiffness(fields.section) * equilibrium.in_plane(s) ** 2)
 
 
 def _bending(equilibrium: Any, omega: FloatArray, eta: FloatArray, x: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.energies import chosen
+from ribbon.energies import ENERGIES
 from ribbon.result import Equilibrium
 from ribbon.solvers.ipopt import minimise
 
@@ -32,7 +32,7 @@ class SoftenedProblem:
     def __init__(self, inner: Any, thickness: float) -> None:
         self._inner = inner
         strip = inner.strip
-        self.relaxed = chosen(inner.energy, strip).relaxed(strip.poisson, strip.relative_width, thickness)
+        self.relaxed = ENERGIES[inner.energy].relaxed(strip.poisson, strip.relative_width, thickness)
         self.lengths: FloatArray = inner.lengths
         joints = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = joints[:-1, None] + self.lengths[:, None] * _NODES

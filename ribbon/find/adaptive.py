@@ -164,10 +164,8 @@ def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
     s_fine = np.concatenate([[0.0], np.cumsum(new.lengths)])
     omega_there, eta_there = np.interp(s_fine, s, omega), np.interp(s_fine, s, eta)
     bend = np.abs(omega_fine - omega_there)
-    if new.fields.free:
-        twist = np.abs(eta_fine - eta_there)
-    else:
-        twist = np.abs(omega_fine * eta_fine - omega_there * eta_there)
+    twisted = (eta_fine, eta_there) if new.fields.free else (omega_fine * eta_fine, omega_there * eta_there)
+    twist = np.abs(twisted[0] - twisted[1])
     local = 0.5 * new.lengths * ((bend + twist)[1:] + (bend + twist)[:-1])
     return np.asarray(local.reshape(-1, 2).sum(axis=1))
 

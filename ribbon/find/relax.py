@@ -106,8 +106,8 @@ def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatA
     omega, eta = resample(old, x, fresh.lengths)
     bent = old.in_plane_values(x)
     if bent is not None:
-        joints = [np.concatenate([[0.0], np.cumsum(problem.lengths)]) for problem in (fresh, old)]
-        bent = np.interp(*joints, bent)
+        there, here = (np.concatenate([[0.0], np.cumsum(problem.lengths)]) for problem in (fresh, old))
+        bent = np.interp(there, here, bent)
     first = old.layout.joint(0)
     reference = tuple(x[first.quaternion]) if fresh.start_quaternion is None else fresh.reference
     anchored = fresh.with_changes(reference=reference, origin=tuple(x[first.position]))

@@ -162,8 +162,8 @@ _formulation = formulation.choose
 
 
 def check_rulings(problem: Problem) -> None:
-    """`RibbonInputError` where a straight ruling is asked for that the energy does not know, or a formulation that knows
-    rulings only."""
+    """`RibbonInputError` where a straight ruling is asked for that the energy does not know, or a formulation that
+    knows rulings only."""
     fields = problem.fields
     if fields.free and problem.formulation not in ("chained", "mixed"):
         raise RibbonInputError("formulation", problem.formulation, f'"{problem.energy}" needs "mixed" or "auto"')

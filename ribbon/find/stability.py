@@ -212,7 +212,12 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     spectrum = _spectrum(problem, metric, x, free)
     at = x
     rulings = not problem.fields.free
-    if rulings and spectrum.values[0] >= -spectrum.tolerance and spectrum.null.shape[1] > 0 and not _is_least(problem, x):
+    if (
+        rulings
+        and spectrum.values[0] >= -spectrum.tolerance
+        and spectrum.null.shape[1] > 0
+        and not _is_least(problem, x)
+    ):
         at, spectrum = _worst_ruling(problem, metric, x, free, spectrum)
     lowest = float(spectrum.values[0])
     mode[free] = spectrum.vectors[:, 0]

@@ -50,8 +50,8 @@ FURTHEST = 1e4
 
 
 def too_far(q: FloatArray, lengths: FloatArray, free: bool = False) -> bool:
-    """Whether a segment with parameters q (p, 4 or 6) turns by more than FURTHEST, or is not finite; free: its twist is,
-    and q has no ruling."""
+    """Whether a segment with parameters q (p, 4 or 6) turns by more than FURTHEST, or is not finite; free: its twist
+    is, and q has no ruling."""
     bend = np.abs(q[:, 1]) + np.abs(q[:, 0]) * lengths
     if free:
         whole = np.abs(q[:, 1::2]).sum(axis=1) + np.abs(q[:, 0::2]).sum(axis=1) * lengths
@@ -317,7 +317,9 @@ class ChainedProblem:
         points, frames = np.empty((p + 1, 3)), np.empty((p + 1, 3, 3))
         position = np.asarray(self.clamp.position) / self.strip.length
         free = self.fields.free
-        kernels.walk(free, self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames)
+        kernels.walk(
+            free, self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames
+        )
         return points, frames
 
     def parameter_map(self) -> tuple[IntArray, FloatArray]:
@@ -343,7 +345,9 @@ class ChainedProblem:
         s = (starts[:-1, None] + self.lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
         w = (self.lengths[:, None] * 0.5 * weights).ravel()
         points, frames = self.joints(x)
-        centre = surface.centreline(self.parameters(x), self.lengths, points, frames, s, self.exponent_limit, free=self.fields.free)[0]
+        centre = surface.centreline(
+            self.parameters(x), self.lengths, points, frames, s, self.exponent_limit, free=self.fields.free
+        )[0]
         return np.asarray(w @ (centre - points[0]))
 
     def end_force(self, x: FloatArray, rows: FloatArray) -> Force | None:

@@ -113,9 +113,7 @@ def local_derivatives(q, lengths, code, section, natural, curvature, poisson, lo
     s = 0.0
     slope = curvature[1] - curvature[0]
     for i in range(lengths.size):
-        elastic_jet(
-            code, q[i], lengths[i], section, natural, curvature[0] + slope * s, slope, poisson, local[i], part
-        )
+        elastic_jet(code, q[i], lengths[i], section, natural, curvature[0] + slope * s, slope, poisson, local[i], part)
         s += lengths[i]
 
 
@@ -193,8 +191,9 @@ def _dot(x, y):
 
 @njit(cache=True)
 def assemble_hessian(lengths, local, coupled, u, v, hessian):
-    """Symmetric Hessian (f p + f, f p + f) by the unknowns of f fields; `coupled` is False when there is no gravity (u =
-    v = 0). The parameter 2 s of a segment is the slope of field s, its own, and 2 s + 1 what it hands on, its tail."""
+    """Symmetric Hessian (f p + f, f p + f) by the unknowns of f fields; `coupled` is False without gravity (u = v = 0).
+
+    The parameter 2 s of a segment is the slope of field s, its own, and 2 s + 1 what it hands on, its tail."""
     p = lengths.size
     count = parameter_count(local.shape[1])
     place = pairs(count)

@@ -237,8 +237,8 @@ class WallRows:
     """Both edges of the rulings at `joints` on the wall's side (thesis, eq. 6.2), two rows a joint.
 
     ``<r +- (w/2) (t_x + eta t_z) - point, normal> - height >= 0``; `plate`: column of the height of a pressure plate,
-    or -1. point in units of l, half_width = w / (2 l), stride: unknowns per joint; oblique: 1, or 0 where eta's place is
-    the twist's and the sections are square to the centreline.
+    or -1. point in units of l, half_width = w / (2 l), stride: unknowns per joint; oblique: 1, or 0 where eta's
+    place is the twist's and the sections are square to the centreline.
     """
 
     joints: IntArray

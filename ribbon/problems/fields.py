@@ -20,9 +20,9 @@ class Fields:
     """Fields of a strip, linear on every element.
 
     free: the second one is the twist kappa_3 itself, else the ruling eta (twist eta omega); count: 2, or 3 with an
-    in-plane curvature kappa_2; code: the energy's in the kernels; section: w / (2 l), h / l (nan: not given), nu, and,
-    where the twist is free, 1.0 for the plate's bending stiffness; held_straight: whether a clamp's straight ruling
-    holds the second field at zero.
+    in-plane curvature kappa_2; code: the energy's in the kernels; section: w / (2 l), h / l (nan: not given), nu, and
+    1.0 for the plate's bending stiffness in place of the rod's, else 0.0; held_straight: whether a clamp's straight
+    ruling holds the second field at zero.
     """
 
     free: bool
@@ -46,7 +46,7 @@ class Fields:
                 raise RibbonInputError("in_plane", in_plane, f'the energy "{energy}" is developable: kappa_2 = 0')
             if stiffness is not None:
                 raise RibbonInputError("stiffness", stiffness, f'the energy "{energy}" knows one stiffness only')
-            return cls(False, 2, CODES[energy], strip.section, True)
+            return cls(False, 2, CODES[energy], (*strip.section, 0.0), True)
         free = FREE_ENERGIES[energy]
         if stiffness is not None and stiffness not in STIFFNESSES:
             raise RibbonInputError("stiffness", stiffness, f"use one of {', '.join(STIFFNESSES)}")

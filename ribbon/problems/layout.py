@@ -6,8 +6,9 @@ Kernels use the constants, all else the layout of its problem. Places of a segme
     matrices  r (0..2) | frame by rows (3..11) | a (12) | b (13) | n (14) | m (15)
     chained   slope of omega (0) | slope of eta (1)     after omega (0) and eta (1) at s = 0
 
-Where the twist is free (`ribbon.energies.free`) eta is its place: the twist kappa_3 stands there. An in-plane curvature
-kappa_2 is a third field: of a chained ribbon behind eta in every group, of a glued one joint by joint behind the ribbon.
+Where the twist is free (`ribbon.energies.free`) eta is its place: the twist kappa_3 stands there. An in-plane
+curvature kappa_2 is a third field: of a chained ribbon behind eta in every group, of a glued one joint by joint behind
+the ribbon.
 """
 
 from __future__ import annotations

@@ -54,6 +54,12 @@ class Problem(Protocol):
     def energy(self) -> str: ...
 
     @property
+    def stiffness(self) -> str | None: ...
+
+    @property
+    def in_plane(self) -> bool | None: ...
+
+    @property
     def fields(self) -> Fields:
         """What bends the strip, and the energy's arguments for the kernels."""
         ...
@@ -128,7 +134,7 @@ class Problem(Protocol):
         ...
 
     def parameter_map(self) -> tuple[IntArray, FloatArray]:
-        """How they follow from the unknowns: columns (p, k) of those that matter to each segment, slopes (p, 4 or 6, k)."""
+        """How they follow from the unknowns: columns (p, k) of those that matter to each, slopes (p, 4 or 6, k)."""
         ...
 
     def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

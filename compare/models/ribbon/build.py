@@ -8,6 +8,7 @@ import numpy as np
 
 from compare.scene.scene import Scene
 from ribbon import Clamp, Closure, Gravity, Strip, Wall
+from ribbon.energies.names import FREE
 from ribbon.find.solve import Problem, build
 from ribbon.problems import formulation as _formulation
 
@@ -20,6 +21,19 @@ def ribbon_energy(scene: Scene) -> str:
     return AUTO_ENERGY if scene.model.energy in ("auto", "elastica") else scene.model.energy
 
 
+def has_free_twist(scene: Scene) -> bool:
+    """Whether the scene's energy is one of a strip of finite thickness, whose twist is free."""
+    return ribbon_energy(scene) in FREE
+
+
+def relative_thickness(scene: Scene) -> float | None:
+    """h / l of the ribbon: the strip's own; for an energy that asks for it also that of the scene's only w/h."""
+    ratios = scene.shell.width_to_thickness
+    if has_free_twist(scene) and len(ratios) == 1:
+        return float(scene.width / ratios[0])
+    return scene.thickness
+
+
 def ribbon_strip(scene: Scene) -> Strip:
     """The scene's strip with l = 1."""
     return Strip(
@@ -28,7 +42,7 @@ def ribbon_strip(scene: Scene) -> Strip:
         poisson=scene.strip.poisson,
         natural_curvature=scene.curvature,
         gamma=scene.gamma,
-        thickness=scene.thickness,
+        thickness=relative_thickness(scene),
     )
 
 
@@ -41,7 +55,10 @@ def _clamp(scene: Scene, end: str) -> Clamp | None:
     frame = scene.start_frame if end == "start" else scene.end_frame
     tangent = None if frame is None else frame[:, 2]
     normal = None if frame is None else frame[:, 1]
-    return Clamp(position, tangent=tangent, normal=normal, ruling=spec.ruling)
+    ruling: str | None = spec.ruling
+    if has_free_twist(scene) and f"clamp.{end}.ruling" not in scene.own_keys:
+        ruling = None  # what goes without saying for a ruling is no demand on an energy that knows none
+    return Clamp(position, tangent=tangent, normal=normal, ruling=ruling)
 
 
 def ribbon_clamp(scene: Scene) -> Clamp | None:
@@ -96,6 +113,8 @@ def build_arguments(scene: Scene) -> dict[str, Any]:
         "segments": np.asarray(scene.model.lengths),
         "formulation": asked_formulation(scene),
         "held_by": scene.model.held_by,
+        "stiffness": scene.model.stiffness,
+        "in_plane": scene.model.in_plane,
     }
 
 

@@ -56,13 +56,14 @@ class RibbonModel:
         {
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
             "strip.gamma", "strip.young", "strip.density", "gravity.*", "clamp.*", "closure.*", "wall.*",
-            "model.energy", "model.elements", "model.grading", "model.element_lengths", "model.tolerance",
-            "model.formulation", "model.held_by", "model.budget", "seed.*", "path",
+            "model.energy", "model.stiffness", "model.in_plane", "model.elements", "model.grading",
+            "model.element_lengths", "model.tolerance", "model.formulation", "model.held_by", "model.budget",
+            "seed.*", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
         "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
-        "shell.*": "how the shell beside it is made and held",
+        "shell.*": "how the shell beside it is made and held (an energy with a thickness takes it from an only w/h)",
         "model.arc_length": "how the elastica beside it passes limit points",
     }
     wing: tuple[str, ...] = ("ribbon", "compare/scene", "compare/models", "compare/measure")
@@ -80,11 +81,15 @@ class RibbonModel:
                 "model.formulation", scene.model.formulation, "cannot place its segments by model.tolerance",
                 'choose formulation = "mixed" or "auto", or give model.elements',
             )  # fmt: skip
-        return None
+        from compare.models.ribbon.free import refusal
+
+        return refusal(scene)
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
-        """One."""
-        return (Variant({}, scene),)
+        """One; of an energy with a thickness one for each w/h of the scene."""
+        from compare.models.ribbon.free import per_thickness
+
+        return per_thickness(scene) or (Variant({}, scene),)
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """Chained, glued, and glued with segments placed by a tolerance."""

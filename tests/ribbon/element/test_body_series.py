@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from ribbon.element import kernel_cache, series
 
 with kernel_cache.in_use():
-    from ribbon.element import body_series
+    from ribbon.element import body_series, kinematics
 
 LIMIT = series.EXPONENT_LIMIT
 PAIRS = list(zip(series.PAIR_FIRST, series.PAIR_SECOND, strict=True))
@@ -31,7 +31,9 @@ CASES = [
 
 def body(parameters, level=2, limit=LIMIT):
     jets = np.full((13, 15), np.nan)
-    count = body_series.body_jets(*map(float, parameters), limit, level, jets)
+    *q, length = map(float, parameters)
+    many = jets[None]
+    count = kinematics.body_jets_many(False, np.array([q]), np.array([length]), limit, level, many)
     return jets, count
 
 
@@ -220,7 +222,7 @@ def test_many_segments_are_those_one_by_one():
     lengths = rng.uniform(0.02, 0.8, 23)
     for level in range(3):
         jets = np.full((23, 13, 15), np.nan)
-        count = body_series.body_jets_many(q, lengths, LIMIT, level, jets)
+        count = kinematics.body_jets_many(False, q, lengths, LIMIT, level, jets)
         single = [body((*parameters, length), level) for parameters, length in zip(q, lengths, strict=True)]
         assert count == sum(parts for _, parts in single)
         assert count > 23

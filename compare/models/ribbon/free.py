@@ -1,0 +1,72 @@
+"""Scenes whose ribbon has a free twist, as a strip of finite thickness: what they need, and what they cannot have."""
+
+from __future__ import annotations
+
+from compare.errors import BadInput
+from compare.models.base import Variant
+from compare.models.ribbon.build import has_free_twist, relative_thickness, ribbon_energy
+from compare.scene.scene import Scene
+
+#: The energy that knows of clamped edges, named in remedies.
+FINITE = "finite"
+
+
+def per_thickness(scene: Scene) -> tuple[Variant, ...]:
+    """The scene with each of its w/h alone, where its energy needs a thickness and it has several; else none."""
+    ratios = scene.shell.width_to_thickness
+    if not has_free_twist(scene) or len(ratios) < 2:
+        return ()
+    return tuple(
+        Variant({"width_to_thickness": float(ratio)}, scene.replace({"shell.width_to_thickness": [float(ratio)]}))
+        for ratio in ratios
+    )
+
+
+def refusal(scene: Scene) -> BadInput | None:
+    """Why the scene is not for its energy, as far as that is a matter of thickness and rulings; None: it is."""
+    energy = ribbon_energy(scene)
+    model = scene.model
+    if not has_free_twist(scene):
+        if model.in_plane:
+            remedy = 'remove it, or choose energy = "finite"'
+            return BadInput(
+                "model.in_plane", True, f'"{energy}" is developable: it cannot bend in its own plane', remedy
+            )
+        if model.stiffness is not None:
+            return _stiffness(scene, energy)
+        return None
+    if model.stiffness is not None and energy != "kirchhoff":
+        return _stiffness(scene, energy)
+    if relative_thickness(scene) is None and energy != "sadowsky_kt":
+        ratios = scene.shell.width_to_thickness
+        if len(ratios) > 1:
+            problem = f'has {len(ratios)} values, and a strip with energy = "{energy}" has one thickness'
+            remedy = f"give one, as --set shell.width_to_thickness=[{ratios[-1]:g}]; compare takes them all"
+            return BadInput("shell.width_to_thickness", list(ratios), problem, remedy)
+        remedy = "give strip.thickness, or one w/h as shell.width_to_thickness = [100]"
+        return BadInput("strip.thickness", None, f'is missing, and energy = "{energy}" depends on it', remedy)
+    if model.formulation == "matrix":
+        remedy = 'choose "mixed" or "auto"'
+        return BadInput("model.formulation", "matrix", f'knows rulings only, and "{energy}" has none', remedy)
+    return None if energy == FINITE else _ruling(scene, energy)
+
+
+def _stiffness(scene: Scene, energy: str) -> BadInput:
+    remedy = 'remove it, or choose energy = "kirchhoff"'
+    return BadInput("model.stiffness", scene.model.stiffness, f'is of the rod; "{energy}" knows one stiffness', remedy)
+
+
+def _ruling(scene: Scene, energy: str) -> BadInput | None:
+    """A straight ruling that the scene itself asks for."""
+    asked = [
+        (f"{name}.ruling", spec.ruling)
+        for name, spec in (
+            ("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end), ("closure", scene.closure)
+        )
+        if spec is not None and f"{name}.ruling" in scene.own_keys
+    ]  # fmt: skip
+    for key, ruling in asked:
+        if ruling == "straight":
+            remedy = f'remove it, or choose energy = "{FINITE}", which knows of clamped edges'
+            return BadInput(key, ruling, f'is asked of energy = "{energy}", which knows no ruling', remedy)
+    return None
