@@ -45,3 +45,10 @@ for _name, _energy in FREE_ENERGIES.items():
     globals()[f"density_{_name}"] = _energy.density
 exec(_chosen())
 free_density = njit(forceinline=True)(globals()["free_density"])
+
+
+@njit(cache=True)
+def free_numbers(code, k, t, dk, dt, natural, slope, section, out):
+    """Fills `out` (m, 15) with the numbers of the energy `code` at k, t, dk, dt and K (m,), dK/ds = `slope`."""
+    for i in range(k.size):
+        free_density(code, k[i], t[i], dk[i], dt[i], natural[i], slope, section, out[i])

@@ -7,3 +7,5 @@ alone (`compare.scene.keys`), without numba.
 NAMES = ("sadowsky", "wunderlich")
 #: Energies whose twist is free of the curvature: they know no ruling (`ribbon.energies.free`).
 FREE = ("kirchhoff", "sadowsky_kt", "sano", "extensible", "finite")
+#: Their codes in the kernels begin here.
+FREE_CODE = 100
