@@ -44,6 +44,8 @@ def area_density(equilibrium: Any, foot: FloatArray, v: FloatArray) -> FloatArra
     Over the width j times it gives `line_density`; over the strip the elastic energy in D, which is w / l times that in
     D w / l (up to the corners beyond the last rulings, where the end's own curvature goes on). NaN where rulings cross.
     """
+    if equilibrium.has_free_twist:
+        return _free_density(equilibrium, np.asarray(foot, dtype=float))
     foot, sign = behind_seam(np.asarray(foot, dtype=float), equilibrium.seam)
     omega, eta, x, natural = _local(equilibrium, foot)
     problem = equilibrium.problem

@@ -106,7 +106,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
         numbers={
             "segments": int(e.problem.lengths.size),
-            "knows_width": ENERGIES[e.problem.energy].knows_width,
+            "knows_width": e.has_free_twist or ENERGIES[e.problem.energy].knows_width,
             "max_abs_eta": float(e.max_abs_eta),
             "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
         },
