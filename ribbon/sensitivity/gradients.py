@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ribbon.element import quaternion
-from ribbon.element.series import segment_jets_many
+from ribbon.element.kinematics import walk
 from ribbon.errors import RibbonInputError
 from ribbon.result import Equilibrium
 from ribbon.sensitivity import parameters
@@ -114,12 +114,14 @@ class Gradients:
         inside = along > 0.0
         if not inside.any():
             return moved, turned
-        jets = np.empty((int(inside.sum()), 15, 15))
-        segment_jets_many(problem.parameters(x)[i[inside]], along[inside], problem.exponent_limit, jets)
+        fields = problem.fields
+        jets = np.empty((int(inside.sum()), 12, fields.components))
+        walk(fields.free, problem.parameters(x)[i[inside]], along[inside], problem.exponent_limit, jets)
+        first = slice(1, 1 + 2 * fields.count)
         frames = quaternion.matrix(layout.quaternions(x))[i[inside]]
         q, chord = jets[:, :9, 0].reshape(-1, 3, 3), jets[:, 9:12, 0]
-        by_q = np.einsum("krp,kpc->krc", jets[:, :9, 1:5], dq[inside]).reshape(len(q), 3, 3, -1)
-        by_chord = np.einsum("krp,kpc->krc", jets[:, 9:12, 1:5], dq[inside])
+        by_q = np.einsum("krp,kpc->krc", jets[:, :9, first], dq[inside]).reshape(len(q), 3, 3, -1)
+        by_chord = np.einsum("krp,kpc->krc", jets[:, 9:12, first], dq[inside])
         arm = np.einsum("kij,kj->ki", frames, chord)
         moved[inside] += np.cross(turned[inside], arm[:, :, None], axis=1) + np.einsum("kij,kjc->kic", frames, by_chord)
         spin = np.einsum("kijc,klj->kilc", by_q, q)  # dQ Q^T, skew

@@ -6,6 +6,7 @@ ruling's bound. Differences that are exact to rounding because what is differenc
 (linear), the width in the weight of the surface and in walls (quadratic). An energy that asks its cross-section for
 more than x (`ribbon.Strip.section`) has central differences of sixth order of its density by that number, 1e-12 of it
 for a smooth density; Sadowsky's and Wunderlich's ask for nothing and get none. Formulas: docs/theory.md, eq. (11.3).
+Where the twist is free width, thickness, Poisson's ratio and natural curvature are all such numbers.
 """
 
 from __future__ import annotations
@@ -82,6 +83,7 @@ def load(system: System, name: str) -> Load:
 def natural_at(system: System, s: FloatArray) -> Load:
     """The load of a unit of K l concentrated at every abscissa s (k,): derivatives by it are densities dq / dK(s)."""
     here = system.point
+    _only_with_rulings(here, "natural_curvature(s)")
     q = here.problem.parameters(here.x)
     joints = np.concatenate([[0.0], np.cumsum(here.problem.lengths)])
     segment = np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(joints) - 2)
@@ -122,6 +124,7 @@ def _free(here: Point, energy: FloatArray, gradient: FloatArray, shape: tuple[in
 def _natural_at_joints(system: System) -> Load:
     here = system.point
     problem = here.problem
+    _only_with_rulings(here, "natural_curvature(s)")
     q, nu = problem.parameters(here.x), problem.strip.poisson
     p = len(q)
     energy, local = np.zeros(p + 1), np.zeros((p, 4, p + 1))
@@ -135,10 +138,22 @@ def _natural_at_joints(system: System) -> Load:
 
 
 def _natural_curvature(system: System) -> Load:
+    if system.point.problem.fields.free:
+        return _natural_by_strip(system.point)
     joints = _natural_at_joints(system)
     s = np.concatenate([[0.0], np.cumsum(system.point.problem.lengths)])
     ends = np.column_stack([1.0 - s, s])
     return _free(system.point, joints.energy @ ends, joints.gradient @ ends, (2,))
+
+
+def _natural_by_strip(here: Point) -> Load:
+    strip = here.problem.strip
+    first, last = (value / strip.length for value in strip.curvature)
+    size = max(abs(first), abs(last), 1.0 / strip.length)
+    start = _by_strip(here, size, lambda change: {"natural_curvature": (first + change, last)})
+    end = _by_strip(here, size, lambda change: {"natural_curvature": (first, last + change)})
+    both = [np.concatenate(pair, axis=-1) for pair in ((start.energy, end.energy), (start.gradient, end.gradient))]
+    return _free(here, both[0], both[1], (2,))
 
 
 def _at_points(here: Point) -> tuple[FloatArray, ...]:
@@ -175,9 +190,37 @@ def _by_section(here: Point, place: int) -> tuple[float, FloatArray]:
     return float((weights * found[..., 0]).sum()), np.stack([(weights * v).sum(axis=1) for v in local], axis=1)
 
 
+def _only_with_rulings(here: Point, name: str) -> None:
+    if here.problem.fields.free:
+        remedy = f'the energy "{here.problem.energy}" has no derivative by it; use natural_curvature (both ends)'
+        raise RibbonInputError("wrt", name, remedy)
+
+
+def _by_strip(here: Point, size: float, changed: Callable[[float], dict[str, Any]]) -> Load:
+    """By a number of the strip of about this size: `changed` gives the strip's fields for a change of the number.
+
+    Central differences of sixth order of energy, gradient and rows at fixed unknowns.
+    """
+    problem = here.problem
+    step = _STEP * (abs(size) or 1.0)
+    parts = [np.zeros(1), np.zeros((here.x.size, 1)), np.zeros((here.rows.size, 1))]
+    for k, share in enumerate(_SIXTH, start=1):
+        for sign in (1.0, -1.0):
+            other = problem.with_changes(strip=replace(problem.strip, **changed(sign * k * step)))
+            factor = sign * share / step
+            gradient = other.gradient(here.x) + other.jacobian_matrix(here.x).T @ here.rows
+            parts[0] = parts[0] + factor * other.value(here.x)
+            parts[1] = parts[1] + factor * gradient[:, None]
+            parts[2] = parts[2] + factor * other.constraints(here.x)[:, None]
+    return replace(_free(here, parts[0], parts[1], ()), rows=parts[2])
+
+
 def _poisson(system: System) -> Load:
     here = system.point
     problem = here.problem
+    if problem.fields.free:
+        nu = float(problem.strip.poisson)
+        return _by_strip(here, min(nu, 0.5 - nu) or 0.1, lambda change: {"poisson": nu + change})
     energy, local = _by_section(here, 2)
     if problem.has_natural_curvature:
         s, omega, eta, weights, _ = _at_points(here)
@@ -195,6 +238,9 @@ def _thickness(system: System) -> Load:
     here = system.point
     if here.problem.strip.thickness is None:
         raise RibbonInputError("wrt", "thickness", "the strip has none; give it one")
+    if here.problem.fields.free:
+        h = float(here.problem.strip.thickness)
+        return _by_strip(here, h, lambda change: {"thickness": h + change})
     energy, local = _by_section(here, 1)
     return _elastic(here, np.array([energy]), local[:, :, None], ()).scaled(1.0 / here.problem.strip.length)
 
@@ -205,6 +251,9 @@ def _thickness(system: System) -> Load:
 def _width(system: System) -> Load:
     here = system.point
     problem = here.problem
+    if problem.fields.free:
+        w = float(problem.strip.width)
+        return _by_strip(here, w, lambda change: {"width": w + change})
     s, omega, eta, weights, x = _at_points(here)
     ten = _numbers(here, omega, eta, x, problem.strip.section)
     n = problem.parameters(here.x)[:, 2:3]
@@ -253,8 +302,9 @@ def _gamma(system: System) -> Load:
     problem = here.problem
     if problem.gravity is None:
         raise RibbonInputError("wrt", "gamma", "nothing weighs here; give the ribbon its Gravity")
+    plain = {} if problem.fields.free else {"energy": "sadowsky"}  # whose own energy is the cheapest
     light, heavy = (
-        problem.with_changes(strip=replace(problem.strip, gamma=gamma, natural_curvature=0.0), energy="sadowsky")
+        problem.with_changes(strip=replace(problem.strip, gamma=gamma, natural_curvature=0.0), **plain)
         for gamma in (0.0, 1.0)
     )
     energy = np.array([heavy.energy_parts(here.x)[2]])

@@ -191,6 +191,8 @@ def _active(what: str, slack: FloatArray, push: FloatArray, possible: BoolArray)
 def _rulings_of_nothing(problem: MixedProblem, x: FloatArray) -> NDArray[np.int64]:
     """Columns of eta at joints amid straight ones, where the ruling moves nothing: it stays straight."""
     layout = problem.layout
+    if problem.fields.free:
+        return np.empty(0, dtype=np.int64)
     straight = (np.abs(x[layout.omega]) < _STRAIGHT) & (np.abs(x[layout.eta]) < _STRAIGHT)
     inner = straight.copy()
     inner[1:] &= straight[:-1]
