@@ -44,6 +44,9 @@ _STATIONARY = 1e-8
 #: of the eigenvalue at eta = 0 below zero at which the search is over.
 _RULINGS = (0.6, -0.6)
 _PIECES = 12
+#: Further ends of pieces, in half widths from a straight ruling; how steep the ruling is there at most, over the bound.
+_WIDTHS = (0.5, 1.0, 2.0, 4.0)
+_STEEP = 0.85
 _CLEARLY = 1e-3
 
 
@@ -262,12 +265,17 @@ def _worst_ruling(
     bending_metric = problem.metric()[np.ix_(bending, bending)]
     joints = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     pieces = np.linspace(0.0, 1.0, min(problem.lengths.size, _PIECES) + 1)
+    held = not free[layout.eta]
+    if held:  # the ruling turns over some widths from a clamp that holds it straight
+        near = problem.half_width * np.array(_WIDTHS)
+        pieces = np.union1d(pieces, near[near < pieces[1]])
 
     def moved(values: FloatArray) -> FloatArray:
         """x with the ruling through `values` at `pieces`, as far as null modes can take it there."""
         eta = np.interp(joints, pieces, values)
-        if not free[layout.eta]:
-            eta[0] = x[layout.eta]
+        if held:
+            reach = _STEEP / problem.half_width * joints
+            eta = x[layout.eta] + np.clip(eta - x[layout.eta], -reach, reach)
         target = x.copy()
         target[layout.eta], target[layout.eta_slope] = eta[0], np.diff(eta) / problem.lengths
         y = x.copy()

@@ -157,6 +157,20 @@ def test_critical_weight_of_the_strip_on_edge_does_not_depend_on_its_width():
         assert 21.3 < low < high < 21.7
 
 
+@pytest.mark.parametrize("energy", ["sadowsky", "wunderlich"])
+def test_a_ruling_that_turns_near_a_straight_clamp_is_found_on_short_segments(energy):
+    """w/l = 0.02, segments from w/8 at the clamp on: critical at 21.8 and 21.9 (`results/on_edge`).
+
+    The worst ruling is oblique from about a width on; a search that turns it within the first segment says 23.1.
+    """
+    lengths = 0.0025 * 1.19 ** np.arange(25)
+    clamp = Clamp((0, 0, 0), (1, 0, 0), (0, 1, 0), "straight")
+    for gamma, status in ((21.6, Status.CONVERGED), (22.2, Status.SADDLE)):
+        strip = Strip(1.0, 0.02, 0.3, 0.0, gamma)
+        found = solve(strip, clamp, Gravity((0, 0, 1)), energy=energy, segments=lengths / lengths.sum())
+        assert found.status is status
+
+
 def test_the_saddles_direction_leads_to_a_stable_state():
     heavy = on_edge(40.0)
     problem = heavy.problem
