@@ -57,16 +57,16 @@ class Branches:
         return max([f for f in self.folds if f > self.flat], default=self.flat)
 
 
-def problem(ratio: float, mesh: tuple[int, int]) -> ShellProblem:
+def problem(ratio: float, mesh: tuple[int, int], width: float = WIDTH) -> ShellProblem:
     """An arc, closed to an arch between clamps half a length apart, then sheared."""
     first, last = (Pose((0.5, shift, 0.0), FRAME) for shift in (FIRST, LAST))
     return ShellProblem(
-        WIDTH, WIDTH / ratio, NU, clamp_frame=FRAME, end=last, start_curvature=-2.5, elements=mesh, grading=(0.3, 0.5),
+        width, width / ratio, NU, clamp_frame=FRAME, end=last, start_curvature=-2.5, elements=mesh, grading=(0.3, 0.5),
         path=(Waypoint(natural=1.0, name="release"), Waypoint(end=first, name="close")),
     )  # fmt: skip
 
 
-def follow(ratio: float, mesh: tuple[int, int]) -> Branches:
+def follow(ratio: float, mesh: tuple[int, int], width: float = WIDTH) -> Branches:
     """The arch to its pitchfork, and the tilted branch from there to the flat S."""
     found, began = Branches(), time.perf_counter()
 
@@ -97,7 +97,7 @@ def follow(ratio: float, mesh: tuple[int, int]) -> Branches:
 
     options = ShellOptions(switch=True, kick=False, arc_length="always", max_arc=0.01, max_step=0.02, max_steps=160)
     with contextlib.suppress(Reached):
-        solve(problem(ratio, mesh), options, watch)
+        solve(problem(ratio, mesh, width), options, watch)
     found.seconds = time.perf_counter() - began
     return found
 

@@ -1,0 +1,31 @@
+"""Results of long measurements, kept piece by piece under out/validate, so that what was interrupted goes on."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from compare.store.store import atomic_write_text
+
+FOLDER = Path(__file__).resolve().parents[2] / "out" / "validate"
+
+
+class Pieces:
+    """Plain values (what JSON holds) by name in the folder of one measurement; delete it to measure anew."""
+
+    def __init__(self, measurement: str, folder: Path = FOLDER) -> None:
+        self.folder = folder / measurement
+
+    def get(self, name: str, make: Callable[[], Any]) -> Any:
+        """What is kept under `name`, or what `make` gives, kept from then on."""
+        path = self.folder / f"{name}.json"
+        if not path.exists():
+            began = time.perf_counter()
+            value = make()
+            self.folder.mkdir(parents=True, exist_ok=True)
+            atomic_write_text(path, json.dumps(value))
+            print(f"  {name}: {time.perf_counter() - began:.1f} s", flush=True)
+        return json.loads(path.read_text())
