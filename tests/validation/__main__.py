@@ -32,6 +32,8 @@ NAMES = (
     "shell_cantilever",
     "shell_lateral",
     "shell_shift",
+    "on_edge",
+    "shift",
     "shell_curl",
     "shell_corners",
     "limits",

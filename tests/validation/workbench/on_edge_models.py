@@ -24,7 +24,6 @@ ROLLS = (0.4, 0.2, 0.1, 0.03, 0.01, 0.0)
 FALLEN = 1e-3
 #: To this relative width the weight of the frontier is located.
 LOCATED = 1e-5
-LIGHT, HEAVY = 8.0, 32.0
 
 
 @dataclass(frozen=True)
@@ -48,10 +47,12 @@ MODELS = (
     Model("wunderlich, free", "wunderlich", "free"),
     Model("wunderlich, straight", "wunderlich", "straight"),
     Model("kirchhoff", "kirchhoff"),
+    Model("kirchhoff, plate", "kirchhoff", None, (("stiffness", "plate"),)),
     Model("sano", "sano"),
     Model("extensible", "extensible"),
     Model("finite, free", "finite", "free"),
     Model("finite, straight", "finite", "straight"),
+    Model("finite, straight, in-plane", "finite", "straight", (("in_plane", True),)),
 )
 
 
@@ -97,8 +98,8 @@ def sideways(found: Equilibrium) -> float:
     return abs(float(found.end.position[1]))
 
 
-def by_eigenvalue(model: Model, width: float, segments: Any) -> float:
-    """Gamma_c where the lowest eigenvalue of the straight state vanishes.
+def by_eigenvalue(model: Model, width: float, segments: Any, near: float) -> float:
+    """Gamma_c, expected near a value, where the lowest eigenvalue of the straight state vanishes.
 
     Where rulings are free to choose it is zero (they move nothing) up to where one of them makes it negative.
     """
@@ -110,17 +111,22 @@ def by_eigenvalue(model: Model, width: float, segments: Any) -> float:
         return found.lowest_eigenvalue
 
     if model.developable:
-        return bisected(lambda gamma: lowest(gamma) < -1e-8)
-    return float(scipy.optimize.brentq(lowest, LIGHT, HEAVY, rtol=LOCATED))
+        return bisected(lambda gamma: lowest(gamma) < -1e-8, near)
+    return float(scipy.optimize.brentq(lowest, 0.8 * near, 1.2 * near, rtol=LOCATED))
 
 
-def by_shape(model: Model, width: float, segments: Any) -> float:
-    """Gamma_c between strips that come back upright and strips that stay fallen."""
-    return bisected(lambda gamma: sideways(fallen(model, width, gamma, segments)) > FALLEN)
+def by_shape(model: Model, width: float, segments: Any, near: float) -> float:
+    """Gamma_c, expected near a value, between strips that come back upright and strips that stay fallen."""
+    return bisected(lambda gamma: sideways(fallen(model, width, gamma, segments)) > FALLEN, near)
 
 
-def bisected(over: Callable[[float], bool], low: float = LIGHT, high: float = HEAVY, located: float = 1e-4) -> float:
-    """The weight at which `over` becomes true."""
+def bisected(over: Callable[[float], bool], near: float, located: float = 5e-4) -> float:
+    """The weight at which `over` becomes true, within a fifth of `near`."""
+    low, high = 0.985 * near, 1.015 * near
+    if over(low):
+        low, high = 0.8 * near, low
+    if not over(high):
+        low, high = high, 1.2 * near
     if over(low) or not over(high):
         raise AssertionError(f"no frontier between {low:g} and {high:g}")
     while high - low > located * high:

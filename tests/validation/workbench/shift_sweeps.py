@@ -1,0 +1,169 @@
+"""The strip between two clamps, one shifted sideways, forth and back (thesis 7.2): heights, kinks, snapshots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
+from ribbon.find.continuation import StepRecord, follow, switch
+from ribbon.find.solve import Problem, build
+
+#: nu of the shells (`shell_shift`; the thesis gives none, and a flat developable strip does not know it).
+POISSON = 0.3
+#: The thesis's shifts, over l: from, to, step; the clamps' distance along.
+FIRST, LAST, STEP, ALONG = 0.01, 0.61, 0.005, 0.5
+#: Shifts of figure 7.5.
+SHOTS = (0.01, 0.1, 0.2, 0.3, 0.4, 0.5)
+#: Tilt of the middle's normal (degrees) above which the arch leans, height (over l) below which the strip lies flat.
+LEANS, FLAT = 0.5, 5e-3
+#: Difference of heights, forth and back, above which there is a hysteresis.
+APART = 0.01
+LOCATED = 2e-4
+
+
+@dataclass(frozen=True)
+class Case:
+    """A model of a strip of width w/l = 1 / `narrow` and w/h = `ratio` between clamps that hold the whole edges."""
+
+    energy: str
+    narrow: float = 20.0
+    ratio: float = 50.0
+    segments: int = 100
+    gamma: float = 0.0
+    step: float = 2 * STEP
+
+    @property
+    def name(self) -> str:
+        """For files."""
+        return f"{self.energy}_{self.narrow:g}_{self.ratio:g}_p{self.segments}_g{self.gamma:g}_{self.step:g}"
+
+    @property
+    def held(self) -> dict[str, Any]:
+        """What both clamps hold besides the frame: the ruling straight, where the energy knows one."""
+        return {"ruling": "straight"} if self.energy in ("sadowsky", "wunderlich", "finite") else {}
+
+    def arguments(self, shift: float) -> dict[str, Any]:
+        """Keywords of `solve` and `build` at a shift of the end clamp."""
+        width = 1.0 / self.narrow
+        return {
+            "strip": Strip(1.0, width, POISSON, 0.0, self.gamma, width / self.ratio),
+            "clamp": Clamp((0, 0, 0), (1, 0, 0), (0, 0, 1), **self.held),
+            "end": Clamp((ALONG, shift, 0), (1, 0, 0), (0, 0, 1), **self.held),
+            "gravity": Gravity((0, 0, 1)) if self.gamma else None,
+            "energy": self.energy,
+            "segments": self.segments,
+        }
+
+    def problem(self, shift: float) -> Problem:
+        """The minimisation problem at a shift."""
+        return build(**self.arguments(shift))
+
+    def arch(self) -> Equilibrium:
+        """The arch at the first shift, very nearly planar."""
+        found = solve(**self.arguments(FIRST), seed_curvature=[-8.0, 8.0, -8.0], seed_ruling=[1e-3, -1e-3])
+        if not found.ok or found.middle.position[2] < 0:
+            raise AssertionError(f"{self.name}: no arch to begin with: {found.message}")
+        return found
+
+
+def tilt(found: Equilibrium) -> float:
+    """Angle of the middle's normal from the vertical, in degrees."""
+    return float(np.degrees(np.arccos(np.clip(found.middle.frame[2, 1], -1.0, 1.0))))
+
+
+def sweep(case: Case) -> dict[str, Any]:
+    """Forth and back in the thesis's steps, unstable states left along their unstable mode.
+
+    "forth", "back": rows (shift, height of the middle, tilt, lowest eigenvalue, jump); "shots": centreline and edges
+    (3, k, 3) at `SHOTS`, forth; kinks: `pitchfork` where the arch loses its stability and `flat` where the flat strip
+    does on the way back (nan where it is not met). Everything over l.
+    """
+    kept: dict[str, Any] = {"forth": [], "back": [], "shots": {}, "stopped": ""}
+    states: dict[str, list[tuple[float, Equilibrium]]] = {"forth": [], "back": []}
+    found = case.arch()
+    kept["forth"].append(row(FIRST, found, False))
+    kept["shots"][f"{FIRST:g}"] = strips(found)
+    states["forth"].append((FIRST, found))
+    for name, first, last in (("forth", FIRST, LAST), ("back", LAST, FIRST)):
+
+        def on_step(record: StepRecord, new: Equilibrium, name=name, first=first, last=last) -> None:  # type: ignore[no-untyped-def]
+            shift = first + (last - first) * record.t
+            kept[name].append(row(shift, new, record.jump))
+            states[name].append((shift, new))
+            for shot in SHOTS:
+                if name == "forth" and abs(shift - shot) < 1e-9:
+                    kept["shots"][f"{shot:g}"] = strips(new)
+
+        found = follow(
+            lambda t, first=first, last=last: case.problem(first + (last - first) * t), found,  # type: ignore[misc]
+            steps=round((LAST - FIRST) / case.step), leave_saddle=True, on_step=on_step,
+        )  # fmt: skip
+        if not found.ok:
+            kept["stopped"] += f"{name}: {found.message}; "
+            if name == "forth":
+                break
+    kept["pitchfork"] = lost(case, states["forth"], lambda e: tilt(e) < LEANS)
+    kept["flat"] = lost(case, states["back"], lambda e: abs(e.middle.position[2]) < FLAT)
+    return kept
+
+
+def row(shift: float, found: Equilibrium, jump: bool) -> list[float]:
+    return [shift, float(found.middle.position[2]), tilt(found), float(found.lowest_eigenvalue), float(jump)]
+
+
+def strips(found: Equilibrium, count: int = 101) -> list[Any]:
+    """Left edge, centreline, right edge (3, count, 3)."""
+    s = np.linspace(0.0, 1.0, count)
+    grid = found.surface(count, 3).grid
+    return [grid[:, 0].tolist(), found.position(s).tolist(), grid[:, -1].tolist()]
+
+
+def lost(
+    case: Case, states: list[tuple[float, Equilibrium]], is_on: Callable[[Equilibrium], bool], steps: int = 5
+) -> float:
+    """Shift at which the branch that the states begin on is no longer stable, or is no more; nan if they never leave.
+
+    Bisection from the last state on it; unstable states are not left.
+    """
+    on = [k for k, (_, e) in enumerate(states) if is_on(e)]
+    if not on or on[-1] + 1 >= len(states) or not is_on(states[0][1]):
+        return float("nan")
+    last = next(k for k in range(len(states)) if k + 1 == len(states) or not is_on(states[k + 1][1]))
+    (inside, found), (outside, _) = states[last], states[last + 1]
+    for _ in range(steps):
+        middle = 0.5 * (inside + outside)
+        new = switch(case.problem(middle), found)
+        if new.ok and is_on(new):
+            inside, found = middle, new
+        else:
+            outside = middle
+    return 0.5 * (inside + outside)
+
+
+def hysteresis(kept: dict[str, Any]) -> tuple[float, float] | None:
+    """First and last shift at which the heights forth and back differ by more than `APART`."""
+    forth, back = np.array(kept["forth"]), np.array(kept["back"])
+    if not len(back):
+        return None
+    heights = np.interp(forth[:, 0], back[::-1, 0], np.abs(back[::-1, 1]))
+    apart = forth[np.abs(np.abs(forth[:, 1]) - heights) > APART, 0]
+    return (float(apart.min()), float(apart.max())) if apart.size else None
+
+
+def reached(rows: list[list[float]]) -> float:
+    """Shift from which on the middle stays at the clamps' height (forth); nan if it never does."""
+    shifts, heights = np.array(rows)[:, 0], np.abs(np.array(rows)[:, 1])
+    high = np.flatnonzero(heights > FLAT)
+    if not high.size or high[-1] + 1 == len(shifts):
+        return float("nan")
+    return float(shifts[high[-1] + 1])
+
+
+def fell_back(rows: list[list[float]]) -> float:
+    """Shift at which the strip is the upright arch again (back); nan if it never is."""
+    upright = [r[0] for r in rows if r[2] < LEANS]
+    return max(upright) if upright else float("nan")
