@@ -56,6 +56,8 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         },
         "provenance": {**provenance(scene, e.options), "linear_solver": "MUMPS (sequential, in Ipopt)"},
     }
+    if "auto" in state.numbers:
+        found["auto"] = state.numbers["auto"]
     if scene.path:
         found["path"] = path_result(scene, state)
     return found
@@ -161,6 +163,19 @@ def _parts(key: str, value: Any) -> list[tuple[str, Any]]:
     return [(f"{key}.{name}", part) for name, part in zip(names, value, strict=True)]
 
 
+def choice_text(choice: Mapping[str, Any]) -> str:
+    """How `model.accuracy` chose the energy, step by step: estimated distances to the shell over l, times."""
+    accuracy = float(choice["accuracy"])
+    said = []
+    for step in choice["steps"]:
+        estimate, spent_on = step["estimate"], f"({1e3 * step['seconds']:.2g} ms)"
+        told = "not known" if estimate is None else f"{estimate:.1e}"
+        beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
+        said.append(f"{step['model']} {told}{beyond} {spent_on}")
+    end = ": taken" if choice["enough"] else ": not enough, take the shell (ribbonbench shell)"
+    return "; ".join(said) + end
+
+
 def picture(state: State) -> Picture:
     """`compare.pictures.ribbon` in words."""
     e = state.native
@@ -180,6 +195,8 @@ def sentences(scene: Scene, state: State) -> list[str]:
         f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, "
         f"{state.seconds.warm * 1e3:.3g} ms."
     ]
+    if "auto" in state.numbers:
+        said.append(f"Energy chosen by model.accuracy: {choice_text(state.numbers['auto'])}.")
     advised = advice(scene, state.error)
     return said + ([advised] if advised else [])
 
@@ -233,6 +250,8 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
     ]
     found.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
+    if "auto" in state.numbers:
+        found.append(("auto", choice_text(state.numbers["auto"])))
     found.append((f"why {used}", formulation_why(scene, used)))
     if scene.path:
         way = path_result(scene, state)

@@ -37,6 +37,9 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     near = f"computed to {length(units, state.error)}"
     if state.error is None:
         near = "how accurately is not known" + (f" ({state.error_why})" if state.error_why else "")
+    choice = state.numbers.get("auto")
+    if choice is not None and not choice["enough"]:
+        near += f"; its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:
         near += f"; its inputs leave {length(units, unsure.total)} open"

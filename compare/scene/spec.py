@@ -288,6 +288,10 @@ class ModelSpec:
         Kind.TRUTH, "whether the strip bends in its own plane (kappa_2); energies with a free twist", example="true",
         default=None, newer=True, absent='true for "kirchhoff"'
     )
+    accuracy: float | None = key(
+        Kind.NUMBER, 'distance to the shell for which energy = "auto" chooses (Hausdorff distance / length)', NONE,
+        "0 < accuracy < 0.1", "1e-2", default=None, newer=True, absent='energy = "auto" is "wunderlich"'
+    )
     elements: int = key(
         Kind.COUNT, "number of elements of equal length", range=">= 1", example="20", default=DEFAULT_ELEMENTS,
         note="where they are not placed by tolerance"

@@ -7,7 +7,7 @@ and the time of one evaluation.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from ribbon.energies import ENERGIES
 from ribbon.find.adaptive import FIRST_SEGMENTS
 from ribbon.find.solve import Problem
 
+if TYPE_CHECKING:
+    from compare.models.ribbon.auto import Choice
+
 
 def effects(scene: Scene) -> tuple[Effect, ...]:
     """All effects that a ribbon may have, measured where they are on. Raises `RibbonInputError` for a scene that is
@@ -45,6 +48,26 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         *_procedure(scene),
     )
     return tuple(_measured(scene, problem, shape, effect) if effect.on else effect for effect in found)
+
+
+def skipped(choice: Choice) -> tuple[Effect, ...]:
+    """What the energy leaves out that an accuracy chose: off, with its estimated distance as the reason."""
+    return tuple(
+        Effect(_SKIPPED[name][0], _SKIPPED[name][1], False, f"estimated to move the strip by {moved:.1e} l")
+        for name, moved in choice.skipped.items()
+    )
+
+
+#: By the names of `compare.models.ribbon.auto.Choice.skipped`: the effect, and what is spared without it.
+_SKIPPED = {
+    "thickness": ("section that curves and stretches", "the twist is no unknown of its own"),
+    "along": ("curvature along a changing section", "no second derivatives"),
+    "odd": ("odd curling of a twisted section", "no unknown of the section"),
+    "clamp": ("section held flat at a clamp", "no unknown of the section"),
+    "section": ("shape of the section at a clamp", "no unknown of the section"),
+    "in_plane": ("bending in the strip's plane", "no in-plane curvature"),
+    "corners": ("corners held alone", "no model of lines knows them"),
+}
 
 
 def evaluation(scene: Scene) -> Evaluation:

@@ -26,10 +26,16 @@ def has_free_twist(scene: Scene) -> bool:
     return ribbon_energy(scene) in FREE
 
 
+def needs_thickness(scene: Scene) -> bool:
+    """Whether the ribbon depends on a thickness: by its energy, or because an accuracy chooses it."""
+    return has_free_twist(scene) or scene.model.accuracy is not None
+
+
 def relative_thickness(scene: Scene) -> float | None:
-    """h / l of the ribbon: the strip's own; for an energy that asks for it also that of the scene's only w/h."""
+    """h / l of the ribbon: the strip's own; for an energy that asks for it, or a choice by accuracy, also that of the
+    scene's only w/h."""
     ratios = scene.shell.width_to_thickness
-    if has_free_twist(scene) and len(ratios) == 1:
+    if needs_thickness(scene) and len(ratios) == 1:
         return float(scene.width / ratios[0])
     return scene.thickness
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from compare.errors import BadInput
 from compare.models.base import Variant
-from compare.models.ribbon.build import has_free_twist, relative_thickness, ribbon_energy
+from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
 from compare.scene.scene import Scene
 
 #: The energy that knows of clamped edges, named in remedies.
@@ -14,7 +14,7 @@ FINITE = "finite"
 def per_thickness(scene: Scene) -> tuple[Variant, ...]:
     """The scene with each of its w/h alone, where its energy needs a thickness and it has several; else none."""
     ratios = scene.shell.width_to_thickness
-    if not has_free_twist(scene) or len(ratios) < 2:
+    if not needs_thickness(scene) or len(ratios) < 2:
         return ()
     return tuple(
         Variant({"width_to_thickness": float(ratio)}, scene.replace({"shell.width_to_thickness": [float(ratio)]}))
@@ -26,6 +26,10 @@ def refusal(scene: Scene) -> BadInput | None:
     """Why the scene is not for its energy, as far as that is a matter of thickness and rulings; None: it is."""
     energy = ribbon_energy(scene)
     model = scene.model
+    if model.accuracy is not None:
+        refused = _accuracy(scene, model.accuracy)
+        if refused is not None:
+            return refused
     if not has_free_twist(scene):
         if model.in_plane:
             remedy = 'remove it, or choose energy = "finite"'
@@ -37,18 +41,38 @@ def refusal(scene: Scene) -> BadInput | None:
         return None
     if model.stiffness is not None and energy != "kirchhoff":
         return _stiffness(scene, energy)
-    if relative_thickness(scene) is None and energy != "sadowsky_kt":
-        ratios = scene.shell.width_to_thickness
-        if len(ratios) > 1:
-            problem = f'has {len(ratios)} values, and a strip with energy = "{energy}" has one thickness'
-            remedy = f"give one, as --set shell.width_to_thickness=[{ratios[-1]:g}]; compare takes them all"
-            return BadInput("shell.width_to_thickness", list(ratios), problem, remedy)
-        remedy = "give strip.thickness, or one w/h as shell.width_to_thickness = [100]"
-        return BadInput("strip.thickness", None, f'is missing, and energy = "{energy}" depends on it', remedy)
+    if energy != "sadowsky_kt":
+        refused = _thickness(scene, f'energy = "{energy}"')
+        if refused is not None:
+            return refused
     if model.formulation == "matrix":
         remedy = 'choose "mixed" or "auto"'
         return BadInput("model.formulation", "matrix", f'knows rulings only, and "{energy}" has none', remedy)
     return None if energy == FINITE else _ruling(scene, energy)
+
+
+def _accuracy(scene: Scene, accuracy: float) -> BadInput | None:
+    """What the choice of an energy by an accuracy needs."""
+    if scene.model.energy != "auto":
+        problem = f'chooses the energy, and the scene has energy = "{scene.model.energy}"'
+        return BadInput("model.accuracy", accuracy, problem, 'remove it, or choose energy = "auto"')
+    if scene.model.formulation == "matrix":
+        remedy = 'choose "mixed" or "auto"'
+        return BadInput("model.formulation", "matrix", "knows rulings only, and model.accuracy may choose none", remedy)
+    return _thickness(scene, "model.accuracy")
+
+
+def _thickness(scene: Scene, what: str) -> BadInput | None:
+    """The refusal of a scene without one thickness, on which `what` depends."""
+    if relative_thickness(scene) is not None:
+        return None
+    ratios = scene.shell.width_to_thickness
+    if len(ratios) > 1:
+        problem = f"has {len(ratios)} values, and a strip with {what} has one thickness"
+        remedy = f"give one, as --set shell.width_to_thickness=[{ratios[-1]:g}]; compare takes them all"
+        return BadInput("shell.width_to_thickness", list(ratios), problem, remedy)
+    remedy = "give strip.thickness, or one w/h as shell.width_to_thickness = [100]"
+    return BadInput("strip.thickness", None, f"is missing, and {what} depends on it", remedy)
 
 
 def _stiffness(scene: Scene, energy: str) -> BadInput:

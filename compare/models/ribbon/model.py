@@ -56,7 +56,7 @@ class RibbonModel:
         {
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
             "strip.gamma", "strip.young", "strip.density", "gravity.*", "clamp.*", "closure.*", "wall.*",
-            "model.energy", "model.stiffness", "model.in_plane", "model.elements", "model.grading",
+            "model.energy", "model.accuracy", "model.stiffness", "model.in_plane", "model.elements", "model.grading",
             "model.element_lengths", "model.tolerance", "model.formulation", "model.held_by", "model.budget",
             "seed.*", "path",
         }
@@ -127,10 +127,33 @@ class RibbonModel:
         say: Reporter | None = None,
     ) -> State:
         """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
+        options = options or Options()
+        if scene.model.accuracy is not None:
+            return self._chosen(scene, size, options, say)
+        return self._solved(scene, size, options, say)
+
+    def _chosen(self, scene: Scene, size: Size | None, options: Options, say: Reporter | None) -> State:
+        """With the energy that the scene's accuracy chooses, on the elements of the scene itself."""
+        from compare.models.ribbon.auto import choose, with_energy
+
+        with self._admitted(scene), compiling(say):
+            choice = choose(scene, options, say)
+        done = choice.solved.get(choice.energy) if size is None and not options.repeats else None
+        state = self._solved(with_energy(scene, choice.energy), size, options, say, done)
+        return replace(state, numbers={**state.numbers, "auto": choice.to_dict()})
+
+    def _solved(
+        self,
+        scene: Scene,
+        size: Size | None,
+        options: Options,
+        say: Reporter | None,
+        done: tuple[Way | None, Equilibrium, Seconds] | None = None,
+    ) -> State:
+        """With the energy of the scene; done: what is solved already."""
         from compare.models.ribbon.build import ribbon_energy
         from ribbon.solvers.budget import within
 
-        options = options or Options()
         scene = scene if size is None else sized(scene, size)
         with self._admitted(scene):
             tolerance = scene.model.tolerance
@@ -139,7 +162,7 @@ class RibbonModel:
                 stages = f", {len(scene.path) + 1} stages" if scene.path else ""
                 say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
             with compiling(say):
-                way, found, seconds = _solved(scene, options, say)
+                way, found, seconds = done or _solved(scene, options, say)
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
         if not options.error:
             return state
@@ -186,10 +209,15 @@ class RibbonModel:
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
-        from compare.models.effects.ribbon import effects
+        from compare.models.effects.ribbon import effects, skipped
 
         with self._admitted(scene):
-            return effects(scene)
+            if scene.model.accuracy is None:
+                return effects(scene)
+            from compare.models.ribbon.auto import choose, with_energy
+
+            choice = choose(scene)
+            return (*effects(with_energy(scene, choice.energy)), *skipped(choice))
 
     def evaluation(self, scene: Scene) -> Evaluation:
         """The size of the problem, and the time of one evaluation (`compare.models.base.Evaluates`)."""

@@ -110,7 +110,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
             "max_abs_eta": float(e.max_abs_eta),
             "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
         },
-        motions=_motions(e),
+        motions=motions_of(e),
         log=e.log,
         states=None if way is None else way.states,
         start="path" if way is not None else "seed",
@@ -119,7 +119,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
     )
 
 
-def _motions(e: Equilibrium) -> Motions | None:
+def motions_of(e: Equilibrium) -> Motions | None:
     """The rigid motions that nothing resists."""
     problem: Any = e.problem
     translations, axes = problem.free_motions()

@@ -1,0 +1,186 @@
+"""`model.energy = "auto"` with `model.accuracy`: the cheapest energy that is estimated to be near enough to a shell.
+
+From the cheapest on, each is solved and its distance (Hausdorff over l) to the shell estimated: that to the strip with
+energy "finite", which costs milliseconds from the shape of the one before, and what "finite" itself leaves out
+(`compare.models.ribbon.beyond`). The first within the accuracy is taken. Where not even "finite" is, the shell is asked
+for: the answer is then that of "finite", and says so.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.measure.align import aligned
+from compare.measure.distance import grid_hausdorff
+from compare.measure.grid import Grid
+from compare.models.base import Options, Seconds
+from compare.models.ribbon.beyond import beyond, points
+from compare.models.ribbon.build import ribbon_problem
+from compare.models.ribbon.state import motions_of
+from compare.scene.planar import nonplanar_reason
+
+if TYPE_CHECKING:
+    from compare.models.ribbon.way import Way
+    from compare.scene.scene import Scene
+    from compare.store.progress import Reporter
+    from ribbon import Equilibrium
+
+FloatArray = NDArray[np.float64]
+
+#: Energies by what they cost; the last one tells of the others.
+LADDER = ("sadowsky", "wunderlich", "finite")
+REFERENCE = LADDER[-1]
+#: What Sadowsky's energy is where nothing twists the strip.
+PLANAR = "elastica"
+SHELL = "shell"
+#: What the energies without thickness leave out, among `Choice.skipped`.
+THICKNESS = "thickness"
+#: The strip that tells of the others is solved to this part of the accuracy.
+_FINE = 0.3
+#: Twist l below which a strip stayed in its plane.
+_PLANE = 1e-6
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model that was tried: its estimated distance to the shell over l (None: it has no stable state, or what was
+    left out could not be told), the seconds that it and its estimate took, and of "finite" the estimate by cause."""
+
+    model: str
+    estimate: float | None
+    seconds: float
+    parts: Mapping[str, float] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in result.json."""
+        parts = {"parts": dict(self.parts)} if self.parts else {}
+        return {"model": self.model, "estimate": self.estimate, "seconds": self.seconds, **parts}
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The energy that was chosen, the steps up to it, and whether its estimate is within the accuracy.
+
+    model: its name among models: "elastica" where the strip stayed in its plane. skipped: what the chosen energy leaves
+    out, and by how much (l) it is estimated to move the strip. solved: what was solved as the scene says, by energy:
+    way, equilibrium, times.
+    """
+
+    energy: str
+    model: str
+    accuracy: float
+    steps: tuple[Step, ...]
+    enough: bool
+    skipped: Mapping[str, float] = field(default_factory=dict)
+    solved: Mapping[str, tuple[Way | None, Equilibrium, Seconds]] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in result.json."""
+        return {
+            "accuracy": self.accuracy,
+            "chosen": self.model,
+            "enough": self.enough,
+            "skipped": dict(self.skipped),
+            "steps": [step.to_dict() for step in self.steps],
+        }
+
+
+def choose(scene: Scene, options: Options | None = None, say: Reporter | None = None) -> Choice:
+    """The choice for a scene with `model.accuracy`; its thickness is known."""
+    from compare.models.ribbon.model import _solved
+
+    accuracy = scene.model.accuracy
+    assert accuracy is not None, "asked only of scenes that want it"
+    options = replace(options or Options(), repeats=0)
+    steps: list[Step] = []
+    solved: dict[str, tuple[Way | None, Equilibrium, Seconds]] = {}
+    clock = time.perf_counter()
+    first = LADDER[0]
+    if say is not None:
+        say.step(f"auto: {first}")
+    solved[first] = _solved(with_energy(scene, first), options, None)
+    _, there, _ = solved[first]
+    spent = time.perf_counter() - clock
+    clock = time.perf_counter()
+    if say is not None:
+        say.step(f"auto: {REFERENCE}, the measure of the others")
+    best = reference(scene, there, accuracy)
+    if not best.ok:
+        steps.append(Step(_name(scene, first, there), None, spent))
+        steps.append(Step(REFERENCE, None, time.perf_counter() - clock))
+        return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), False)
+    grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 2001))).max()))
+    left_out = beyond(scene, best, grid)
+    own = Step(REFERENCE, _known(left_out.distance), time.perf_counter() - clock, left_out.parts)
+    for energy in LADDER[:-1]:
+        clock = time.perf_counter()
+        if energy not in solved:
+            if left_out.distance > accuracy:
+                break
+            if say is not None:
+                say.step(f"auto: {energy}")
+            solved[energy] = _solved(with_energy(scene, energy), options, None)
+        _, found, _ = solved[energy]
+        moved = apart(found, best, grid) if found.ok else float("inf")
+        estimate = _known(moved + left_out.distance)
+        spent += time.perf_counter() - clock
+        steps.append(Step(_name(scene, energy, found), estimate, spent))
+        if estimate is not None and estimate <= accuracy:
+            skipped = {THICKNESS: moved, **left_out.parts}
+            return Choice(energy, steps[-1].model, accuracy, tuple(steps), True, skipped, solved)
+        spent = 0.0
+    steps.append(own)
+    return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), left_out.distance <= accuracy, left_out.parts)
+
+
+def chosen(scene: Scene, accuracy: float) -> tuple[str, list[dict[str, Any]]]:
+    """The model that a scene of one thickness would get at this accuracy ("shell" where none of the ladder is near
+    enough), and the steps to it."""
+    choice = choose(scene.replace({"model.energy": "auto", "model.accuracy": accuracy}))
+    return choice.model if choice.enough else SHELL, [step.to_dict() for step in choice.steps]
+
+
+def with_energy(scene: Scene, energy: str) -> Scene:
+    """The scene with this energy, and nothing left to choose."""
+    return scene.replace({"model.energy": energy, "model.accuracy": None})
+
+
+def reference(scene: Scene, start: Equilibrium, accuracy: float) -> Equilibrium:
+    """The strip with energy "finite" from the shape of another energy's equilibrium, its segments placed for a part of
+    the accuracy; from the scene's own seed where that one is none."""
+    from compare.models.ribbon.model import solver
+    from ribbon.find.adaptive import refine_to_tolerance
+    from ribbon.find.solve import solve_from
+
+    own = with_energy(scene, REFERENCE)
+    if not start.status.code == "converged":
+        return solver(own, leave_saddle=True)()
+    problem: Any = ribbon_problem(own, "mixed").with_changes(lengths=start.problem.lengths)
+    omega, eta = start.problem.joint_values(start.x)
+    found = solve_from(problem, problem.state(omega, eta * omega), leave_saddle=True)
+    if not found.ok:
+        return found
+    return refine_to_tolerance(found, _FINE * accuracy, leave_saddle=True, strict=False)
+
+
+def apart(found: Equilibrium, best: Equilibrium, grid: Grid) -> float:
+    """Hausdorff distance over l of two strips, one moved as its free motions allow."""
+    there = points(best, grid)
+    return grid_hausdorff(aligned(points(found, grid), there, motions_of(found)), there)
+
+
+def _name(scene: Scene, energy: str, found: Equilibrium) -> str:
+    """"elastica" for Sadowsky's strip that stays in the plane of a planar scene."""
+    if energy != LADDER[0] or nonplanar_reason(scene) is not None:
+        return energy
+    return PLANAR if float(np.abs(found.tau(np.linspace(0.0, 1.0, 201))).max()) < _PLANE else energy
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,155 @@
+"""What the energy `finite` leaves out, evaluated on one of its states: no constant is fitted (docs/theory.md, 10).
+
+With f the deflection of the relaxed section, per length in D w / l^2, K the natural curvature, < > the mean over the
+width:
+
+- "along": 1/2 <f_ss^2>, curvature along the strip of a section that changes;
+- "odd": -nu^2 w^2 / 24 t'^2, what restrained warping gains where the section is free to curl oddly;
+- "clamp", at an end whose edge is held: the section is flat there. Scaled by 1 - p, p = 1 and p' = 0 at the clamp, it
+  costs min int A p^2 + B p'^2 + C p''^2 = sqrt(A (B + 2 sqrt(A C))), A the energy that relaxing gains,
+  B = (1 - nu) <f_y^2>, C = 1/2 <f^2>.
+
+The section is expanded in the eigenvectors of its own equation (`ribbon.energies.section.relaxed`): with the curvature
+c = (1 + y a)^-1 e of the unit profile, f_yy = nu kb e - c4 k B a c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.energies.section.relaxed import _operators
+
+FloatArray = NDArray[np.float64]
+
+#: Terms that belong to every length of the strip; "clamp" belongs to an end.
+ALONG = ("along", "odd")
+CLAMP = "clamp"
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+_STEP = 1e-4
+
+
+def _derivative() -> FloatArray:
+    """(n, n): values at `_NODES` of the polynomial through them -> values of its derivative."""
+    powers = np.vander(_NODES, increasing=True)
+    slopes = np.zeros_like(powers)
+    slopes[:, 1:] = powers[:, :-1] * np.arange(1, _NODES.size)
+    return np.asarray(slopes @ np.linalg.inv(powers))
+
+
+_D = _derivative()
+
+
+def _basis() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Eigenvalues (n,) of a = 4 <deflection^2>, and in its eigenvectors the unit curvature (n,) and the Gram matrix
+    (n, n) of the slope."""
+    a, slopes = _operators()
+    values, vectors = np.linalg.eigh(a)
+    return np.maximum(values, 0.0), vectors[0], vectors.T @ slopes @ vectors
+
+
+_A, _UNIT, _SLOPE = _basis()
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """Terms that `finite` drops, for a strip with relative width w / l, thickness h / l, Poisson's ratio nu."""
+
+    width: float
+    thickness: float
+    poisson: float
+
+    @property
+    def _c4(self) -> float:
+        return 3.0 * (1.0 - self.poisson**2) * self.width**4 / self.thickness**2
+
+    def curl(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:
+        """Coefficients (..., n) of f_yy at curvature k, twist t, natural curvature K, all (...,)."""
+        b = self.poisson * k * (k - natural) + t * t
+        y = self._c4 * k * k
+        free = self.poisson * (k - natural)
+        return np.asarray((free[..., None] - (self._c4 * k * b)[..., None] * _A / (1.0 + y[..., None] * _A)) * _UNIT)
+
+    def along(self, q: FloatArray, lengths: FloatArray, natural: FloatArray) -> dict[str, FloatArray]:
+        """Energies (p,) of segments with parameters q = (a, b, n, m) (p, 4) and K (p, nodes), by the names of ALONG."""
+        s = lengths[:, None] * _NODES
+        k, t = q[:, :1] * s + q[:, 1:2], q[:, 2:3] * s + q[:, 3:4]
+        curl = self.curl(k, t, natural)
+        by_s = np.einsum("ij,pjn->pin", _D, curl) / lengths[:, None, None]
+        by_ss = np.einsum("ij,pjn->pin", _D, by_s) / lengths[:, None, None]
+        weight = lengths[:, None] * _WEIGHTS
+        return {
+            "along": 0.125 * self.width**4 * np.einsum("pg,pgn,n->p", weight, by_ss**2, _A),
+            "odd": -((self.poisson * self.width) ** 2) / 24.0 * lengths * q[:, 2] ** 2,
+        }
+
+    def clamp(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:
+        """Energy (k,), D w / l, of an end whose edge is held, from k, t, K there (k,)."""
+        curl = self.curl(k, t, natural)
+        y = self._c4 * k * k
+        gained = 0.5 * np.sum(curl**2 * (1.0 + y[..., None] * _A), axis=-1)
+        twist = (1.0 - self.poisson) * self.width**2 * np.einsum("...n,nm,...m->...", curl, _SLOPE, curl)
+        bend = 0.125 * self.width**4 * np.sum(curl**2 * _A, axis=-1)
+        return np.asarray(np.sqrt(gained * (twist + 2.0 * np.sqrt(gained * bend))))
+
+    def deflection(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:
+        """Root of the mean square over the width (k,) of the section's deflection, in l."""
+        return np.asarray(0.5 * self.width**2 * np.sqrt(np.sum(self.curl(k, t, natural) ** 2 * _A, axis=-1)))
+
+
+@dataclass(frozen=True)
+class Term:
+    """A dropped term on a state: its energy in D w / l, and its derivative by every segment's (a, b, n, m) (p, 4)."""
+
+    name: str
+    energy: float
+    gradient: FloatArray
+
+
+def terms(equilibrium: Any, thickness: float, held: Sequence[float] = ()) -> tuple[Term, ...]:
+    """The terms on a `ribbon.Equilibrium` of free twist; thickness: h / l; held: ends (0 or 1) whose edge is held."""
+    problem = equilibrium.problem
+    strip = problem.strip
+    dropped = Dropped(strip.relative_width, thickness, strip.poisson)
+    lengths = problem.lengths
+    start, end = strip.curvature
+    joints = np.concatenate([[0.0], np.cumsum(lengths)])
+    natural = start + (end - start) * (joints[:-1, None] + lengths[:, None] * _NODES)
+    q = equilibrium.parameters[:, :4]
+    step = _STEP * np.array([1.0, 1.0, 1.0, 1.0]) * np.maximum(1.0, np.abs(q[:, 1::2]).max())
+    found = {name: np.zeros(q.shape) for name in ALONG}
+    for i in range(4):
+        moved = np.zeros(4)
+        moved[i] = step[i]
+        up, down = dropped.along(q + moved, lengths, natural), dropped.along(q - moved, lengths, natural)
+        for name in ALONG:
+            found[name][:, i] = (up[name] - down[name]) / (2.0 * step[i])
+    here = dropped.along(q, lengths, natural)
+    ends = [Term(name, float(here[name].sum()), found[name]) for name in ALONG]
+    for at in held:
+        ends.append(_end(dropped, q, lengths, strip.curvature, at))
+    return tuple(ends)
+
+
+def _end(
+    dropped: Dropped, q: FloatArray, lengths: FloatArray, curvature: tuple[float, float], at: float
+) -> Term:
+    """The clamp's term at s = 0 or 1."""
+    row, s = (0, 0.0) if at == 0.0 else (-1, float(lengths[-1]))
+    natural = np.array([curvature[0 if at == 0.0 else 1]])
+    k, t = q[row, 0] * s + q[row, 1], q[row, 2] * s + q[row, 3]
+    step = _STEP * max(1.0, abs(k), abs(t))
+
+    def energy(dk: float, dt: float) -> float:
+        return float(dropped.clamp(np.array([k + dk]), np.array([t + dt]), natural)[0])
+
+    by_k = (energy(step, 0.0) - energy(-step, 0.0)) / (2.0 * step)
+    by_t = (energy(0.0, step) - energy(0.0, -step)) / (2.0 * step)
+    gradient = np.zeros(q.shape)
+    gradient[row] = s * by_k, by_k, s * by_t, by_t
+    return Term(CLAMP, energy(0.0, 0.0), gradient)
