@@ -168,7 +168,8 @@ def choice_text(choice: Mapping[str, Any]) -> str:
     accuracy = float(choice["accuracy"])
     said = []
     for step in choice["steps"]:
-        estimate, spent_on = step["estimate"], f"({1e3 * step['seconds']:.2g} ms)"
+        estimate, took = step["estimate"], float(step["seconds"])
+        spent_on = f"({took:.1f} s)" if took >= 1.0 else f"({1e3 * took:.0f} ms)"
         told = "not known" if estimate is None else f"{estimate:.1e}"
         beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
         said.append(f"{step['model']} {told}{beyond} {spent_on}")

@@ -22,6 +22,8 @@ from compare.measure.grid import Grid
 from compare.models.base import Options, Seconds
 from compare.models.ribbon.beyond import beyond, points
 from compare.models.ribbon.build import ribbon_problem
+from compare.models.ribbon.solving import solved as solved_as
+from compare.models.ribbon.solving import solver
 from compare.models.ribbon.state import motions_of
 from compare.scene.planar import nonplanar_reason
 
@@ -93,8 +95,6 @@ class Choice:
 
 def choose(scene: Scene, options: Options | None = None, say: Reporter | None = None) -> Choice:
     """The choice for a scene with `model.accuracy`; its thickness is known."""
-    from compare.models.ribbon.model import _solved
-
     accuracy = scene.model.accuracy
     assert accuracy is not None, "asked only of scenes that want it"
     options = replace(options or Options(), repeats=0)
@@ -104,7 +104,7 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
     first = LADDER[0]
     if say is not None:
         say.step(f"auto: {first}")
-    solved[first] = _solved(with_energy(scene, first), options, None)
+    solved[first] = solved_as(with_energy(scene, first), options, None)
     _, there, _ = solved[first]
     spent = time.perf_counter() - clock
     clock = time.perf_counter()
@@ -125,7 +125,7 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
                 break
             if say is not None:
                 say.step(f"auto: {energy}")
-            solved[energy] = _solved(with_energy(scene, energy), options, None)
+            solved[energy] = solved_as(with_energy(scene, energy), options, None)
         _, found, _ = solved[energy]
         moved = apart(found, best, grid) if found.ok else float("inf")
         estimate = _known(moved + left_out.distance)
@@ -154,12 +154,11 @@ def with_energy(scene: Scene, energy: str) -> Scene:
 def reference(scene: Scene, start: Equilibrium, accuracy: float) -> Equilibrium:
     """The strip with energy "finite" from the shape of another energy's equilibrium, its segments placed for a part of
     the accuracy; from the scene's own seed where that one is none."""
-    from compare.models.ribbon.model import solver
     from ribbon.find.adaptive import refine_to_tolerance
     from ribbon.find.solve import solve_from
 
     own = with_energy(scene, REFERENCE)
-    if not start.status.code == "converged":
+    if not start.ok:
         return solver(own, leave_saddle=True)()
     problem: Any = ribbon_problem(own, "mixed").with_changes(lengths=start.problem.lengths)
     omega, eta = start.problem.joint_values(start.x)
@@ -176,7 +175,7 @@ def apart(found: Equilibrium, best: Equilibrium, grid: Grid) -> float:
 
 
 def _name(scene: Scene, energy: str, found: Equilibrium) -> str:
-    """"elastica" for Sadowsky's strip that stays in the plane of a planar scene."""
+    """ "elastica" for Sadowsky's strip that stays in the plane of a planar scene."""
     if energy != LADDER[0] or nonplanar_reason(scene) is not None:
         return energy
     return PLANAR if float(np.abs(found.tau(np.linspace(0.0, 1.0, 201))).max()) < _PLANE else energy

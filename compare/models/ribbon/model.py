@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,8 +28,8 @@ from compare.models.base import (
 from compare.models.reference import cut
 from compare.models.ribbon.compiling import compiling
 from compare.models.ribbon.refinement import judged, left, refined
+from compare.models.ribbon.solving import solved
 from compare.models.ribbon.state import own_size, state_of
-from compare.models.timing import clocked, repeated
 from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
 
@@ -162,7 +162,7 @@ class RibbonModel:
                 stages = f", {len(scene.path) + 1} stages" if scene.path else ""
                 say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
             with compiling(say):
-                way, found, seconds = done or _solved(scene, options, say)
+                way, found, seconds = done or solved(scene, options, say)
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
         if not options.error:
             return state
@@ -260,40 +260,3 @@ def _shown(size: Size, found: Equilibrium) -> Size:
     if size.ladder != "placed":
         return size
     return replace(size, words=f"{found.problem.lengths.size} (for {size.values[0]:.0e})")
-
-
-def _solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way | None, Equilibrium, Seconds]:
-    """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed."""
-    from compare.models.ribbon.way import run_key, run_way
-
-    leave = options.leave_saddle
-    if not scene.path:
-        found, seconds = clocked(solver(scene, leave), options.repeats)
-        return None, found, seconds
-    folder = None if options.store is None else options.store.way(run_key(scene, leave))
-    detail = None if say is None else say.detail
-    way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail, film=True), 0)
-    if folder is not None:
-        with contextlib.suppress(OSError):  # empty: the way is finished
-            folder.rmdir()
-    if not way.resumed:  # gone again without the folder: nothing kept may shorten it
-        seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
-    return way, way.equilibrium, seconds
-
-
-def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium]:
-    """The whole solve of a scene without a path as a function: from the seed, to the tolerance where there is one."""
-    from compare.models.ribbon.build import ribbon_arguments
-    from ribbon import solve
-    from ribbon.find.adaptive import solve_to_tolerance
-
-    arguments = {**ribbon_arguments(scene), "budget": scene.model.budget}
-    tolerance = scene.model.tolerance
-    if tolerance is None:
-        return lambda: solve(**arguments, leave_saddle=leave_saddle)
-    del arguments["segments"]
-    first_three = [arguments.pop(name) for name in ("strip", "clamp", "gravity")]
-    strict = "model.tolerance" in scene.own_keys
-    return lambda: solve_to_tolerance(
-        *first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle, strict=strict
-    )

@@ -136,9 +136,7 @@ def terms(equilibrium: Any, thickness: float, held: Sequence[float] = ()) -> tup
     return tuple(ends)
 
 
-def _end(
-    dropped: Dropped, q: FloatArray, lengths: FloatArray, curvature: tuple[float, float], at: float
-) -> Term:
+def _end(dropped: Dropped, q: FloatArray, lengths: FloatArray, curvature: tuple[float, float], at: float) -> Term:
     """The clamp's term at s = 0 or 1."""
     row, s = (0, 0.0) if at == 0.0 else (-1, float(lengths[-1]))
     natural = np.array([curvature[0 if at == 0.0 else 1]])
