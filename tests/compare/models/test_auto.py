@@ -23,11 +23,15 @@ def planar() -> Scene:
 
 
 def narrow() -> Scene:
-    return with_clamp(load("limits_7_3"), "edge").replace({"strip.poisson": 0.0, "strip.width": 0.05, "strip.gamma": 10.0})
+    return with_clamp(load("limits_7_3"), "edge").replace(
+        {"strip.poisson": 0.0, "strip.width": 0.05, "strip.gamma": 10.0}
+    )
 
 
 def wide() -> Scene:
-    return with_clamp(load("limits_7_3"), "edge").replace({"strip.poisson": 0.0, "strip.width": 0.2, "strip.gamma": 10.0})
+    return with_clamp(load("limits_7_3"), "edge").replace(
+        {"strip.poisson": 0.0, "strip.width": 0.2, "strip.gamma": 10.0}
+    )
 
 
 def curl() -> Scene:
