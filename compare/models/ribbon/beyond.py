@@ -5,8 +5,8 @@ energy for itself, and the strip goes where it pulls (`ribbon.find.drift`); bend
 with. The estimate is the sum of these distances (largest of any particle, over l), not their resultant. Beside them:
 
 - section: at a held edge the shell is flat where the model's section is curved: its deflection there;
-- corners: a strip held at two corners alone turns at its clamp, which no model of lines knows; how far is not known, and
-  is told as the turn of the last length w / 2 at the curvature of the clamp.
+- corners: a strip held at two corners alone turns at its clamp, which no model of lines knows; how far is not known,
+  and is told as the turn of the last length w / 2 at the curvature of the clamp.
 """
 
 from __future__ import annotations

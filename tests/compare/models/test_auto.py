@@ -22,6 +22,11 @@ def planar() -> Scene:
     return load("cantilever").replace({"strip.poisson": 0.0, "shell.width_to_thickness": [20.0]})
 
 
+def held(width: float, gamma: float) -> Scene:
+    keys = {"strip.poisson": 0.0, "strip.width": width, "strip.gamma": gamma}
+    return with_clamp(load("limits_7_3"), "edge").replace(keys)
+
+
 def narrow() -> Scene:
     return with_clamp(load("limits_7_3"), "edge").replace(
         {"strip.poisson": 0.0, "strip.width": 0.05, "strip.gamma": 10.0}
@@ -87,7 +92,7 @@ def test_estimates_are_the_distance_to_finite_and_what_that_leaves_out():
 
 
 def test_what_is_left_out_vanishes_where_nothing_is():
-    """Without Poisson's effect a strip that only bends is exact: no section, no twist; in its plane alone it is soft."""
+    """Without Poisson's effect a strip that only bends is exact: its section stays straight, and nothing twists it."""
     scene = planar().replace({"model.energy": "finite"})
     state = solve(scene)
     parts = beyond(scene, state.native, Grid.for_shape(scene, state.shape.bend)).parts
