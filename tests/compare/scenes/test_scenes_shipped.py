@@ -27,7 +27,7 @@ EXPECTED = {
 }
 
 
-#: Scenes whose numbers are asserted in the other test_scenes_*: chapter5, moebius, roman, limits, daisy.
+#: Scenes whose numbers are asserted in the other test_scenes_*: chapter5, moebius, roman, limits, daisy, published.
 ELSEWHERE = {
     *("arc_5_1", "hanging_5_3_1", "two_clamps_5_3_2", "two_clamps_5_3_2_level", "two_clamps_5_3_2_twist"),
     *(f"start_5_3_3_{k}" for k in range(1, 6)),
@@ -36,6 +36,7 @@ ELSEWHERE = {
     *("curl_4_4_short", "curl_4_4_long"),
     *("lateral_7_1", "shift_7_2", "limits_7_3"),
     *("daisy_5g", "daisy_10g", "daisy_straight"),
+    *("edge_published", "jfig_5_2"),
 }
 
 

@@ -251,7 +251,7 @@ def _write_page(
         f"Our shell: Q2 elements, {MESH[0]} x {MESH[1]}; on {FINE[0]} x {FINE[1]} d changes by at most "
         f"{100 * error:.2f} %. CalculiX: {SOLID} elements, {SOLID_MESH[0]} x {SOLID_MESH[1]}. Published curves: read "
         "between their points. its load: how much more weight the published shell needs for our shell's d, where "
-        "d rises. All 51 points of the published shell are in the picture; numbers: [deflections.csv](deflections.csv).",
+        "d rises. All 51 published points are in the picture; numbers: [deflections.csv](deflections.csv).",
         f"On the rising branch the published shell needs {min(beyond):.1f} to {max(beyond):.1f} % more weight than "
         f"ours for the same deflection. Width {published.NARROW} mm, l = 3.5 Leg: {narrow[0]:.4f} by our shell, "
         + (f"{beside:.4f} by CalculiX, " if beside is not None else "")

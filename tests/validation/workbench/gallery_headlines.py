@@ -116,6 +116,11 @@ HEADLINES: dict[str, Headline] = {
         _ASIDE, _aside, ".4f",
         "one of both branches of the pitchfork, which begin at 3.161 g: [daisy](../results/daisy.md)",
     ),
+    "edge_published": Headline(
+        "the free end's place to the side, l", _side, ".4f",
+        "0.5258 of a published shell: an inextensible ribbon of this width falls over too far "
+        "(`tests/compare/scenes/test_scenes_published.py`)",
+    ),
     "figure_4_1": Headline(
         _ENERGY, _total, ".3f",
         "all ten perturbed seeds end here: [seeds](../results/seeds.md); on solve_bvp against the element: "
@@ -124,6 +129,11 @@ HEADLINES: dict[str, Headline] = {
     "hanging_5_3_1": Headline(
         _ENERGY, _total, ".9f",
         "p = 200: -0.206780080; chained, mixed and matrix model agree: [formulations](../results/formulations.md)",
+    ),
+    "jfig_5_2": Headline(
+        _ENERGY, _total, ".3f",
+        "-113.232132 with 160 segments (`tests/compare/scenes/test_scenes_published.py`); under the thesis's load for "
+        "the same figure, 6.7 times as much: [figure_4_1](#figure_4_1)",
     ),
     "lateral_7_1": Headline(
         "the free end's place to the side, l", _side, ".4f",

@@ -1,0 +1,59 @@
+"""Scenes of published numbers: edge_published (Audoly and Neukirch 2021), jfig_5_2 (JFIG 2019)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from compare.models import solve as solve_scene
+from compare.scene.scene import load
+from tests.reference import lateral_torsional as published
+
+
+def test_edge_published_is_the_papers_strip():
+    scene = load("edge_published")
+    nu = published.POISSON
+    assert scene.strip.length == pytest.approx(3.5 * published.LEG)
+    assert scene.strip.width == published.WIDTH
+    assert scene.strip.thickness == published.THICKNESS
+    assert scene.gamma == pytest.approx((1 - nu**2) * 3.5**3, rel=1e-12)
+    assert scene.gamma > 1.6 * (1 - nu**2) * published.gamma_sadowsky(nu)
+    assert scene.frame[:, 0] == pytest.approx([0, 0, -1])  # the width is vertical
+    rolled = scene.stages()[0].frame
+    assert math.acos(np.clip(rolled[:, 1] @ scene.frame[:, 1], -1, 1)) == pytest.approx(0.4)
+    assert scene.require_shell() == pytest.approx([published.WIDTH / published.THICKNESS])
+
+
+def test_edge_published_as_sadowskys_ribbon_is_the_papers_curve():
+    """With a free ruling, which the paper's has: read from its figure to 0.005."""
+    found = solve_scene(load("edge_published").replace({"model.energy": "sadowsky", "clamp.start.ruling": "free"}))
+    assert found.ok
+    side = 3.5 * abs(found.shape.centreline(np.array([1.0]))[0, 1])
+    curve = published.curve("sadowsky_1d")
+    assert side == pytest.approx(np.interp(3.5, *curve.T), abs=5e-3)
+
+
+def test_a_published_shell_falls_less_far():
+    shell = published.points("fem_shell")
+    assert np.interp(3.5, *shell.T) / 3.5 == pytest.approx(0.5258, abs=5e-5)
+    side = abs(solve_scene(load("edge_published")).shape.centreline(np.array([1.0]))[0, 1])
+    assert side == pytest.approx(0.6955, abs=1e-4)
+
+
+def test_jfig_differs_from_the_thesis_by_the_load_only():
+    paper, thesis = load("jfig_5_2"), load("figure_4_1")
+    assert thesis.replace({"strip.density": 150.0}).canonical() == paper.canonical()
+    areal = paper.strip.density * paper.strip.thickness
+    assert areal == pytest.approx(0.015)  # kg/m^2
+    rigidity = paper.strip.young * paper.strip.thickness**3 / (12 * (1 - paper.strip.poisson**2))
+    assert rigidity == pytest.approx(2e-4)  # N m
+    assert paper.gamma == pytest.approx(areal * 9.81 * 0.5**3 / rigidity, rel=1e-12)
+
+
+def test_jfig_hangs():
+    """Energy on the scene's 20 segments; with 160: -113.232132."""
+    found = solve_scene(load("jfig_5_2"))
+    assert found.ok
+    assert found.energy.total == pytest.approx(-113.231284, abs=2e-6)
