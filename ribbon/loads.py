@@ -1,12 +1,14 @@
-"""Dead loads on the ribbon."""
+"""Dead loads on the ribbon: its weight, and a force at its end."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ribbon.boundary import unit_vector
+from ribbon.errors import RibbonInputError
 
 
 @dataclass(frozen=True)
@@ -24,3 +26,16 @@ class Gravity:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "up", tuple(unit_vector("up", self.up).tolist()))
+
+
+def tip_force(value: ArrayLike | None) -> tuple[float, float, float] | None:
+    """A dead force (3,) at s = l in D w / l^2; None: none, or zero. `RibbonInputError` for what is no vector."""
+    if value is None:
+        return None
+    try:
+        x, y, z = (float(c) for c in np.asarray(value, dtype=float))
+    except (TypeError, ValueError):
+        raise RibbonInputError("tip", value, "three numbers, a force in D w / l^2") from None
+    if not np.all(np.isfinite([x, y, z])):
+        raise RibbonInputError("tip", value, "three finite numbers, a force in D w / l^2")
+    return (x, y, z) if x or y or z else None

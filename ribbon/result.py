@@ -49,6 +49,7 @@ class Energy:
     natural: float
     gravity: float
     plates: float = 0.0
+    tip: float = 0.0
 
     @property
     def elastic(self) -> float:
@@ -57,8 +58,8 @@ class Energy:
 
     @property
     def total(self) -> float:
-        """Elastic energy, weight and the springs of pressure plates."""
-        return self.elastic + self.gravity + self.plates
+        """Elastic energy, weight, the springs of pressure plates and the force at the end."""
+        return self.elastic + self.gravity + self.plates + self.tip
 
 
 @dataclass(frozen=True)

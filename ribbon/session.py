@@ -25,7 +25,7 @@ from ribbon.errors import NotDifferentiable, RibbonInputError
 from ribbon.find.continuation import StepRecord, follow
 from ribbon.find.solve import build, solve, solve_from
 from ribbon.forces import Force
-from ribbon.loads import Gravity
+from ribbon.loads import Gravity, tip_force
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 from ribbon.sensitivity.gradients import energy_slopes, gradients
@@ -138,14 +138,15 @@ class Session:
         end: Clamp | None = None,
         gamma: float | None = None,
         natural_curvature: float | tuple[float, float] | None = None,
+        tip: ArrayLike | None = None,
         steps: int | str = "auto",
         on_step: OnStep | None = None,
     ) -> Move:
         """Takes what is given from where it is to its new value, all at once, and the ribbon with it.
 
         clamp, end: at s = 0 and s = l; places move on straight lines, frames by the shortest turn (at most half a
-        turn a move). gamma, natural_curvature: of the strip, linearly. steps: "auto", or a number of equal ones.
-        on_step: called with (`StepRecord`, `Equilibrium`) after every accepted step.
+        turn a move). gamma, natural_curvature: of the strip, tip: the force at s = l, linearly. steps: "auto", or a
+        number of equal ones. on_step: called with (`StepRecord`, `Equilibrium`) after every accepted step.
 
         A move that cannot be gone to its end leaves the session at the last equilibrium on the way.
         Raises `RibbonInputError` on bad input.
@@ -153,7 +154,7 @@ class Session:
         if not (steps == "auto" or (isinstance(steps, int) and not isinstance(steps, bool) and steps >= 1)):
             raise RibbonInputError("steps", steps, 'a number of steps, or "auto"')
         begin = self.state
-        way = _way(begin.problem, clamp, end, gamma, natural_curvature)
+        way = _way(begin.problem, clamp, end, gamma, natural_curvature, tip)
         rates = _rates(begin.problem, way(1.0))
         states: list[Equilibrium] = []
         records: list[StepRecord] = []
@@ -218,6 +219,9 @@ def _rates(first: Problem, last: Problem) -> dict[str, FloatArray]:
         found["gamma"] = np.array(b.gamma - a.gamma)
     if a.natural_curvature != b.natural_curvature:
         found["natural_curvature"] = np.subtract(b.natural_curvature, a.natural_curvature)
+    pulls = [np.asarray(problem.tip or (0.0, 0.0, 0.0)) for problem in (first, last)]
+    if np.any(pulls[0] != pulls[1]):
+        found["tip"] = pulls[1] - pulls[0]
     for name, old, new in (("start", first.start, last.start), ("end", first.end, last.end)):
         if old is None or new is None:
             continue
@@ -237,7 +241,7 @@ def _released(before: Equilibrium, after: Equilibrium, rates: dict[str, FloatArr
         except NotDifferentiable:  # a contact on the point of changing
             return 0.0
         work += 0.5 * size * sum(float(np.sum(slopes[name] * rate)) for name, rate in rates.items())
-    scale = sum(abs(e.energy.elastic) + abs(e.energy.gravity) for e in (before, after))
+    scale = sum(abs(e.energy.elastic) + abs(e.energy.gravity) + abs(e.energy.tip) for e in (before, after))
     return (work - (after.energy.total - before.energy.total)) / max(scale, 1e-12)
 
 
@@ -247,6 +251,7 @@ def _way(
     end: Clamp | None,
     gamma: float | None,
     natural_curvature: float | tuple[float, float] | None,
+    tip: ArrayLike | None,
 ) -> Callable[[float], Problem]:
     """The problem at the share t of the way from `problem` to what is given."""
     strip = problem.strip
@@ -258,6 +263,8 @@ def _way(
     start_at = _between("clamp", problem.start, clamp)
     end_at = _between("end", problem.end, end)
     free = Clamp(None, None, None)
+    pull = np.asarray(problem.tip or (0.0, 0.0, 0.0))
+    goal_pull = pull if tip is None else np.asarray(tip_force(tip) or (0.0, 0.0, 0.0))
 
     def at(t: float) -> Problem:
         law: Any = zip(strip.natural_curvature, goal.natural_curvature, strict=True)  # type: ignore[arg-type]
@@ -269,6 +276,7 @@ def _way(
         return build(
             there, start_at(t) or free, problem.gravity, end=end_at(t), closure=problem.closure, walls=problem.walls,
             energy=problem.energy, segments=problem.lengths, formulation=problem.formulation,
+            tip=(1.0 - t) * pull + t * goal_pull,
         )  # fmt: skip
 
     return at

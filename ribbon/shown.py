@@ -17,6 +17,8 @@ from ribbon.errors import RibbonInputError
 Equilibrium = Any
 """A `ribbon.Equilibrium`, which is built on this module."""
 
+#: Parts of the energy that are saved.
+_ENERGIES = ("bending", "natural", "gravity", "plates", "tip", "total")
 #: Points of a saved centreline, cells of a surface that is drawn.
 LINE_POINTS, ALONG, ACROSS = 401, 200, 8
 
@@ -86,7 +88,7 @@ def numbers(result: Equilibrium) -> dict[str, Any]:
         "lowest_eigenvalue": _finite(result.lowest_eigenvalue),
         "residual": _finite(result.residual),
         "iterations": result.iterations,
-        "energy": {name: getattr(result.energy, name) for name in ("bending", "natural", "gravity", "plates", "total")},
+        "energy": {name: getattr(result.energy, name) for name in _ENERGIES},
         "end": {"position": result.end.position.tolist(), "frame": result.end.frame.tolist()},
         "forces": {
             "start": result.start.force.tolist(),

@@ -48,7 +48,7 @@ class InSI:
     def energy(self) -> Mapping[str, float]:
         """Energies by part, elastic and total, J."""
         found = self.result.energy
-        names = ("bending", "natural", "gravity", "plates", "elastic", "total")
+        names = ("bending", "natural", "gravity", "plates", "tip", "elastic", "total")
         return {name: self.units.energy * getattr(found, name) for name in names}
 
     def position(self, s: float | FloatArray) -> FloatArray:

@@ -42,8 +42,6 @@ def beyond_the_ribbon(scene: SceneData) -> tuple[str, str] | None:
             "strip.second_moment",
             "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods",
         )
-    if scene.tip is not None:
-        return "tip", "has no load at the tip, and the scene has [tip]; the planar elastica and the shell have"
     return None
 
 

@@ -95,6 +95,7 @@ def between(first: Scene, last: Scene) -> Homotopy:
     one, other = first.canonical(), last.canonical()
     _numbers("strip", one["strip"], other["strip"], moves, switched)
     _gravity(first, last, moves, switched)
+    _tip(first, last, moves, switched)
     for end in ("start", "end"):
         _clamp(f"clamp.{end}", _entry(one, end), _entry(other, end), moves, switched)
         _frame(f"clamp.{end}", getattr(first, f"{end}_frame"), getattr(last, f"{end}_frame"), moves, switched)
@@ -159,6 +160,24 @@ def _gravity(first: Scene, last: Scene, moves: list[Move], switched: list[str]) 
         return
     _direction("gravity.up", first.up, last.up, moves)
     _numbers("gravity", {**one, "up": None}, {**other, "up": None}, moves, switched)
+
+
+def _tip(first: Scene, last: Scene, moves: list[Move], switched: list[str]) -> None:
+    """Loads at the end vary linearly, one that only one scene has from or to zero. They switch where the end's position
+    is held in one of them, and a load that hangs where it is said in two ways."""
+    one, other = (dict(scene.canonical().get("tip") or {}) for scene in (first, last))
+    if first.end_position is not None or last.end_position is not None:
+        _switch("tip", one or None, other or None, switched)
+        return
+    hang = {"mass", "load"} & (set(one) | set(other))
+    for key in {**one, **other}:
+        if one.get(key) == other.get(key):
+            continue
+        if key in hang and (len(hang) > 1 or first.gravity is None or last.gravity is None):
+            switched.append(f"tip.{key}")
+            continue
+        none = [0.0, 0.0, 0.0] if key == "force" else 0.0
+        moves.append(_linear(f"tip.{key}", np.array(one.get(key, none)), np.array(other.get(key, none))))
 
 
 def _clamp(

@@ -40,6 +40,7 @@ QUARTERED = 16.0
 #: Keywords of `ribbon.find.solve.build` among those of `solve`, without the segments.
 _OF_THE_PROBLEM = (
     "strip", "clamp", "gravity", "end", "closure", "walls", "energy", "formulation", "held_by", "stiffness", "in_plane",
+    "tip",
 )  # fmt: skip
 _GOOD = (Status.CONVERGED, Status.SADDLE)
 #: Points along the ribbon for the distance.
@@ -151,7 +152,7 @@ def _as_mixed(equilibrium: Equilibrium) -> Problem:
     old = equilibrium.problem
     return build(
         old.strip, old.start, old.gravity, energy=old.energy, segments=old.lengths, formulation="mixed",
-        stiffness=old.stiffness, in_plane=old.in_plane,
+        stiffness=old.stiffness, in_plane=old.in_plane, tip=old.tip,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
 from ribbon.find import band, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
-from ribbon.loads import Gravity
+from ribbon.loads import Gravity, tip_force
 from ribbon.problems import formulation
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.problems.mixed import MixedProblem
@@ -51,6 +51,7 @@ def solve(
     held_by: str = "elimination",
     stiffness: str | None = None,
     in_plane: bool | None = None,
+    tip: ArrayLike | None = None,
     leave_saddle: bool = False,
     budget: float | None = None,
     options: dict[str, Any] | None = None,
@@ -68,6 +69,7 @@ def solve(
         "extensible", "sano", "sadowsky_kt" or the rod "kirchhoff", whose twist is free (docs/theory.md, chapter 10).
     stiffness: of "kirchhoff": "matched" (Y I, default) or "plate" (D w); in_plane: whether the strip bends in its own
         plane (energies with a free twist; default: "kirchhoff" does).
+    tip: dead force (3,) at s = l, in D w / l^2.
     segments: how many equal ones, or their lengths in units of l (they add up to 1).
     seed_curvature, seed_ruling: omega (in 1/length) and eta to start from: a number, or values at equally spaced
         abscissae from s = 0 to s = l, linear between them; "natural" is the stress-free shape, and where that says
@@ -84,7 +86,7 @@ def solve(
     """
     problem = build(
         strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
-        formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane,
+        formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip,
     )  # fmt: skip
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
@@ -123,6 +125,7 @@ def build(
     held_by: str = "elimination",
     stiffness: str | None = None,
     in_plane: bool | None = None,
+    tip: ArrayLike | None = None,
 ) -> Problem:
     """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`."""
     lengths = segment_lengths(segments)
@@ -131,10 +134,13 @@ def build(
     start = None if _nothing(clamp) else clamp
     end = None if _nothing(end) else end
     walls = tuple(walls)
+    force = tip_force(tip)
     chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size)
     if chosen == "chained" and end is None:
         assert start is not None
-        chain = ChainedProblem(strip, start, gravity, energy, lengths, stiffness=stiffness, in_plane=in_plane)
+        chain = ChainedProblem(
+            strip, start, gravity, energy, lengths, stiffness=stiffness, in_plane=in_plane, tip=force
+        )
         check_rulings(chain)
         return chain
     if closure is not None and lengths.size < 3:
@@ -142,6 +148,8 @@ def build(
     stretched.check_distance(strip, start, end)
     if chosen == "matrix" and gravity is not None and gravity.exact:
         raise RibbonInputError("formulation", chosen, 'the weight of the surface needs "mixed"')
+    if force is not None:
+        _check_pulled(chosen, start, end, closure, force)
     frame = None if start is None or not start.holds_frame else start
     reference = (1.0, 0.0, 0.0, 0.0)
     if frame is not None:
@@ -151,7 +159,7 @@ def build(
     arguments: dict[str, Any] = {
         "strip": strip, "start": start, "end": end, "closure": closure, "walls": walls, "gravity": gravity,
         "energy": energy, "lengths": lengths, "held_by": held_by, "reference": reference, "model": chosen,
-        "stiffness": stiffness, "in_plane": in_plane,
+        "stiffness": stiffness, "in_plane": in_plane, "tip": force,
     }  # fmt: skip
     glued = MixedProblem(**arguments)
     check_rulings(glued)
@@ -159,6 +167,20 @@ def build(
 
 
 _formulation = formulation.choose
+
+
+def _check_pulled(
+    chosen: str, start: Clamp | None, end: Clamp | None, closure: Closure | None, force: tuple[float, ...]
+) -> None:
+    """`RibbonInputError` where a force at s = l has nothing to act on, or nothing to act against."""
+    if closure is not None:
+        raise RibbonInputError("tip", force, "a closed band has no end to pull at; remove one")
+    if end is not None and end.position is not None:
+        raise RibbonInputError("tip", force, "pulls at a point that the end clamp holds; free its position")
+    if start is None or start.position is None:
+        raise RibbonInputError("tip", force, "pulls the ribbon away: hold its start")
+    if chosen != "mixed":
+        raise RibbonInputError("formulation", chosen, 'a force at a guided end needs "mixed" or "auto"')
 
 
 def check_rulings(problem: Problem) -> None:

@@ -231,11 +231,18 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
 
 
 def _is_least(problem: ChainedProblem, x: FloatArray) -> bool:
-    """Whether no shape at all has less energy: a flat strip that is straight, weightless or hanging straight down.
+    """Whether no shape at all has less energy: a flat strip that is straight, weightless or hanging straight down, and
+    pulled at its end that way if it is pulled.
 
     No ruling can then give a negative eigenvalue, and none has to be looked for.
     """
-    bending, natural, weight = problem.energy_parts(x)
+    bending, natural, weight = problem.energy_parts(x)[:3]
+    if problem.tip is not None:
+        points, _ = problem.joints(x)
+        pull = np.asarray(problem.tip)
+        size = float(np.linalg.norm(pull))
+        if size - float(pull @ (points[-1] - points[0])) > _SAME_ENERGY * max(1.0, size):
+            return False
     if problem.has_natural_curvature or natural or bending > _SAME_ENERGY:
         return False
     if problem.gravity is None or not problem.has_gravity:

@@ -85,7 +85,8 @@ class ChainedProblem:
     bounds ``|n_i| <= 2 l / w``: rulings do not cross inside the strip (thesis, eq. 2.7, 3.5; docs/theory.md, eq.
     (1.5)); their energy: docs/theory.md, eq. (2.11); a straight clamp fixes m_1 = 0, `planar` every ruling. Where the
     energy's twist is free it stands in the place of eta, without bounds (docs/theory.md, chapter 10), and an in-plane
-    curvature behind it where there is one. stiffness, in_plane: `ribbon.problems.fields.Fields`.
+    curvature behind it where there is one. stiffness, in_plane: `ribbon.problems.fields.Fields`. tip: dead force (3,)
+    at s = l, D w / l^2, or None.
     """
 
     strip: Strip
@@ -97,6 +98,7 @@ class ChainedProblem:
     planar: bool = False
     stiffness: str | None = None
     in_plane: bool | None = None
+    tip: tuple[float, float, float] | None = None
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, object] = field(default_factory=dict, repr=False, compare=False)
 
@@ -229,7 +231,7 @@ class ChainedProblem:
         gravity = None if problem.gravity is None else Gravity(problem.gravity.up)
         return cls(
             problem.strip, problem.start, gravity, problem.energy, lengths, problem.exponent_limit,
-            stiffness=problem.stiffness, in_plane=problem.in_plane,
+            stiffness=problem.stiffness, in_plane=problem.in_plane, tip=problem.tip,
         )  # fmt: skip
 
     def parameters(self, x: FloatArray) -> FloatArray:
@@ -244,7 +246,7 @@ class ChainedProblem:
         return float(self.strip.gamma), np.asarray(self.gravity.up)
 
     def energy_parts(self, x: FloatArray) -> FloatArray:
-        """Bending, natural-curvature and gravity energy (3,), units D w / l."""
+        """Bending, natural-curvature and gravity energy (3,), D w / l; with an end force 0 and its own too (5,)."""
         gamma, up = self._gravity_arguments()
         parts = np.empty(3)
         self.counters.value += 1
@@ -258,7 +260,10 @@ class ChainedProblem:
             np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, position, self.clamp.frame,
             self.exponent_limit, parts,
         )  # fmt: skip
-        return parts
+        if self.tip is None:
+            return parts
+        self.counters.series += self.lengths.size
+        return np.append(parts, [0.0, -float(self.joints(x)[0][-1] @ np.asarray(self.tip))])
 
     def value(self, x: FloatArray) -> float:
         """Total energy, units D w / l."""
@@ -280,10 +285,11 @@ class ChainedProblem:
                 np.asarray(self.strip.curvature), self.strip.poisson, local,
             )  # fmt: skip
             u = v = np.zeros((1, count, 3))
-            if gamma != 0.0:
+            if gamma != 0.0 or self.tip is not None:
                 u, v = np.empty((p, count, 3)), np.empty((p, count, 3))
-                kernels.gravity_derivatives(
-                    fields.free, q, self.lengths, gamma, up, self.clamp.frame, self.exponent_limit, local, u, v
+                force = np.asarray(self.tip or (0.0, 0.0, 0.0))
+                kernels.load_derivatives(
+                    fields.free, q, self.lengths, gamma, up, force, self.clamp.frame, self.exponent_limit, local, u, v
                 )
                 self.counters.series += p
             self._cache["key"], self._cache["jets"] = key, (local, u, v)
@@ -302,7 +308,7 @@ class ChainedProblem:
         self.counters.hessian += 1
         local, u, v = self._derivatives(x)
         hessian = np.empty((self.size, self.size))
-        kernels.assemble_hessian(self.lengths, local, self.has_gravity, u, v, hessian)
+        kernels.assemble_hessian(self.lengths, local, self.has_gravity or self.tip is not None, u, v, hessian)
         return hessian
 
     def metric(self) -> FloatArray:
@@ -332,11 +338,16 @@ class ChainedProblem:
     # -- what holds the ribbon ----------------------------------------------------------------------------------------
 
     def start_force(self, x: FloatArray, rows: FloatArray) -> Force:
-        """What the clamp exerts, about its point: it carries the weight of the centreline."""
-        if self.gravity is None:
-            return Force(np.zeros(3), np.zeros(3))
-        weight = self.strip.gamma * np.asarray(self.gravity.up)
-        return Force(weight, np.cross(self._first_moment(x), weight))
+        """What the clamp exerts, about its point: it carries the weight of the centreline and the force at the end."""
+        force, moment = np.zeros(3), np.zeros(3)
+        if self.gravity is not None:
+            weight = self.strip.gamma * np.asarray(self.gravity.up)
+            force, moment = weight, np.cross(self._first_moment(x), weight)
+        if self.tip is not None:
+            points, _ = self.joints(x)
+            pull = np.asarray(self.tip)
+            force, moment = force - pull, moment - np.cross(points[-1] - points[0], pull)
+        return Force(force, moment)
 
     def _first_moment(self, x: FloatArray) -> FloatArray:
         """int (r - r(0)) ds (3,), with eight points a segment."""

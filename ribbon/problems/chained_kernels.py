@@ -11,10 +11,15 @@ docs/theory.md, eq. (4.2))::
     int <r, e> ds = <r_1, e> + sum_i <g_i, c_i> ,   g_i = R_i^T e ,   c_i = J_i + M_i p_i ,   g_(i+1) = Q_i^T g_i .
 
 With the backward recursion ``C_i = c_i + Q_i C_(i+1)``, ``C_(p+1) = 0``, the sum is ``<g_1, C_1>``, its derivative by a
-parameter of segment j is ``<g_j, d c_j + d Q_j C_(j+1)>``, and its second derivatives are the same with second
-derivatives on the diagonal and, for j < k, the product of two vectors of the fixed frame (docs/theory.md, eq. (4.3))::
+parameter of segment j is ``<g_j, d c_j + d Q_j C_(j+1)>``. A dead force F at s = l adds ``-<F, r_1 + R_1 P_1>`` with
+``P_i = p_i + Q_i P_(i+1)``, ``P_(p+1) = 0``, and the same in its derivatives.
 
-    d2 / dq_j dq_k = <u_j, v_k> ,  u_j = R_(j+1) (dQ_j)^T g_j ,  v_k = R_k (d c_k + dQ_k C_(k+1)) .
+Second derivatives are the same with second derivatives on the diagonal. For j < k a change of q_j turns all that is
+behind it about the axis ``u_j``, the axial vector of ``R_j dQ_j Q_j^T R_j^T``, so that they are the product of two
+vectors of the fixed frame, whatever the directions of the loads (docs/theory.md, eq. (4.3))::
+
+    d2 / dq_j dq_k = <u_j, v_k> ,
+    v_k = Gamma R_k (d c_k + dQ_k C_(k+1)) x e - R_k (d p_k + dQ_k P_(k+1)) x F .
 
 The Hessian is thus semi-separable of rank 3. An unknown X = a_j (or n_j; b_1 and m_1 count as j = 0 with L = 1 and no
 part of its own) moves ``a_j`` itself and every later b by ``L_j``; with suffix sums of u, v and of the diagonal blocks
@@ -118,10 +123,11 @@ def local_derivatives(q, lengths, code, section, natural, curvature, poisson, lo
 
 
 @njit(cache=True)
-def gravity_derivatives(free, q, lengths, gamma, up, frame, limit, local, u, v):
-    """Adds the jets of gravity to `local` (p, components) (value left alone) and fills the factors u, v (p, 4 or 6, 3).
+def load_derivatives(free, q, lengths, gamma, up, force, frame, limit, local, u, v):
+    """Adds the jets of weight and end force to `local` (p, components) (value left alone) and fills the factors u, v
+    (p, 4 or 6, 3).
 
-    Symbols as in the module; u and v carry the factor gamma together (it sits in v).
+    Symbols as in the module; force (3,), D w / l^2.
     """
     p = lengths.size
     components = local.shape[1]
@@ -139,14 +145,21 @@ def gravity_derivatives(free, q, lengths, gamma, up, frame, limit, local, u, v):
                     + frames[i, r, 2] * jets[i, 6 + c, 0]
                 )
     back = np.zeros(3)
+    chord = np.zeros(3)
     g = np.empty(3)
+    f = np.empty(3)
     d = np.empty((3, components))
+    e = np.empty((3, components))
+    spin = np.empty(3)
+    moved = np.empty(3)
+    drawn = np.empty(3)
     behind = 0.0
     for i in range(p - 1, -1, -1):
         jet = jets[i]
         for k in range(3):
-            g[k] = frames[i, 0, k] * up[0] + frames[i, 1, k] * up[1] + frames[i, 2, k] * up[2]
-        # jets of c_i + Q_i C_(i+1) with C_(i+1) held
+            g[k] = gamma * (frames[i, 0, k] * up[0] + frames[i, 1, k] * up[1] + frames[i, 2, k] * up[2])
+            f[k] = frames[i, 0, k] * force[0] + frames[i, 1, k] * force[1] + frames[i, 2, k] * force[2]
+        # jets of c_i + Q_i C_(i+1) and of p_i + Q_i P_(i+1), with C_(i+1) and P_(i+1) held
         for r in range(3):
             for c in range(components):
                 d[r, c] = (
@@ -156,19 +169,36 @@ def gravity_derivatives(free, q, lengths, gamma, up, frame, limit, local, u, v):
                     + jet[3 * r + 1, c] * back[1]
                     + jet[3 * r + 2, c] * back[2]
                 )
+                e[r, c] = (
+                    jet[9 + r, c]
+                    + jet[3 * r, c] * chord[0]
+                    + jet[3 * r + 1, c] * chord[1]
+                    + jet[3 * r + 2, c] * chord[2]
+                )
         for c in range(1, components):
-            local[i, c] += gamma * (g[0] * d[0, c] + g[1] * d[1, c] + g[2] * d[2, c])
+            local[i, c] += g[0] * d[0, c] + g[1] * d[1, c] + g[2] * d[2, c]
+            local[i, c] -= f[0] * e[0, c] + f[1] * e[1, c] + f[2] * e[2, c]
         for c in range(count):
+            # dQ Q^T is skew
             for r in range(3):
-                v[i, c, r] = gamma * (
+                a, b = (r + 2) % 3, (r + 1) % 3
+                spin[r] = (
+                    jet[3 * a, 1 + c] * jet[3 * b, 0]
+                    + jet[3 * a + 1, 1 + c] * jet[3 * b + 1, 0]
+                    + jet[3 * a + 2, 1 + c] * jet[3 * b + 2, 0]
+                )
+            for r in range(3):
+                u[i, c, r] = frames[i, r, 0] * spin[0] + frames[i, r, 1] * spin[1] + frames[i, r, 2] * spin[2]
+                moved[r] = gamma * (
                     frames[i, r, 0] * d[0, 1 + c] + frames[i, r, 1] * d[1, 1 + c] + frames[i, r, 2] * d[2, 1 + c]
                 )
-                t0 = jet[0, 1 + c] * g[0] + jet[3, 1 + c] * g[1] + jet[6, 1 + c] * g[2]
-                t1 = jet[1, 1 + c] * g[0] + jet[4, 1 + c] * g[1] + jet[7, 1 + c] * g[2]
-                t2 = jet[2, 1 + c] * g[0] + jet[5, 1 + c] * g[1] + jet[8, 1 + c] * g[2]
-                u[i, c, r] = frames[i + 1, r, 0] * t0 + frames[i + 1, r, 1] * t1 + frames[i + 1, r, 2] * t2
+                drawn[r] = frames[i, r, 0] * e[0, 1 + c] + frames[i, r, 1] * e[1, 1 + c] + frames[i, r, 2] * e[2, 1 + c]
+            for r in range(3):
+                a, b = (r + 1) % 3, (r + 2) % 3
+                v[i, c, r] = moved[a] * up[b] - moved[b] * up[a] - drawn[a] * force[b] + drawn[b] * force[a]
         for r in range(3):
             back[r] = d[r, 0]
+            chord[r] = e[r, 0]
         behind += lengths[i]
 
 
@@ -191,7 +221,7 @@ def _dot(x, y):
 
 @njit(cache=True)
 def assemble_hessian(lengths, local, coupled, u, v, hessian):
-    """Symmetric Hessian (f p + f, f p + f) by the unknowns of f fields; `coupled` is False without gravity (u = v = 0).
+    """Symmetric Hessian (f p + f, f p + f) by the unknowns of f fields; `coupled` is False without loads (u = v = 0).
 
     The parameter 2 s of a segment is the slope of field s, its own, and 2 s + 1 what it hands on, its tail."""
     p = lengths.size

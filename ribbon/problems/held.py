@@ -43,7 +43,7 @@ class Held:
     quaternion (4,) to which the gauge of free rotations refers, the start's of the seed, and origin (3,) the same for
     positions; box: bounds on |omega| and |eta| that keep a far start from running away; a solution must not touch them;
     model: "mixed", or the formulation that finds the point ("matrix", "chained"), for comparison; stiffness, in_plane:
-    `ribbon.problems.fields.Fields`.
+    `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or None.
     """
 
     strip: Strip
@@ -62,6 +62,7 @@ class Held:
     model: str = "mixed"
     stiffness: str | None = None
     in_plane: bool | None = None
+    tip: tuple[float, float, float] | None = None
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -226,6 +227,7 @@ class Held:
         """Unit translations (k, 3) and axes of rotation (m, 3) that change neither energy nor constraints."""
         fixed = [] if self.gravity is None or not self.has_gravity else [np.asarray(self.gravity.up)]
         fixed += [np.asarray(wall.normal) for wall in self.walls]
+        fixed += [] if self.tip is None else [np.asarray(self.tip) / np.linalg.norm(self.tip)]
         directions = np.array(fixed).reshape(-1, 3)
         points = [r for r in (self.start_position, self.end_position) if r is not None]
         translations = np.empty((0, 3))

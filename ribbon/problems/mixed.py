@@ -37,10 +37,13 @@ class MixedProblem(Held):
     """
 
     def energy_parts(self, x: FloatArray) -> FloatArray:
-        """Bending, natural-curvature and gravity energy and that of the pressure plates (4,), units D w / l."""
-        parts = np.append(self._parts_and_glue(x, False)[0], self._plate_energy(x))
+        """Bending, natural-curvature and gravity energy, that of pressure plates and of an end force (5,), D w / l."""
+        parts = np.append(self._parts_and_glue(x, False)[0], [self._plate_energy(x), self._tip_energy(x)])
         parts[2] += sum(end[1] for end in self._oblique_ends(x))
         return parts
+
+    def _tip_energy(self, x: FloatArray) -> float:
+        return 0.0 if self.tip is None else -float(x[self.layout.joint(-1).position] @ np.asarray(self.tip))
 
     def _oblique_ends(self, x: FloatArray) -> list[tuple[int, float, FloatArray, FloatArray]]:
         """Of either end with an exact weight: first column, energy, derivatives (5,), second ones (15,) by q, eta."""
@@ -85,7 +88,7 @@ class MixedProblem(Held):
     def value(self, x: FloatArray) -> float:
         """Total energy, units D w / l."""
         ends = sum(end[1] for end in self._oblique_ends(x))
-        return float(self._evaluated(x)[0].sum() + self._plate_energy(x) + ends)
+        return float(self._evaluated(x)[0].sum() + self._plate_energy(x) + self._tip_energy(x) + ends)
 
     def constraints(self, x: FloatArray) -> FloatArray:
         """The rows: the glue, then the blocks."""
@@ -149,6 +152,8 @@ class MixedProblem(Held):
             out[column] = self.walls[k].stiffness * x[column]  # type: ignore[operator]
         for column, _, by, _ in self._oblique_ends(x):
             out[column + _ENDS] += by
+        if self.tip is not None:
+            out[self.layout.joint(-1).position] -= np.asarray(self.tip)
         return out
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:

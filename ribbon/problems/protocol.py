@@ -60,6 +60,11 @@ class Problem(Protocol):
     def in_plane(self) -> bool | None: ...
 
     @property
+    def tip(self) -> tuple[float, float, float] | None:
+        """Dead force at s = l, D w / l^2."""
+        ...
+
+    @property
     def fields(self) -> Fields:
         """What bends the strip, and the energy's arguments for the kernels."""
         ...
@@ -100,7 +105,7 @@ class Problem(Protocol):
     def gradient(self, x: FloatArray) -> FloatArray: ...
 
     def energy_parts(self, x: FloatArray) -> FloatArray:
-        """Bending, natural-curvature and gravity energy, and that of pressure plates where there may be some."""
+        """Bending, natural-curvature and gravity energy, that of plates and of an end force where there may be some."""
         ...
 
     def block_slices(self) -> dict[str, slice]:

@@ -33,6 +33,7 @@ NAMES = {
     "natural_curvature": "(2,) K at s = 0 and at s = l, in 1/length",
     "natural_curvature(s)": "(p + 1,) K at the joints, linear between them, in 1/length",
     "gamma": "() rho h g l^3 / D",
+    "tip": "(3,) dead force at s = l, in D w / l^2",
     "width": "() w, in the strip's unit of length",
     "thickness": "() h, the same; Gamma held: only energies that ask for h feel it",
     "poisson": "() nu; Gamma held",
@@ -312,6 +313,14 @@ def _gamma(system: System) -> Load:
     return _free(here, energy, gradient[:, None], ())
 
 
+def _tip(system: System) -> Load:
+    here = system.point
+    last = here.problem.layout.joint(-1).position
+    gradient = np.zeros((here.x.size, 3))
+    gradient[last] = -np.eye(3)
+    return _free(here, -here.x[last], gradient, (3,))
+
+
 # -- what holds the ribbon --------------------------------------------------------------------------------------------
 
 
@@ -396,6 +405,7 @@ _LOADS: dict[str, Callable[[System], Load]] = {
     "natural_curvature": _natural_curvature,
     "natural_curvature(s)": _natural_at_joints,
     "gamma": _gamma,
+    "tip": _tip,
     "width": _width,
     "thickness": _thickness,
     "poisson": _poisson,

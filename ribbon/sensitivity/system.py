@@ -68,6 +68,7 @@ def point(equilibrium: Equilibrium, *, unstable: bool = False) -> Point:
     problem = MixedProblem(
         old.strip, old.start, None, None, (), old.gravity, old.energy, old.lengths,
         reference=tuple(quaternion.from_matrix(old.start.frame).tolist()), exponent_limit=old.exponent_limit,
+        tip=old.tip,
     )  # fmt: skip
     x = problem.state(*old.joint_values(equilibrium.x))
     gradient, jacobian = problem.gradient(x), problem.jacobian_matrix(x)

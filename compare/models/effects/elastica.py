@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from compare.models.base import Effect
+from compare.models.effects.weightless import weightless
 from compare.scene.scene import Scene
 from compare.scene.stages import stages_without
 
@@ -33,7 +34,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         ),
         either(
             "weight", weight > 0.0, f"[gravity], Gamma = {weight:g}", "no weight along the strip",
-            "a force linear in s", {"gravity": False} if not scene.tip_load else None,
+            "a force linear in s", weightless(scene),
         ),
         either(
             "natural curvature", (start, end) != (0.0, 0.0), law, "naturally straight", "a term in theta'",

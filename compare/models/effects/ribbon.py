@@ -114,7 +114,18 @@ def _effect(name: str, on: bool, why: str, adds: str) -> Effect:
 
 
 def _loads(scene: Scene, problem: Problem) -> list[Effect]:
-    """Gravity along the centreline or over the surface."""
+    """Gravity along the centreline or over the surface, and what pulls at the end."""
+    return [*_weight(scene, problem), _pull(problem)]
+
+
+def _pull(problem: Problem) -> Effect:
+    if problem.tip is None:
+        return _effect("load at the tip", False, "no [tip]", "no term")
+    adds = "the place of the end in every evaluation" if problem.formulation == "chained" else "a linear term"
+    return _effect("load at the tip", True, f"[tip], {float(np.linalg.norm(problem.tip)):.4g} D w / l^2", adds)
+
+
+def _weight(scene: Scene, problem: Problem) -> list[Effect]:
     p = problem.lengths.size
     gravity = problem.gravity
     if gravity is None or not problem.has_gravity:

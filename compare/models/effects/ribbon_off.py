@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.models.effects.weightless import weightless
 from compare.models.ribbon.build import build_arguments, ribbon_problem
 from compare.scene.scene import Scene
 from compare.scene.spec import DEFAULT_ELEMENTS
@@ -54,7 +55,8 @@ def _plates(scene: Scene) -> dict[str, Any]:
 
 
 _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
-    "gravity": lambda scene: {"gravity": None},
+    "gravity": weightless,
+    "load at the tip": lambda scene: {"tip": None},
     "gravity over the surface": lambda scene: {"gravity.exact": None},
     "natural curvature": lambda scene: {"strip.natural_curvature": None},
     "clamp at the start": lambda scene: {"clamp.start": None},

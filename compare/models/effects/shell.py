@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from compare.errors import BadInput
 from compare.models.base import Effect
+from compare.models.effects.weightless import weightless
 from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_words
 from compare.scene.stages import stages_without
 
@@ -20,7 +21,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
     def either(name: str, on: bool, why: str, key: str) -> Effect:
         if not on:
             return Effect(name, "nothing", False, why)
-        off: dict[str, Any] = {key: None}
+        off: dict[str, Any] = weightless(scene) if key == "gravity" else {key: None}
         if scene.path:
             off["path"] = stages_without(scene.path, (key,)) or None
         return Effect(name, "a load of its path" if key != "clamp.end" else "a clamp of its path", True, why, off)

@@ -121,6 +121,7 @@ def build_arguments(scene: Scene) -> dict[str, Any]:
         "held_by": scene.model.held_by,
         "stiffness": scene.model.stiffness,
         "in_plane": scene.model.in_plane,
+        "tip": None if scene.tip is None else scene.tip_force,
     }
 
 

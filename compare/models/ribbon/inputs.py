@@ -4,7 +4,8 @@ The solver knows w / l, h / l, nu, K l and Gamma. A scene in SI units gives Gamm
 
     Gamma = 12 (1 - nu^2) rho g l^3 / (Y h^2)
 
-so that Young's modulus, density and, beside what else they do, thickness and Poisson's ratio act through it.
+so that Young's modulus, density and, beside what else they do, thickness and Poisson's ratio act through it; what
+pulls at the end in newtons is F l^2 / (D w), D = Y h^3 / (12 (1 - nu^2)).
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ def derivatives(
     by = of(gradients(state.native, names, unstable=state.stable is False))
     if "natural_curvature" in by:
         by["natural_curvature"] = by["natural_curvature"].sum(axis=-1)
+    if "tip" in by:
+        by["tip"] = by["tip"] @ _newtons(scene)
     none = np.zeros_like(by["poisson"])
     return {key: sum((factor * by[name] for name, factor in parts.items()), none) for key, parts in own.items()}
 
@@ -88,7 +91,24 @@ def _chain(scene: Scene, key: str) -> dict[str, float]:
         direct["thickness"] = 1.0 / strip.length
     if name in direct:
         found[name] = direct[name]
+    if np.any(_newtons(scene)):
+        by_tip = {
+            "young": -1.0 / (strip.young or 1.0),
+            "thickness": -3.0 / (strip.thickness or 1.0),
+            "width": -1.0 / strip.width,
+            "poisson": -2.0 * strip.poisson / (1.0 - strip.poisson**2),
+        }
+        if name in by_tip:
+            found["tip"] = by_tip[name]
     return found
+
+
+def _newtons(scene: Scene) -> FloatArray:
+    """The part (3,) of the force at the end, in D w / l^2, that the scene gives in newtons or kilograms."""
+    if scene.tip is None or scene.strip.young is None:
+        return np.zeros(3)
+    given = scene.tip.load or 0.0
+    return scene.tip_force if scene.up is None else scene.tip_force + given * scene.up
 
 
 __all__ = ["KEYS", "NotDifferentiable", "derivatives", "solved_near"]

@@ -55,7 +55,7 @@ class RibbonModel:
     reads = frozenset(
         {
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
-            "strip.gamma", "strip.young", "strip.density", "gravity.*", "clamp.*", "closure.*", "wall.*",
+            "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.*", "clamp.*", "closure.*", "wall.*",
             "model.energy", "model.accuracy", "model.stiffness", "model.in_plane", "model.elements", "model.grading",
             "model.element_lengths", "model.tolerance", "model.formulation", "model.held_by", "model.budget",
             "seed.*", "path",
@@ -69,7 +69,7 @@ class RibbonModel:
     wing: tuple[str, ...] = ("ribbon", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
-        """A rod, or a load at the tip; keys of which one would be ignored."""
+        """A rod; keys of which one would be ignored."""
         beyond = beyond_the_ribbon(scene)
         if beyond is not None:
             remedy = 'use ribbonbench solve with model.energy = "elastica"'

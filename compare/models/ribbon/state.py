@@ -92,6 +92,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         energy=Energy(
             elastic=e.energy.elastic,
             gravity=e.energy.gravity,
+            tip=None if e.problem.tip is None else e.energy.tip,
             plates=e.energy.plates if plates else None,
             constant=natural_constant(e.problem.strip.curvature),
             parts={"bending": e.energy.bending, "natural": e.energy.natural},

@@ -24,7 +24,9 @@ elements = [30, 2]
 """
 START = np.array([0.1, 0.2, 0.3])
 GUIDED = {"clamp.end.position": "free", "clamp.end.tangent": [0.0, 0.0, 1.0], "clamp.end.normal": [0.0, 1.0, 0.0]}
-MODELS = [pytest.param(name, marks=[pytest.mark.shell] if name == "shell" else []) for name in ("elastica", "shell")]
+MODELS = [
+    pytest.param(name, marks=[pytest.mark.shell] if name == "shell" else []) for name in ("elastica", "ribbon", "shell")
+]
 
 #: F l^2 / (E I): drop and shortening over l of a cantilever with a dead end force (K. Mattiasson, Int. J. Numer. Meth.
 #: Engng 17 (1981) 145, doi:10.1002/nme.1620170113, tables 1 and 2, five digits).

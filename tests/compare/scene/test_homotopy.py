@@ -285,3 +285,21 @@ def test_the_stages_of_a_path_chain_up():
     assert [way.switched for way in ways] == [("gravity",), ("gravity",)]
     assert ways[1](0.5).gamma == 50.0
     assert ways[1](0.5).end_position[2] == pytest.approx(0.7)
+
+
+PULLED = loads(text({"tip.force": "[0.0, 4.0, 0.0]", "tip.tension": "2.0", "strip.gamma": None, "gravity.up": None}))
+
+
+def test_loads_at_the_end_grow_from_nothing_and_turn_linearly():
+    bare = PULLED.replace({"tip": False})
+    for way, at in ((between(bare, PULLED), 0.25), (between(PULLED, bare), 0.75)):
+        assert way.continuous
+        assert way.switched == ()
+        np.testing.assert_allclose(way(at).tip_force, 0.25 * PULLED.tip_force, rtol=1e-14)
+    way = between(PULLED, PULLED.replace({"tip.force": [2.0, 0.0, 0.0]}))
+    np.testing.assert_allclose(way(0.5).tip_force, [1.0, 2.0, 2.0], rtol=1e-14)
+
+
+def test_a_load_at_an_end_that_is_held_later_switches():
+    held = PULLED.replace({"tip": False, "clamp.end.position": [0.0, 0.0, 0.5]})
+    assert "tip" in between(PULLED, held).switched

@@ -92,7 +92,7 @@ def evaluated(scene, calls):
 KERNELS = {
     "gravity, chained": (
         BASE, {"gravity": None},
-        ("chained_kernels._height", "chained_kernels.gravity_derivatives", "series.segment_values", "series.walk"),
+        ("chained_kernels._height", "chained_kernels.load_derivatives", "series.segment_values", "series.walk"),
     ),
     "gravity, glued": (HELD, {"gravity": None}, ("mixed_kernels.weight_jets",)),
     "exact gravity": (HELD.replace({"gravity.exact": True}), {"gravity.exact": None}, ("mixed_kernels.end_weight",)),
@@ -145,7 +145,7 @@ def test_the_whole_solve_without_weight_evaluates_no_series(counted):
     counted.clear()
     result = ribbon.solve(**ribbon_arguments(off), options={"max_iter": 5})
     assert result.evaluations["series"] == 0
-    assert counted["chained_kernels.gravity_derivatives"] == counted["chained_kernels._height"] == 0
+    assert counted["chained_kernels.load_derivatives"] == counted["chained_kernels._height"] == 0
     assert counted["series.walk"] == 0
 
 
