@@ -38,6 +38,7 @@ NAMES = (
     "shell_curl",
     "shell_corners",
     "limits",
+    "hit_table",
     "sweep",
     "shell_cost",
     "shell_size",

@@ -1,0 +1,86 @@
+"""Forty scenes drawn at random, on which no model and no threshold was fitted: the same ones wherever this runs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from compare.scene.scene import Scene, load
+from compare.studies.limits import with_clamp
+
+#: Of the generator. The draws are rounded to three digits, so that a table can show a scene as it was.
+SEED = 2026_11
+#: Scenes of each kind, in the order of their names.
+EDGE, CORNERS, ARCHES, SHIFTED = 25, 9, 3, 3
+#: Ranges: w / l, w / h and Gamma by their logarithm, the others evenly. K l is 0 in one scene of three.
+WIDTH, RATIO, GAMMA = (0.02, 0.3), (20.0, 400.0), (1.0, 1000.0)
+POISSON, CURVATURE = (0.0, 0.45), (-15.0, 15.0)
+_FLAT = 1.0 / 3.0
+#: Angle of the clamp's tangent above the horizontal, of its width from the vertical plane of that tangent (degrees).
+TANGENT, ACROSS = (-60.0, 60.0), (0.0, 90.0)
+#: Between two clamps: narrower strips, lighter ones, how far the second clamp stands (arches: from the first; shifted
+#: ones: to the side).
+NARROW, LIGHT, APART, ASIDE = (0.02, 0.15), (1.0, 30.0), (0.85, 0.97), (0.02, 0.3)
+
+
+def drawn() -> tuple[tuple[str, Scene], ...]:
+    """Names and scenes: held by an edge, by its corners, bent between two clamps, between clamps that are shifted."""
+    rng = np.random.default_rng(SEED)
+    found = [(f"edge_{n:02d}", with_clamp(_held(rng), "edge")) for n in range(1, EDGE + 1)]
+    found += [(f"corners_{n:02d}", with_clamp(_held(rng), "corners")) for n in range(1, CORNERS + 1)]
+    found += [(f"arch_{n:02d}", _arch(rng)) for n in range(1, ARCHES + 1)]
+    found += [(f"shifted_{n:02d}", _shifted(rng)) for n in range(1, SHIFTED + 1)]
+    return tuple(found)
+
+
+def _rounded(value: float) -> float:
+    """Three digits of a number."""
+    return float(f"{value:.3g}")
+
+
+def _evenly(rng: np.random.Generator, range_: tuple[float, float]) -> float:
+    return _rounded(rng.uniform(*range_))
+
+
+def _logarithmically(rng: np.random.Generator, range_: tuple[float, float]) -> float:
+    return _rounded(math.exp(rng.uniform(math.log(range_[0]), math.log(range_[1]))))
+
+
+def _strip(rng: np.random.Generator, width: tuple[float, float], gamma: tuple[float, float] | None) -> dict[str, Any]:
+    """Keys of a strip, l = 1: width, thickness, Poisson's ratio, weight."""
+    w = _logarithmically(rng, width)
+    keys: dict[str, Any] = {"strip.width": w, "strip.thickness": _rounded(w / _logarithmically(rng, RATIO))}
+    keys["strip.poisson"] = _evenly(rng, POISSON)
+    if gamma is not None:
+        keys["strip.gamma"] = _logarithmically(rng, gamma)
+    return keys
+
+
+def _held(rng: np.random.Generator) -> Scene:
+    """A strip held at one end, curved or not, in any pose up to turns about the vertical."""
+    keys = _strip(rng, WIDTH, GAMMA)
+    flat = rng.uniform() < _FLAT
+    keys["strip.natural_curvature"] = 0.0 if flat else _evenly(rng, CURVATURE)
+    up, turn = (math.radians(_evenly(rng, range_)) for range_ in (TANGENT, ACROSS))
+    along = np.array([math.cos(up), 0.0, math.sin(up)])
+    across = math.cos(turn) * np.array([-math.sin(up), 0.0, math.cos(up)]) + math.sin(turn) * np.array([0.0, 1.0, 0.0])
+    keys["clamp.start.tangent"] = along.tolist()
+    keys["clamp.start.normal"] = np.cross(along, across).tolist()
+    return load("limits_7_3").replace({**keys, "shell.corner": None})
+
+
+def _arch(rng: np.random.Generator) -> Scene:
+    """A flat strip bent between a vertical and a horizontal clamp (5.3.2), the second one a little aside."""
+    keys = _strip(rng, NARROW, LIGHT)
+    apart, aside = _evenly(rng, APART), 0.1 * _evenly(rng, (0.0, 1.0))
+    keys["clamp.end.position"] = [apart * math.sqrt(0.5), aside, apart * math.sqrt(0.5)]
+    return with_clamp(load("two_clamps_5_3_2").replace(keys), "edge")
+
+
+def _shifted(rng: np.random.Generator) -> Scene:
+    """A weightless arch whose second clamp is shifted to its side (7.2)."""
+    keys = _strip(rng, NARROW, None)
+    keys["clamp.end.position"] = [0.5, _evenly(rng, ASIDE), 0.0]
+    return load("shift_7_2").replace({**keys, "shell.width_to_thickness": None})

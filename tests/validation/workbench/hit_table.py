@@ -1,0 +1,197 @@
+"""How often `model = "auto"` chooses the cheapest model that is near enough to the shell: 120 scenes, 40 of them drawn.
+
+Of each scene: the distance of every model to the shell, the model that `auto` chose at an accuracy, the cheapest one
+whose measured distance is within it (the shell where none is), and a verdict:
+
+    same          the choice is the cheapest sufficient model
+    too cautious  a cheaper one would have done
+    too bold      the chosen model is farther from the shell than the accuracy asked for
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from compare.page.csv import field
+from compare.scene.scene import Scene
+from compare.store.progress import Reporter
+from compare.store.store import CaseStore, atomic_write_text
+from tests.validation import page
+from tests.validation.workbench.hit_cases import GROUPS, Case, Shell, cases, solved
+from tests.validation.workbench.hit_measure import Measured, all_measured, available
+
+ACCURACY = 1e-2
+#: Models among which `auto` chooses, the cheapest first.
+LADDER = ("elastica", "sadowsky", "wunderlich", "finite", "shell")
+SAME, CAUTIOUS, BOLD, UNKNOWN = "same", "too cautious", "too bold", "unknown"
+VERDICTS = (SAME, CAUTIOUS, BOLD, UNKNOWN)
+
+#: A scene and an accuracy give the name of a model of `LADDER` and, per step, what was estimated.
+Chooser = Callable[[Scene, float], tuple[str, Sequence[Mapping[str, object]]]]
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A case with its shell and the models beside it; chosen: by `auto`, with the estimates on its way."""
+
+    case: Case
+    shell: Shell
+    models: Mapping[str, Measured]
+    chosen: str | None = None
+    estimates: Sequence[Mapping[str, object]] = ()
+
+    def cheapest(self, accuracy: float = ACCURACY) -> str | None:
+        """The cheapest model of the ladder within `accuracy` of the shell; None: no shell to measure by."""
+        return cheapest(self.distances, accuracy) if self.shell.state.ok else None
+
+    @property
+    def distances(self) -> dict[str, float | None]:
+        """Distance over l of every model that converged to a stable state."""
+        return {name: found.hausdorff if found.ok else None for name, found in self.models.items()}
+
+    def verdict(self, accuracy: float = ACCURACY) -> str:
+        """One of `VERDICTS`."""
+        if self.chosen is None or not self.shell.state.ok:
+            return UNKNOWN
+        return verdict(self.chosen, self.distances, accuracy)
+
+
+def cheapest(distances: Mapping[str, float | None], accuracy: float) -> str:
+    """The first model of `LADDER` whose distance is known and within `accuracy`; the shell where none is."""
+    for name in LADDER[:-1]:
+        distance = distances.get(name)
+        if distance is not None and distance <= accuracy:
+            return name
+    return LADDER[-1]
+
+
+def verdict(chosen: str, distances: Mapping[str, float | None], accuracy: float) -> str:
+    """The verdict on a choice. A chosen model without a distance (no stable state) is too bold."""
+    if chosen == cheapest(distances, accuracy):
+        return SAME
+    if chosen == LADDER[-1]:
+        return CAUTIOUS
+    distance = distances.get(chosen)
+    return CAUTIOUS if distance is not None and distance <= accuracy else BOLD
+
+
+def hits(place: Path, store: CaseStore, reporter: Reporter, choose: Chooser | None) -> list[Hit]:
+    """All cases: shells from `place` or solved into it, models measured, `choose` asked."""
+    found = []
+    for case in cases():
+        reporter.step(f"{case.group}: {case.name}")
+        shell = solved(case, place, store, reporter)
+        models = all_measured(case, shell, available())
+        chosen, estimates = (None, ()) if choose is None else choose(case.scene, ACCURACY)
+        found.append(Hit(case, shell, models, chosen, estimates))
+    return found
+
+
+def run(out: Path) -> None:
+    base = out.parent / "out" / "validate"
+    with Reporter() as reporter:
+        found = hits(base / "auto" / "shells", CaseStore(base / "limits" / "cases"), reporter, chooser())
+    write(out / "auto", found)
+
+
+def chooser() -> Chooser | None:
+    """The shipped chooser; None where there is none yet."""
+    return None
+
+
+# -- page --------------------------------------------------------------------------------------------------------------
+
+
+def write(folder: Path, found: Sequence[Hit]) -> None:
+    """README.md and hits.csv."""
+    folder.mkdir(parents=True, exist_ok=True)
+    atomic_write_text(folder / "hits.csv", as_csv(found))
+    page.write(
+        folder / "README.md",
+        'How well `model = "auto"` chooses',
+        "python -m tests.validation hit_table",
+        f"{len(found)} scenes, each with its shell: the grid of 7.3 (edge and corners held), the other scenes of "
+        "`results/limits`, and 40 drawn at random (`tests/validation/workbench/drawn.py`, its seed is committed). "
+        "Distances: Hausdorff over l to the shell, in percent; models on 40 elements, shorter towards each clamp. All "
+        "numbers: hits.csv.",
+        "## Choices at an accuracy of 1e-2",
+        summary(found),
+        "## Distances",
+        distances_table(found),
+        "## Every scene",
+        full_table(found),
+    )
+
+
+def summary(found: Sequence[Hit]) -> str:
+    """Verdicts by group, and how many the choice of each model is."""
+    rows = []
+    for group in (*GROUPS, "all"):
+        here = [hit for hit in found if group in (hit.case.group, "all")]
+        count = Counter(hit.verdict() for hit in here)
+        rows.append([group, str(len(here)), *(str(count[name]) for name in VERDICTS)])
+    return page.table(["cases", "number", *VERDICTS], rows)
+
+
+def distances_table(found: Sequence[Hit]) -> str:
+    """Median and largest distance of each model by group, and in how many cases it is within the accuracy."""
+    rows = []
+    for group in (*GROUPS, "all"):
+        here = [hit for hit in found if group in (hit.case.group, "all") and hit.shell.state.ok]
+        for name in available():
+            known = [d for hit in here if (d := hit.distances.get(name)) is not None]
+            if known:
+                within = sum(d <= ACCURACY for d in known)
+                rows.append(
+                    [group, name, str(len(here)), str(len(known)), str(within), _percent(float(np.median(known))),
+                     _percent(max(known))]
+                )  # fmt: skip
+    return page.table(["cases", "model", "shells", "stable states", "within 1 %", "median %", "largest %"], rows)
+
+
+def full_table(found: Sequence[Hit]) -> str:
+    """A line for each scene."""
+    names = available()
+    rows = []
+    for hit in found:
+        scene, shell = hit.case.scene, hit.shell.state
+        rows.append([
+            hit.case.name, f"{scene.width:g}", f"{hit.case.ratio:.3g}", f"{scene.strip.poisson:.3g}",
+            f"{scene.curvature[0]:g}", f"{scene.gamma:g}", shell.word, _percent(shell.error),
+            *(_percent(hit.distances.get(name)) for name in names), hit.chosen or "-", hit.cheapest() or "-",
+            hit.verdict(),
+        ])  # fmt: skip
+    heads = ["scene", "w/l", "w/h", "nu", "K l", "Gamma", "shell", "its error %", *(f"{name} %" for name in names)]
+    return page.table([*heads, "auto", "cheapest", "verdict"], rows)
+
+
+def as_csv(found: Sequence[Hit]) -> str:
+    """All numbers, a line for each scene."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = available()
+    heads = ["group", "scene", "width", "width_to_thickness", "poisson", "natural_curvature", "gamma", "held", "shell"]
+    heads += ["shell_error"]
+    for name in names:
+        heads += [f"{name}_{what}" for what in ("status", "hausdorff", "centreline", "change", "iterations", "seconds")]
+    writer.writerow([*heads, "auto", "cheapest", "verdict"])
+    for hit in found:
+        scene, shell = hit.case.scene, hit.shell.state
+        cells = [hit.case.group, hit.case.name, scene.width, hit.case.ratio, scene.strip.poisson, scene.curvature[0]]
+        cells += [scene.gamma, scene.shell.clamp, shell.word, shell.error]
+        for name in names:
+            m = hit.models[name]
+            cells += [m.status, m.hausdorff, m.centreline, m.change, m.iterations, m.seconds]
+        writer.writerow([field(cell) for cell in (*cells, hit.chosen, hit.cheapest(), hit.verdict())])
+    return out.getvalue()
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{100 * value:.2f}"
