@@ -7,7 +7,6 @@ that a new model is measured on all of them in minutes.
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,10 +22,11 @@ from compare.models.shell_process import ShellCase
 from compare.registry import model
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
-from compare.store.store import CaseStore, atomic_write_json, jsonable, read_json
+from compare.store.store import CaseStore, atomic_write_json, read_json
 from compare.studies.axes import parse_axis, points
 from compare.studies.compare import several_equilibria
 from compare.studies.limits import with_clamp
+from shellref.shell.problem import ShellProblem
 from tests.validation.workbench.drawn import drawn
 from tests.validation.workbench.limits import GAMMAS, OTHERS, WIDTHS
 
@@ -94,7 +94,7 @@ def kept(case: Case, place: Path) -> Shell | None:
         data = read_json(folder / "shell.json")
     except OSError:
         return None
-    if said["problem"] != _plain(shell_problem(case.scene, case.ratio, way=False).to_dict()):
+    if ShellProblem.from_dict(said["problem"]) != shell_problem(case.scene, case.ratio, way=False):
         return None
     there = folder / "shell.npz"
     found = state_of(case.scene, ShellCase(data, folder if there.exists() else None, True))
@@ -132,8 +132,3 @@ def solved(case: Case, place: Path, store: CaseStore, say: Reporter) -> Shell:
 def _with(state: State, said: dict[str, Any]) -> State:
     """A state with what is kept beside the shell's own report."""
     return replace(state, error=said["error"], numbers={**state.numbers, "share_error": said["share_error"]})
-
-
-def _plain(value: Any) -> Any:
-    """As it is when it has been written to a file."""
-    return json.loads(json.dumps(jsonable(value)))
