@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from compare.registry import knows_energy, model, name_for
 from compare.scene.scene import Scene
 from compare.scene.spec import graded_lengths
 from compare.store.progress import Reporter
+from ribbon.energies.names import FREE
 from tests.validation.workbench.hit_cases import Case, Shell
 
 FloatArray = NDArray[np.float64]
@@ -68,7 +70,11 @@ def with_model(scene: Scene, energy: str, elements: int = ELEMENTS) -> Scene:
     """The scene for one model on this many elements."""
     if energy == "elastica":
         return scene.replace({"model.energy": energy, "model.elements": elements})
-    return scene.replace({"model.energy": energy, "model.element_lengths": lengths(scene, elements)})
+    keys: dict[str, Any] = {"model.energy": energy, "model.element_lengths": lengths(scene, elements)}
+    if energy in FREE and energy != "finite":  # knows no ruling
+        held = (("start", scene.clamp_start), ("end", scene.clamp_end))
+        keys |= {f"clamp.{end}.ruling": None for end, clamp in held if clamp is not None}
+    return scene.replace(keys)
 
 
 def solve(scene: Scene, energy: str, elements: int = ELEMENTS, say: Reporter | None = None) -> State | None:
