@@ -7,7 +7,7 @@ import pytest
 
 from tests.validation.workbench.drawn import drawn
 from tests.validation.workbench.hit_cases import GROUPS, cases
-from tests.validation.workbench.hit_measure import ELEMENTS, lengths
+from tests.validation.workbench.hit_solve import ELEMENTS, lengths
 from tests.validation.workbench.hit_table import BOLD, CAUTIOUS, SAME, cheapest, verdict
 
 FAR, NEAR = 0.03, 0.004

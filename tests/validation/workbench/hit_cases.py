@@ -1,8 +1,8 @@
 """120 scenes with the shells to which every model is held: the 7.3 grid, the others of `limits`, and 40 drawn ones.
 
-A shell is kept by the scene's name under ``shells``: surface, report, and its own error against half as many elements
-each way. It is taken again while its problem is the same (delete the folder after a change of the shell itself), so
-that a new model is measured on all of them in minutes.
+A shell is kept by the scene's name under ``shells``: surface, report, and, on the grid of the edge, its own error
+against half as many elements each way. It is taken again while its problem is the same (delete the folder after a
+change of the shell itself), so that a new model is measured on all of them in minutes.
 """
 
 from __future__ import annotations
@@ -12,25 +12,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from compare.models.base import Options, State
-from compare.models.choice import beside_the_shell
-from compare.models.shell import state_of
-from compare.models.shell_build import shell_problem
+from compare.models.shell import mesh_size, state_of
+from compare.models.shell_build import WIDE, shell_elements, shell_problem
 from compare.models.shell_process import ShellCase
 from compare.registry import model
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_json, read_json
 from compare.studies.axes import parse_axis, points
-from compare.studies.compare import several_equilibria
 from compare.studies.limits import with_clamp
 from shellref.shell.problem import ShellProblem
 from tests.validation.workbench.drawn import drawn
+from tests.validation.workbench.hit_solve import solve
 from tests.validation.workbench.limits import GAMMAS, OTHERS, WIDTHS
 
 GROUPS = ("7.3, edge", "7.3, corners", "others", "drawn")
+#: The strip at which shells begin, and the meshes of those that do; w / l above which a strip is wide.
+BESIDE = "finite"
+MESH, WIDE_MESH = (64, 6), (80, 10)
 _AXES = {"strip.width": "w", "strip.gamma": "g", "shell.width_to_thickness": "wh"}
 
 
@@ -87,31 +88,41 @@ class Shell:
 
 
 def kept(case: Case, place: Path) -> Shell | None:
-    """The shell of a case from its folder; None where there is none, or one of another problem."""
+    """The shell of a case from its folder; None where there is none, or one of another problem or a coarser mesh."""
     folder = place / case.name
     try:
         said = read_json(folder / "kept.json")
         data = read_json(folder / "shell.json")
     except OSError:
         return None
-    if ShellProblem.from_dict(said["problem"]) != shell_problem(case.scene, case.ratio, way=False):
+    then, now = ShellProblem.from_dict(said["problem"]), shell_problem(case.scene, case.ratio, mesh(case), way=False)
+    if replace(then, elements=now.elements) != now or then.elements < now.elements:
         return None
     there = folder / "shell.npz"
     found = state_of(case.scene, ShellCase(data, folder if there.exists() else None, True))
-    return Shell(case, _with(found, said), folder)
+    return Shell(case, replace(found, error=said["error"]), folder)
+
+
+def mesh(case: Case) -> tuple[int, int]:
+    """Elements of a case's shell: as `compare` has them on the grid of the edge, elsewhere about half as many."""
+    if case.group == GROUPS[0]:
+        return shell_elements(case.scene)
+    return WIDE_MESH if case.scene.width > WIDE else MESH
 
 
 def solved(case: Case, place: Path, store: CaseStore, say: Reporter) -> Shell:
-    """The shell of a case as `compare` solves it: where there may be several states, from the ribbon's surface."""
+    """The shell of a case, from where its path begins on the grid of the edge, with its own error; elsewhere from the
+    surface of the softest one-dimensional strip (`BESIDE`), which takes a fifth of the time and selects its branch."""
     found = kept(case, place)
     if found is not None:
         return found
     near = None
-    if several_equilibria(case.scene):
-        ribbon = beside_the_shell(case.scene).solve(case.scene, options=Options(store=store), say=say)
-        near = ribbon.shape if ribbon.ok else None
-    options = Options(error=True, store=store, fallback=True)
-    state = model("shell").solve(case.scene, near=near, options=options, say=say)
+    grid = case.group == GROUPS[0]
+    if not grid:
+        strip = solve(case.scene, BESIDE, say=say)
+        near = strip.shape if strip is not None and strip.ok else None
+    options = Options(error=grid, store=store, fallback=True)
+    state = model("shell").solve(case.scene, mesh_size(mesh(case)), near=near, options=options, say=say)
     native = state.native
     assert isinstance(native, ShellCase)
     folder = place / case.name
@@ -120,15 +131,6 @@ def solved(case: Case, place: Path, store: CaseStore, say: Reporter) -> Shell:
     if native.folder is not None:
         shutil.copy(native.folder / "shell.npz", folder / "shell.npz")
     atomic_write_json(folder / "shell.json", native.data)
-    said = {
-        "problem": shell_problem(case.scene, case.ratio, way=False).to_dict(),
-        "error": state.error,
-        "share_error": state.numbers.get("share_error"),
-    }
-    atomic_write_json(folder / "kept.json", said)
+    problem = shell_problem(case.scene, case.ratio, mesh(case), way=False)
+    atomic_write_json(folder / "kept.json", {"problem": problem.to_dict(), "error": state.error})
     return Shell(case, state, folder)
-
-
-def _with(state: State, said: dict[str, Any]) -> State:
-    """A state with what is kept beside the shell's own report."""
-    return replace(state, error=said["error"], numbers={**state.numbers, "share_error": said["share_error"]})
