@@ -1,18 +1,21 @@
 """How far each model is from a case's shell (`hit_cases`), on the elements of `hit_solve`.
 
-`change` is the distance to the same model on twice as many: what the discretisation leaves in a distance.
+`change` is the distance to the same model on half as many: it bounds what the discretisation leaves in a distance.
+What is measured is kept in a file for each case and model (delete the folder after a change of a model).
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
 from compare.registry import knows_energy
 from compare.store.progress import Reporter
+from compare.store.store import atomic_write_json, read_json
 from tests.validation.workbench.hit_cases import Case, Shell
 from tests.validation.workbench.hit_solve import ELEMENTS, solve
 
@@ -24,8 +27,8 @@ MODELS = ("elastica", "sadowsky", "wunderlich", "extensible", "finite")
 class Measured:
     """A model beside the shell of a case.
 
-    hausdorff, centreline: distances over l, None where there is no state; change: of the shape with twice as many
-    elements (Hausdorff / l); status: the solver's word; seconds: of the first solve on `ELEMENTS`.
+    hausdorff, centreline: distances over l, None where there is no state; change: of the shape on half as many elements
+    (Hausdorff / l); status: the solver's word; seconds: of the first solve on `ELEMENTS`.
     """
 
     model: str
@@ -56,12 +59,20 @@ def measured(case: Case, shell: Shell, energy: str, say: Reporter | None = None)
         points = grid.of(state.shape)
         distance = grid_hausdorff(points, grid.of(shell.state.shape))
         line = centreline_distance(state.shape.centreline(grid.s), shell.state.shape.centreline(grid.s))
-        finer = solve(case.scene, energy, 2 * ELEMENTS, say)
-        if finer is not None and finer.is_equilibrium and finer.shape is not None:
-            change = grid_hausdorff(points, grid.of(finer.shape))
+        coarser = solve(case.scene, energy, ELEMENTS // 2, say)
+        if coarser is not None and coarser.is_equilibrium and coarser.shape is not None:
+            change = grid_hausdorff(points, grid.of(coarser.shape))
     return Measured(energy, state.word, state.ok, distance, line, change, state.iterations, seconds)
 
 
-def all_measured(case: Case, shell: Shell, models: Iterable[str], say: Reporter | None = None) -> dict[str, Measured]:
-    """Every model of `models` beside the shell of a case."""
-    return {energy: measured(case, shell, energy, say) for energy in models}
+def all_measured(
+    case: Case, shell: Shell, models: Iterable[str], place: Path, say: Reporter | None = None
+) -> dict[str, Measured]:
+    """Every model of `models` beside the shell of a case, from `place` or kept there."""
+    found = {}
+    for energy in models:
+        file = place / f"{case.name}_{energy}.json"
+        if not file.exists():
+            atomic_write_json(file, asdict(measured(case, shell, energy, say)))
+        found[energy] = Measured(**read_json(file))
+    return found

@@ -16,7 +16,7 @@ from compare.scene.spec import graded_lengths
 from compare.store.progress import Reporter
 from ribbon.energies.names import FREE
 
-ELEMENTS = 40
+ELEMENTS = 80
 _FIRST = 2.5
 
 

@@ -88,7 +88,7 @@ def hits(place: Path, store: CaseStore, reporter: Reporter, choose: Chooser | No
     for case in cases():
         reporter.step(f"{case.group}: {case.name}")
         shell = solved(case, place, store, reporter)
-        models = all_measured(case, shell, available())
+        models = all_measured(case, shell, available(), place.parent / "measured", reporter)
         chosen, estimates = (None, ()) if choose is None else choose(case.scene, ACCURACY)
         found.append(Hit(case, shell, models, chosen, estimates))
     return found
@@ -119,7 +119,7 @@ def write(folder: Path, found: Sequence[Hit]) -> None:
         "python -m tests.validation hit_table",
         f"{len(found)} scenes, each with its shell: the grid of 7.3 (edge and corners held), the other scenes of "
         "`results/limits`, and 40 drawn at random (`tests/validation/workbench/drawn.py`, its seed is committed). "
-        "Distances: Hausdorff over l to the shell, in percent; models on 40 elements, shorter towards each clamp. All "
+        "Distances: Hausdorff over l to the shell, in percent; models on 80 elements, shorter towards each clamp. All "
         "numbers: hits.csv.",
         "## Choices at an accuracy of 1e-2",
         summary(found),
