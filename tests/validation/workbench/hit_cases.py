@@ -111,17 +111,14 @@ def mesh(case: Case) -> tuple[int, int]:
 
 
 def solved(case: Case, place: Path, store: CaseStore, say: Reporter) -> Shell:
-    """The shell of a case, from where its path begins on the grid of the edge, with its own error; elsewhere from the
-    surface of the softest one-dimensional strip (`BESIDE`), which takes a fifth of the time and selects its branch."""
+    """The shell of a case, settled from the surface of the softest one-dimensional strip (`BESIDE`): this takes a fifth
+    of the time of a path from the flat strip, and selects its branch. On the grid of the edge with its own error."""
     found = kept(case, place)
     if found is not None:
         return found
-    near = None
-    grid = case.group == GROUPS[0]
-    if not grid:
-        strip = solve(case.scene, BESIDE, say=say)
-        near = strip.shape if strip is not None and strip.ok else None
-    options = Options(error=grid, store=store, fallback=True)
+    strip = solve(case.scene, BESIDE, say=say)
+    near = strip.shape if strip is not None and strip.ok else None
+    options = Options(error=case.group == GROUPS[0], store=store, fallback=True)
     state = model("shell").solve(case.scene, mesh_size(mesh(case)), near=near, options=options, say=say)
     native = state.native
     assert isinstance(native, ShellCase)
