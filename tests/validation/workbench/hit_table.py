@@ -56,6 +56,12 @@ class Hit:
         """Distance over l of every model that converged to a stable state."""
         return {name: found.hausdorff if found.ok else None for name, found in self.models.items()}
 
+    @property
+    def change(self) -> float | None:
+        """Distance of the finite strip to itself on half as many elements."""
+        finite = self.models.get("finite")
+        return None if finite is None else finite.change
+
     def verdict(self, accuracy: float = ACCURACY) -> str:
         """One of `VERDICTS`."""
         if self.chosen is None or not self.shell.state.ok:
@@ -101,9 +107,11 @@ def run(out: Path) -> None:
     write(out / "auto", found)
 
 
-def chooser() -> Chooser | None:
-    """The shipped chooser; None where there is none yet."""
-    return None
+def chooser() -> Chooser:
+    """The shipped chooser."""
+    from compare.models.ribbon.auto import chosen
+
+    return chosen
 
 
 # -- page --------------------------------------------------------------------------------------------------------------
@@ -125,6 +133,12 @@ def write(folder: Path, found: Sequence[Hit]) -> None:
         summary(found),
         "## Distances",
         distances_table(found),
+        "## The grid of 7.3",
+        "Today's default (Wunderlich's energy, inextensible) against a strip of finite thickness; ratio: of the "
+        "distances. The shells' own errors (against half as many elements) are those of the edge.",
+        *(part for group in GROUPS[:2] for part in (f"### {group}", grid_table(found, group))),
+        "## Where no strip is near enough",
+        far_table(found),
         "## Every scene",
         full_table(found),
     )
@@ -154,6 +168,39 @@ def distances_table(found: Sequence[Hit]) -> str:
                      _percent(max(known))]
                 )  # fmt: skip
     return page.table(["cases", "model", "shells", "stable states", "within 1 %", "median %", "largest %"], rows)
+
+
+def grid_table(found: Sequence[Hit], group: str) -> str:
+    """Wunderlich's and the finite strip's distances on one grid of 7.3, and their ratio."""
+    rows = []
+    for hit in found:
+        if hit.case.group == group:
+            scene, (old, new) = hit.case.scene, (hit.distances.get(name) for name in ("wunderlich", "finite"))
+            ratio = f"{old / new:.1f}" if old and new else "-"
+            rows.append([
+                f"{scene.width:g}", f"{scene.gamma:g}", _percent(old), _percent(new), ratio, _percent(hit.change),
+                _percent(hit.shell.state.error),
+            ])  # fmt: skip
+    heads = ["w/l", "Gamma", "wunderlich %", "finite %", "ratio", "finite, 40 to 80 elements %", "shell's own error %"]
+    return page.table(heads, rows)
+
+
+def far_table(found: Sequence[Hit]) -> str:
+    """The scenes in which the finite strip is beyond the accuracy, or farther than Wunderlich's by more than a tenth of
+    it."""
+    rows = []
+    for hit in found:
+        old, new = (hit.distances.get(name) for name in ("wunderlich", "finite"))
+        worse = old is not None and new is not None and new > old + 0.1 * ACCURACY
+        if hit.shell.state.ok and (new is None or new > ACCURACY or worse):
+            scene = hit.case.scene
+            rows.append([
+                hit.case.name, f"{scene.width:g}", f"{hit.case.ratio:.3g}", f"{scene.curvature[0]:g}",
+                f"{scene.gamma:g}", scene.shell.clamp, *(_percent(hit.distances.get(name)) for name in available()[1:]),
+                _percent(hit.change),
+            ])  # fmt: skip
+    heads = ["scene", "w/l", "w/h", "K l", "Gamma", "held", *(f"{name} %" for name in available()[1:])]
+    return page.table([*heads, "finite, 40 to 80 elements %"], rows)
 
 
 def full_table(found: Sequence[Hit]) -> str:
