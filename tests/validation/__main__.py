@@ -37,6 +37,8 @@ NAMES = (
     "shift",
     "shell_curl",
     "shell_corners",
+    "models_4_3",
+    "models_minima",
     "limits",
     "hit_table",
     "sweep",
