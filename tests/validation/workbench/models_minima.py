@@ -96,9 +96,9 @@ def run(out: Path) -> None:
         "strip is of one thickness; `wunderlich` has none and its element fields are curvature and ruling, "
         "the others' curvature and twist.",
         "With curvature and twist apart, extensible and finite have four states on any number of elements: a quarter "
-        "of a turn one way (0.262 turns in the strip) or three quarters the other way (0.773), each bowed to one side or "
-        "the other, which weight tells apart. On curvature and ruling the strip has nearly as many as there are seeds, "
-        "and their energies go on falling with the elements.",
+        "of a turn one way (0.262 turns in the strip) or three quarters the other way (0.773), each bowed to one "
+        "side or the other, which weight tells apart. On curvature and ruling the strip has nearly as many as "
+        "there are seeds, and their energies go on falling with the elements.",
         page.table(heads, rows),
         "energies: total, in D w / l, lowest first, with the number of seeds that led there; farthest: largest "
         "distance of a stable state from the one of lowest energy.",
