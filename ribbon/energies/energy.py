@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from ribbon.energies.edge_layer import Section
-from ribbon.energies.section.profile import Profile
+
+if TYPE_CHECKING:  # a ribbon of rulings needs no table of relaxed sections
+    from ribbon.energies.section.profile import Profile
 
 FloatArray = NDArray[np.float64]
 #: `ribbon.Strip.section`, what a kernel may ask of the cross-section: w / (2 l), h / l (nan: not given), nu.

@@ -16,7 +16,7 @@ from __future__ import annotations
 from numba import njit
 
 from ribbon.energies.energy import FreeTwist
-from ribbon.energies.section.profile import RELAXED
+from ribbon.energies.section.profile import EXTENSIBLE
 from ribbon.energies.section.relaxed import gain, torsion_loss
 
 
@@ -46,6 +46,6 @@ def density(k, t, dk, dt, natural, slope, section, out):
 ENERGY = FreeTwist(
     density,
     needs=("thickness",),
-    section=RELAXED,
+    section=EXTENSIBLE,
     words="extensible strip (Audoly-Neukirch): the section curves and stretches across",
 )

@@ -17,7 +17,7 @@ from numba import njit
 
 from ribbon.energies import extensible
 from ribbon.energies.energy import FreeTwist
-from ribbon.energies.section.profile import RELAXED
+from ribbon.energies.section.profile import FINITE
 from ribbon.energies.section.relaxed import slopes
 
 
@@ -114,6 +114,6 @@ ENERGY = FreeTwist(
     density,
     needs=("thickness",),
     holds_twist=True,
-    section=RELAXED,
+    section=FINITE,
     words="strip of finite width and thickness: extensible, with restrained warping and sections that change along it",
 )

@@ -34,11 +34,17 @@ def torsion_constant(width, thickness):
 
 
 @njit(cache=True)
-def density(k, t, dk, dt, natural, slope, section, out):
-    """Fills `out` (15,) (layout: `ribbon.energies.free`)."""
+def stiffnesses(section):
+    """(b, c): stiffness of bending and of torsion in D w."""
     half_width, thickness, nu, plate = section
     bending = 1.0 - nu * nu if plate != 0.0 else 1.0
-    torsion = 2.0 * (1.0 - nu) * torsion_constant(2.0 * half_width, thickness)
+    return bending, 2.0 * (1.0 - nu) * torsion_constant(2.0 * half_width, thickness)
+
+
+@njit(cache=True)
+def density(k, t, dk, dt, natural, slope, section, out):
+    """Fills `out` (15,) (layout: `ribbon.energies.free`)."""
+    bending, torsion = stiffnesses(section)
     kb = k - natural
     out[:] = 0.0
     out[0] = 0.5 * bending * kb * kb - 0.5 * natural * natural + 0.5 * torsion * t * t

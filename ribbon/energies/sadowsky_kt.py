@@ -14,7 +14,7 @@ import math
 from numba import njit
 
 from ribbon.energies.energy import FreeTwist
-from ribbon.energies.section.profile import DEVELOPABLE
+from ribbon.energies.section.profile import SADOWSKY
 
 
 @njit(cache=True)
@@ -42,6 +42,6 @@ def density(k, t, dk, dt, natural, slope, section, out):
 
 ENERGY = FreeTwist(
     density,
-    section=DEVELOPABLE,
+    section=SADOWSKY,
     words="Sadowsky's energy in curvature and twist, without rulings",
 )

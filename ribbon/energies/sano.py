@@ -20,7 +20,7 @@ from __future__ import annotations
 from numba import njit
 
 from ribbon.energies.energy import FreeTwist
-from ribbon.energies.section.profile import DEVELOPABLE
+from ribbon.energies.section.profile import SANO
 
 
 @njit(cache=True)
@@ -46,6 +46,6 @@ def density(k, t, dk, dt, natural, slope, section, out):
 ENERGY = FreeTwist(
     density,
     needs=("thickness",),
-    section=DEVELOPABLE,
+    section=SANO,
     words="Sano-Wada: Sadowsky's coupling of bending and twist, regularised at inflections",
 )

@@ -1,7 +1,7 @@
 """The relaxed cross-section: functions of y = z^4 = c4 k^2 with their derivatives by y, for compiled kernels.
 
 A bent and twisted section minimises its energy over its shape; what the energies need of the shape are four functions,
-means over the width of the unit profile Phi (docs/theory.md, chapter 10), xi = y_width / w, with
+means over the width of the unit profile Phi (docs/theory.md, eq. (10.2), (10.10), (10.14)), xi across over w, with
 Phi'''' = -4 z^4 Phi, Phi'' = 1 and Phi''' = 0 at the edges and Theta = (xi - Phi_xi) / y::
 
     gain   = (1/2 - g(z)) / y        twist  = <xi Theta>       square = <Theta^2>       change = <(dTheta/dy)^2>
@@ -32,11 +32,11 @@ _ORDER = 32  # even Legendre polynomials across the section
 _END = 34.0**4
 
 
-def _operators() -> tuple[FloatArray, FloatArray]:
-    """(4 M, N): Gram matrices of the section's deflection and slope, by the coefficients of its curvature across.
+def integrals() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Legendre coefficients in 2 xi of deflection, slope and curvature, each (count, order), by those of the curvature.
 
-    The curvature is expanded in even Legendre polynomials of 2 xi, orthonormal in the mean over the width; slope (odd)
-    and deflection (of mean zero) are its integrals, exactly.
+    The curvature is expanded in even Legendre polynomials, orthonormal in the mean over the width; slope (odd) and
+    deflection (of mean zero) are its integrals by xi, exactly.
     """
     count = 2 * _ORDER + 3
     up = np.zeros((count, count))  # integral of P_n: (P_(n+1) - P_(n-1)) / (2 n + 1), half of it in xi
@@ -44,13 +44,19 @@ def _operators() -> tuple[FloatArray, FloatArray]:
         up[n + 1, n] = 0.5 / (2 * n + 1)
         if n:
             up[n - 1, n] = -0.5 / (2 * n + 1)
-    norm = 1.0 / (2.0 * np.arange(count) + 1.0)  # <P_n^2>
     even = np.arange(0, 2 * _ORDER, 2)
     curvature = np.zeros((count, _ORDER))
     curvature[even, np.arange(_ORDER)] = np.sqrt(2.0 * even + 1.0)
     slope = up @ curvature
     deflection = up @ slope
     deflection[0] = 0.0  # mean zero
+    return deflection, slope, curvature
+
+
+def operators() -> tuple[FloatArray, FloatArray]:
+    """(4 M, N): Gram matrices of the section's deflection and slope, by the coefficients of its curvature across."""
+    deflection, slope, _ = integrals()
+    norm = 1.0 / (2.0 * np.arange(deflection.shape[0]) + 1.0)  # <P_n^2>
     return 4.0 * deflection.T @ (norm[:, None] * deflection), slope.T @ (norm[:, None] * slope)
 
 
@@ -60,7 +66,7 @@ def _pieces() -> tuple[FloatArray, FloatArray, FloatArray]:
     With a = 4 M, the curvature is c = (1 + y a)^-1 e and Theta has the coefficients a c = v_0, its Taylor coefficients
     (-1)^j v_j, v_j = (a (1 + y a)^-1)^(j + 1) e.
     """
-    a, slopes = _operators()
+    a, slopes = operators()
     ends = _POLE * (np.exp(_WIDTH * np.arange(math.ceil(math.log1p(_END / _POLE) / _WIDTH) + 1)) - 1.0)
     centre, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * (ends[1:] - ends[:-1])
     system = np.eye(_ORDER) + centre[:, None, None] * a
@@ -147,4 +153,4 @@ def slopes(y):
 def torsion_loss(width, thickness):
     """q = tanh(a) / a, a = sqrt(10) w / (2 h): share of the twist's energy that shear at the free edges saves."""
     a = math.sqrt(10.0) * width / (2.0 * thickness)
-    return math.tanh(a) / a
+    return (math.tanh(a) if a < 20.0 else 1.0) / a
