@@ -10,7 +10,7 @@ from itertools import pairwise
 import mpmath as mp
 import numpy as np
 import pytest
-from scipy.integrate import trapezoid
+from scipy.integrate import solve_ivp, trapezoid
 
 from compare.models.ribbon.estimate import in_plane_density, tension_density
 from ribbon import Clamp, Closure, Gravity, Strip, Wall, solve
@@ -20,6 +20,10 @@ from ribbon.element.quaternion import compose, from_matrix, rotate
 from ribbon.element.series import EXPONENT_LIMIT, segment_values
 from ribbon.energies import CODES, natural, sadowsky, wunderlich
 from ribbon.energies.edge_layer import Section, layer
+from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, free_density
+from ribbon.energies.section.profile import Local
+from ribbon.energies.section.relaxed import slopes
+from ribbon.energies.section.unit import unit
 from ribbon.find.solve import build
 from shellref.elastica.solve import ElasticaProblem
 from shellref.elastica.solve import solve as solve_elastica
@@ -625,6 +629,163 @@ def test_energy_10_1_tends_to_sadowsky_10_6_and_10_7():
     assert thin.membrane(*at)[0] == pytest.approx(b**2 / (4 * 100 * z), rel=1e-6)
     small = np.array([0.3])
     assert (0.5 - layer(small)[0][0]) * 4 / (2 * small[0] ** 2) ** 2 == pytest.approx(1 / 360, rel=1e-3)
+
+
+def test_strains_in_the_moving_frame_10_8():
+    """Of the surface r + y t_x + f t_y, by differences: second-order terms of the stretch, first-order curvatures."""
+
+    def wrong(size):
+        def rates(s, u):
+            turn = size * np.array([2.0 + s, 0.0, 1.0 - 3.0 * s])
+            frame = u[3:].reshape(3, 3)
+            skew = np.array([[0, -turn[2], turn[1]], [turn[2], 0, -turn[0]], [-turn[1], turn[0], 0]])
+            return np.concatenate([frame[:, 2], (frame @ skew).ravel()])
+
+        start = np.concatenate([np.zeros(3), np.eye(3).ravel()])
+        path = solve_ivp(rates, (-0.1, 0.1), start, rtol=1e-12, atol=1e-13, dense_output=True).sol
+
+        def at(s, y):
+            u = path(s)
+            f = size * (0.3 + 0.7 * s + 0.9 * s * s) * y * y
+            return u[:3] + u[3:].reshape(3, 3) @ np.array([y, f, 0.0])
+
+        s, y, d = 0.02, 0.4, 1e-3
+        x_s, x_y = (at(s + d, y) - at(s - d, y)) / (2 * d), (at(s, y + d) - at(s, y - d)) / (2 * d)
+        x_ss = (at(s + d, y) - 2 * at(s, y) + at(s - d, y)) / d**2
+        x_yy = (at(s, y + d) - 2 * at(s, y) + at(s, y - d)) / d**2
+        x_sy = (at(s + d, y + d) - at(s + d, y - d) - at(s - d, y + d) + at(s - d, y - d)) / (4 * d * d)
+        normal = np.cross(x_s, x_y)
+        normal /= np.linalg.norm(normal)
+        k, t, amount = size * (2.0 + s), size * (1.0 - 3.0 * s), size * (0.3 + 0.7 * s + 0.9 * s * s)
+        f, f_s = amount * y * y, size * (0.7 + 1.8 * s) * y * y
+        stretch = k * f + 0.5 * (t * y + f_s) ** 2
+        bent = [k + 3.0 * size * y - 1.8 * size * y * y, -(t + 2.0 * size * (0.7 + 1.8 * s) * y), -2.0 * amount]
+        found = [-x_ss @ normal, -x_sy @ normal, -x_yy @ normal]
+        return abs(0.5 * (x_s @ x_s - 1.0) - stretch), np.abs(np.subtract(found, bent)).max() / size
+
+    large, small = wrong(4e-2), wrong(2e-2)
+    assert small[0] < 1e-5
+    assert large[0] / small[0] > 7.0  # third order
+    assert small[1] < 1e-2
+    assert large[1] / small[1] > 1.8  # second order, over size
+
+
+SECTION_10 = (0.02, 5e-4, 0.35, 0.0)  # w / (2 l), h / l, nu, stiffness
+STATE_10 = (6.0, 2.5, 20.0, -15.0, 4.0, 3.0)  # kappa, tau, kappa', tau', K, K'
+
+
+def free(name, state=STATE_10, section=SECTION_10):
+    out = np.empty(15)
+    free_density(FREE_CODES[name], *state, section, out)
+    return out[0]
+
+
+def across_10(order=80):
+    """Places y and weights over the width, states, w, h, nu, c4, Y, B and the profile of (10.10) of these sections."""
+    xi, w = np.polynomial.legendre.leggauss(order)
+    width, thickness, nu = 2 * SECTION_10[0], SECTION_10[1], SECTION_10[2]
+    c4 = 3 * (1 - nu**2) * width**4 / thickness**2
+    k, t, _, _, big_k, _ = STATE_10
+    local = Local(*(np.array([v]) for v in STATE_10))
+    return 0.5 * xi, 0.5 * w, width, thickness, nu, c4, c4 * k * k, nu * k * (k - big_k) + t * t, local
+
+
+def test_relaxed_section_10_9_to_10_11():
+    """The profile is stationary for (10.9), its stretch is w^2 B Phi, and its energy is that of `extensible`."""
+    xi, w, width, thickness, nu, c4, big_y, b, local = across_10()
+    k, t, _, _, big_k, _ = STATE_10
+    y = width * xi
+    psi = unit(np.array([big_y]), xi)
+    f = FREE_ENERGIES["extensible"].section.shape(local, y, SECTION_10).f[0]
+    flat = 0.5 * xi**2 - 1 / 24
+    np.testing.assert_allclose(f, width**2 * (nu * (k - big_k) * flat - c4 * k * b * psi.value[0]), rtol=1e-13)
+    stretch = k * f + t**2 * (y**2 / 2 - width**2 / 24)
+    np.testing.assert_allclose(stretch, width**2 * b * (flat - big_y * psi.value[0]), rtol=0, atol=1e-13)
+    bent = c4 * k * b * psi.curvature[0] - nu * (k - big_k)
+
+    def energy(amount):
+        curved = bent + amount * 90.0 * (xi**2 - 1 / 12)  # a section of mean zero moved by amount times the second
+        fibre = stretch + k * amount * -(width**2) * 90.0 * (xi**4 / 12 - xi**2 / 24 + 7 / 2880 - 1 / 960)
+        membrane = 6 * (1 - nu**2) / thickness**2 * (fibre - w @ fibre) ** 2
+        bending = 0.5 * (k - big_k) ** 2 + nu * (k - big_k) * curved + 0.5 * curved**2
+        return w @ (bending + membrane) + (1 - nu) * t**2
+
+    a = 10**0.5 * width / (2 * thickness)
+    chi = np.tanh(a) / a
+    assert energy(0.0) == pytest.approx(free("extensible") + big_k**2 / 2 + (1 - nu) * chi * t**2, rel=1e-11)
+    z = big_y**0.25
+    plain = 0.5 * (1 - nu**2) * (k - big_k) ** 2 + (1 - nu) * (1 - chi) * t**2 - big_k**2 / 2
+    assert free("extensible") == pytest.approx(plain + c4 * b**2 * (0.5 - g_of(z)) / big_y, rel=1e-12)
+    up, down = energy(1e-2) - energy(0.0), energy(-1e-2) - energy(0.0)
+    assert up > 0.0
+    assert up == pytest.approx(down, rel=1e-8)
+
+
+def test_gradients_of_finite_10_12_to_10_15():
+    xi, w, width, _, nu, c4, big_y, b, _ = across_10()
+    k, t, dk, dt, big_k, slope = STATE_10
+    shape, step = FREE_ENERGIES["finite"].section.shape, 1e-5
+
+    def tilt(n):
+        moved = (k + n * step * dk, t + n * step * dt, dk, dt, big_k + n * step * slope, slope)
+        return shape(Local(*(np.array([v]) for v in moved)), width * xi, SECTION_10).across[0]
+
+    rate = (8 * (tilt(1) - tilt(-1)) - (tilt(2) - tilt(-2))) / (12 * step)
+    twisted = w @ rate**2
+    assert free("finite") - free("extensible") == pytest.approx(width**2 / 24 * dt**2 + (1 - nu) * twisted, rel=1e-9)
+    c, p = k * b, nu * (dk - slope)
+    c_s = dk * b + k * (nu * (dk * (k - big_k) + k * (dk - slope)) + 2 * t * dt)
+    m, n = c4 * c_s, 2 * c4**2 * k * dk * c
+    q1, q1_y, _, _, q2, q2_y, _, _, q3, _, _ = slopes(big_y)
+    form = p**2 / 12 - 2 * p * (m * q1 + n * q1_y) + m**2 * q2 + m * n * q2_y + n**2 * q3
+    assert twisted == pytest.approx(width**2 * form, rel=1e-9)
+    psi = unit(np.array([big_y]), xi)
+    means = (w @ (xi * psi.slope[0]), w @ psi.slope[0] ** 2, w @ psi.slope_by_y[0] ** 2)
+    np.testing.assert_allclose((q1, q2, q3), means, rtol=1e-10)
+    for z in (33.0, 35.0):
+        limits = 1 / 12 - 0.5 / z**2, 1 / 12 - 1 / z**2 + 0.75 / z**3, 1 / 12 - 1.5 / z**2 + 185 / (128 * z**3)
+        found = slopes(z**4)
+        np.testing.assert_allclose((found[0] * z**4, found[4] * z**8, found[8] * z**16), limits, rtol=1e-11)
+
+
+def test_shares_10_16():
+    xi, w, width, thickness, nu, c4, big_y, b, local = across_10()
+    k, t, _, dt, big_k, _ = STATE_10
+    y, r = width * xi, 10**0.5 / thickness
+    shares = FREE_ENERGIES["finite"].section.shares(local, y, SECTION_10)
+    psi = unit(np.array([big_y]), xi)
+    a, bent = k - big_k - y * dt, c4 * k * b * psi.curvature[0] - nu * (k - big_k)
+    step = 1e-6 * width
+    along = [FREE_ENERGIES["finite"].section.shape(local, y + n * step, SECTION_10).along[0] for n in (-1, 1)]
+    twist = t * (1 - np.cosh(r * y) / np.cosh(r * width / 2)) + (along[1] - along[0]) / (2 * step)
+    np.testing.assert_allclose(
+        shares.bending[0], 0.5 * (a**2 + 2 * nu * a * bent + bent**2) + (1 - nu) * twist**2, rtol=1e-6
+    )
+    phi = 0.5 * xi**2 - 1 / 24 - big_y * psi.value[0]
+    np.testing.assert_allclose(shares.membrane[0], 2 * c4 * (b * phi) ** 2, rtol=1e-10)
+    shear = (1 - nu) * t**2 * np.sinh(r * y) ** 2 / np.cosh(r * width / 2) ** 2
+    np.testing.assert_allclose(shares.shear[0], shear, rtol=1e-9, atol=1e-30)
+    section = Section(poisson=nu, width=width, thickness=thickness)
+    at = np.array([k]), np.array([t / k]), np.array([big_k])
+    assert w @ shares.membrane[0] == pytest.approx(section.membrane(*at)[0], rel=1e-10)
+
+
+def test_regularised_and_rod_10_17_and_10_18():
+    width, thickness, nu = 2 * SECTION_10[0], SECTION_10[1], SECTION_10[2]
+    k, t, _, _, big_k, _ = STATE_10
+    b = nu * k * (k - big_k) + t * t
+    zeta2 = (1 - nu**2) * width**4 / (60 * thickness**2)
+    plain = 0.5 * (1 - nu**2) * (k - big_k) ** 2 + (1 - nu) * t**2 - big_k**2 / 2
+    assert free("sano") == pytest.approx(plain + 0.5 * b**2 / (1 / zeta2 + k**2), rel=1e-12)
+    chi = 2 * thickness / (10**0.5 * width)
+    helicoid = (0.0, t, 0.0, 0.0, big_k, 0.0)
+    assert free("sano", helicoid) - (1 - nu) * chi * t**2 == pytest.approx(free("extensible", helicoid), rel=1e-10)
+    odd = np.arange(1, 400, 2)
+    series = (np.tanh(odd * np.pi * width / 2 / thickness) / odd**5).sum()
+    torsion = (1 - nu) * (1 - 192 * thickness / (np.pi**5 * width) * series)
+    for plate, beta in ((0.0, 1.0), (1.0, 1 - nu**2)):
+        value = 0.5 * beta * (k - big_k) ** 2 + torsion * t**2 - big_k**2 / 2
+        assert free("kirchhoff", section=(*SECTION_10[:3], plate)) == pytest.approx(value, rel=1e-10)
 
 
 def test_in_plane_bending_and_tension_10_5():

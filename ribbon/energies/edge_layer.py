@@ -22,50 +22,26 @@ a = sqrt(10) w / (2 h) (the known factor 1 - 0.63 h / w of a thin rectangle's to
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
-from math import cosh, factorial, sqrt, tanh
+from math import cosh, sqrt, tanh
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_TERMS = 12
-_SWITCH = 1.2  # series below, closed form above; the series converges for |z| < 3.34
-
-
-def _series() -> FloatArray:
-    """Coefficients c_k of g = sum c_k z^(4 k): (cosh z - cos z) = g z (sinh z + sin z), compared power by power."""
-    left = [Fraction(1, factorial(4 * k + 2)) for k in range(_TERMS)]
-    right = [Fraction(1, factorial(4 * k + 1)) for k in range(_TERMS)]
-    found: list[Fraction] = []
-    for k in range(_TERMS):
-        found.append(left[k] - sum((found[j] * right[k - j] for j in range(k)), Fraction(0)))
-    return np.array([float(c) for c in found])
-
-
-_COEFFICIENTS = _series()
+#: g's coefficient of z^4 at z = 0: 1/2 - g = z^4 phi, phi(0) = 1/360.
+_QUARTIC = -1.0 / 360.0
 
 
 def layer(z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """g(z), z g'(z) and z^2 g''(z) for z >= 0, each of z's shape."""
+    """g(z), z g'(z) and z^2 g''(z) for z >= 0, each of z's shape (`ribbon.energies.section.relaxed`)."""
+    from ribbon.energies.section.relaxed import fill_layers
+
     z = np.asarray(z, dtype=float)
-    small = z < _SWITCH
-    x = np.where(small, _SWITCH, z)
-    e = np.exp(-x)
-    cosine, sine = 2.0 * e * np.cos(x), 2.0 * e * np.sin(x)
-    n, s, c, d = 1.0 + e * e - cosine, 1.0 - e * e + sine, 1.0 + e * e + cosine, 1.0 - e * e - sine
-    q = n / s  # g = q / z;  n' = s, s' = c, c' = d (all over 2 exp(-z))
-    first = 1.0 - q * c / s
-    second = -(c / s + q * d / s - 2.0 * q * (c / s) ** 2)
-    g = q / x
-    value = [g, first - g, x * second - 2.0 * first + 2.0 * g]
-    if small.any():
-        y = np.where(small, z, 0.0) ** 4
-        k = 4.0 * np.arange(_TERMS)
-        for place, weights in enumerate((np.ones(_TERMS), k, k * (k - 1.0))):
-            value[place] = np.where(small, np.polynomial.polynomial.polyval(y, _COEFFICIENTS * weights), value[place])
-    return value[0], value[1], value[2]
+    out = np.empty((3, z.size))
+    fill_layers(z.ravel(), out)
+    value, first, second = out.reshape(3, *z.shape)
+    return value, first, second
 
 
 @dataclass(frozen=True)
@@ -112,7 +88,7 @@ class Section:
         flat = np.abs(kappa) < 1e-12
         safe = np.where(flat, 1.0, kappa)
         gk = np.where(flat, 0.0, 0.5 * zg / safe)  # dz/dkappa = z / (2 kappa); g is even and smooth in kappa
-        gkk = np.where(flat, 2.0 * _COEFFICIENTS[1] * scale**4, 0.25 * (zzg - zg) / safe**2)
+        gkk = np.where(flat, 2.0 * _QUARTIC * scale**4, 0.25 * (zzg - zg) / safe**2)
         twist = (1.0 - nu) * self.twist_loss
         value = -b * b * g - twist * (eta * kappa) ** 2
         by_kappa = -(2.0 * b * bk * g + b * b * gk) - 2.0 * twist * eta**2 * kappa

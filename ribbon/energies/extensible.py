@@ -1,7 +1,7 @@
 """Audoly and Neukirch's energy: a strip of finite thickness, whose section curves and stretches across.
 
 Per length in D w / l^2, curvature k and twist t times l free of each other, kb = k - K, B = nu k kb + t^2, without the
-constant K^2 / 2 (docs/theory.md, eq. (10.1), (10.7))::
+constant K^2 / 2 (docs/theory.md, eq. (10.11))::
 
     e(k, t) = 1/2 (1 - nu^2) kb^2 + (1 - nu) (1 - q) t^2 + c4 B^2 phi(c4 k^2) - K^2 / 2 ,   c4 = 3 (1 - nu^2) w^4 / h^2
 

@@ -1,6 +1,7 @@
 """The strip of finite width and thickness: Audoly and Neukirch's energy with what changes along the strip.
 
-Per length in D w / l^2, with f the deflection of the relaxed section along the normal (docs/theory.md, chapter 10)::
+Per length in D w / l^2, with f the deflection of the relaxed section along the normal
+(docs/theory.md, eq. (10.12), (10.13))::
 
     e = e_extensible(k, t) + w^2 / 24 t'^2 + (1 - nu) <(d f_y / ds)^2>
     f_y = w [nu kb xi - c4 k B Theta(xi; c4 k^2)]

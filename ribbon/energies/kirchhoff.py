@@ -1,6 +1,7 @@
 """Kirchhoff's rod of rectangular section: bending and torsion apart, whatever the width.
 
-Per length in D w / l^2, without the constant K^2 / 2; in-plane bending (`free.in_plane_stiffness`) is a term apart::
+Per length in D w / l^2, without the constant K^2 / 2; in-plane bending (`free.in_plane_stiffness`) is a term apart
+(docs/theory.md, eq. (10.18))::
 
     e(k, t) = 1/2 b (k - K)^2 + 1/2 c t^2 - 1/2 K^2 ,   c = G J / (D w) = 2 (1 - nu) J / (w h^3 / 3)
     J = w h^3 / 3 [1 - 192 h / (pi^5 w) sum_(n odd) tanh(n pi w / (2 h)) / n^5]

@@ -1,18 +1,21 @@
 """Sano and Wada's ribbon: Sadowsky's coupling of bending and twist, regularised where the curvature vanishes.
 
-Published (T. G. Sano, H. Wada, "Twist-induced snapping in a bent elastic rod and ribbon", Phys. Rev. Lett. 2019; as
-restated in arXiv 2605.05529 and the code beside it) is the energy of a rod, with EI and GJ its stiffnesses, and
+Published (T. G. Sano, H. Wada, "Twist-induced snapping in a bent elastic rod and ribbon", Phys. Rev. Lett. 2019; read
+here as restated by arXiv 2605.05529 and its code) is the energy of a rod, with EI and GJ its stiffnesses, and a term
+that keeps it from twisting where it does not bend::
 
     1/2 EI k^2 + 1/2 GJ t^2 + 1/2 EI t^4 / (1 / zeta^2 + k^2) ,   zeta^2 = (1 - nu^2) w^4 / (60 h^2)
 
-for a naturally straight ribbon; it is Sadowsky's energy for wide ones (zeta k large) only where nu = 0, k^4 = B^2 being
-missed otherwise. Taken here is what holds for any nu and natural curvature K, in D w / l^2: the rod's own stiffnesses,
-EI = (1 - nu^2) D w and GJ = 2 (1 - nu) D w (J = w h^3 / 3), and the whole coupling of Sadowsky's energy regularised::
+for a naturally straight ribbon; with a rod's stiffnesses it is Sadowsky's energy for wide ribbons (zeta k large) only
+where nu = 0. Taken here is what holds for any nu and natural curvature K, in D w / l^2: EI = (1 - nu^2) D w and
+GJ = 2 (1 - nu) D w (J = w h^3 / 3) of the rod, and the whole coupling of Sadowsky's energy regularised
+(docs/theory.md, eq. (10.17))::
 
     e(k, t) = 1/2 (1 - nu^2) kb^2 + (1 - nu) t^2 + 1/2 B^2 / (1 / zeta^2 + k^2) - K^2 / 2 ,   B = nu k kb + t^2
 
 kb = k - K. For nu = K = 0 it is the published one; for zeta k -> infinity Sadowsky's with (2.7), for zeta k -> 0 the
-plate's helicoid, to which zeta is matched. Without the loss of torsion by shear, as published.
+plate's helicoid, to which zeta is matched (that code takes w^4 / (120 h^2)). Without the loss of
+torsion by shear, as published.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ k: nothing divides by k. Three ways to them, one after the other in y:
 - y below `_END` (z < 34): Taylor series about centres, of `_TERMS` terms, on pieces that grow with the distance to the
   first pole. Their coefficients come from the section's own equation in Legendre polynomials, below, once at import:
   sums of terms of one sign, so that derivatives lose nothing.
-- above: closed forms in 1/z, exact but for exp(-z).
+- above: closed forms in 1/z, exact but for exp(-z). g has one that is exact, which serves from `_FAR` (z = 4) on.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ _WIDTH = 0.25  # of a piece, in log(y + _POLE)
 _TERMS = 19
 _ORDER = 32  # even Legendre polynomials across the section
 _END = 34.0**4
+_FAR = 4.0**4  # from here on g in closed form
 
 
 def integrals() -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -69,20 +70,22 @@ def _pieces() -> tuple[FloatArray, FloatArray, FloatArray]:
     a, slopes = operators()
     ends = _POLE * (np.exp(_WIDTH * np.arange(math.ceil(math.log1p(_END / _POLE) / _WIDTH) + 1)) - 1.0)
     centre, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * (ends[1:] - ends[:-1])
-    system = np.eye(_ORDER) + centre[:, None, None] * a
-    step = np.linalg.solve(system, np.broadcast_to(a, system.shape))
-    v = np.empty((_TERMS + 1, centre.size, _ORDER))
-    v[0] = step[:, :, 0]
+    step = np.linalg.inv(np.eye(_ORDER) + centre[:, None, None] * a) @ a
+    v = np.empty((centre.size, _TERMS + 1, _ORDER))
+    v[:, 0] = step[:, :, 0]
+    step *= -half[:, None, None]
     for j in range(_TERMS):
-        v[j + 1] = -half[:, None] * np.einsum("pij,pj->pi", step, v[j])
-    gram = np.einsum("apk,bpk->abp", v @ slopes, v, optimize=True)
-    found = np.zeros((centre.size, _TERMS, 4))
+        v[:, j + 1] = (step @ v[:, j, :, None])[:, :, 0]
+    gram = (v @ slopes) @ v.transpose(0, 2, 1)
+    rank = np.arange(1.0, _TERMS + 1)
+    changes = gram[:, 1:, 1:] * np.outer(rank, rank) / half[:, None, None] ** 2
+    found = np.empty((centre.size, _TERMS, 4))
+    found[:, :, 0] = 0.5 * v[:, :-1, 0]
+    found[:, :, 1] = v[:, :-1] @ slopes[:, 0]
+    turned = gram[:, :, ::-1], changes[:, :, ::-1]  # sums along the other diagonals
     for m in range(_TERMS):
-        found[:, m, 0] = 0.5 * v[m, :, 0]
-        found[:, m, 1] = v[m] @ slopes[:, 0]
-        for i in range(m + 1):
-            found[:, m, 2] += gram[i, m - i]
-            found[:, m, 3] += (i + 1) * (m - i + 1) * gram[i + 1, m - i + 1] / half**2
+        found[:, m, 2] = np.trace(turned[0], _TERMS - m, 1, 2)
+        found[:, m, 3] = np.trace(turned[1], _TERMS - 1 - m, 1, 2)
     return centre, half, found
 
 
@@ -92,7 +95,7 @@ _CENTRE, _HALF, _TAYLOR = _pieces()
 @njit(cache=True)
 def gain(y):
     """((1/2 - g)/y, first and second derivative by y) at y >= 0; phi(v) of Audoly & Neukirch with y = v^2 / 4."""
-    if y < _END:
+    if y < _FAR:
         piece = int(math.log1p(y / _POLE) / _WIDTH)
         d = (y - _CENTRE[piece]) / _HALF[piece]
         a = b = c = 0.0
@@ -102,9 +105,39 @@ def gain(y):
             a = a * d + _TAYLOR[piece, j, 0]
         scale = 1.0 / _HALF[piece]
         return a, b * scale, 2.0 * c * scale * scale
+    g, zg, zzg = _edges(math.sqrt(math.sqrt(y)))
     u = 1.0 / y
-    g = math.sqrt(math.sqrt(u))
-    return (0.5 - g) * u, -(0.5 - 1.25 * g) * u * u, (1.0 - 2.8125 * g) * u * u * u
+    rest = 0.5 - g
+    return rest * u, -(0.25 * zg + rest) * u * u, (2.0 * rest + 0.6875 * zg - 0.0625 * zzg) * u * u * u
+
+
+@njit(cache=True)
+def _edges(z):
+    """g, z g' and z^2 g'' in closed form: g = (cosh z - cos z) / (z (sinh z + sin z)), hyperbolic functions scaled."""
+    e = math.exp(-z)
+    cosine, sine = 2.0 * e * math.cos(z), 2.0 * e * math.sin(z)
+    n, s, c, d = 1.0 + e * e - cosine, 1.0 - e * e + sine, 1.0 + e * e + cosine, 1.0 - e * e - sine
+    q = n / s  # g = q / z;  n' = s, s' = c, c' = d (all over 2 exp(-z))
+    r = c / s
+    first = 1.0 - q * r
+    second = 2.0 * q * r * r - r - q * d / s
+    g = q / z
+    return g, first - g, z * second - 2.0 * first + 2.0 * g
+
+
+@njit(cache=True)
+def fill_layers(z, out):
+    """Fills `out` (3, k) with g, z g' and z^2 g'' at z (k,) >= 0."""
+    for i in range(z.size):
+        y = z[i] ** 4
+        if y < _FAR:
+            p, q, r = gain(y)
+            p, q, r = y * p, y * y * q, y * y * y * r
+            out[0, i] = 0.5 - p
+            out[1, i] = -4.0 * (p + q)
+            out[2, i] = -4.0 * (3.0 * p + 11.0 * q + 4.0 * r)
+        else:
+            out[0, i], out[1, i], out[2, i] = _edges(z[i])
 
 
 @njit(cache=True)
