@@ -281,7 +281,7 @@ class ModelSpec:
     )
     stiffness: str | None = key(
         Kind.CHOICE, 'bending stiffness of energy = "kirchhoff"', example='"matched"',
-        choices={"matched": "Y I, as a rod's", "plate": "D w, as a ribbon's"}, default=None, newer=True,
+        choices={"matched": "D w, as the ribbon's", "plate": "Y I, as a narrow plate's"}, default=None, newer=True,
         absent='"matched"'
     )
     in_plane: bool | None = key(

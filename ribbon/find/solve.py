@@ -67,7 +67,7 @@ def solve(
     closure: of a band; walls: planes that the ribbon cannot cross.
     energy: "wunderlich" (finite width) or "sadowsky", whose ribbons are inextensible; or, with a thickness, "finite",
         "extensible", "sano", "sadowsky_kt" or the rod "kirchhoff", whose twist is free (docs/theory.md, chapter 10).
-    stiffness: of "kirchhoff": "matched" (Y I, default) or "plate" (D w); in_plane: whether the strip bends in its own
+    stiffness: of "kirchhoff": "matched" (D w, default) or "plate" (Y I); in_plane: whether the strip bends in its own
         plane (energies with a free twist; default: "kirchhoff" does).
     tip: dead force (3,) at s = l, in D w / l^2.
     segments: how many equal ones, or their lengths in units of l (they add up to 1).

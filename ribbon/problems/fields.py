@@ -11,7 +11,7 @@ from ribbon.energies.names import FREE_CODE
 from ribbon.errors import RibbonInputError
 from ribbon.strip import Strip
 
-#: Values of `stiffness`: the rod's bending stiffness Y I, or the plate's D w.
+#: Values of `stiffness`: bending matched to the ribbon's D w (thesis, 4.4), or Y I, a narrow plate's.
 STIFFNESSES = ("matched", "plate")
 
 
@@ -21,7 +21,7 @@ class Fields:
 
     free: the second one is the twist kappa_3 itself, else the ruling eta (twist eta omega); count: 2, or 3 with an
     in-plane curvature kappa_2; code: the energy's in the kernels; section: w / (2 l), h / l (nan: not given), nu, and
-    1.0 for the plate's bending stiffness in place of the rod's, else 0.0; held_straight: whether a clamp's straight
+    1.0 for the stiffness "plate", else 0.0; held_straight: whether a clamp's straight
     ruling holds the second field at zero.
     """
 

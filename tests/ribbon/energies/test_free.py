@@ -145,3 +145,12 @@ def test_registry():
     assert FREE_ENERGIES["kirchhoff"].in_plane
     assert [name for name, energy in FREE_ENERGIES.items() if energy.holds_twist] == ["finite"]
     assert [name for name, energy in FREE_ENERGIES.items() if not energy.needs] == ["sadowsky_kt"]
+
+
+def test_a_matched_rod_bends_like_the_ribbon():
+    """Thesis, 4.4: equal stiffness in normal bending, so that both coincide in the plane."""
+    for k in (-3.0, 0.0, 9.0):
+        flat = (k, 0.0, 1.0, 2.0)
+        assert density("kirchhoff", flat, 5.0)[0] == pytest.approx(density("sadowsky_kt", flat, 5.0)[0], rel=1e-14)
+        plate = density("kirchhoff", flat, 5.0, section=(*SECTION[:3], 1.0))[0]
+        assert plate + 12.5 == pytest.approx((1 - SECTION[2] ** 2) * 0.5 * (k - 5.0) ** 2, rel=1e-13)
