@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.energies.section.relaxed import _operators
+from ribbon.energies.section.relaxed import operators
 
 FloatArray = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ _D = _derivative()
 def _basis() -> tuple[FloatArray, FloatArray, FloatArray]:
     """Eigenvalues (n,) of a = 4 <deflection^2>, and in its eigenvectors the unit curvature (n,) and the Gram matrix
     (n, n) of the slope."""
-    a, slopes = _operators()
+    a, slopes = operators()
     values, vectors = np.linalg.eigh(a)
     return np.maximum(values, 0.0), vectors[0], vectors.T @ slopes @ vectors
 
