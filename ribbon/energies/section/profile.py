@@ -24,6 +24,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.energies.section.rod import stiffnesses
 from ribbon.energies.section.unit import unit
 
 FloatArray = NDArray[np.float64]
@@ -99,8 +100,6 @@ def _rod_shape(local: Local, y: FloatArray, section: Sequence[float]) -> Shape:
 
 
 def _rod_shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
-    from ribbon.energies.kirchhoff import stiffnesses
-
     bending, torsion = stiffnesses(tuple(float(v) for v in section))
     kb = local.k - local.natural
     return _even(0.5 * bending * kb**2 + 0.5 * torsion * local.t**2, np.zeros_like(kb), y)

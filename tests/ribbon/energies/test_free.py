@@ -8,8 +8,8 @@ import pytest
 
 from ribbon import energies
 from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, free_density
-from ribbon.energies.kirchhoff import torsion_constant
 from ribbon.energies.section import relaxed
+from ribbon.energies.section.rod import torsion_constant
 
 #: Place of the pair (i, j) of (k, t, dk, dt) in the fifteen numbers.
 PAIRS = {pair: 5 + n for n, pair in enumerate((i, j) for i in range(4) for j in range(i, 4))}
