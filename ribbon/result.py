@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ribbon import shown
+from ribbon import sections, shown
 from ribbon import surface as _surface
 from ribbon.forces import Force, WallForce
 from ribbon.problems.protocol import Problem
@@ -156,14 +156,24 @@ class Equilibrium:
 
     def rulings(self, material: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet s (N,) of the rulings through the particles (S, v) of `material` (N, 2), units of l; with the positions
-        (N, 3) of the particles and the frames (N, 3, 3) of the feet. A foot may lie behind the seam of a band."""
+        (N, 3) of the particles and the frames (N, 3, 3) of the feet. A foot may lie behind the seam of a band.
+
+        Where the twist is free there are no rulings: the foot is S, and the particles stand on the model's own section
+        (`ribbon.sections`)."""
         if self.has_free_twist:
             foot = np.array(material[:, 0], dtype=float)
-        else:
-            foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
-        r, frame, _, _ = self._along(foot)
-        ruling = frame[:, :, 0] + self.eta(foot)[:, None] * frame[:, :, 2]
-        return foot, r + material[:, 1:] * ruling, frame
+            r, frame, _, _ = self._along(foot)
+            return foot, r + np.einsum("kij,kj->ki", frame, sections.placed(self, material)[0]), frame
+        foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
+        r, frame, _, eta = self._along(foot)
+        return foot, r + material[:, 1:] * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2]), frame
+
+    def normals(self, material: FloatArray) -> FloatArray:
+        """Unit normals (N, 3) of the surface at the particles (S, v) of `material` (N, 2), on the side of t_y."""
+        if self.has_free_twist:
+            frame = self._along(material[:, 0])[1]
+            return np.asarray(np.einsum("kij,kj->ki", frame, sections.placed(self, material)[1]))
+        return np.asarray(self.rulings(material)[2][:, :, 1])
 
     def position(self, s: ArrayLike) -> FloatArray:
         """r (k, 3) at abscissae s (k,) in [0, 1], units of l."""
@@ -246,11 +256,9 @@ class Equilibrium:
 
     def surface(self, along: int = 400, across: int = 8) -> Surface:
         """Triangulation with `along` x `across` cells in material coordinates (S, v), units of l."""
-        points, frames = self.joints
-        return _surface.surface(
-            self.parameters, self.problem.lengths, points, frames, self.problem.exponent_limit,
-            self.problem.strip.relative_width, along, across, self.seam,
-        )  # fmt: skip
+        material = _surface.grid_material(self.problem.strip.relative_width, along, across)
+        shape = along + 1, across + 1
+        return Surface(self.rulings(material)[1], material, _surface.grid_triangles(*shape), shape)
 
     @property
     def si(self) -> InSI:
@@ -274,5 +282,5 @@ class Equilibrium:
         return shown.save(self, path)
 
     def to_pyvista(self, along: int = 400, across: int = 8) -> Any:
-        """The surface as `pyvista.PolyData` with S, v, omega, eta, units of l; ImportError without PyVista."""
+        """The surface as `pyvista.PolyData` with S, v, omega, eta (or tau), units of l; ImportError without PyVista."""
         return shown.to_pyvista(self, along, across)

@@ -121,9 +121,9 @@ def save(result: Equilibrium, path: str | Path) -> Path:
     """Writes the numbers (.json), or numbers and arrays (.npz); returns the path. `RibbonInputError`: another suffix.
 
     .npz: `numbers` (the JSON as a text); of the centreline s (k,), position (k, 3), frame (k, 3, 3), omega (k,), eta
-    (k,); segment_lengths (p,) and parameters (p, 4), from which all of the shape follows (`Equilibrium.parameters`);
-    of the surface points (N, 3), material (N, 2), triangles (T, 3). Units of l. Made to be read by others: no solve
-    goes on from it.
+    (k,), or tau (k,) where the twist is free; segment_lengths (p,) and parameters (p, 4 or 6), from which all of the
+    shape follows (`Equilibrium.parameters`); of the surface points (N, 3), material (N, 2), triangles (T, 3). Units of
+    l. Made to be read by others: no solve goes on from it.
     """
     path = Path(path)
     said = json.dumps(numbers(result), indent=2, allow_nan=False)
@@ -136,14 +136,15 @@ def save(result: Equilibrium, path: str | Path) -> Path:
     surface = result.surface()
     np.savez_compressed(
         path, numbers=np.array(said), s=s, position=result.position(s), frame=result.frame(s), omega=result.omega(s),
-        eta=result.eta(s), segment_lengths=result.problem.lengths, parameters=result.parameters, points=surface.points,
-        material=surface.material, triangles=surface.triangles,
+        **_second(result, s), segment_lengths=result.problem.lengths, parameters=result.parameters,
+        points=surface.points, material=surface.material, triangles=surface.triangles,
     )  # fmt: skip
     return path
 
 
 def to_pyvista(result: Equilibrium, along: int = 400, across: int = 8) -> Any:
-    """The surface as `pyvista.PolyData` in units of l, with S, v, omega and eta (of the ruling through each point).
+    """The surface as `pyvista.PolyData` in units of l, with S, v, omega and eta (of the ruling through each point), or
+    the twist tau where it is free.
 
     ImportError, which says what to install, without PyVista.
     """
@@ -156,5 +157,12 @@ def to_pyvista(result: Equilibrium, along: int = 400, across: int = 8) -> Any:
     mesh = pyvista.PolyData(surface.points, faces)
     foot, _, _ = result.rulings(surface.material)
     mesh.point_data["S"], mesh.point_data["v"] = surface.material.T
-    mesh.point_data["omega"], mesh.point_data["eta"] = result.omega(foot), result.eta(foot)
+    mesh.point_data["omega"] = result.omega(foot)
+    for name, values in _second(result, foot).items():
+        mesh.point_data[name] = values
     return mesh
+
+
+def _second(result: Equilibrium, s: Any) -> dict[str, Any]:
+    """What bends the strip beside omega, by its name: the ruling eta, or the twist tau that is free of it."""
+    return {"tau": result.tau(s)} if result.has_free_twist else {"eta": result.eta(s)}

@@ -55,6 +55,14 @@ def grid_triangles(along: int, across: int) -> NDArray[np.int64]:
     return np.concatenate([lower, upper])
 
 
+def grid_material(width: float, along: int, across: int) -> FloatArray:
+    """Particles (S, v) ((along + 1) (across + 1), 2) of a strip of `width` w / l, equally spaced, units of l."""
+    grid_s, grid_v = np.meshgrid(
+        np.linspace(0.0, 1.0, along + 1), np.linspace(-0.5 * width, 0.5 * width, across + 1), indexing="ij"
+    )
+    return np.column_stack([grid_s.ravel(), grid_v.ravel()])
+
+
 @njit(cache=True)
 def _evaluate(free, q, lengths, points, frames, s, limit, r, frame, omega, eta):
     p = lengths.size
@@ -179,10 +187,7 @@ def surface(
     seam: int = 0,
 ) -> Surface:
     """Surface with `along` x `across` cells, equally spaced in the material coordinates; `width` is w / l."""
-    grid_s, grid_v = np.meshgrid(
-        np.linspace(0.0, 1.0, along + 1), np.linspace(-0.5 * width, 0.5 * width, across + 1), indexing="ij"
-    )
-    material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
+    material = grid_material(width, along, across)
     foot = ruling_foot(q, lengths, material, seam)
     r, frame, _, eta = centreline(q, lengths, points, frames, foot, limit, seam)
     ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]

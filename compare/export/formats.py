@@ -15,6 +15,7 @@ from compare.export.vtu import Sheet
 
 FloatArray = NDArray[np.float64]
 
+_PARTS = ("bending_energy", "membrane_energy", "shear_energy")
 #: Fields that colour the vertices of PLY and glTF, the first that a surface has.
 COLOURED_BY = ("energy_density", "membrane_share", "omega", "S")
 _AXES = "xyz"
@@ -129,24 +130,30 @@ def points_csv(sheet: Sheet) -> bytes:
 
 
 def line_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
-    """The centreline of a `ribbon.npz`: s, position, omega, eta, segment, energy_density (D w / l^2), frame, ruling."""
-    names = ["s", *_AXES, "omega", "eta", "segment", "energy_density"]
-    parts = [
-        ribbon["line_s"], ribbon["line_position"], ribbon["line_omega"], ribbon["line_eta"],
-        ribbon["line_segment"], ribbon["line_energy_density"],
-    ]  # fmt: skip
+    """The centreline of a `ribbon.npz`: s, position, omega, eta, segment, energy_density (D w / l^2), frame, ruling; of
+    one with a free twist tau in place of eta, the energy's parts beside it, and no ruling."""
+    free = "line_tau" in ribbon
+    second = "tau" if free else "eta"
+    named = [(name, ribbon[f"line_{name}"]) for name in ("s", "position", "omega", second, "segment", "energy_density")]
+    named += [(name, ribbon[f"line_{name}"]) for name in _PARTS if free]
+    names = [part for name, _ in named for part in (_AXES if name == "position" else (name,))]
+    parts = [values for _, values in named]
     for k, name in enumerate(("tx", "ty", "tz")):
         names += [f"{name}_{axis}" for axis in _AXES]
         parts.append(ribbon["line_frame"][:, :, k])
-    names += [f"ruling_{axis}" for axis in _AXES]
-    return array_csv(names, np.column_stack([*parts, ribbon["line_ruling"]]))
+    if not free:
+        names += [f"ruling_{axis}" for axis in _AXES]
+        parts.append(ribbon["line_ruling"])
+    return array_csv(names, np.column_stack(parts))
 
 
 def segments_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
-    """The segments of a `ribbon.npz`: number, abscissa of its start, length, a, b, n, m and the start's position."""
+    """The segments of a `ribbon.npz`: number, abscissa of its start, length, a, b, n, m (with a free twist that is bent
+    in its own plane also c, d) and the start's position."""
     start = ribbon["joints"][:-1]
-    columns = [np.arange(len(start)), start, ribbon["segment_lengths"], ribbon["parameters"]]
-    names = ["segment", "start", "length", "a", "b", "n", "m", *_AXES]
+    own = ribbon["curvature_parameters" if "curvature_parameters" in ribbon else "parameters"]
+    columns = [np.arange(len(start)), start, ribbon["segment_lengths"], own]
+    names = ["segment", "start", "length", *"abnmcd"[: own.shape[1]], *_AXES]
     return array_csv(names, np.column_stack([*columns, ribbon["joint_positions"][:-1]]))
 
 

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.export.vtu import Sheet
 
-#: Fields and arrays that have a unit, as powers of length; of parameters (n, 4) a power for each column.
+#: Fields and arrays that have a unit, as powers of length; of parameters (n, 4 or 6) a power for each column.
 POWERS: Mapping[str, Any] = {
-    "S": 1, "v": 1, "ruling_foot": 1, "omega": -1,
+    "S": 1, "v": 1, "ruling_foot": 1, "omega": -1, "tau": -1,
     "segment_lengths": 1, "joints": 1, "joint_positions": 1, "line_s": 1, "line_position": 1, "line_omega": -1,
-    "width": 1, "parameters": (-2, -1, -1, 0),
+    "line_tau": -1, "width": 1, "parameters": (-2, -1, -1, 0), "curvature_parameters": (-2, -1, -2, -1, -2, -1),
 }  # fmt: skip
 #: Energies per area (D / l^2) and per length (D w / l^2).
 BY_AREA = ("energy_density", "bending_energy", "membrane_energy", "shear_energy")
-BY_LENGTH = ("line_energy_density",)
+BY_LENGTH = ("line_energy_density", "line_bending_energy", "line_membrane_energy", "line_shear_energy")
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,10 @@ class Scale:
         if name in BY_LENGTH:
             return self.by_length * values
         power = POWERS.get(name)
-        return values if power is None else values * self.length ** np.asarray(power, dtype=float)
+        if power is None:
+            return values
+        powers = np.asarray(power, dtype=float)
+        return np.asarray(values * self.length ** (powers[: values.shape[-1]] if powers.ndim else powers))
 
 
 def _number(text: str) -> float:

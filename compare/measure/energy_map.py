@@ -1,11 +1,15 @@
-"""Where on the flat strip a shell stores its energy: densities by cell, their shares, and their values at particles."""
+"""Where on the flat strip its energy is stored: densities by cell, their shares, zones, values at particles."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+import math
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -13,6 +17,8 @@ FloatArray = NDArray[np.float64]
 FLOOR = 1e-6
 #: Energy per area over its mean on the strip, below which a map shows grey in place of shares.
 HARDLY = 0.01
+#: Layers along free edges are counted over this many times sqrt(h / curvature).
+LAYERS = 2.0
 
 
 class Mapped(Protocol):
@@ -67,3 +73,32 @@ def at_points(
     row = np.clip(np.searchsorted(s_knots, s, side="right") - 1, 0, len(s_knots) - 2)
     column = np.clip(np.searchsorted(v_knots, v, side="right") - 1, 0, len(v_knots) - 2)
     return density[row[:, None], column[None, :]]
+
+
+def stretching_zones(
+    scene: Scene, s_knots: FloatArray, v_knots: FloatArray, density: FloatArray, width_to_thickness: float
+) -> tuple[dict[str, float], float]:
+    """Parts of the stretching energy (membrane and shear) near the clamps, beside the free edges and elsewhere; the
+    part of the shear energy that is not near a clamp. density (nx, ny, 3): bending, membrane, shear of any model, by
+    cell between the knots (nx + 1,), (ny + 1,), in l.
+
+    Near a clamp: within w / 2; beside an edge: within twice sqrt(h / kappa), kappa the curvature that would store the
+    strip's bending energy.
+    """
+    s, v = 0.5 * (s_knots[1:] + s_knots[:-1]), 0.5 * (v_knots[1:] + v_knots[:-1])
+    area = np.diff(s_knots)[:, None] * np.diff(v_knots)[None, :]
+    energy = np.nan_to_num(density) * area[..., None]
+    stretching = energy[..., 1] + energy[..., 2]
+    total = float(stretching.sum()) or 1.0
+    near = np.zeros(s.size, dtype=bool)
+    for at, clamp in ((0.0, scene.clamp_start), (1.0, scene.clamp_end)):
+        if clamp is not None and clamp.tangent is not None:
+            near |= np.abs(s - at) < 0.5 * scene.width
+    bending = float(energy[..., 0].sum()) / scene.width
+    curvature = max(math.sqrt(2.0 * bending), 1e-6)
+    layer = LAYERS * math.sqrt(scene.width / width_to_thickness / curvature)
+    beside = (np.abs(v) > 0.5 * scene.width - layer)[None, :] & ~near[:, None]
+    clamps, edges = float(stretching[near].sum()) / total, float(stretching[beside].sum()) / total
+    shear = float(energy[..., 2].sum()) or 1.0
+    zones = {"clamps": clamps, "edges": edges, "rest": max(1.0 - clamps - edges, 0.0)}
+    return zones, float(energy[~near, :, 2].sum()) / shear

@@ -201,7 +201,7 @@ def _extremes(findings: Sequence[Finding]) -> list[str]:
 
 
 def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
-    """By how much the inextensible model is off, at the worst of the findings."""
+    """By how much the model is off, at the worst of the findings."""
     grades = [finding.level or UNKNOWN for finding in findings]
     first = max(findings, key=lambda f: (GRADES.index(f.level or UNKNOWN) if f.level else -1, f.distance or 0.0))
     if first.level is None or first.share is None:
@@ -209,13 +209,11 @@ def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
         return Verdict(bad.sentence.removesuffix("."), UNKNOWN if bad.ok else POOR)
     told = Units.of(first.scene) if units is None else units
     by = "By estimate the" if first.row is None else "The"
-    off = f"off by {length(told, first.distance)} and {100.0 * first.share:.2g} % of the energy"
+    off = f"off by {length(told, first.distance)} and {100.0 * (first.left_out or 0.0):.2g} % of the energy"
     if len(findings) == 1:
-        return Verdict(f"{by} inextensible ribbon is {off} at w/h = {first.width_to_thickness:g}", first.level)
+        return Verdict(f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}", first.level)
     counts = ", ".join(f"{grades.count(name)} {name}" for name in GRADES if name in grades)
-    return Verdict(
-        f"{by} inextensible ribbon is {off} at the worst of {len(findings)} cases ({counts})", worst(*grades)
-    )
+    return Verdict(f"{by} {first.words} is {off} at the worst of {len(findings)} cases ({counts})", worst(*grades))
 
 
 def verdict(findings: Sequence[Finding], thresholds: Thresholds) -> list[str]:

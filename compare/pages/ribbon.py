@@ -16,6 +16,7 @@ from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.state import RibbonShape
+from compare.models.ribbon.stretching import stretching
 from compare.page import force_displacement, told
 from compare.page.drawing import pictured
 from compare.page.page import Picture, Surface
@@ -34,7 +35,7 @@ PICTURE = "ribbon.png"
 FILES = {
     "ribbon.vtu": "surface with fields (ParaView)",
     "ribbon.npz": "segments and centreline as arrays (NumPy)",
-    "centreline.csv": "centreline, curvature, ruling and frame",
+    "centreline.csv": "centreline, curvature, ruling or twist, and frame",
 }
 
 
@@ -58,9 +59,21 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
     }
     if "auto" in state.numbers:
         found["auto"] = state.numbers["auto"]
+    if e.has_free_twist:
+        found |= _finite(scene, state)
     if scene.path:
         found["path"] = path_result(scene, state)
     return found
+
+
+def _finite(scene: Scene, state: State) -> dict[str, Any]:
+    """What a result says of a strip with free twist: the largest twist, the parts' shares, where it stretches."""
+    held = stretching(scene, state) if state.is_equilibrium else None
+    return {
+        "max_abs_tau": state.numbers["max_abs_tau"],
+        "share": None if held is None else held.share,
+        "zones": None if held is None else held.zones,
+    }
 
 
 def path_result(scene: Scene, state: State) -> dict[str, Any]:
@@ -180,11 +193,14 @@ def choice_text(choice: Mapping[str, Any]) -> str:
 def picture(state: State) -> Picture:
     """`compare.pictures.ribbon` in words."""
     e = state.native
+    name, largest = ("ruling eta", f"|eta| {e.max_abs_eta:.3g}")
+    if e.has_free_twist:
+        name, largest = ("twist tau", f"|tau| l {state.numbers['max_abs_tau']:.3g}")
     alt = (
-        "Normal curvature omega and ruling eta along the ribbon, and its side view. Largest |eta| "
-        f"{e.max_abs_eta:.3g}; the end stands at ({', '.join(f'{c + 0.0:.3f}' for c in e.end.position)}) l."
+        f"Normal curvature omega and {name} along the ribbon, and its side view. Largest {largest}; "
+        f"the end stands at ({', '.join(f'{c + 0.0:.3f}' for c in e.end.position)}) l."
     )
-    return Picture(PICTURE, alt, "The ribbon: normal curvature and ruling along it, and its side view.")
+    return Picture(PICTURE, alt, f"The ribbon: normal curvature and {name.split()[0]} along it, and its side view.")
 
 
 def sentences(scene: Scene, state: State) -> list[str]:
@@ -218,6 +234,24 @@ def advice(scene: Scene, error: float | None) -> str | None:
     return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
 
 
+def _bent(scene: Scene, state: State, units: Units) -> list[tuple[str, str]]:
+    """How steep the rulings are; of a strip with free twist how large that is, and how much of its energy stretches it,
+    where."""
+    e = state.native
+    if not e.has_free_twist:
+        return [("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}")]
+    found = [("largest |tau|", units.text(state.numbers["max_abs_tau"], "1/l", 4))]
+    held = stretching(scene, state)
+    if held is not None:
+        where = ", ".join(f"{part:.0%} {_ZONES[name]}" for name, part in held.zones.items())
+        shares = f"membrane {held.share['membrane']:.2%}, shear {held.share['shear']:.2%} of the elastic energy"
+        found.append(("stretching", f"{shares}: {where}"))
+    return found
+
+
+_ZONES = {"clamps": "near clamps", "edges": "beside the edges", "rest": "elsewhere"}
+
+
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out; of a state
     that is no equilibrium nothing about its place. units: in which all that has a unit is told first;
@@ -234,7 +268,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             ("energy", told.energies(parts, units)),
             ("middle", told.place(e.middle.position, units)),
             ("end" if scene.clamp_end or scene.closure else "free end", told.place(e.end.position, units)),
-            ("largest |eta|", f"{e.max_abs_eta:.4g}; |eta'| w/2 up to {e.max_abs_eta_prime_w_half:.3g}"),
+            *_bent(scene, state, units),
         ]
         if scene.clamp_start is not None:
             found.append(("force at s = 0", told.force(e.start.force, units)))

@@ -1,4 +1,4 @@
-"""The picture of one ribbon: omega(s), eta(s), a side view and one in perspective, with what holds it."""
+"""The picture of one ribbon: omega(s), eta(s) or tau(s), a side view and one in perspective, with what holds it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _DARK, _BRIGHT = 0.45, 1.1
 _LIGHT = np.array([0.3, -0.5, 0.8])
 #: Margin of the walls around the ribbon, and half the length of a clamp's sign, over the ribbon's largest extent.
 _MARGIN, _SIGN = 0.08, 0.05
-#: Variation of omega or eta below which it is constant.
+#: Variation of omega, eta or tau below which it is constant.
 _ROUNDING = 1e-6
 #: Sine of the angle below which a wall is seen from its edge.
 _EDGE_ON = 1e-6
@@ -162,7 +162,8 @@ def length_axis(units: Units | None) -> tuple[float, str]:
 
 
 def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Units | None = None) -> Path:
-    """omega(s) and eta(s) of a ribbon with its joints marked, and its shape with clamps (orange) and walls (grey).
+    """omega(s) and eta(s), or the twist tau(s) where it is free, of a ribbon with its joints marked, and its shape with
+    clamps (orange) and walls (grey).
 
     A clamp's square or bar stands for a held frame (the bar along the width, the pin along the normal), a dot for a
     position alone. A wall is a line in the side view where it is seen from its edge.
@@ -177,7 +178,9 @@ def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Unit
     for row, (values, at_joints, name) in enumerate(
         (
             (equilibrium.omega(s) / metre, equilibrium.omega(joints) / metre, f"normal curvature omega, {per}"),
-            (equilibrium.eta(s), equilibrium.eta(joints), "ruling eta"),
+            (equilibrium.tau(s) / metre, equilibrium.tau(joints) / metre, f"twist tau, {per}")
+            if equilibrium.has_free_twist
+            else (equilibrium.eta(s), equilibrium.eta(joints), "ruling eta"),
         )
     ):
         axes = figure.add_subplot(places[row, 0])

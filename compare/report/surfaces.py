@@ -40,6 +40,7 @@ WORDS = {
     "segment": "segment of the ribbon",
     "omega": "normal curvature omega (1/l)",
     "eta": "ruling eta",
+    "tau": "twist tau (1/l)",
     "energy_density": "elastic energy per area (D/l²)",
     "bending_energy": "bending energy per area (D/l²)",
     "membrane_energy": "membrane energy per area (D/l²)",

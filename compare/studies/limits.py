@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
+from compare.measure.energy_map import stretching_zones as by_zone
 from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
 from compare.models.base import Options, State
 from compare.models.choice import beside_the_shell, chosen
@@ -38,8 +39,6 @@ CORNER = 0.01
 _CORNER_OF_WIDTH = 0.25
 #: Part of the share by which it may differ from that on the coarser mesh without a word.
 _SHARE_CHANGE = 0.25
-#: Layers along free edges are counted over this many times sqrt(h / curvature).
-_LAYERS = 2.0
 
 
 @dataclass(frozen=True)
@@ -104,6 +103,18 @@ class Finding:
         return max(self.parts, key=lambda name: self.parts[name])
 
     @property
+    def left_out(self) -> float | None:
+        """Share of the energy that the model leaves out: all of the stretching where it bends alone, what it has too
+        much or too little of otherwise; None where the share is not known."""
+        return None if self.share is None else abs(self.share - self.estimate.own)
+
+    @property
+    def words(self) -> str:
+        """The model beside the shell."""
+        energy = self.ribbon.native.problem.energy
+        return f'ribbon with energy = "{energy}"' if self.ribbon.native.has_free_twist else "inextensible ribbon"
+
+    @property
     def false_safe(self) -> bool | None:
         """The estimate says "good" and the shell does not; None when one of them does not say."""
         if self.row is None or self.level is None or self.estimated_level is None:
@@ -157,7 +168,7 @@ def _estimated(
     say: Reporter | None = None,
 ) -> Finding:
     found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
-    level = thresholds.level(found.distance, found.share) if ribbon.ok else None
+    level = thresholds.level(found.distance, found.missing) if ribbon.ok else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance, share=found.share,
@@ -204,7 +215,8 @@ def _found(
     k = surface.degree
     maps = Maps(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(case), surface.points)
     zones, shear_there = stretching_zones(scene, maps, ratio)
-    level = thresholds.level(row.hausdorff, share) if comparison.fast.ok else None
+    left_out = abs(share - bare.estimate.own)
+    level = thresholds.level(row.hausdorff, left_out) if comparison.fast.ok else None
     full = replace(
         bare,
         share_of_total=of_total,
@@ -219,29 +231,8 @@ def _found(
 
 
 def stretching_zones(scene: Scene, maps: Maps, width_to_thickness: float) -> tuple[dict[str, float], float]:
-    """Parts of the stretching energy near the clamps, beside the free edges and elsewhere; the part of the shear energy
-    that is not near a clamp.
-
-    Near a clamp: within w / 2; beside an edge: within twice sqrt(h / kappa), kappa the curvature that would store the
-    strip's bending energy.
-    """
-    s, v = 0.5 * (maps.s[1:] + maps.s[:-1]), 0.5 * (maps.v[1:] + maps.v[:-1])
-    area = np.diff(maps.s)[:, None] * np.diff(maps.v)[None, :]
-    energy = np.nan_to_num(maps.density) * area[..., None]
-    stretching = energy[..., 1] + energy[..., 2]
-    total = float(stretching.sum()) or 1.0
-    near = np.zeros(s.size, dtype=bool)
-    for at, clamp in ((0.0, scene.clamp_start), (1.0, scene.clamp_end)):
-        if clamp is not None and clamp.tangent is not None:
-            near |= np.abs(s - at) < 0.5 * scene.width
-    bending = float(energy[..., 0].sum()) / scene.width
-    curvature = max(math.sqrt(2.0 * bending), 1e-6)
-    layer = _LAYERS * math.sqrt(scene.width / width_to_thickness / curvature)
-    beside = (np.abs(v) > 0.5 * scene.width - layer)[None, :] & ~near[:, None]
-    clamps, edges = float(stretching[near].sum()) / total, float(stretching[beside].sum()) / total
-    shear = float(energy[..., 2].sum()) or 1.0
-    zones = {"clamps": clamps, "edges": edges, "rest": max(1.0 - clamps - edges, 0.0)}
-    return zones, float(energy[~near, :, 2].sum()) / shear
+    """`compare.measure.energy_map.stretching_zones` of a shell's map."""
+    return by_zone(scene, maps.s, maps.v, maps.density, width_to_thickness)
 
 
 def _by_cause(
@@ -282,6 +273,8 @@ def reason(finding: Finding) -> str:
         text = "tension under the load"
     elif scene.shell.clamp == "corners":
         text = "the clamp: held at two corners only, the strip bulges between them"
+    elif finding.ribbon.native.has_free_twist:
+        text = "the clamp: the held edge keeps the section flat, whose shape changes within a width from there"
     else:
         steep = finding.ribbon.native.max_abs_eta_prime_w_half
         text = f"the clamp: the held edge straightens the rulings, which crowd there (|eta'| w/2 = {steep:.2g})"
@@ -302,10 +295,11 @@ def sentence(finding: Finding) -> str:
     if finding.row is not None and finding.share is None:
         return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
     distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"
-    by = "By estimate from the ribbon alone: inextensible" if finding.row is None else "Inextensible"
+    model = "inextensible model" if not finding.estimate.own else finding.words
+    by = f"By estimate from the ribbon alone: {model}" if finding.row is None else model[0].upper() + model[1:]
     level = f": {finding.level}" if finding.level else ""
     text = (
-        f"{by} model off by {distance} of l and {100 * (finding.share or 0.0):.2g} % of energy here ({where}){level}; "
+        f"{by} off by {distance} of l and {100 * (finding.left_out or 0.0):.2g} % of energy here ({where}){level}; "
         f"the reason is {reason(finding)}."
     )
     return text + _doubt(finding)

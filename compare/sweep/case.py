@@ -131,7 +131,7 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
 
 
 #: Numbers of a model that have a column of their own.
-_SHOWN = ("segments", "elements", "max_abs_eta")
+_SHOWN = ("segments", "elements", "max_abs_eta", "max_abs_tau")
 
 
 def _pose(row: Row, name: str, pose: Pose | None) -> None:
@@ -162,7 +162,8 @@ def _reach(scene: Scene, row: Row, end: Pose | None) -> None:
 
 
 def _energy(row: Row, state: State) -> None:
-    """Energies without the constant of the natural curvature; elastic, gravity and total always, parts of the shell."""
+    """Energies without the constant of the natural curvature; elastic, gravity and total always, bending, membrane and
+    shear of models that tell them apart."""
     if state.energy is None:
         return
     own = {name: state.energy.parts.get(name) for name in ("membrane", "shear")}

@@ -62,6 +62,7 @@ _COLUMNS = (
     _column("elements", kind="plain"),
     _column("lowest_eigenvalue"),
     _column("max_abs_eta"),
+    _column("max_abs_tau", "1/l"),
     *(_column(f"energy.{name}", "D w / l") for name in _ENERGIES),
     *(_column(f"share.{name}") for name in _PARTS),
     *(_column(key, "l") for key in _PLACES),

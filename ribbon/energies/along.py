@@ -1,7 +1,8 @@
 """Elastic energy of a solved ribbon, from point to point: over s and over the surface, natural curvature included.
 
 Both leave out the constant ``K^2 / 2``. With j = 1 + v eta' a piece of the strip is dS dv = j ds dv; the natural term
-is the same on the whole ruling, as that of any energy whose rulings are taken as parallel.
+is the same on the whole ruling, as that of any energy whose rulings are taken as parallel. Where the twist is free
+there are no rulings: sections are square to the centreline, and `ribbon.energies.parts` has their energy.
 """
 
 from __future__ import annotations
@@ -11,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.energies import parts
 from ribbon.energies.dispatch import CODES, ENERGIES, values
-from ribbon.energies.free import free_numbers, in_plane_stiffness
-from ribbon.energies.names import FREE_CODE
 from ribbon.surface import behind_seam
 
 FloatArray = NDArray[np.float64]
@@ -33,7 +33,7 @@ def line_density(equilibrium: Any, s: FloatArray) -> FloatArray:
     Its integral over [0, 1] is the ribbon's elastic energy in D w / l (thesis, eq. 2.11 and 2.12).
     """
     if equilibrium.has_free_twist:
-        return _free_density(equilibrium, np.asarray(s, dtype=float))
+        return parts.line_density(equilibrium, np.asarray(s, dtype=float))
     omega, eta, x, natural = _local(equilibrium, np.asarray(s, dtype=float))
     return _bending(equilibrium, omega, eta, x) + natural
 
@@ -43,9 +43,10 @@ def area_density(equilibrium: Any, foot: FloatArray, v: FloatArray) -> FloatArra
 
     Over the width j times it gives `line_density`; over the strip the elastic energy in D, which is w / l times that in
     D w / l (up to the corners beyond the last rulings, where the end's own curvature goes on). NaN where rulings cross.
+    Where the twist is free the foot of a particle is its own abscissa.
     """
     if equilibrium.has_free_twist:
-        return _free_density(equilibrium, np.asarray(foot, dtype=float))
+        return _free_area(equilibrium, np.asarray(foot, dtype=float), np.asarray(v, dtype=float))
     foot, sign = behind_seam(np.asarray(foot, dtype=float), equilibrium.seam)
     omega, eta, x, natural = _local(equilibrium, foot)
     problem = equilibrium.problem
@@ -60,19 +61,14 @@ def area_density(equilibrium: Any, foot: FloatArray, v: FloatArray) -> FloatArra
     return (bending + natural) / np.where(stretch > 0.0, stretch, np.nan)
 
 
-def _free_density(equilibrium: Any, s: FloatArray) -> FloatArray:
-    """Of a ribbon whose twist is free, in-plane bending included."""
-    problem = equilibrium.problem
-    q = equilibrium.parameters[segment_of(equilibrium, s)]
-    start, end = problem.strip.curvature
-    natural = start + (end - start) * np.clip(s, 0.0, 1.0)
-    fields = problem.fields
-    arguments = equilibrium.omega(s), equilibrium.tau(s), q[:, 0].copy(), q[:, 2].copy(), natural
-    out = np.empty((s.size, 15))
-    free_numbers(fields.code - FREE_CODE, *arguments, end - start, fields.section, out)
-    if fields.count == 2:
-        return out[:, 0]
-    return np.asarray(out[:, 0] + 0.5 * in_plane_stiffness(fields.section) * equilibrium.in_plane(s) ** 2)
+def _free_area(equilibrium: Any, s: FloatArray, v: FloatArray) -> FloatArray:
+    """The parts' sum at the particles (s, v), both (k,), in D / l^2."""
+    start, end = equilibrium.problem.strip.curvature
+    found = np.empty(s.shape)
+    for place in np.unique(v):
+        rows = np.nonzero(v == place)[0]
+        found[rows] = parts.area_densities(equilibrium, s[rows], np.array([place]))[:, 0].sum(axis=1)
+    return found - 0.5 * (start + (end - start) * s) ** 2
 
 
 def _bending(equilibrium: Any, omega: FloatArray, eta: FloatArray, x: FloatArray) -> FloatArray:

@@ -24,10 +24,10 @@ from compare.models.effects.ribbon_off import (
     keys_without,
     starting_state,
 )
-from compare.models.ribbon.build import formulation_why
+from compare.models.ribbon.build import formulation_why, has_free_twist
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
-from ribbon.energies import ENERGIES
+from ribbon.energies import ENERGIES, FREE_ENERGIES
 from ribbon.find.adaptive import FIRST_SEGMENTS
 from ribbon.find.solve import Problem
 
@@ -146,7 +146,7 @@ def _weight(scene: Scene, problem: Problem) -> list[Effect]:
 
 
 def _shape(scene: Scene, problem: Problem) -> list[Effect]:
-    """Natural curvature, finite width, the bounds of the rulings."""
+    """Natural curvature, finite width, the bounds of the rulings or the twist that is free of them."""
     found = []
     start, end = scene.curvature
     if problem.has_natural_curvature:
@@ -155,6 +155,11 @@ def _shape(scene: Scene, problem: Problem) -> list[Effect]:
     else:
         found.append(_effect("natural curvature", False, "the strip is naturally flat", "no term"))
     found.extend(_energies(scene, problem))
+    if problem.fields.free:
+        why = f'energy = "{problem.energy}" has no rulings'
+        found.append(_effect("rulings do not cross", False, why, "no bound"))
+        found.append(_effect("free twist", True, f'energy = "{problem.energy}"', FREE_ENERGIES[problem.energy].words))
+        return found
     bounds = f"{problem.lengths.size} pairs of bounds, no constraint"
     found.append(_effect("rulings do not cross", True, "|eta'| <= 2/w (thesis, 2.7)", bounds))
     return found
@@ -208,12 +213,14 @@ def _ends(scene: Scene, problem: Any) -> list[Effect]:
         )
         if held is not None and held.ruling == "straight"
     ]
-    if straight:
+    zero, held = ("tau = 0", problem.fields.held_straight) if problem.fields.free else ("eta = 0", True)
+    if straight and held:
         less = 2 if straight == ["closure"] else len(straight)
         adds = "one unknown less" if less == 1 else f"{less} unknowns less"
-        found.append(_effect("straight rulings", True, f'{", ".join(straight)}: ruling = "straight", eta = 0', adds))
+        found.append(_effect("straight rulings", True, f'{", ".join(straight)}: ruling = "straight", {zero}', adds))
     else:
-        found.append(_effect("straight rulings", False, "no end or seam holds its ruling", "eta is an unknown there"))
+        why = "no end or seam holds its ruling" if held else f'energy = "{problem.energy}" has no rulings'
+        found.append(_effect("straight rulings", False, why, f"{zero.split()[0]} is an unknown there"))
     if scene.closure is None:
         found.append(_effect("closure", False, "no [closure]", "no constraint"))
     else:
@@ -293,5 +300,5 @@ def _procedure(scene: Scene) -> list[Effect]:
         ratios = ", ".join(f"{r:g}" for r in scene.require_shell())
     except BadInput as refusal:
         return [*found, _effect("stretching and shear", False, f"{refusal.key} {refusal.problem}", "no shell run")]
-    why = f"in the shell only, w/h = {ratios}"
+    why = f"in the shell{'' if has_free_twist(scene) else ' only'}, w/h = {ratios}"
     return [*found, _effect("stretching and shear", True, why, "one shell process per w/h in compare")]

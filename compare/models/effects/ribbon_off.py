@@ -33,6 +33,7 @@ _SPREAD = 1e-3
 
 #: Effects that cannot be off, and why.
 FIXED = {
+    "free twist": "no switch: with rulings it is another model",
     "rulings do not cross": "no switch: beyond the bound no surface exists",
     "closure": "no switch: an open strip would spring back, another scene",
     "rigid motions removed": "no switch: without it the Hessian is singular",

@@ -12,6 +12,8 @@ Five effects that an inextensible ribbon leaves out, each from the ribbon's own 
   measures how often the verdict is right, on those and on others).
 
 In-plane bending and tension follow from the weight beyond each section, and from the support at s = l.
+
+An energy with a free twist has some of this itself (`compare.models.ribbon.remaining`).
 """
 
 from __future__ import annotations
@@ -55,8 +57,9 @@ class Estimate:
 
     parts: share of the elastic energy that would be stretching and shear, by cause ("edges", "shear", "in_plane",
     "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the softened ribbon was
-    not found; scale: z of the strip's edges at the mean curvature (below about 2 the layers of both edges meet);
-    seconds: for the estimate, the ribbon's solve not included.
+    not found; own: the part of that share which the model has in its own energy; scale: z of the strip's edges at the
+    mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's solve not
+    included.
     """
 
     width_to_thickness: float
@@ -64,6 +67,12 @@ class Estimate:
     distance: float | None
     scale: float
     seconds: float
+    own: float = 0.0
+
+    @property
+    def missing(self) -> float:
+        """Estimated share of the membrane and shear energy that the model leaves out."""
+        return self.share - self.own
 
     @property
     def share(self) -> float:
@@ -77,7 +86,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class _State:
+class LocalState:
     """A ribbon on a grid s (k,): curvatures, natural curvature, frames; M_y and N (k,), zero where not known."""
 
     s: FloatArray
@@ -91,14 +100,14 @@ class _State:
 
 
 def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
-    """The estimate for a scene whose ribbon is `equilibrium`."""
+    """The estimate for a scene whose ribbon is `equilibrium`, with rulings."""
     clock = time.perf_counter()
     h = scene.width / width_to_thickness
     nu = scene.strip.poisson
     section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
     softened = soften(equilibrium, h)
     there = softened if softened is not None else equilibrium
-    state = _state(scene, there)
+    state = local_state(scene, there)
     arguments = state.omega, state.eta, state.natural
     elastic = _elastic(scene, there) + float(section.softening(*arguments)[0].mean())
     in_plane = in_plane_density(state.moment, nu, scene.width, h)
@@ -133,7 +142,7 @@ def _elastic(scene: Scene, e: Equilibrium) -> float:
     return float(bending + natural) + natural_constant(scene.curvature)
 
 
-def _state(scene: Scene, e: Equilibrium) -> _State:
+def local_state(scene: Scene, e: Equilibrium) -> LocalState:
     s = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     frame, position = e.frame(s), e.position(s)
     start, end = scene.curvature
@@ -149,7 +158,7 @@ def _state(scene: Scene, e: Equilibrium) -> _State:
         force = force + support.force
         moment = moment + support.moment + np.cross(e.position(np.array([1.0])) - position, support.force)
     known = not scene.walls and scene.closure is None
-    return _State(
+    return LocalState(
         s=s,
         omega=e.omega(s),
         eta=e.eta(s),
@@ -167,7 +176,7 @@ def _ends(scene: Scene) -> list[float]:
     return [at for at, clamp in clamps if clamp is not None and clamp.tangent is not None]
 
 
-def _clamps(scene: Scene, e: Equilibrium, state: _State, h: float) -> float:
+def _clamps(scene: Scene, e: Equilibrium, state: LocalState, h: float) -> float:
     """Share of the elastic energy that the clamps stretch."""
     density = line_density(e, state.s) + 0.5 * state.natural**2
     total = float(density.mean())
@@ -188,20 +197,28 @@ def _clamps(scene: Scene, e: Equilibrium, state: _State, h: float) -> float:
     return min(share, 1.0)
 
 
-def _distance(scene: Scene, e: Equilibrium, softened: Equilibrium, state: _State, h: float, clamps: float) -> float:
+def _distance(scene: Scene, e: Equilibrium, softened: Equilibrium, state: LocalState, h: float, clamps: float) -> float:
     """Hausdorff distance over l of the ribbon to its softened shape, bent in its plane too, with what clamps add."""
     here, there = e.surface(_ALONG, _ACROSS).grid, softened.surface(_ALONG, _ACROSS).grid
-    free_end = scene.clamp_end is None
-    if free_end:
-        bend = state.moment * (h / scene.width) ** 2 / (1.0 - scene.strip.poisson**2)
-        s = np.linspace(0.0, 1.0, _ALONG + 1)
-        turn = (bend[:, None] * state.normal) / _SAMPLES
-        angle = np.vstack([np.zeros(3), np.cumsum(turn, axis=0)])
-        first = np.vstack([np.zeros(3), np.cumsum(np.cross(turn, state.position), axis=0)])
-        at = np.minimum((s * _SAMPLES).astype(int), _SAMPLES)
-        there = there + np.cross(angle[at][:, None], there) - first[at][:, None]
-    distance = grid_hausdorff(here, there)
+    distance = grid_hausdorff(here, bent_in_plane(scene, there, state, h))
     if scene.shell.clamp == "edge":
         return distance + EDGE_SHIFT * clamps * scene.width
-    kappa = max(abs(float(state.omega[0 if at == 0.0 else -1])) for at in _ends(scene))
-    return max(distance, min(CORNER_TURN[0] * kappa, CORNER_TURN[1]) * scene.width)
+    return max(distance, corner_turn(scene, state))
+
+
+def bent_in_plane(scene: Scene, grid: FloatArray, state: LocalState, h: float) -> FloatArray:
+    """The surface (n, m, 3) of a strip with a free end bent in its own plane too, to the first order."""
+    if scene.clamp_end is not None:
+        return grid
+    bend = state.moment * (h / scene.width) ** 2 / (1.0 - scene.strip.poisson**2)
+    turn = (bend[:, None] * state.normal) / _SAMPLES
+    angle = np.vstack([np.zeros(3), np.cumsum(turn, axis=0)])
+    first = np.vstack([np.zeros(3), np.cumsum(np.cross(turn, state.position), axis=0)])
+    at = np.minimum((np.linspace(0.0, 1.0, len(grid)) * _SAMPLES).astype(int), _SAMPLES)
+    return np.asarray(grid + np.cross(angle[at][:, None], grid) - first[at][:, None])
+
+
+def corner_turn(scene: Scene, state: LocalState) -> float:
+    """How far (over l) two held corners let the strip turn at its clamps."""
+    kappa = max((abs(float(state.omega[0 if at == 0.0 else -1])) for at in _ends(scene)), default=0.0)
+    return min(CORNER_TURN[0] * kappa, CORNER_TURN[1]) * scene.width

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.measure.energy_map import by_name
 from ribbon import Equilibrium
 from ribbon.energies.along import area_density, segment_of
+from ribbon.energies.parts import area_densities
 
 FloatArray = NDArray[np.float64]
 
@@ -18,7 +20,13 @@ def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, 
     omega, eta; energy_density: `area_density`; ruling, tangent, width_direction, normal: q = t_x + eta t_z, t_z, t_x,
     t_y at the foot. Of a closed band a foot may lie behind the seam, below 0 or above 1; omega, eta and the vectors are
     then those of the strip that goes on through it.
+
+    Where the twist is free there are no rulings: tau (the twist) stands in place of eta, and with energy_density its
+    parts and their shares (`compare.measure.energy_map.by_name`: bending_energy, ..., of the strain from the natural
+    shape); normal is that of the curved section, the frame's other vectors those at S.
     """
+    if equilibrium.has_free_twist:
+        return _free(equilibrium, s, v)
     grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
     material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
     foot, _, frame = equilibrium.rulings(material)
@@ -38,5 +46,32 @@ def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, 
         "omega": equilibrium.omega(foot).reshape(shape),
         "eta": eta.reshape(shape),
         "energy_density": area_density(equilibrium, foot, material[:, 1]).reshape(shape),
+        **{name: values.reshape(*shape, 3) for name, values in vectors.items()},
+    }
+
+
+def _free(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
+    grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+    shape = grid_s.shape
+    material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
+    frame = np.repeat(equilibrium.frame(s), v.size, axis=0)
+    density = area_densities(equilibrium, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
+    start, end = equilibrium.problem.strip.curvature
+    along = {
+        "segment": segment_of(equilibrium, s).astype(float),
+        "omega": equilibrium.omega(s),
+        "tau": equilibrium.tau(s),
+    }
+    vectors = {
+        "tangent": frame[:, :, 2],
+        "width_direction": frame[:, :, 0],
+        "normal": equilibrium.normals(material),
+    }
+    return {
+        "S": grid_s,
+        "v": grid_v,
+        **{name: np.repeat(values[:, None], v.size, axis=1) for name, values in along.items()},
+        "energy_density": density.sum(axis=2) - 0.5 * (start + (end - start) * grid_s) ** 2,
+        **by_name(density),
         **{name: values.reshape(*shape, 3) for name, values in vectors.items()},
     }

@@ -201,11 +201,13 @@ class RibbonModel:
         return judged(state, say, grid).error
 
     def estimate(self, scene: Scene, state: State, width_to_thickness: float, say: Reporter | None = None) -> Estimate:
-        """How far a shell of this w/h would be from the state (`compare.models.ribbon.estimate`)."""
+        """How far a shell of this w/h would be from the state (`compare.models.ribbon.estimate`, `remaining`)."""
         from compare.models.ribbon.estimate import estimate
+        from compare.models.ribbon.remaining import remaining
 
+        found = remaining if state.native.has_free_twist else estimate
         with compiling(say):
-            return estimate(scene, state.native, width_to_thickness)
+            return found(scene, state.native, width_to_thickness)
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""

@@ -35,7 +35,8 @@ _STATUS = {
 
 @dataclass(frozen=True)
 class RibbonShape:
-    """A ribbon's surface: straight rulings through its centreline (`compare.models.base.Shape`)."""
+    """A ribbon's surface (`compare.models.base.Shape`): straight rulings through its centreline, which is the surface's
+    own middle line; where the twist is free the sections of the model (`ribbon.sections`)."""
 
     equilibrium: Equilibrium
 
@@ -64,7 +65,7 @@ class RibbonShape:
         return Pose(found.position, found.frame)
 
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
-        """`compare.models.ribbon.fields.fields`: S, v, omega, eta, rulings, normal, energy_density and others."""
+        """`compare.models.ribbon.fields.fields`: S, v, omega, eta or tau, normal, energy_density and others."""
         from compare.models.ribbon.fields import fields
 
         return fields(self.equilibrium, s, v)
@@ -77,8 +78,6 @@ def own_size(found: Equilibrium) -> Size:
 
 def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:
     """A ribbon's equilibrium as a state; scene: names its walls."""
-    from ribbon.energies import ENERGIES
-
     lower, upper = e.problem.bounds()  # type: ignore[attr-defined]
     plates = any(wall.stiffness is not None for wall in scene.walls) if scene is not None else bool(e.energy.plates)
     lowest = e.lowest_eigenvalue
@@ -95,7 +94,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
             tip=None if e.problem.tip is None else e.energy.tip,
             plates=e.energy.plates if plates else None,
             constant=natural_constant(e.problem.strip.curvature),
-            parts={"bending": e.energy.bending, "natural": e.energy.natural},
+            parts=_parts(e),
         ),
         shape=RibbonShape(e) if np.all(np.isfinite(e.x)) else None,
         residual=float(e.residual),
@@ -105,12 +104,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         error=e.tolerance_error,
         seconds=seconds,
         unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
-        numbers={
-            "segments": int(e.problem.lengths.size),
-            "knows_width": e.has_free_twist or ENERGIES[e.problem.energy].knows_width,
-            "max_abs_eta": float(e.max_abs_eta),
-            "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
-        },
+        numbers={"segments": int(e.problem.lengths.size), **_numbers(e)},
         motions=motions_of(e),
         log=e.log,
         states=None if way is None else way.states,
@@ -118,6 +112,33 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         reused=way.resumed if way is not None else False,
         native=e,
     )
+
+
+def _parts(e: Equilibrium) -> dict[str, float]:
+    """Parts of the elastic energy: bending and the natural term; with a free twist bending, membrane, shear."""
+    if not e.has_free_twist:
+        return {"bending": e.energy.bending, "natural": e.energy.natural}
+    from ribbon.energies.parts import parts
+
+    return parts(e)
+
+
+def _numbers(e: Equilibrium) -> dict[str, bool | float]:
+    """Whether the energy knows the width; how steep the rulings are, or how large the twist is that is free of them."""
+    if e.has_free_twist:
+        return {"knows_width": knows_width(e.problem.energy), "max_abs_tau": float(np.abs(e.tau(_SAMPLES)).max())}
+    return {
+        "knows_width": knows_width(e.problem.energy),
+        "max_abs_eta": float(e.max_abs_eta),
+        "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
+    }
+
+
+def knows_width(energy: str) -> bool:
+    """Whether the width changes the ribbon's shape with this energy."""
+    from ribbon.energies import ENERGIES, FREE_ENERGIES
+
+    return ENERGIES[energy].knows_width if energy in ENERGIES else bool(FREE_ENERGIES[energy].needs)
 
 
 def motions_of(e: Equilibrium) -> Motions | None:

@@ -1,0 +1,100 @@
+"""Elastic energy of a solved strip with free twist by its parts: bending, membrane, transverse shear.
+
+Densities per length and per area as in `ribbon.energies.along`, which asks here; without the constant ``K^2 / 2``
+unless it is said to be with it. The parts per area are the section's own (`FREE_ENERGIES[name].section`); over the
+length each is integrated at the Gauss points of the elements, where the energy itself is.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.element.element import GAUSS_POINTS, GAUSS_WEIGHTS
+from ribbon.energies import FREE_CODES, FREE_ENERGIES
+from ribbon.energies.free import free_numbers, in_plane_stiffness
+from ribbon.energies.names import FREE_CODE
+from ribbon.sections import local_state
+
+FloatArray = NDArray[np.float64]
+
+#: Names of the parts, in their order.
+PARTS = ("bending", "membrane", "shear")
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
+#: Thicknesses beside an edge that have Gauss points of their own; layers are h / sqrt(10) wide.
+_EDGE = 4.0
+
+
+def line_density(equilibrium: Any, s: FloatArray) -> FloatArray:
+    """Elastic energy per length (k,) in D w / l^2 at abscissae s (k,)."""
+    fields = equilibrium.problem.fields
+    return _values(fields.code - FREE_CODE, equilibrium, s, fields.section)
+
+
+def line_density_of(energy: str, equilibrium: Any, s: FloatArray, thickness: float) -> FloatArray:
+    """The same that another energy has in the same state with this thickness (in l)."""
+    half_width, _, poisson, _ = equilibrium.problem.fields.section
+    return _values(FREE_CODES[energy], equilibrium, s, (half_width, thickness, poisson, 0.0))
+
+
+def _values(code: int, equilibrium: Any, s: FloatArray, section: tuple[float, ...]) -> FloatArray:
+    local = local_state(equilibrium, s)
+    out = np.empty((s.size, 15))
+    start, end = equilibrium.problem.strip.curvature
+    free_numbers(code, local.k, local.t, local.dk, local.dt, local.natural, float(end - start), section, out)
+    return np.asarray(out[:, 0] + _in_plane(equilibrium, s))
+
+
+def _in_plane(equilibrium: Any, s: FloatArray) -> FloatArray:
+    """Energy per length (k,) of bending in the strip's plane, energy of the membrane."""
+    fields = equilibrium.problem.fields
+    if fields.count < 3:
+        return np.zeros(s.shape)
+    return np.asarray(0.5 * in_plane_stiffness(fields.section) * equilibrium.in_plane(s) ** 2)
+
+
+def area_densities(equilibrium: Any, s: FloatArray, v: FloatArray) -> FloatArray:
+    """The parts per area (k, m, 3) in D / l^2 at the particles s (k,) x v (m,), with the constant ``K^2 / 2`` (that is
+    of the strain from the natural shape, none of them negative)."""
+    fields = equilibrium.problem.fields
+    section = FREE_ENERGIES[equilibrium.problem.energy].section
+    assert section is not None
+    own = section.shares(local_state(equilibrium, s), v, fields.section)
+    found = np.stack([own.bending, own.membrane, own.shear], axis=-1)
+    if fields.count == 3:
+        bent = equilibrium.in_plane(s)[:, None] * v[None, :]
+        thickness, poisson = fields.section[1:3]
+        found[:, :, 1] += 6.0 * (1.0 - poisson**2) / thickness**2 * bent**2
+    return found
+
+
+def line_parts(equilibrium: Any, s: FloatArray) -> FloatArray:
+    """The parts per length (k, 3) in D w / l^2, with the constant ``K^2 / 2``: means of `area_densities`."""
+    v, weight = _across(equilibrium)
+    return np.asarray(np.einsum("kmp,m->kp", area_densities(equilibrium, s, v), weight))
+
+
+def _across(equilibrium: Any) -> tuple[FloatArray, FloatArray]:
+    """Points v (m,) across and weights (m,) of a mean over the width: `_NODES` from the middle towards either edge, and
+    as many in the last `_EDGE` thicknesses, where transverse shear has its layer."""
+    half = equilibrium.problem.half_width
+    thickness = equilibrium.problem.strip.section[1]
+    split = max(half - _EDGE * thickness, 0.5 * half) if np.isfinite(thickness) else 0.5 * half
+    panels = [
+        (0.5 * (b - a) * (_NODES + 1.0) + a, 0.25 * (b - a) / half * _WEIGHTS) for a, b in ((0, split), (split, half))
+    ]
+    right, weight = (np.concatenate(found) for found in zip(*panels, strict=True))
+    return np.concatenate([-right[::-1], right]), np.concatenate([weight[::-1], weight])
+
+
+def parts(equilibrium: Any) -> dict[str, float]:
+    """Bending, membrane and shear energy in D w / l; their sum is the elastic energy, without the constant: the bending
+    is what remains beside the other two."""
+    lengths = equilibrium.problem.lengths
+    starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    s = (starts[:, None] + lengths[:, None] * GAUSS_POINTS).ravel()
+    found = line_parts(equilibrium, s)[:, 1:].T @ (lengths[:, None] * GAUSS_WEIGHTS).ravel()
+    membrane, shear = float(found[0]), float(found[1])
+    return {"bending": float(equilibrium.energy.elastic) - membrane - shear, "membrane": membrane, "shear": shear}

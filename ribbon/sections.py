@@ -1,0 +1,99 @@
+"""Where the particles of a strip stand whose sections have a shape of their own (energies of a free twist).
+
+The strip's middle line is the centreline r(S), of length 1 and with the frame t_x, t_y, t_z of curvatures k, t; the
+particle (S, v) of the flat strip stands at (docs/theory.md, eq. (10.20))::
+
+    x = r + (v + u) t_x + f t_y + g t_z ,   f = F(v) - F(0)
+
+F the deflection of the model's own section (`FREE_ENERGIES[name].section`). In the plane, with ' the derivative along
+the strip at a fixed v and f_v that across, u and g follow to the second order in the deflection from
+
+    x_v . x_v = 1 :   u_v = - f_v^2 / 2                                       (lengths across)
+    x_S . x_v = 0 :   g_v = t (f - v f_v) - u' - f_v f'                       (right angles)
+
+both zero at v = 0. What is left of either is of the fourth order in w (curvatures fixed). Lengths along,
+``x_S . x_S - 1 = 2 k f + t^2 v^2 + ...``, are what the model's membrane energy is of, less their mean. An oblique
+cylinder has f = - (t^2 / k) v^2 / 2: its middle line is a helix of unit length, its lengths along are kept, and the
+surface is the exact one to the fourth order in w as h -> 0. With r the line of the centroid (mean of f zero), which is
+shorter by t^2 w^2 / 24, that would be the second order.
+
+A clamp that holds a whole edge holds it flat; the models hold the twist there at most (t = 0), and the section still
+curves by nu (k - K): the surface shows what the energy has.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.energies import FREE_ENERGIES
+from ribbon.energies.section.profile import Local, Profile
+
+FloatArray = NDArray[np.float64]
+
+#: Gauss points between the middle line and a particle; they crowd towards the edge, where the layers are.
+_POINTS = 12
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+
+
+def _differences(nodes: FloatArray) -> FloatArray:
+    """(n, n): from the values of a polynomial at the nodes (n,) to those of its derivative (barycentric)."""
+    apart = nodes[:, None] - nodes[None, :]
+    np.fill_diagonal(apart, 1.0)
+    weight = 1.0 / apart.prod(axis=1)
+    found = weight[None, :] / weight[:, None] / apart
+    np.fill_diagonal(found, 0.0)
+    np.fill_diagonal(found, -found.sum(axis=1))
+    return found
+
+
+_BY_NODE = _differences(_NODES)
+
+
+def local_state(equilibrium: Any, s: FloatArray) -> Local:
+    """Curvatures with their derivatives at abscissae (k,) in [0, 1] of a `ribbon.Equilibrium` with a free twist."""
+    problem = equilibrium.problem
+    q = equilibrium.parameters
+    joints = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    i = np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(q) - 1)
+    start, end = problem.strip.curvature
+    natural = start + (end - start) * s
+    h = s - joints[i]
+    k, t = q[i, 0] * h + q[i, 1], q[i, 2] * h + q[i, 3]
+    return Local(k, t, q[i, 0], q[i, 2], natural, np.full(s.shape, end - start))
+
+
+def offsets(section: Profile, local: Local, v: float, numbers: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    """v + u, f, g (k, 3) of the particles at `v` of sections in the states `local` (`local_state`), units of l, and the
+    unit normals (k, 3) of the surface there; both by components along the frame. section: of the energy, numbers: of
+    the strip (`FreeSectionNumbers`)."""
+    k, t = local.k, local.t
+    shape = section.shape(local, np.concatenate([[0.0], v * _NODES, [v]]), numbers)
+    f, by_y, by_s = shape.f - shape.f[:, :1], shape.across, shape.along - shape.along[:, :1]
+    weight = v * _WEIGHTS
+    slope, along = by_y[:, 1:-1], by_s[:, 1:-1]
+    turned = along @ _BY_NODE.T / v if v != 0.0 else np.zeros_like(along)  # of the slope, along the strip
+    u = -0.5 * (slope**2) @ weight
+    g = t * (2.0 * f[:, 1:-1] @ weight - v * f[:, -1])
+    g += (slope * turned) @ (weight * v * (1.0 - _NODES)) - (slope * along) @ weight
+    across = np.stack([1.0 - 0.5 * by_y[:, -1] ** 2, by_y[:, -1], t * (f[:, -1] - v * by_y[:, -1])], axis=1)
+    lengthwise = np.stack([-t * f[:, -1], v * t + by_s[:, -1], 1.0 + k * f[:, -1]], axis=1)
+    normal = np.cross(lengthwise, across)
+    return np.stack([v + u, f[:, -1], g], axis=1), normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def placed(equilibrium: Any, material: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`offsets` and normals (N, 3) of the particles (S, v) of `material` (N, 2), units of l, of a `ribbon.Equilibrium`
+    with a free twist."""
+    section = FREE_ENERGIES[equilibrium.problem.energy].section
+    assert section is not None
+    numbers = equilibrium.problem.fields.section
+    found, normals = np.empty((len(material), 3)), np.empty((len(material), 3))
+    for v in np.unique(material[:, 1]):
+        rows = np.nonzero(material[:, 1] == v)[0]
+        local = local_state(equilibrium, material[rows, 0])
+        found[rows], normals[rows] = offsets(section, local, float(v), numbers)
+    return found, normals
