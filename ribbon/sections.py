@@ -1,7 +1,7 @@
 """Where the particles of a strip stand whose sections have a shape of their own (energies of a free twist).
 
 The strip's middle line is the centreline r(S), of length 1 and with the frame t_x, t_y, t_z of curvatures k, t; the
-particle (S, v) of the flat strip stands at (docs/theory.md, eq. (10.20))::
+particle (S, v) of the flat strip stands at (docs/theory.md, eq. (10.19))::
 
     x = r + (v + u) t_x + f t_y + g t_z ,   f = F(v) - F(0)
 
