@@ -31,6 +31,7 @@ NAMES = (
     "shell_mesh",
     "shell_cantilever",
     "shell_lateral",
+    "twisted_tension",
     "lateral_torsional",
     "shell_shift",
     "on_edge",
