@@ -167,3 +167,22 @@ def fell_back(rows: list[list[float]]) -> float:
     """Shift at which the strip is the upright arch again (back); nan if it never is."""
     upright = [r[0] for r in rows if r[2] < LEANS]
     return max(upright) if upright else float("nan")
+
+
+def arch_lost(case: Case, first: float = 0.15, last: float = 0.5) -> float:
+    """Shift at which the arch is no longer stable, to `LOCATED`; inf where it still is at `last`.
+
+    Unstable states are not left.
+    """
+    inside, found = FIRST, case.arch()
+    trial, outside = first, float("inf")
+    while outside - inside > LOCATED:
+        new = switch(case.problem(trial), found)
+        if new.ok and tilt(new) < LEANS:
+            inside, found = trial, new
+            if inside >= last:
+                return float("inf")
+        else:
+            outside = trial
+        trial = 0.5 * (inside + outside) if np.isfinite(outside) else min(inside + 0.05, last)
+    return 0.5 * (inside + outside)
