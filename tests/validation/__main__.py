@@ -23,6 +23,7 @@ NAMES = (
     "moebius_table",
     "roman",
     "curl_length",
+    "rod_ribbon",
     "clamp_layer",
     "clamp_limit",
     "elastica_order",

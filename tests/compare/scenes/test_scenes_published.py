@@ -1,4 +1,4 @@
-"""Scenes of published numbers: edge_published (Audoly and Neukirch 2021), jfig_5_2 (JFIG 2019)."""
+"""Scenes of published numbers: edge_published (Audoly and Neukirch 2021), jfig_5_2 (JFIG 2019), rod_4_5 (thesis)."""
 
 from __future__ import annotations
 
@@ -57,3 +57,27 @@ def test_jfig_hangs():
     found = solve_scene(load("jfig_5_2"))
     assert found.ok
     assert found.energy.total == pytest.approx(-113.231284, abs=2e-6)
+
+
+def test_rod_4_5_is_the_thesiss_rod():
+    scene = load("rod_4_5")
+    assert scene.width == pytest.approx(1 / 30)
+    assert scene.strip.thickness / scene.strip.width == pytest.approx(0.1)
+    assert (scene.strip.poisson, scene.curvature, scene.gamma) == (0.4, (10.0, 10.0), 80.0)
+    assert scene.model.energy == "kirchhoff"
+    assert scene.frame == pytest.approx(load("curl_4_3").frame)
+
+
+@pytest.mark.parametrize(("gamma", "prototype"), [(20.0, 0.16360), (60.0, 0.20285), (100.0, 0.21369)])
+def test_rod_4_5_is_where_a_prototype_has_it(gamma, prototype):
+    """sqrt(y^2 + z^2) of the tip; prototype: the balance of moments as a boundary value problem."""
+    found = solve_scene(load("rod_4_5").replace({"strip.gamma": gamma, "model.elements": 40}))
+    assert found.ok
+    tip = found.shape.centreline(np.array([1.0]))[0]
+    assert np.hypot(tip[1], tip[2]) == pytest.approx(prototype, abs=5.5e-6)
+
+
+def test_rod_4_5_of_80():
+    """On the scene's 20 elements; with 160: 0.21421."""
+    tip = solve_scene(load("rod_4_5")).shape.centreline(np.array([1.0]))[0]
+    assert np.hypot(tip[1], tip[2]) == pytest.approx(0.214220, abs=1e-6)

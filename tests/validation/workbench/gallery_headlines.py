@@ -67,6 +67,10 @@ def _side(e: Equilibrium) -> float:
     return abs(float(e.end.position[1]))
 
 
+def _across_weight(e: Equilibrium) -> float:
+    return float(np.hypot(*e.end.position[1:]))
+
+
 def _aside(run: State) -> float:
     """In cm, of a stem 10 cm long."""
     return 10.0 * float(run.shape.centreline(np.array([1.0]))[0, 0])
@@ -172,6 +176,11 @@ HEADLINES: dict[str, Headline] = {
     "moebius_table_fallen": Headline(
         "height of the centre of weight over the table, l", _centre_height, ".4f",
         "0.0351 with 400 segments: [moebius_table](../results/moebius_table.md)",
+    ),
+    "rod_4_5": Headline(
+        "the free end's place across the weight, sqrt(y^2 + z^2) / l", _across_weight, ".5f",
+        "0.20971 of Wunderlich's ribbon, 0.19505 of a strip of finite thickness: "
+        "[rod_ribbon](../results/rod_ribbon/README.md)",
     ),
     "roman_6_2": Headline(
         "force of the roof, D w / l^2", _roof, ".2f",
