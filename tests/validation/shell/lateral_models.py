@@ -21,6 +21,8 @@ HELD = ("wunderlich", "finite")
 #: l / Leg of the experiments, of three more states, and of those where the models leave the axis.
 LENGTHS = tuple(sorted([*published.points("experiment")[:, 0].tolist(), 2.6, 2.9, 3.5]))
 ALONG = tuple(sorted([*LENGTHS, 2.45, 2.48, 2.5, 2.52, 2.54, 2.95, 2.97, 3.0, 4.7]))
+#: The inextensible ones stand straight up to Sadowsky's critical length, 2.947.
+LATE, LATE_FROM = ("sadowsky_kt", "sadowsky", "wunderlich"), 2.9
 #: gamma over the critical one, less 1, of the states on which Koiter's slope is fitted.
 BEYOND = (0.005, 0.01, 0.02, 0.03, 0.04)
 assert set(MODELS) <= {*NAMES, *FREE}
@@ -47,6 +49,11 @@ def side(scene: Scene) -> tuple[float, bool | None]:
     if not found.ok and found.word != "unstable":
         raise AssertionError(f"{scene.model.energy}, l = {scene.strip.length}: {found.message}")
     return abs(float(found.shape.centreline(np.array([1.0]))[0, 1])), found.stable
+
+
+def along(energy: str) -> tuple[float, ...]:
+    """l / Leg of the states of a model."""
+    return tuple(x for x in ALONG if energy not in LATE or x >= LATE_FROM)
 
 
 def row(energy: str, length: float) -> Row:
