@@ -39,8 +39,10 @@ def scene_of(length: float, width: float = published.WIDTH, **changes: Any) -> S
 
 
 def of_model(scene: Scene, energy: str) -> Scene:
-    """The scene with that energy, its edge held or its ruling free."""
-    return scene.replace({"model.energy": energy} | ({} if energy in HELD else {"clamp.start.ruling": "free"}))
+    """The scene with that energy, its edge held or its ruling free; the rod bends with Y I, as the paper's."""
+    ruling = {} if energy in HELD else {"clamp.start.ruling": "free"}
+    rod = {"model.stiffness": "plate"} if energy == "kirchhoff" else {}
+    return scene.replace({"model.energy": energy} | ruling | rod)
 
 
 def side(scene: Scene) -> tuple[float, bool | None]:
