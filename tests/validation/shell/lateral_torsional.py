@@ -257,8 +257,8 @@ def _write_page(
         "d rises. All 51 published points are in the picture; numbers: [deflections.csv](deflections.csv).",
         f"On the rising branch the published shell needs {min(beyond):.1f} to {max(beyond):.1f} % more weight than "
         f"ours for the same deflection. Width {published.NARROW} mm, l = 3.5 Leg: {narrow[0]:.4f} by our shell, "
-        f"{narrow[1]:.4f} published. CalculiX by hand on an even 80 x 8 (not remade by this command): 1.8398 at 3.5 and "
-        "1.5523 at 2.9, 1.5789 of the narrow one.",
+        f"{narrow[1]:.4f} published. CalculiX by hand on an even 80 x 8 (not remade by this command): 1.8398 at 3.5 "
+        "and 1.5523 at 2.9, 1.5789 of the narrow one.",
         "Models: those that know an edge held (wunderlich, finite) have it held, the others have a free ruling or "
         "none; 40 elements. kirchhoff bends with Y I (`stiffness = \"plate\"`), as the published rod.",
         "## The models along the branch", _models_table(rows, shells),
@@ -270,8 +270,8 @@ def _write_page(
         "curves.",
         "## Critical weight, nu = 0.35, h / l = 1e-3",
         page.table(["w / l", "our shell", "CalculiX", "%", "thesis's law", "%"], loads),
-        f"{SOLID} elements, {SOLID_MESH[0]} x {SOLID_MESH[1]}. Bisection on the inertia of our shell; CalculiX: eigenproblem about the nonlinear equilibrium at 97 % of the "
-        "load. The clamp and the free edges need elements of h / 2: on an even mesh CalculiX is 0.5 to 1 % too stiff, "
+        f"{SOLID} elements, {SOLID_MESH[0]} x {SOLID_MESH[1]}. Bisection on the inertia of our shell; "
+        "CalculiX: eigenproblem about the nonlinear equilibrium at 97 % of the load. The clamp and the free edges need elements of h / 2: on an even mesh CalculiX is 0.5 to 1 % too stiff, "
         "and its own tolerance of 0.5 % moves the load by as much. Its S8R shells are expanded to one C3D20R solid "
         "across the thickness, and give the same digits. The law is 18.2 (1 - nu) sqrt(1 + nu) + 14.5 w / l (thesis "
         "7.1).",
