@@ -271,7 +271,8 @@ def _write_page(
         "## Critical weight, nu = 0.35, h / l = 1e-3",
         page.table(["w / l", "our shell", "CalculiX", "%", "thesis's law", "%"], loads),
         f"{SOLID} elements, {SOLID_MESH[0]} x {SOLID_MESH[1]}. Bisection on the inertia of our shell; "
-        "CalculiX: eigenproblem about the nonlinear equilibrium at 97 % of the load. The clamp and the free edges need elements of h / 2: on an even mesh CalculiX is 0.5 to 1 % too stiff, "
+        "CalculiX: eigenproblem about the nonlinear equilibrium at 97 % of the load. The clamp "
+        "and the free edges need elements of h / 2: on an even mesh CalculiX is 0.5 to 1 % too stiff, "
         "and its own tolerance of 0.5 % moves the load by as much. Its S8R shells are expanded to one C3D20R solid "
         "across the thickness, and give the same digits. The law is 18.2 (1 - nu) sqrt(1 + nu) + 14.5 w / l (thesis "
         "7.1).",
