@@ -125,10 +125,10 @@ def write(folder: Path, found: Sequence[Hit]) -> None:
         folder / "README.md",
         'How well `model = "auto"` chooses',
         "python -m tests.validation hit_table",
-        f"{len(found)} of {len(cases())} scenes, each with its shell: the grid of 7.3 (edge and corners held), the other scenes of "
-        "`results/limits`, and 40 drawn at random (`tests/validation/workbench/drawn.py`, its seed is committed). "
-        "Distances: Hausdorff over l to the shell, in percent; models on 80 elements, shorter towards each clamp. All "
-        "numbers: hits.csv.",
+        f"{len(found)} of {len(cases())} scenes, each with its shell: the grid of 7.3 (edge and corners held), the "
+        "other scenes of `results/limits`, and 40 drawn at random (`tests/validation/workbench/drawn.py`, its seed "
+        "is committed). Distances: Hausdorff over l to the shell, in percent; models on 80 elements, shorter towards "
+        "each clamp. All numbers: hits.csv.",
         "## Choices at an accuracy of 1e-2",
         summary(found),
         "## Distances",
