@@ -1,8 +1,8 @@
 """Sano and Wada's ribbon: Sadowsky's coupling of bending and twist, regularised where the curvature vanishes.
 
-Published (T. G. Sano, H. Wada, "Twist-induced snapping in a bent elastic rod and ribbon", Phys. Rev. Lett. 2019; read
-here as restated by arXiv 2605.05529 and its code) is the energy of a rod, with EI and GJ its stiffnesses, and a term
-that keeps it from twisting where it does not bend::
+Published (T. G. Sano, H. Wada, "Twist-induced snapping in a bent elastic rod and ribbon", Phys. Rev. Lett. 2019; the
+paper itself was not at hand, the form is that of public codes that cite it) is the energy of a rod, with EI and GJ its
+stiffnesses, and a term that keeps it from twisting where it does not bend::
 
     1/2 EI k^2 + 1/2 GJ t^2 + 1/2 EI t^4 / (1 / zeta^2 + k^2) ,   zeta^2 = (1 - nu^2) w^4 / (60 h^2)
 
