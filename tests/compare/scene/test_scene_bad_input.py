@@ -69,9 +69,6 @@ VALUES = [
     ({"clamp.start.ruling": '"loose"'}, "clamp.start.ruling", "loose", "'straight'"),
     ({"clamp.start.ruling": "0.0"}, "clamp.start.ruling", "0.0", "straight"),
     ({"model.energy": '"wunderlch"'}, "model.energy", "wunderlch", "did you mean 'wunderlich'"),
-    ({"model.energy": '"extensible"'}, "model.energy", "extensible", "'sadowsky'"),
-    ({"model.energy": '"kirchhoff"'}, "model.energy", "kirchhoff", "'sadowsky'"),
-    ({"model.energy": '"sano"'}, "model.energy", "sano", "'sadowsky'"),
     ({"model.elements": "0"}, "model.elements", "0", "whole number >= 1"),
     ({"model.elements": "-3"}, "model.elements", "-3", "whole number >= 1"),
     ({"model.elements": "20.0"}, "model.elements", "20.0", "whole number >= 1"),
@@ -140,7 +137,7 @@ VALUES = [
     ({"gravity.gamma": "1.0"}, "gravity.gamma", "1.0", "did you mean strip.gamma?"),
     ({"clamp.tangent": "[0.0, 0.0, 1.0]"}, "clamp.tangent", "[0.0, 0.0, 1.0]", "did you mean clamp.start.tangent?"),
     ({"clamp.start.tanget": "[0.0, 0.0, 1.0]"}, "clamp.start.tanget", "1.0", "did you mean clamp.start.tangent?"),
-    ({"model.xyzzy": "1"}, "model.xyzzy", "1", "known keys here: arc_length, budget, element_lengths"),
+    ({"model.xyzzy": "1"}, "model.xyzzy", "1", "known keys here: accuracy, arc_length, budget, element_lengths"),
     ({"gravty.up": "[1.0, 0.0, 0.0]"}, "gravty", "", "did you mean gravity?"),
 ]
 

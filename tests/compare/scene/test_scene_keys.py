@@ -20,6 +20,7 @@ from compare.scene.declare import Key, Kind, Range, collected
 from compare.scene.keys import KEYS, SPECS, contract_name, within
 from compare.scene.scene import Scene, load, loads, parse_assignment, shipped
 from compare.scene.table import MAX_ELEMENTS
+from ribbon.energies.names import FREE
 from tests.compare.scene.scene_texts import text
 from tests.docs_blocks import DOCS, blocks
 
@@ -241,7 +242,7 @@ def test_the_ends_that_a_range_includes_are_right(key):
 
 @pytest.mark.parametrize("key", [key for key, about in KEYS.items() if about.choices])
 def test_every_choice_is_read(key):
-    energies = {"sadowsky", "wunderlich", "auto", "elastica"}
+    energies = {"sadowsky", "wunderlich", "auto", "elastica", *FREE}
     for choice in KEYS[key].choices:
         scene = loads(written(key, f'"{choice}"'))
         assert not has_field(key) or field_of(scene, key) == choice

