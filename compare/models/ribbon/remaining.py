@@ -1,9 +1,9 @@
 """How far a shell would be from a strip with a free twist: what its energy leaves out, from the strip alone.
 
 Layers along the edges and shear are in the energy itself (`Estimate.own`). Left out are, as for the ribbon with rulings
-(`compare.models.ribbon.estimate`), tension, in-plane bending unless it is a field, the turn of held corners; and, of
-all energies but `finite`, what that one has beyond: its energy in the same state, and the distance to its equilibrium.
-And of every energy the next terms of what varies along the strip: a part NEXT of how far the leading ones move it.
+(`compare.models.ribbon.estimate`), tension and in-plane bending unless it is a field; and, of all energies but
+`finite`, what that one has beyond: its energy in the same state, and the distance to its equilibrium. How far `finite`
+itself is from the shell is told by what it drops (`compare.models.ribbon.beyond`), without a fitted constant.
 """
 
 from __future__ import annotations
@@ -16,16 +16,11 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
+from compare.measure.grid import Grid
 from compare.models.base import natural_constant
+from compare.models.ribbon.beyond import beyond, points
 from compare.models.ribbon.build import ribbon_arguments
-from compare.models.ribbon.estimate import (
-    Estimate,
-    bent_in_plane,
-    corner_turn,
-    in_plane_density,
-    local_state,
-    tension_density,
-)
+from compare.models.ribbon.estimate import Estimate, in_plane_density, local_state, tension_density
 from compare.models.ribbon.free import FINITE
 from compare.scene.scene import Scene
 from ribbon import Equilibrium, RibbonInputError, solve
@@ -33,13 +28,9 @@ from ribbon.energies import parts as own
 
 FloatArray = NDArray[np.float64]
 
-#: Part of the distance between `extensible` and `finite` by which terms beyond those of `finite` may still move the
-#: strip: the largest of ten measured (scenes curl_4_3 and curl_4_3_down, w/h = 10 to 400: 0.39; 0.04 to 0.21 of the
-#: others). An estimate is to err towards caution.
-NEXT = 0.4
 #: The energy that has `finite`'s section, and none of its terms of what varies along the strip.
 PLAIN = "extensible"
-_ALONG, _ACROSS = 200, 4
+_SAMPLES = np.linspace(0.0, 1.0, 2001)
 
 
 def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
@@ -53,53 +44,49 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     bends_in_plane = e.problem.fields.count == 3
     in_plane = 0.0 if bends_in_plane else float(in_plane_density(state.moment, nu, scene.width, h).mean())
     tension = float(tension_density(state.tension, nu, h).mean())
-    beyond = 0.0
+    more = 0.0
     if e.problem.energy != FINITE:
-        more = own.line_density_of(FINITE, e, state.s, h) - own.line_density(e, state.s)
-        beyond = abs(float(more.mean()))
+        added = own.line_density_of(FINITE, e, state.s, h) - own.line_density(e, state.s)
+        more = abs(float(added.mean()))
     elastic = float(e.energy.elastic) + natural_constant(scene.curvature)
     whole = elastic + in_plane + tension
     whole = whole if whole > 0.0 else 1.0
     warps = e.problem.energy == PLAIN  # it has the layers of `finite`, but not what clamps do
     parts = {
-        "edges": (held["membrane"] + (0.0 if warps else beyond)) / whole,
+        "edges": (held["membrane"] + (0.0 if warps else more)) / whole,
         "shear": held["shear"] / whole,
         "in_plane": in_plane / whole,
         "tension": tension / whole,
-        "clamps": (beyond if warps else 0.0) / whole,
+        "clamps": (more if warps else 0.0) / whole,
     }
     scale = (3.0 * (1.0 - nu * nu)) ** 0.25 * scene.width / math.sqrt(h) * float(np.mean(state.omega**2)) ** 0.25
     known = (held["membrane"] + held["shear"]) / whole
-    distance = _distance(scene, e, h, bends_in_plane)
+    distance = _distance(scene, e, h)
     return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, known)
 
 
-def _distance(scene: Scene, e: Equilibrium, h: float, bends_in_plane: bool) -> float | None:
-    """Hausdorff distance over l to the equilibrium of `finite`, bent in its plane too, with what its next terms and
-    held corners add; None where it was not found."""
-    lengths = e.problem.lengths
-    best, plain = (e if e.problem.energy == name else _other(scene, name, h, lengths) for name in (FINITE, PLAIN))
-    if best is None or plain is None:
+def _distance(scene: Scene, e: Equilibrium, h: float) -> float | None:
+    """Hausdorff distance over l to the equilibrium of `finite`, and what that one drops; None where it is not known."""
+    thin = scene.replace(
+        {"model.energy": FINITE, "model.stiffness": None, "shell.width_to_thickness": [scene.width / h]}
+    )
+    best = e if e.problem.energy == FINITE else _finite(thin, e.problem.lengths)
+    if best is None:
         return None
-    here, there = (found.surface(_ALONG, _ACROSS).grid for found in (e, best))
-    moved = NEXT * float(grid_hausdorff(plain.surface(_ALONG, _ACROSS).grid, there))
-    state = local_state(scene, best)
-    if not bends_in_plane:
-        there = bent_in_plane(scene, there, state, h)
-    found = moved + float(grid_hausdorff(here, there))
-    return found if scene.shell.clamp == "edge" else max(found, corner_turn(scene, state))
+    grid = Grid.for_shape(scene, float(np.abs(best.omega(_SAMPLES)).max()))
+    left_out = beyond(thin, best, grid).distance
+    if not math.isfinite(left_out):
+        return None
+    return left_out + float(grid_hausdorff(points(e, grid), points(best, grid)))
 
 
-def _other(scene: Scene, energy: str, h: float, lengths: FloatArray) -> Equilibrium | None:
-    """The scene's equilibrium with another energy and the thickness h (in l), on segments of the same lengths (p,);
-    None where it was not found, or is on a path that would have to be gone again."""
+def _finite(scene: Scene, lengths: FloatArray) -> Equilibrium | None:
+    """The scene's equilibrium on segments of the same lengths (p,); None where it was not found, or is on a path that
+    would have to be gone again."""
     if scene.path:
         return None
-    ends = (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end), ("closure", scene.closure))
-    rulings = {f"{name}.ruling": None for name, held in ends if held is not None and energy != FINITE}
-    keys = {"model.energy": energy, "model.stiffness": None, "shell.width_to_thickness": [scene.width / h], **rulings}
     try:
-        found = solve(**{**ribbon_arguments(scene.replace(keys)), "segments": lengths})
+        found = solve(**{**ribbon_arguments(scene), "segments": lengths})
     except (BadInput, RibbonInputError):
         return None
     return found if found.ok else None
