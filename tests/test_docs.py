@@ -174,7 +174,7 @@ def test_validation_commands_shown_exist():
     from tests.validation.__main__ import NAMES
 
     text = "\n".join(page.read_text() for page in [*PAGES, *(ROOT / "results").rglob("*.md")])
-    shown = set(re.findall(r"python -m tests\.validation ([a-z_]+)", text))
+    shown = set(re.findall(r"python -m tests\.validation ([a-z_0-9]+)", text))
     assert shown
     assert shown <= set(NAMES)
 
