@@ -3,14 +3,13 @@
 Positions y across (n,) in l, states (m,) along; f is the deflection along the surface's normal, of mean zero over the
 width. Densities are in D / l^2, K^2 / 2 counted: their mean over y is the energy's own value + K^2 / 2.
 
-Relaxed sections (`EXTENSIBLE`, `FINITE`): with b_yy = -f_yy across, the plate's densities
+Relaxed sections (`EXTENSIBLE`): with b_yy = -f_yy across, the plate's densities
 
-    bending   1/2 [a^2 + 2 nu a b_yy + b_yy^2] + (1 - nu) (c t + f_sy)^2 ,  a = k - K - y t'
+    bending   1/2 [a^2 + 2 nu a b_yy + b_yy^2] + (1 - nu) (c t)^2 ,  a = k - K
     membrane  6 (1 - nu^2) / h^2 (k f + t^2 (y^2 / 2 - w^2 / 24))^2
     shear     (1 - nu) t^2 sinh^2(r y) / cosh^2(r w / 2) ,  c = 1 - cosh(r y) / cosh(r w / 2) ,  r = sqrt(10) / h
 
-`EXTENSIBLE` without y t' and f_sy (docs/theory.md, eq. (10.10), (10.12), (10.16)). Shear is where it is: along
-the edges, in a layer of width h / sqrt(10). A developable section has bending alone, the same all over the width; Sano
+(docs/theory.md, eq. (10.10), (10.16)). What `ribbon.energies.finite` adds is there. Shear is where it is: along the edges, in a layer of width h / sqrt(10). A developable section has bending alone, the same all over the width; Sano
 and Wada's has, spread evenly, as membrane energy what depends on the membrane's stiffness A (A de/dA). A rod has
 bending alone.
 """
@@ -176,7 +175,7 @@ def _relaxed_shape(local: Local, y: FloatArray, section: Sequence[float]) -> Sha
     )
 
 
-def _relaxed_shares(local: Local, y: FloatArray, section: Sequence[float], gradients: bool) -> Shares:
+def _relaxed_shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
     _, thickness, nu, _ = section
     k, t, kb = local.k, local.t, local.k - local.natural
     width, c4 = _scale(section)
@@ -187,14 +186,6 @@ def _relaxed_shares(local: Local, y: FloatArray, section: Sequence[float], gradi
     q = (c4 * b * k)[:, None]
     across = q * psi.curvature - (nu * kb)[:, None]  # -f_yy
     length, twist = kb[:, None] * np.ones_like(y), t[:, None] * (1.0 - _cosh(y, width, thickness))
-    if gradients:
-        length = length - local.dt[:, None] * y
-        kb_s = local.dk - local.slope
-        b_s = nu * (local.dk * kb + k * kb_s) + 2.0 * t * local.dt
-        q_s, y_s = c4 * (b_s * k + b * local.dk), 2.0 * c4 * k * local.dk
-        twist = twist + width * (
-            (nu * kb_s)[:, None] * xi - q_s[:, None] * psi.slope - q * y_s[:, None] * psi.slope_by_y
-        )
     bending = 0.5 * (length**2 + 2.0 * nu * length * across + across**2) + (1.0 - nu) * twist**2
     y4 = (c4 * k * k)[:, None]
     phi = 0.5 * xi * xi - 1.0 / 24.0 - y4 * psi.value
@@ -219,16 +210,7 @@ def _two(y: FloatArray, r: float, width: float, sign: float) -> FloatArray:
     return np.asarray(np.exp(r * (y - 0.5 * width)) + sign * np.exp(-r * (y + 0.5 * width)))
 
 
-def _extensible_shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
-    return _relaxed_shares(local, y, section, gradients=False)
-
-
-def _finite_shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
-    return _relaxed_shares(local, y, section, gradients=True)
-
-
 ROD = Profile(_rod_shape, _rod_shares)
 SADOWSKY = Profile(_sadowsky_shape, _sadowsky_shares)
 SANO = Profile(_sano_shape, _sano_shares)
-EXTENSIBLE = Profile(_relaxed_shape, _extensible_shares)
-FINITE = Profile(_relaxed_shape, _finite_shares)
+EXTENSIBLE = Profile(_relaxed_shape, _relaxed_shares)
