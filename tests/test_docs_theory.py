@@ -21,8 +21,8 @@ from ribbon.element.series import EXPONENT_LIMIT, segment_values
 from ribbon.energies import CODES, natural, sadowsky, wunderlich
 from ribbon.energies.edge_layer import Section, layer
 from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, free_density
+from ribbon.energies.section.dropped import Dropped
 from ribbon.energies.section.profile import Local
-from ribbon.energies.section.relaxed import slopes
 from ribbon.energies.section.unit import unit
 from ribbon.find.solve import build
 from shellref.elastica.solve import ElasticaProblem
@@ -721,8 +721,32 @@ def test_relaxed_section_10_9_to_10_11():
     assert up == pytest.approx(down, rel=1e-8)
 
 
-def test_gradients_of_finite_10_12_to_10_15():
-    xi, w, width, _, nu, c4, big_y, b, _ = across_10()
+def gradients_10(k, t, dk, dt):
+    """psi, eta, x of (10.12), x by a difference of eta along the strip; zeta^-2."""
+    width, thickness, nu = 2 * SECTION_10[0], SECTION_10[1], SECTION_10[2]
+    soft = 60 * thickness**2 / ((1 - nu**2) * width**4)
+
+    def eta(s):
+        return (k + s * dk) * (t + s * dt) / ((k + s * dk) ** 2 + soft)
+
+    step = 1e-4
+    rate = (8 * (eta(step) - eta(-step)) - (eta(2 * step) - eta(-2 * step))) / (12 * step)
+    return k**2 / (k**2 + soft), eta(0.0), width / 2 * rate, soft
+
+
+def test_gradients_of_finite_10_12_and_10_13():
+    width = 2 * SECTION_10[0]
+    for state in (STATE_10, (0.4, -2.0, 15.0, 9.0, 1.0, 0.0)):
+        k, t, dk, dt = state[:4]
+        psi, eta, x, soft = gradients_10(k, t, dk, dt)
+        assert abs(x) < 0.98
+        factor = np.log((1 + x) / (1 - x)) / (2 * x)
+        added = (1 - psi) * width**2 / 24 * dt**2 + 0.5 * (k**2 + soft) * (1 + eta**2) ** 2 * (factor - 1)
+        assert free("finite", state) - free("extensible", state) == pytest.approx(added, rel=1e-7)
+
+
+def test_terms_dropped_by_finite_10_14():
+    xi, w, width, thickness, nu, *_ = across_10()
     k, t, dk, dt, big_k, slope = STATE_10
     shape, step = FREE_ENERGIES["finite"].section.shape, 1e-5
 
@@ -731,40 +755,30 @@ def test_gradients_of_finite_10_12_to_10_15():
         return shape(Local(*(np.array([v]) for v in moved)), width * xi, SECTION_10).across[0]
 
     rate = (8 * (tilt(1) - tilt(-1)) - (tilt(2) - tilt(-2))) / (12 * step)
-    twisted = w @ rate**2
-    assert free("finite") - free("extensible") == pytest.approx(width**2 / 24 * dt**2 + (1 - nu) * twisted, rel=1e-9)
-    c, p = k * b, nu * (dk - slope)
-    c_s = dk * b + k * (nu * (dk * (k - big_k) + k * (dk - slope)) + 2 * t * dt)
-    m, n = c4 * c_s, 2 * c4**2 * k * dk * c
-    q1, q1_y, _, _, q2, q2_y, _, _, q3, _, _ = slopes(big_y)
-    form = p**2 / 12 - 2 * p * (m * q1 + n * q1_y) + m**2 * q2 + m * n * q2_y + n**2 * q3
-    assert twisted == pytest.approx(width**2 * form, rel=1e-9)
-    psi = unit(np.array([big_y]), xi)
-    means = (w @ (xi * psi.slope[0]), w @ psi.slope[0] ** 2, w @ psi.slope_by_y[0] ** 2)
-    np.testing.assert_allclose((q1, q2, q3), means, rtol=1e-10)
-    for z in (33.0, 35.0):
-        limits = 1 / 12 - 0.5 / z**2, 1 / 12 - 1 / z**2 + 0.75 / z**3, 1 / 12 - 1.5 / z**2 + 185 / (128 * z**3)
-        found = slopes(z**4)
-        np.testing.assert_allclose((found[0] * z**4, found[4] * z**8, found[8] * z**16), limits, rtol=1e-11)
+    psi = gradients_10(k, t, dk, dt)[0]
+    length = 1e-4
+    natural = np.array([[big_k + length * slope * x for x in (np.polynomial.legendre.leggauss(5)[0] + 1) / 2]])
+    found = Dropped(width, thickness, nu).along(np.array([[dk, k, dt, t]]), np.array([length]), natural)
+    assert found["along"][0] / length == pytest.approx((1 - psi) * (1 - nu) * (w @ rate**2), rel=1e-2)
+    assert found["odd"][0] / length == pytest.approx(-(1 - psi) * nu**2 * width**2 / 24 * dt**2, rel=1e-2)
 
 
-def test_shares_10_16():
+def test_shares_10_15_and_10_16():
     xi, w, width, thickness, nu, c4, big_y, b, local = across_10()
-    k, t, _, dt, big_k, _ = STATE_10
+    k, t, _, _, big_k, _ = STATE_10
     y, r = width * xi, 10**0.5 / thickness
-    shares = FREE_ENERGIES["finite"].section.shares(local, y, SECTION_10)
     psi = unit(np.array([big_y]), xi)
-    a, bent = k - big_k - y * dt, c4 * k * b * psi.curvature[0] - nu * (k - big_k)
-    step = 1e-6 * width
-    along = [FREE_ENERGIES["finite"].section.shape(local, y + n * step, SECTION_10).along[0] for n in (-1, 1)]
-    twist = t * (1 - np.cosh(r * y) / np.cosh(r * width / 2)) + (along[1] - along[0]) / (2 * step)
-    np.testing.assert_allclose(
-        shares.bending[0], 0.5 * (a**2 + 2 * nu * a * bent + bent**2) + (1 - nu) * twist**2, rtol=1e-6
-    )
+    a, bent = k - big_k, c4 * k * b * psi.curvature[0] - nu * (k - big_k)
+    twist = t * (1 - np.cosh(r * y) / np.cosh(r * width / 2))
+    bending = 0.5 * (a**2 + 2 * nu * a * bent + bent**2) + (1 - nu) * twist**2
+    more = free("finite") - free("extensible")
     phi = 0.5 * xi**2 - 1 / 24 - big_y * psi.value[0]
-    np.testing.assert_allclose(shares.membrane[0], 2 * c4 * (b * phi) ** 2, rtol=1e-10)
     shear = (1 - nu) * t**2 * np.sinh(r * y) ** 2 / np.cosh(r * width / 2) ** 2
-    np.testing.assert_allclose(shares.shear[0], shear, rtol=1e-9, atol=1e-30)
+    for name, added in (("extensible", 0.0), ("finite", 12 * xi**2 * more)):
+        shares = FREE_ENERGIES[name].section.shares(local, y, SECTION_10)
+        np.testing.assert_allclose(shares.bending[0], bending + added, rtol=1e-6)
+        np.testing.assert_allclose(shares.membrane[0], 2 * c4 * (b * phi) ** 2, rtol=1e-10)
+        np.testing.assert_allclose(shares.shear[0], shear, rtol=1e-9, atol=1e-30)
     section = Section(poisson=nu, width=width, thickness=thickness)
     at = np.array([k]), np.array([t / k]), np.array([big_k])
     assert w @ shares.membrane[0] == pytest.approx(section.membrane(*at)[0], rel=1e-10)

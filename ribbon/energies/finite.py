@@ -2,7 +2,7 @@
 
 Per length in D w / l^2 (docs/theory.md, eq. (10.12) to (10.14))::
 
-    e = e_extensible(k, t) + (1 - psi) w^2 / 24 t'^2 + psi 1/2 k^2 (1 + eta^2)^2 (H(x) - 1)
+    e = e_extensible(k, t) + (1 - psi) w^2 / 24 t'^2 + 1/2 (k^2 + 1 / zeta^2) (1 + eta^2)^2 (H(x) - 1)
     psi = k^2 / (k^2 + 1 / zeta^2) ,  eta = k t / (k^2 + 1 / zeta^2) ,  x = w eta' / 2
 
 How the curvature along the strip varies across it: as k - y t' in a section that is soft (restrained warping), as along
@@ -24,7 +24,7 @@ from numba import njit
 
 from ribbon.energies import extensible
 from ribbon.energies.energy import FreeTwist
-from ribbon.energies.jets import product, through, variable
+from ribbon.energies.section.jets import product, through, variable
 from ribbon.energies.section.profile import EXTENSIBLE, FloatArray, Local, Profile, Shares
 from ribbon.energies.wunderlich import SERIES_BELOW, width_factor
 
@@ -40,11 +40,11 @@ def rounded_factor(y):
         f = 0.0
         d = 0.0
         e = 0.0
-        for k in range(_TERMS - 1, -1, -1):  # sum of y^k / (2 k + 1)
+        for k in range(_TERMS - 1, -1, -1):  # (H - 1) / y: sum of y^k / (2 k + 3)
             e = e * y + 2.0 * d
             d = d * y + f
-            f = f * y + 1.0 / (2 * k + 1)
-        return f - 1.0, d, e
+            f = f * y + 1.0 / (2 * k + 3)
+        return y * f, f + y * d, 2.0 * d + y * e
     z = math.sqrt(min(y, ROUNDED))
     h, d, e = width_factor(z)
     f0, f1, f2 = h - 1.0, 0.5 * d / z, 0.25 * (e - d / z) / (z * z)
@@ -56,16 +56,22 @@ def rounded_factor(y):
 def density(k, t, dk, dt, natural, slope, section, out):
     """Fills `out` (15,) (layout: `ribbon.energies.free`)."""
     extensible.density(k, t, dk, dt, natural, slope, section, out)
+    _add(k, t, dk, dt, section, out)
+
+
+@njit(cache=True)
+def _add(k, t, dk, dt, section, out):
+    """Adds to `out` (15,) what this energy has beyond `extensible`."""
     half_width, thickness, nu, _ = section
     square = 4.0 * half_width * half_width
     soft = 60.0 * thickness * thickness / ((1.0 - nu * nu) * square * square)  # 1 / zeta^2
     jk, jt, jdk, jdt = variable(k, 0), variable(t, 1), variable(dk, 2), variable(dt, 3)
     a, b, c = np.empty(15), np.empty(15), np.empty(15)
-    kk, inverse, psi, eta, x = np.empty(15), np.empty(15), np.empty(15), np.empty(15), np.empty(15)
-    product(jk, jk, kk)
-    r = kk[0] + soft
-    through(kk, 1.0 / r, -1.0 / (r * r), 2.0 / (r * r * r), inverse)
-    product(kk, inverse, psi)
+    softened, inverse, eta, x = np.empty(15), np.empty(15), np.empty(15), np.empty(15)
+    product(jk, jk, softened)
+    softened[0] += soft
+    r = softened[0]
+    through(softened, 1.0 / r, -1.0 / (r * r), 2.0 / (r * r * r), inverse)
     product(jk, jt, a)
     product(a, inverse, eta)
     # eta' = (k t' + t k' - 2 eta k k') / (k^2 + 1 / zeta^2)
@@ -83,30 +89,30 @@ def density(k, t, dk, dt, natural, slope, section, out):
     product(eta, eta, a)
     through(a, (1.0 + a[0]) ** 2, 2.0 * (1.0 + a[0]), 2.0, c)
     product(b, c, a)
-    product(kk, psi, b)
-    product(a, b, c)
-    for i in range(15):
-        out[i] += 0.5 * c[i]
+    product(a, softened, c)
     product(jdt, jdt, a)
-    psi *= -1.0
-    psi[0] += 1.0
-    product(a, psi, b)
+    product(a, inverse, b)  # (1 - psi) t'^2 = t'^2 / (zeta^2 k^2 + 1)
     for i in range(15):
-        out[i] += square / 24.0 * b[i]
+        out[i] += 0.5 * c[i] + square * soft / 24.0 * b[i]
+
+
+@njit(cache=True)
+def _added(k, t, dk, dt, section, out):
+    """Fills `out` (m,) with what this energy has beyond `extensible` in m states."""
+    jet = np.empty(15)
+    for i in range(out.size):
+        jet[:] = 0.0
+        _add(k[i], t[i], dk[i], dt[i], section, jet)
+        out[i] = jet[0]
 
 
 def _shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
-    """Of `extensible`, and what this energy adds, which is bending and spread as its leading term, with y^2."""
+    """Of `extensible`, and what this energy adds, which is bending and spread with y^2 (eq. (10.16))."""
     found = EXTENSIBLE.shares(local, y, section)
-    numbers = tuple(float(v) for v in section)
-    added, out, plain = np.empty(local.k.size), np.empty(15), np.empty(15)
-    states = zip(local.k, local.t, local.dk, local.dt, local.natural, local.slope, strict=True)
-    for i, state in enumerate(states):
-        arguments = tuple(float(value) for value in state)
-        density(*arguments, numbers, out)
-        extensible.density(*arguments, numbers, plain)
-        added[i] = out[0] - plain[0]
-    spread = 3.0 * (np.asarray(y, dtype=float) / section[0]) ** 2
+    half_width, thickness, nu, stiffness = (float(v) for v in section)
+    added = np.empty(local.k.size)
+    _added(local.k, local.t, local.dk, local.dt, (half_width, thickness, nu, stiffness), added)
+    spread = 3.0 * (np.asarray(y, dtype=float) / half_width) ** 2
     return Shares(found.bending + added[:, None] * spread, found.membrane, found.shear)
 
 

@@ -3,8 +3,9 @@
 With f the deflection of the relaxed section, per length in D w / l^2, K the natural curvature, < > the mean over the
 width:
 
-- "along": 1/2 <f_ss^2>, curvature along the strip of a section that changes;
-- "odd": -nu^2 w^2 / 24 t'^2, what restrained warping gains where the section is free to curl oddly;
+- "along": (1 - psi) (1 - nu) <f_sy^2>, twist of a section that changes along the strip, where it is soft (psi: how
+  stiff, `ribbon.energies.finite`; Wunderlich's energy has it where it is stiff);
+- "odd": -(1 - psi) nu^2 w^2 / 24 t'^2, what restrained warping gains where the section is free to curl oddly;
 - "clamp", at an end whose edge is held: the section is flat there. Scaled by 1 - p, p = 1 and p' = 0 at the clamp, it
   costs min int A p^2 + B p'^2 + C p''^2 = sqrt(A (B + 2 sqrt(A C))), A the energy that relaxing gains,
   B = (1 - nu) <f_y^2>, C = 1/2 <f^2>.
@@ -68,6 +69,10 @@ class Dropped:
     def _c4(self) -> float:
         return 3.0 * (1.0 - self.poisson**2) * self.width**4 / self.thickness**2
 
+    def stiff(self, k: FloatArray) -> FloatArray:
+        """psi (...,), in [0, 1): how stiff the section is against stretching at curvature k (docs/theory.md, 10.13)."""
+        return np.asarray(k * k / (k * k + 180.0 / self._c4))
+
     def curl(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:
         """Coefficients (..., n) of f_yy at curvature k, twist t, natural curvature K, all (...,)."""
         b = self.poisson * k * (k - natural) + t * t
@@ -81,11 +86,11 @@ class Dropped:
         k, t = q[:, :1] * s + q[:, 1:2], q[:, 2:3] * s + q[:, 3:4]
         curl = self.curl(k, t, natural)
         by_s = np.einsum("ij,pjn->pin", _D, curl) / lengths[:, None, None]
-        by_ss = np.einsum("ij,pjn->pin", _D, by_s) / lengths[:, None, None]
-        weight = lengths[:, None] * _WEIGHTS
+        weight = lengths[:, None] * _WEIGHTS * (1.0 - self.stiff(k))
+        twist = (1.0 - self.poisson) * self.width**2
         return {
-            "along": 0.125 * self.width**4 * np.einsum("pg,pgn,n->p", weight, by_ss**2, _A),
-            "odd": -((self.poisson * self.width) ** 2) / 24.0 * lengths * q[:, 2] ** 2,
+            "along": twist * np.einsum("pg,pgn,nm,pgm->p", weight, by_s, _SLOPE, by_s),
+            "odd": -((self.poisson * self.width) ** 2) / 24.0 * weight.sum(axis=1) * q[:, 2] ** 2,
         }
 
     def clamp(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:

@@ -9,9 +9,10 @@ Relaxed sections (`EXTENSIBLE`): with b_yy = -f_yy across, the plate's densities
     membrane  6 (1 - nu^2) / h^2 (k f + t^2 (y^2 / 2 - w^2 / 24))^2
     shear     (1 - nu) t^2 sinh^2(r y) / cosh^2(r w / 2) ,  c = 1 - cosh(r y) / cosh(r w / 2) ,  r = sqrt(10) / h
 
-(docs/theory.md, eq. (10.10), (10.16)). What `ribbon.energies.finite` adds is there. Shear is where it is: along the edges, in a layer of width h / sqrt(10). A developable section has bending alone, the same all over the width; Sano
-and Wada's has, spread evenly, as membrane energy what depends on the membrane's stiffness A (A de/dA). A rod has
-bending alone.
+(docs/theory.md, eq. (10.10), (10.15)). What `ribbon.energies.finite` adds is there. Shear is where it is: along the
+edges, in a layer of width h / sqrt(10). A developable section has bending alone, the same all over the width; Sano and
+Wada's has, spread evenly, as membrane energy what depends on the membrane's stiffness A (A de/dA). A rod has bending
+alone.
 """
 
 from __future__ import annotations

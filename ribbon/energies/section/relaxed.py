@@ -1,18 +1,16 @@
-"""The relaxed cross-section: functions of y = z^4 = c4 k^2 with their derivatives by y, for compiled kernels.
+"""The relaxed cross-section: what its energy gains, a function of y = z^4 = c4 k^2, for compiled kernels.
 
-A bent and twisted section minimises its energy over its shape; what the energies need of the shape are four functions,
-means over the width of the unit profile Phi (docs/theory.md, eq. (10.2), (10.10), (10.14)), xi across over w, with
-Phi'''' = -4 z^4 Phi, Phi'' = 1 and Phi''' = 0 at the edges and Theta = (xi - Phi_xi) / y::
+A bent and twisted section minimises its energy over its shape; what the energies need of the shape is one function,
+(1/2 - g(z)) / y (docs/theory.md, eq. (10.2)), a mean over the width of the unit profile Phi (eq. (10.10)), xi across
+over w, with Phi'''' = -4 z^4 Phi, Phi'' = 1 and Phi''' = 0 at the edges.
 
-    gain   = (1/2 - g(z)) / y        twist  = <xi Theta>       square = <Theta^2>       change = <(dTheta/dy)^2>
+It is smooth in y >= 0 (its only poles are y_n = -(mu_n / 2)^4 * 4, the first at -125), so smooth and even in k: nothing
+divides by k. Two ways to it, one after the other in y:
 
-All four are smooth in y >= 0 (their only poles are y_n = -(mu_n / 2)^4 * 4, the first at -125), so smooth and even in
-k: nothing divides by k. Three ways to them, one after the other in y:
-
-- y below `_END` (z < 34): Taylor series about centres, of `_TERMS` terms, on pieces that grow with the distance to the
+- below `_FAR` (z < 4): Taylor series about centres, of `_TERMS` terms, on pieces that grow with the distance to the
   first pole. Their coefficients come from the section's own equation in Legendre polynomials, below, once at import:
   sums of terms of one sign, so that derivatives lose nothing.
-- above: closed forms in 1/z, exact but for exp(-z). g has one that is exact, which serves from `_FAR` (z = 4) on.
+- above: its closed form.
 """
 
 from __future__ import annotations
@@ -25,11 +23,10 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_POLE = 125.14  # nearest pole of the four functions in y: at -_POLE
+_POLE = 125.14  # nearest pole in y: at -_POLE
 _WIDTH = 0.25  # of a piece, in log(y + _POLE)
 _TERMS = 19
 _ORDER = 32  # even Legendre polynomials across the section
-_END = 34.0**4
 _FAR = 4.0**4  # from here on g in closed form
 
 
@@ -62,31 +59,21 @@ def operators() -> tuple[FloatArray, FloatArray]:
 
 
 def _pieces() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Centres (p,), half widths (p,) and Taylor coefficients (p, terms, 4) by (y - centre) / half width.
+    """Centres (p,), half widths (p,) and Taylor coefficients (p, terms) by (y - centre) / half width.
 
-    With a = 4 M, the curvature is c = (1 + y a)^-1 e and Theta has the coefficients a c = v_0, its Taylor coefficients
-    (-1)^j v_j, v_j = (a (1 + y a)^-1)^(j + 1) e.
+    With a = 4 M, the curvature is c = (1 + y a)^-1 e, and half the first coefficient of a c is the gain; its Taylor
+    coefficients are those of (-1)^j v_j, v_j = (a (1 + y a)^-1)^(j + 1) e.
     """
-    a, slopes = operators()
-    ends = _POLE * (np.exp(_WIDTH * np.arange(math.ceil(math.log1p(_END / _POLE) / _WIDTH) + 1)) - 1.0)
+    a, _ = operators()
+    ends = _POLE * (np.exp(_WIDTH * np.arange(math.ceil(math.log1p(_FAR / _POLE) / _WIDTH) + 1)) - 1.0)
     centre, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * (ends[1:] - ends[:-1])
     step = np.linalg.inv(np.eye(_ORDER) + centre[:, None, None] * a) @ a
-    v = np.empty((centre.size, _TERMS + 1, _ORDER))
+    v = np.empty((centre.size, _TERMS, _ORDER))
     v[:, 0] = step[:, :, 0]
     step *= -half[:, None, None]
-    for j in range(_TERMS):
+    for j in range(_TERMS - 1):
         v[:, j + 1] = (step @ v[:, j, :, None])[:, :, 0]
-    gram = (v @ slopes) @ v.transpose(0, 2, 1)
-    rank = np.arange(1.0, _TERMS + 1)
-    changes = gram[:, 1:, 1:] * np.outer(rank, rank) / half[:, None, None] ** 2
-    found = np.empty((centre.size, _TERMS, 4))
-    found[:, :, 0] = 0.5 * v[:, :-1, 0]
-    found[:, :, 1] = v[:, :-1] @ slopes[:, 0]
-    turned = gram[:, :, ::-1], changes[:, :, ::-1]  # sums along the other diagonals
-    for m in range(_TERMS):
-        found[:, m, 2] = np.trace(turned[0], _TERMS - m, 1, 2)
-        found[:, m, 3] = np.trace(turned[1], _TERMS - 1 - m, 1, 2)
-    return centre, half, found
+    return centre, half, 0.5 * v[:, :, 0]
 
 
 _CENTRE, _HALF, _TAYLOR = _pieces()
@@ -102,7 +89,7 @@ def gain(y):
         for j in range(_TERMS - 1, -1, -1):
             c = c * d + b
             b = b * d + a
-            a = a * d + _TAYLOR[piece, j, 0]
+            a = a * d + _TAYLOR[piece, j]
         scale = 1.0 / _HALF[piece]
         return a, b * scale, 2.0 * c * scale * scale
     g, zg, zzg = _edges(math.sqrt(math.sqrt(y)))
@@ -138,48 +125,6 @@ def fill_layers(z, out):
             out[2, i] = -4.0 * (3.0 * p + 11.0 * q + 4.0 * r)
         else:
             out[0, i], out[1, i], out[2, i] = _edges(z[i])
-
-
-@njit(cache=True)
-def slopes(y):
-    """Of twist and square the value and three derivatives by y, of change the value and two: eleven numbers."""
-    if y < _END:
-        piece = int(math.log1p(y / _POLE) / _WIDTH)
-        d = (y - _CENTRE[piece]) / _HALF[piece]
-        a0 = a1 = a2 = a3 = b0 = b1 = b2 = b3 = c0 = c1 = c2 = 0.0
-        for j in range(_TERMS - 1, -1, -1):
-            a3 = a3 * d + a2
-            a2 = a2 * d + a1
-            a1 = a1 * d + a0
-            a0 = a0 * d + _TAYLOR[piece, j, 1]
-            b3 = b3 * d + b2
-            b2 = b2 * d + b1
-            b1 = b1 * d + b0
-            b0 = b0 * d + _TAYLOR[piece, j, 2]
-            c2 = c2 * d + c1
-            c1 = c1 * d + c0
-            c0 = c0 * d + _TAYLOR[piece, j, 3]
-        u = 1.0 / _HALF[piece]
-        uu, uuu = 2.0 * u * u, 6.0 * u * u * u
-        return a0, a1 * u, a2 * uu, a3 * uuu, b0, b1 * u, b2 * uu, b3 * uuu, c0, c1 * u, c2 * uu
-    u = 1.0 / y
-    e = math.sqrt(u)  # z^-2
-    f = e * math.sqrt(e)  # z^-3
-    uu = u * u
-    third = 1.0 / 12.0
-    return (
-        (third - 0.5 * e) * u,
-        -(third - 0.75 * e) * uu,
-        (2.0 * third - 1.875 * e) * uu * u,
-        -(6.0 * third - 6.5625 * e) * uu * uu,
-        (third - e + 0.75 * f) * uu,
-        -(2.0 * third - 2.5 * e + 2.0625 * f) * uu * u,
-        (6.0 * third - 8.75 * e + 7.734375 * f) * uu * uu,
-        -(24.0 * third - 39.375 * e + 36.73828125 * f) * uu * uu * u,
-        (third - 1.5 * e + 185.0 / 128.0 * f) * uu * uu,
-        -(4.0 * third - 6.75 * e + 4.75 * 185.0 / 128.0 * f) * uu * uu * u,
-        (20.0 * third - 37.125 * e + 4.75 * 5.75 * 185.0 / 128.0 * f) * uu * uu * uu,
-    )
 
 
 @njit(cache=True)

@@ -39,13 +39,12 @@ def _terms() -> tuple[FloatArray, FloatArray, FloatArray]:
 
 @dataclass(frozen=True)
 class Unit:
-    """Psi (m, n) at m values of y and n places xi, with its derivatives: by xi, twice by xi, by y, by xi and y."""
+    """Psi (m, n) at m values of y and n places xi, with its derivatives: by xi, twice by xi, by y."""
 
     value: FloatArray
     slope: FloatArray
     curvature: FloatArray
     by_y: FloatArray
-    slope_by_y: FloatArray
 
 
 def unit(y: FloatArray, xi: FloatArray) -> Unit:
@@ -60,7 +59,7 @@ def _series(y: FloatArray, xi: FloatArray) -> tuple[FloatArray, ...]:
     powers = (-y) ** j  # (m, terms)
     slopes = np.where(j == 0, 0.0, -j * (-y) ** np.maximum(j - 1, 0))
     value, slope, curvature = (legendre.legval(2.0 * xi, c) for c in _terms())  # (terms, n)
-    return powers @ value, powers @ slope, powers @ curvature, slopes @ value, slopes @ slope
+    return powers @ value, powers @ slope, powers @ curvature, slopes @ value
 
 
 def _closed(y: FloatArray, xi: FloatArray) -> tuple[FloatArray, ...]:
@@ -80,16 +79,9 @@ def _closed(y: FloatArray, xi: FloatArray) -> tuple[FloatArray, ...]:
     slope = z * (a * even_1 + b * odd_1)
     curvature = 2.0 * z * z * (b * even - a * odd)
     by_z = a_z * even + b_z * odd + xi / z * slope
-    slope_by_z = slope / z + z * (a_z * even_1 + b_z * odd_1) + xi / z * curvature
     chain = 0.25 * z / y  # dz / dy
-    value, slope_psi = (0.5 * xi * xi - 1.0 / 24.0 - phi) / y, (xi - slope) / y
-    return (
-        value,
-        slope_psi,
-        (1.0 - curvature) / y,
-        -(value + chain * by_z) / y,
-        -(slope_psi + chain * slope_by_z) / y,
-    )
+    value = (0.5 * xi * xi - 1.0 / 24.0 - phi) / y
+    return value, (xi - slope) / y, (1.0 - curvature) / y, -(value + chain * by_z) / y
 
 
 def _parts(z: FloatArray, xi: FloatArray) -> tuple[FloatArray, ...]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ribbon.energies.free import FREE_ENERGIES
 from ribbon.energies.section import relaxed
-from ribbon.energies.section.dropped import _A, _SLOPE, Dropped
+from ribbon.energies.section.dropped import _A, _NODES, _SLOPE, _WEIGHTS, Dropped
+from ribbon.energies.section.profile import Local
 
 STRIPS = ((0.03, 20.0, 0.4), (0.05, 100.0, 0.25), (0.3, 300.0, 0.45), (0.1, 10.0, 0.0))
 STATES = ((5.0, 1.0, 0.0), (-8.0, 2.5, 3.0), (0.3, -1.5, -4.0), (10.0, 0.0, 0.0))
@@ -15,7 +17,7 @@ STATES = ((5.0, 1.0, 0.0), (-8.0, 2.5, 3.0), (0.3, -1.5, -4.0), (10.0, 0.0, 0.0)
 @pytest.mark.parametrize(("width", "ratio", "poisson"), STRIPS)
 @pytest.mark.parametrize(("k", "t", "natural"), STATES)
 def test_the_section_gains_what_the_energy_gains(width, ratio, poisson, k, t, natural):
-    """Flat against relaxed: nu^2 kb^2 / 2 + c4 t^4 / 360 - c4 B^2 (1/2 - g) / y, and <f_y^2> by twist and square."""
+    """Flat against relaxed: nu^2 kb^2 / 2 + c4 t^4 / 360 - c4 B^2 (1/2 - g) / y, and <f_y^2> by quadrature."""
     dropped = Dropped(width, width / ratio, poisson)
     c4 = 3.0 * (1.0 - poisson**2) * width**2 * ratio**2
     y, b = c4 * k * k, poisson * k * (k - natural) + t * t
@@ -23,9 +25,11 @@ def test_the_section_gains_what_the_energy_gains(width, ratio, poisson, k, t, na
     gained = 0.5 * float(np.sum(curl**2 * (1.0 + y * _A)))
     expected = 0.5 * (poisson * (k - natural)) ** 2 + c4 * t**4 / 360.0 - c4 * b * b * relaxed.gain(y)[0]
     assert gained == pytest.approx(expected, rel=1e-9, abs=1e-14)
-    twist, _, _, _, square = relaxed.slopes(y)[:5]
-    p, m = poisson * (k - natural), c4 * k * b
-    assert float(curl @ _SLOPE @ curl) == pytest.approx(p * p / 12.0 - 2.0 * p * m * twist + m * m * square, rel=1e-9)
+    state = (np.array([v]) for v in (k, t, 0.0, 0.0, natural, 0.0))
+    xi, weight = np.polynomial.legendre.leggauss(60)
+    section = (0.5 * width, width / ratio, poisson, 0.0)
+    across = FREE_ENERGIES["finite"].section.shape(Local(*state), 0.5 * width * xi, section).across[0]
+    assert width**2 * float(curl @ _SLOPE @ curl) == pytest.approx(0.5 * weight @ across**2, rel=1e-9)
 
 
 def test_the_layer_at_a_clamp_is_a_minimum():
@@ -54,22 +58,23 @@ def test_the_layer_at_a_clamp_is_a_minimum():
     assert found == pytest.approx(energy, rel=0.03)
 
 
-def test_curvature_along_a_section_that_changes():
-    """1/2 <f_ss^2>: nothing where the curvature is linear in s and no membrane resists, f = nu w^2 k (xi^2/2 - 1/24);
-    by second differences elsewhere; the same for the mirror image of a twisted strip."""
+def test_twist_of_a_section_that_changes():
+    """(1 - psi) (1 - nu) <f_sy^2>: by differences of the shape; the same for the mirror image of a twisted strip; none
+    where the section is stiff, as with the odd part."""
     lengths = np.array([0.2, 0.3])
     natural = np.full((2, 5), 1.5)
     q = np.array([[1.0, 4.0, 2.0, 0.5], [-3.0, 4.2, -1.0, 0.9]])
-    untwisted = q * [1.0, 1.0, 0.0, 0.0]
-    thick = Dropped(0.001, 0.001, 0.3).along(untwisted, lengths, natural)
-    assert np.all(thick["along"] < 1e-18)
-    dropped = Dropped(0.1, 0.002, 0.3)
+    dropped = Dropped(0.1, 0.02, 0.3)
     here, mirrored = dropped.along(q, lengths, natural), dropped.along(q * [1.0, 1.0, -1.0, -1.0], lengths, natural)
     s, step = np.linspace(0.0, 0.2, 401), 1e-4
-    curls = [dropped.curl(s * 1.0 + 4.0 + d, (s + d) * 2.0 + 0.5, np.full(s.size, 1.5)) for d in (-step, 0.0, step)]
-    by_ss = (curls[0] - 2.0 * curls[1] + curls[2]) / step**2
-    density = 0.125 * 0.1**4 * (by_ss**2 @ _A)
-    assert here["along"][0] == pytest.approx(float(0.5 * ((density[1:] + density[:-1]) * np.diff(s)).sum()), rel=0.02)
+    curls = [dropped.curl(s * 1.0 + 4.0 + d, (s + d) * 2.0 + 0.5, np.full(s.size, 1.5)) for d in (-step, step)]
+    by_s = (curls[1] - curls[0]) / (2.0 * step)
+    soft = 1.0 - (s + 4.0) ** 2 / ((s + 4.0) ** 2 + 60.0 * 0.02**2 / (0.91 * 0.1**4))
+    density = soft * 0.7 * 0.1**2 * np.einsum("sn,nm,sm->s", by_s, _SLOPE, by_s)
+    assert here["along"][0] == pytest.approx(float(0.5 * ((density[1:] + density[:-1]) * np.diff(s)).sum()), rel=0.01)
+    plain = -(0.3**2) * 0.01 / 24.0 * q[:, 2] ** 2
+    soft = 1.0 - dropped.stiff(q[:, :1] * lengths[:, None] * _NODES + q[:, 1:2]) @ _WEIGHTS
+    assert here["odd"] == pytest.approx(plain * lengths * soft, rel=1e-12)
     for name, energy in here.items():
         assert mirrored[name] == pytest.approx(energy, rel=1e-12)
-    assert here["odd"] == pytest.approx(-(0.3**2) * 0.01 / 24.0 * lengths * q[:, 2] ** 2, rel=1e-12)
+        assert np.all(np.abs(Dropped(0.1, 1e-5, 0.3).along(q, lengths, natural)[name]) < 1e-4 * np.abs(energy))

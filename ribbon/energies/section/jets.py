@@ -1,4 +1,4 @@
-"""Jets in the four local variables (k, t, dk, dt) of an energy of free twist: value and derivatives, for kernels (numba).
+"""Jets of an energy of free twist in its four local variables (k, t, dk, dt): value and derivatives (numba).
 
 Layout of `ribbon.energies.free`: 0 value | 1..4 first | 5..14 second derivatives of the pairs in order.
 """
