@@ -106,14 +106,20 @@ def _added(k, t, dk, dt, section, out):
         out[i] = jet[0]
 
 
+def added(k: FloatArray, t: FloatArray, dk: FloatArray, dt: FloatArray, section: Sequence[float]) -> FloatArray:
+    """What this energy has beyond `extensible` (m,), D w / l^2, in m states k, t, k', t', each (m,)."""
+    half_width, thickness, nu, stiffness = (float(v) for v in section)
+    out = np.empty(k.size)
+    _added(k, t, dk, dt, (half_width, thickness, nu, stiffness), out)
+    return out
+
+
 def _shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
     """Of `extensible`, and what this energy adds, which is bending and spread with y^2 (eq. (10.16))."""
     found = EXTENSIBLE.shares(local, y, section)
-    half_width, thickness, nu, stiffness = (float(v) for v in section)
-    added = np.empty(local.k.size)
-    _added(local.k, local.t, local.dk, local.dt, (half_width, thickness, nu, stiffness), added)
-    spread = 3.0 * (np.asarray(y, dtype=float) / half_width) ** 2
-    return Shares(found.bending + added[:, None] * spread, found.membrane, found.shear)
+    more = added(local.k, local.t, local.dk, local.dt, section)
+    spread = 3.0 * (np.asarray(y, dtype=float) / section[0]) ** 2
+    return Shares(found.bending + more[:, None] * spread, found.membrane, found.shear)
 
 
 ENERGY = FreeTwist(

@@ -61,7 +61,8 @@ def skipped(choice: Choice) -> tuple[Effect, ...]:
 #: By the names of `compare.models.ribbon.auto.Choice.skipped`: the effect, and what is spared without it.
 _SKIPPED = {
     "thickness": ("section that curves and stretches", "the twist is no unknown of its own"),
-    "along": ("curvature along a changing section", "no second derivatives"),
+    "along": ("twist of a changing section", "no unknown of the section"),
+    "between": ("section between soft and stiff", "no unknown of the section"),
     "odd": ("odd curling of a twisted section", "no unknown of the section"),
     "clamp": ("section held flat at a clamp", "no unknown of the section"),
     "section": ("shape of the section at a clamp", "no unknown of the section"),

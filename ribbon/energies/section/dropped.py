@@ -6,6 +6,8 @@ width:
 - "along": (1 - psi) (1 - nu) <f_sy^2>, twist of a section that changes along the strip, where it is soft (psi: how
   stiff, `ribbon.energies.finite`; Wunderlich's energy has it where it is stiff);
 - "odd": -(1 - psi) nu^2 w^2 / 24 t'^2, what restrained warping gains where the section is free to curl oddly;
+- "between": (1 - psi^2) 1/2 (k^2 + 1 / zeta^2) (1 + eta^2)^2 (H(x) - 1), by which two ways to pass from soft to stiff
+  differ (the factor k^2 psi in the place of k^2 + 1 / zeta^2);
 - "clamp", at an end whose edge is held: the section is flat there. Scaled by 1 - p, p = 1 and p' = 0 at the clamp, it
   costs min int A p^2 + B p'^2 + C p''^2 = sqrt(A (B + 2 sqrt(A C))), A the energy that relaxing gains,
   B = (1 - nu) <f_y^2>, C = 1/2 <f^2>.
@@ -23,12 +25,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.energies.finite import added
 from ribbon.energies.section.relaxed import operators
 
 FloatArray = NDArray[np.float64]
 
 #: Terms that belong to every length of the strip; "clamp" belongs to an end.
-ALONG = ("along", "odd")
+ALONG = ("along", "odd", "between")
 CLAMP = "clamp"
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
@@ -88,9 +91,14 @@ class Dropped:
         by_s = np.einsum("ij,pjn->pin", _D, curl) / lengths[:, None, None]
         weight = lengths[:, None] * _WEIGHTS * (1.0 - self.stiff(k))
         twist = (1.0 - self.poisson) * self.width**2
+        by_k, by_t = (np.repeat(q[:, i], k.shape[1]) for i in (0, 2))
+        section = (0.5 * self.width, self.thickness, self.poisson, 0.0)
+        ruled = added(k.ravel(), t.ravel(), by_k, by_t, section).reshape(k.shape)
+        ruled -= (1.0 - self.stiff(k)) * self.width**2 / 24.0 * q[:, 2:3] ** 2
         return {
             "along": twist * np.einsum("pg,pgn,nm,pgm->p", weight, by_s, _SLOPE, by_s),
             "odd": -((self.poisson * self.width) ** 2) / 24.0 * weight.sum(axis=1) * q[:, 2] ** 2,
+            "between": np.sum(weight * (1.0 + self.stiff(k)) * ruled, axis=1),
         }
 
     def clamp(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:
