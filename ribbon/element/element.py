@@ -5,8 +5,8 @@ of Sadowsky and Wunderlich are polynomials in s of degree 6, the natural-curvatu
 4: Gauss-Legendre with four points (exact to degree 7) integrates both exactly (thesis, 3.4.1: P and Q in closed form;
 docs/theory.md, eq. (3.8)).
 
-Energies of a free twist (codes from FREE_CODE on; `ribbon.energies.free`) are no polynomials: the same points integrate
-them to an order beyond that of the element.
+Energies of a free twist (codes from FREE_CODE on; `ribbon.energies.free`) are no polynomials: as many points as they
+ask for, at least these, integrate them to an order beyond that of the element.
 
 The kinematics of the element are in `ribbon.element.series`; energies and kinematics know nothing of each other.
 """
@@ -16,13 +16,21 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.energies import density, factor, free_density, natural
+from ribbon.energies import FREE_POINTS, density, factor, free_density, natural
 from ribbon.energies.names import FREE_CODE
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 #: Gauss points and weights on [0, 1].
 GAUSS_POINTS = 0.5 * (_NODES + 1.0)
 GAUSS_WEIGHTS = 0.5 * _WEIGHTS
+
+#: Of the energies of a free twist, by code: how many points, and the points and weights on [0, 1] (energies, most).
+_FREE_COUNT = np.array(FREE_POINTS)
+_FREE_POINTS = np.zeros((_FREE_COUNT.size, _FREE_COUNT.max()))
+_FREE_WEIGHTS = np.zeros_like(_FREE_POINTS)
+for _code, _count in enumerate(FREE_POINTS):
+    _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_count)
+    _FREE_POINTS[_code, :_count], _FREE_WEIGHTS[_code, :_count] = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
 @njit(cache=True)
@@ -142,12 +150,11 @@ def free_jet(code, q, length, k_start, k_slope, section, jet):
     ob = o + q.size
     on = ob + q.size - 1
     om = on + q.size - 2
-    for g in range(GAUSS_POINTS.size):
-        s = GAUSS_POINTS[g] * length
-        w = GAUSS_WEIGHTS[g] * length
-        free_density(
-            code - FREE_CODE, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], k_start + k_slope * s, k_slope, section, d
-        )
+    code -= FREE_CODE
+    for g in range(_FREE_COUNT[code]):
+        s = _FREE_POINTS[code, g] * length
+        w = _FREE_WEIGHTS[code, g] * length
+        free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], k_start + k_slope * s, k_slope, section, d)
         jet[0] += w * d[0]
         jet[1] += w * (s * d[1] + d[3])
         jet[2] += w * d[1]

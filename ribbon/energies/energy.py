@@ -97,11 +97,13 @@ class FreeTwist:
     section: `FreeSectionNumbers`.
     needs: fields of `ribbon.Strip` that must be given; in_plane: the curvature kappa_2 in the strip's plane is a field
     of its own; holds_twist: a clamp with a straight ruling holds t = 0 (the others know no derivative of t).
+    points: Gauss points of an element: so many that a state whose energy is large between them is no minimum.
     section: shape of the cross-section and what its energy consists of; words: what it is, for a page.
     """
 
     density: Any
     needs: tuple[str, ...] = ()
+    points: int = 4
     in_plane: bool = False
     holds_twist: bool = False
     section: Profile | None = None

@@ -164,7 +164,8 @@ def distances(out: Path, name: str, ratio: float) -> list[list[Any]]:
 
 def precision(out: Path, name: str, ratio: float) -> dict[str, list[Mark]]:
     """Error to the finest shell against processor time, by model."""
-    from compare.models.ribbon.model import sized, solver
+    from compare.models.ribbon.model import sized
+    from compare.models.ribbon.solving import solver
     from compare.models.ribbon.state import RibbonShape
 
     best, across = kept(out / FOLDER, name, ratio).points, V * load(name).width
