@@ -18,7 +18,8 @@ HEADS = ("scene", "formulation", "elements", "model", "status", "iterations", "s
 
 def measured(models: Mapping[str, Mapping[str, Any]]) -> list[list[Any]]:
     """Rows (`HEADS`): median processor time of warm solves."""
-    from compare.models.ribbon.model import sized, solver
+    from compare.models.ribbon.model import sized
+    from compare.models.ribbon.solving import solver
 
     rows: list[list[Any]] = []
     for name in SCENES:
