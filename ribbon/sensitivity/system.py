@@ -68,9 +68,10 @@ def point(equilibrium: Equilibrium, *, unstable: bool = False) -> Point:
     problem = MixedProblem(
         old.strip, old.start, None, None, (), old.gravity, old.energy, old.lengths,
         reference=tuple(quaternion.from_matrix(old.start.frame).tolist()), exponent_limit=old.exponent_limit,
-        tip=old.tip,
+        stiffness=old.stiffness, in_plane=old.in_plane, tip=old.tip,
     )  # fmt: skip
-    x = problem.state(*old.joint_values(equilibrium.x))
+    omega, eta = old.joint_values(equilibrium.x)
+    x = problem.state(omega, eta, old.in_plane_values(equilibrium.x))
     gradient, jacobian = problem.gradient(x), problem.jacobian_matrix(x)
     dependent = dependent_columns(problem)
     rows = scipy.sparse.linalg.splu(scipy.sparse.csc_matrix(jacobian[:, dependent].T)).solve(-gradient[dependent])

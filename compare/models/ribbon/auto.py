@@ -16,15 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.align import aligned
-from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import Options, Seconds
-from compare.models.ribbon.beyond import beyond, points
-from compare.models.ribbon.build import ribbon_problem
+from compare.models.ribbon.beyond import apart, beside, beyond
 from compare.models.ribbon.solving import solved as solved_as
 from compare.models.ribbon.solving import solver
-from compare.models.ribbon.state import motions_of
 from compare.scene.planar import nonplanar_reason
 
 if TYPE_CHECKING:
@@ -116,7 +112,7 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
         steps.append(Step(REFERENCE, None, time.perf_counter() - clock))
         return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), False)
     grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 2001))).max()))
-    left_out = beyond(scene, best, grid)
+    left_out = beyond(scene, best)
     own = Step(REFERENCE, _known(left_out.distance), time.perf_counter() - clock, left_out.parts)
     for energy in LADDER[:-1]:
         clock = time.perf_counter()
@@ -128,7 +124,7 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
             solved[energy] = solved_as(with_energy(scene, energy), options, None)
         _, found, _ = solved[energy]
         moved = apart(found, best, grid) if found.ok else float("inf")
-        estimate = _known(moved + left_out.distance)
+        estimate = _known(left_out.behind(moved))
         spent += time.perf_counter() - clock
         steps.append(Step(_name(scene, energy, found), estimate, spent))
         if estimate is not None and estimate <= accuracy:
@@ -155,23 +151,13 @@ def reference(scene: Scene, start: Equilibrium, accuracy: float) -> Equilibrium:
     """The strip with energy "finite" from the shape of another energy's equilibrium, its segments placed for a part of
     the accuracy; from the scene's own seed where that one is none."""
     from ribbon.find.adaptive import refine_to_tolerance
-    from ribbon.find.solve import solve_from
 
-    own = with_energy(scene, REFERENCE)
-    if not start.ok:
-        return solver(own, leave_saddle=True)()
-    problem: Any = ribbon_problem(own, "mixed").with_changes(lengths=start.problem.lengths)
-    omega, eta = start.problem.joint_values(start.x)
-    found = solve_from(problem, problem.state(omega, eta * omega), leave_saddle=True)
+    found = beside(scene, start) if start.ok else None
+    if found is None:
+        return solver(with_energy(scene, REFERENCE), leave_saddle=True)()
     if not found.ok:
         return found
     return refine_to_tolerance(found, _FINE * accuracy, leave_saddle=True, strict=False)
-
-
-def apart(found: Equilibrium, best: Equilibrium, grid: Grid) -> float:
-    """Hausdorff distance over l of two strips, one moved as its free motions allow."""
-    there = points(best, grid)
-    return grid_hausdorff(aligned(points(found, grid), there, motions_of(found)), there)
 
 
 def _name(scene: Scene, energy: str, found: Equilibrium) -> str:

@@ -1,16 +1,21 @@
 """How far a shell would be from a strip with energy "finite", from that strip alone: what the energy leaves out.
 
 Every neglected term that has a gradient (`ribbon.energies.section.dropped`, no constant is fitted) is added to the
-energy for itself, and the strip goes where it pulls (`ribbon.find.drift`); bending in the strip's own plane is solved
-with. The estimate is the sum of these distances (largest of any particle, over l), not their resultant. Beside them:
+energy for itself, and the strip goes where it pulls, to first order (`ribbon.sensitivity.pulled`); bending in the
+strip's own plane likewise. Beside them, at held ends:
 
-- section: at a held edge the shell is flat where the model's section is curved: its deflection there;
-- corners: a strip held at two corners alone turns at its clamp, which no model of lines knows; how far is not known,
-  and is told as the turn of the last length w / 2 at the curvature of the clamp.
+- section: where the edge is held the shell is flat, the model's section is curved: its deflection there;
+- fold: rulings that crowd in a corner of a held edge let the shell turn about its own axis by more than the model; how
+  far is FOLD w x / (1 - x), x = |eta'| w / 2 near the clamp, FOLD fitted to shells of section 7.3;
+- corners: a strip held at two corners alone turns at its clamp, which no model of lines knows; by how much is fitted to
+  the same shells: the smaller of CORNER_TURN[0] kappa l and CORNER_TURN[1], times w.
+
+The estimate is the sum of these distances (largest of any particle, over l), not their resultant.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,15 +24,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.align import aligned
+from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.ribbon.build import relative_thickness
+from compare.models.ribbon.build import relative_thickness, ribbon_problem
+from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.state import motions_of
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from ribbon import Equilibrium
+    from ribbon.energies.section.dropped import Dropped
 
 FloatArray = NDArray[np.float64]
+
+#: Fitted to shells of section 7.3: the largest of the rows, not their mean, for an estimate is to err towards caution.
+FOLD = 2.7e-3
+CORNER_TURN = (0.1, 0.6)
+#: Closest that x is taken to 1.
+_NEAREST = 0.02
+IN_PLANE = "in_plane"
+_SAMPLES = np.linspace(0.0, 1.0, 2001)
+_ALONG = np.linspace(0.0, 1.0, 401)
 
 
 @dataclass(frozen=True)
@@ -40,42 +57,92 @@ class Beyond:
     @property
     def distance(self) -> float:
         """Their sum; infinite where one is not known."""
-        return float("inf") if self.unknown else float(sum(self.parts.values()))
+        return self.behind(0.0)
+
+    def behind(self, moved: float) -> float:
+        """Distance to the shell of a strip that is `moved` (over l) away from the one with energy "finite"; corners
+        that turn the strip hide what is smaller."""
+        if self.unknown:
+            return float("inf")
+        turned = self.parts.get("corners", 0.0)
+        return max(moved, turned) + float(sum(self.parts.values())) - turned
 
 
-def beyond(scene: Scene, found: Equilibrium, grid: Grid) -> Beyond:
+def beyond(scene: Scene, found: Equilibrium) -> Beyond:
     """The estimate for a scene whose strip with energy "finite" is `found`."""
     from ribbon.energies.section.dropped import Dropped, terms
-    from ribbon.find.drift import drifted
+    from ribbon.errors import NotDifferentiable
+    from ribbon.sensitivity.pulled import pulled
 
     thickness = relative_thickness(scene)
     assert thickness is not None, "the energy needs it"
     ends = held_ends(scene)
     corners = scene.shell.clamp == "corners"
-    here = points(found, grid)
     parts: dict[str, float] = {}
-    unknown = []
-    for term in terms(found, thickness, () if corners else ends):
-        moved = drifted(found, term.gradient)
-        if moved is None:
-            unknown.append(term.name)
-            continue
-        parts[term.name] = parts.get(term.name, 0.0) + _apart(here, moved, grid)
-    bent = in_plane(found)
-    if bent is None:
-        unknown.append("in_plane")
-    else:
-        parts["in_plane"] = _apart(here, bent, grid)
+    neglected = terms(found, thickness, () if corners else ends)
+    try:
+        there = pulled(found, [term.gradient for term in neglected])
+    except NotDifferentiable:
+        return Beyond({}, tuple(dict.fromkeys([*(term.name for term in neglected), IN_PLANE])))
+    for term, moved in zip(neglected, there.terms, strict=True):
+        parts[term.name] = parts.get(term.name, 0.0) + _apart(found, moved, scene.width)
+    bends = found.problem.fields.count == 3
+    parts[IN_PLANE] = 0.0 if bends else _apart(found, there.in_plane, scene.width)
     dropped = Dropped(scene.width, thickness, scene.strip.poisson)
     at = np.array(ends)
     if at.size:
         start, end = scene.curvature
         k, t = found.omega(at), found.tau(at)
         if corners:
-            parts["corners"] = float(np.abs(k).max()) * 0.5 * scene.width
+            parts["corners"] = corner_turn(scene, found, ends)
         else:
             parts["section"] = float(dropped.deflection(k, t, start + (end - start) * at).max())
-    return Beyond(parts, tuple(unknown))
+            parts["fold"] = FOLD * scene.width * crowding(crowded(found, dropped, ends))
+    return Beyond(parts)
+
+
+def crowded(found: Equilibrium, dropped: Dropped, ends: tuple[float, ...]) -> float:
+    """Largest |eta'| w / 2 at the middles of segments within w of the held ends (0 without any)."""
+    lengths, q = found.problem.lengths, found.parameters
+    s = np.cumsum(lengths) - 0.5 * lengths
+    near = np.any([np.abs(s - end) < dropped.width for end in ends], axis=0)
+    k, t = (q[:, i] * 0.5 * lengths + q[:, i + 1] for i in (0, 2))
+    return float(np.abs(dropped.crossing(k, t, q[:, 0], q[:, 2]))[near].max(initial=0.0))
+
+
+def crowding(steep: float) -> float:
+    """x / (1 - x) of x = |eta'| w / 2."""
+    return steep / max(1.0 - steep, _NEAREST)
+
+
+def corner_turn(scene: Scene, found: Equilibrium, ends: tuple[float, ...]) -> float:
+    """How far (over l) two held corners let a strip turn at its clamps."""
+    bent = float(np.abs(found.omega(np.array(ends))).max(initial=0.0))
+    return min(CORNER_TURN[0] * bent, CORNER_TURN[1]) * scene.width
+
+
+def beside(scene: Scene, found: Equilibrium, ratio: float | None = None) -> Equilibrium | None:
+    """The strip with energy "finite" on the segments of another strip of the scene, from its shape; ratio: w/h, None:
+    the scene's own thickness. None where the scene has no such strip."""
+    from compare.errors import BadInput
+    from ribbon.errors import RibbonInputError
+    from ribbon.find.solve import solve_from
+
+    try:
+        problem: Any = ribbon_problem(thin(scene, ratio), "mixed").with_changes(lengths=found.problem.lengths)
+    except (BadInput, RibbonInputError):
+        return None
+    omega, eta = found.problem.joint_values(found.x)
+    twist = eta if found.problem.fields.free else eta * omega
+    return solve_from(problem, problem.state(omega, twist), leave_saddle=True)
+
+
+def thin(scene: Scene, ratio: float | None = None) -> Scene:
+    """The scene with energy "finite" and one thickness."""
+    keys: dict[str, Any] = {"model.energy": FINITE, "model.accuracy": None, "model.stiffness": None}
+    if ratio is not None:
+        keys["shell.width_to_thickness"] = [ratio]
+    return scene.replace(keys)
 
 
 def held_ends(scene: Scene) -> tuple[float, ...]:
@@ -91,20 +158,27 @@ def points(equilibrium: Equilibrium, grid: Grid) -> FloatArray:
     return grid.of(RibbonShape(equilibrium))
 
 
-def in_plane(found: Equilibrium) -> Equilibrium | None:
-    """The same strip free to bend in its plane, beside `found`; None where it was not found."""
-    from ribbon.find.solve import solve_from
-
-    problem: Any = found.problem
-    if problem.fields.count == 3:
-        return found
-    freed = problem.with_changes(in_plane=True)
-    k, t = problem.joint_values(found.x)
-    there = solve_from(freed, freed.state(k, t), check=False)
-    return there if there.residual < 1e-6 else None
+def apart(found: Equilibrium, best: Equilibrium, grid: Grid) -> float:
+    """Hausdorff distance over l of two strips, one moved as its free motions allow."""
+    there = points(best, grid)
+    return grid_hausdorff(aligned(points(found, grid), there, motions_of(found)), there)
 
 
-def _apart(here: FloatArray, moved: Equilibrium, grid: Grid) -> float:
-    """Largest distance over l of a particle from where it was."""
-    there = aligned(points(moved, grid), here, motions_of(moved))
-    return float(np.linalg.norm(there - here, axis=-1).max())
+def to_shell(scene: Scene, found: Equilibrium, best: Equilibrium | None, ratio: float | None = None) -> float | None:
+    """Estimated distance over l of a strip `found` to the shell, by way of `best`, its neighbour with energy "finite"
+    (`beside`); None where there is none, or what it leaves out could not be told."""
+    if best is None or not best.ok:
+        return None
+    grid = Grid.for_shape(scene, float(np.abs(best.omega(_SAMPLES)).max()))
+    distance = beyond(thin(scene, ratio), best).behind(0.0 if found is best else apart(found, best, grid))
+    return distance if math.isfinite(distance) else None
+
+
+def _apart(here: Equilibrium, there: Equilibrium, width: float) -> float:
+    """Largest distance over l between particles of the middle line and both edges, the sections taken as straight."""
+    lines = []
+    for found in (here, there):
+        r, across = found.position(_ALONG), 0.5 * width * found.frame(_ALONG)[:, :, 0]
+        lines.append(np.stack([r - across, r, r + across], axis=1))
+    moved = aligned(lines[1], lines[0], motions_of(there))
+    return float(np.linalg.norm(moved - lines[0], axis=-1).max())

@@ -4,14 +4,18 @@ Five effects that an inextensible ribbon leaves out, each from the ribbon's own 
 
 - edges: across its width the strip bends and, near its free edges, stretches (`ribbon.energies.edge_layer`, or what
   the ribbon's energy brings in its place; no constant is fitted);
-- shear: the twisting moment ends in transverse shear there; the ribbon softened by both says how far the shape moves;
+- shear: the twisting moment ends in transverse shear there; the ribbon is softened by both for these shares;
 - in-plane bending, M_y^2 / (2 (1 - nu^2) w^2 / h^2) per length, M_y the moment about the surface's normal;
 - tension, N^2 h^2 / (24 (1 - nu^2)) per length;
 - clamps: what holds the edge, or two corners, stretches the strip over a length of about w / 2. Nothing here predicts
-  how much: EDGE_CLAMP, EDGE_SHIFT, CORNER_CLAMP and CORNER_TURN are fitted to shells of section 7.3 (results/limits
-  measures how often the verdict is right, on those and on others).
+  how much: EDGE_CLAMP and CORNER_CLAMP are fitted to shells of section 7.3 (results/limits measures how often the
+  verdict is right, on those and on others).
 
 In-plane bending and tension follow from the weight beyond each section, and from the support at s = l.
+
+How far the shape moves is the distance to the strip with energy "finite", which starts from the ribbon's own shape,
+and what that one leaves out (`compare.models.ribbon.beyond`). An energy of the user's own is no neighbour of that
+strip: for it the softened ribbon says how far.
 
 An energy with a free twist has some of this itself (`compare.models.ribbon.remaining`).
 """
@@ -27,6 +31,7 @@ from numpy.typing import NDArray
 
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
+from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, to_shell
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.energies import ENERGIES
@@ -39,16 +44,10 @@ FloatArray = NDArray[np.float64]
 #: the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
 EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
-#: Distance over l by which a held edge moves the strip: times the share at the clamp and w / l. The largest of the
-#: fitted rows, not their mean: an estimate is to err towards caution.
-EDGE_SHIFT = 9.0
-#: Distance over l by which two held corners let the strip turn at the clamp: the smaller of CORNER_TURN[0] kappa l and
-#: CORNER_TURN[1], times w / l.
-CORNER_TURN = (0.1, 0.6)
+#: Energies whose strip of finite thickness is the one with energy "finite".
+RULED = ("sadowsky", "wunderlich")
 _SAMPLES = 1000
 _ALONG, _ACROSS = 200, 4
-#: Closest that |eta'| w / 2 is taken to 1 (where rulings cross on an edge).
-_NEAREST = 0.02
 
 
 @dataclass(frozen=True)
@@ -56,10 +55,10 @@ class Estimate:
     """What the ribbon says about the shell of this w/h.
 
     parts: share of the elastic energy that would be stretching and shear, by cause ("edges", "shear", "in_plane",
-    "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the softened ribbon was
-    not found; own: the part of that share which the model has in its own energy; scale: z of the strip's edges at the
-    mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's solve not
-    included.
+    "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the strip of finite
+    thickness was not found; own: the part of that share which the model has in its own energy; scale: z of the strip's
+    edges at the mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's
+    solve not included.
     """
 
     width_to_thickness: float
@@ -121,7 +120,11 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
         "tension": float(tension.mean()) / whole,
         "clamps": _clamps(scene, there, state, h),
     }
-    distance = None if softened is None else _distance(scene, equilibrium, softened, state, h, parts["clamps"])
+    if equilibrium.problem.energy in RULED:
+        best = beside(scene, equilibrium, width_to_thickness) if equilibrium.ok else None
+        distance = to_shell(scene, equilibrium, best, width_to_thickness)
+    else:
+        distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     mean = float(np.sqrt(np.mean(state.omega**2)))
     return Estimate(width_to_thickness, parts, distance, section.scale * mean**0.5, time.perf_counter() - clock)
 
@@ -170,40 +173,41 @@ def local_state(scene: Scene, e: Equilibrium) -> LocalState:
     )
 
 
-def _ends(scene: Scene) -> list[float]:
-    """Abscissae of the clamps that hold a frame."""
-    clamps = ((0.0, scene.clamp_start), (1.0, scene.clamp_end))
-    return [at for at, clamp in clamps if clamp is not None and clamp.tangent is not None]
-
-
 def _clamps(scene: Scene, e: Equilibrium, state: LocalState, h: float) -> float:
     """Share of the elastic energy that the clamps stretch."""
     density = line_density(e, state.s) + 0.5 * state.natural**2
     total = float(density.mean())
     if not total > 0.0:
         return 0.0
-    lengths = e.problem.lengths
-    middles = np.cumsum(lengths) - 0.5 * lengths
-    slope = np.abs(e.parameters[:, 2]) * 0.5 * scene.width
     share = 0.0
-    for at in _ends(scene):
+    for at in held_ends(scene):
         if scene.shell.clamp == "corners":
             near = float(density[np.abs(state.s - at) < 0.5 * scene.width].sum()) / (_SAMPLES * total)
             corner = scene.shell_corner or scene.width / 8.0
             share += CORNER_CLAMP * near * (scene.width * h) ** 0.5 / corner
         else:
-            steep = float(slope[np.abs(middles - at) < scene.width].max(initial=0.0))
-            share += EDGE_CLAMP * steep / max(1.0 - steep, _NEAREST)
+            share += EDGE_CLAMP * crowding(_steepest(scene, e, at))
     return min(share, 1.0)
 
 
-def _distance(scene: Scene, e: Equilibrium, softened: Equilibrium, state: LocalState, h: float, clamps: float) -> float:
+def _steepest(scene: Scene, e: Equilibrium, *ends: float) -> float:
+    """Largest |eta'| w / 2 on segments within w of the ends."""
+    lengths = e.problem.lengths
+    middles = np.cumsum(lengths) - 0.5 * lengths
+    near = np.any([np.abs(middles - at) < scene.width for at in ends], axis=0)
+    return float((np.abs(e.parameters[:, 2]) * 0.5 * scene.width)[near].max(initial=0.0))
+
+
+def _distance(scene: Scene, e: Equilibrium, softened: Equilibrium, state: LocalState, h: float) -> float:
     """Hausdorff distance over l of the ribbon to its softened shape, bent in its plane too, with what clamps add."""
     here, there = e.surface(_ALONG, _ACROSS).grid, softened.surface(_ALONG, _ACROSS).grid
     distance = grid_hausdorff(here, bent_in_plane(scene, there, state, h))
+    ends = held_ends(scene)
+    if not ends:
+        return distance
     if scene.shell.clamp == "edge":
-        return distance + EDGE_SHIFT * clamps * scene.width
-    return max(distance, corner_turn(scene, state))
+        return distance + FOLD * scene.width * crowding(_steepest(scene, softened, *ends))
+    return max(distance, corner_turn(scene, softened, ends))
 
 
 def bent_in_plane(scene: Scene, grid: FloatArray, state: LocalState, h: float) -> FloatArray:
@@ -216,9 +220,3 @@ def bent_in_plane(scene: Scene, grid: FloatArray, state: LocalState, h: float) -
     first = np.vstack([np.zeros(3), np.cumsum(np.cross(turn, state.position), axis=0)])
     at = np.minimum((np.linspace(0.0, 1.0, len(grid)) * _SAMPLES).astype(int), _SAMPLES)
     return np.asarray(grid + np.cross(angle[at][:, None], grid) - first[at][:, None])
-
-
-def corner_turn(scene: Scene, state: LocalState) -> float:
-    """How far (over l) two held corners let the strip turn at its clamps."""
-    kappa = max((abs(float(state.omega[0 if at == 0.0 else -1])) for at in _ends(scene)), default=0.0)
-    return min(CORNER_TURN[0] * kappa, CORNER_TURN[1]) * scene.width

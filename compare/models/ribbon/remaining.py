@@ -3,7 +3,7 @@
 Layers along the edges and shear are in the energy itself (`Estimate.own`). Left out are, as for the ribbon with rulings
 (`compare.models.ribbon.estimate`), tension and in-plane bending unless it is a field; and, of all energies but
 `finite`, what that one has beyond: its energy in the same state, and the distance to its equilibrium. How far `finite`
-itself is from the shell is told by what it drops (`compare.models.ribbon.beyond`), without a fitted constant.
+itself is from the shell is told by what it drops (`compare.models.ribbon.beyond`).
 """
 
 from __future__ import annotations
@@ -14,23 +14,18 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
-from compare.measure.distance import grid_hausdorff
-from compare.measure.grid import Grid
 from compare.models.base import natural_constant
-from compare.models.ribbon.beyond import beyond, points
-from compare.models.ribbon.build import ribbon_arguments
+from compare.models.ribbon.beyond import beside, to_shell
 from compare.models.ribbon.estimate import Estimate, in_plane_density, local_state, tension_density
 from compare.models.ribbon.free import FINITE
 from compare.scene.scene import Scene
-from ribbon import Equilibrium, RibbonInputError, solve
+from ribbon import Equilibrium
 from ribbon.energies import parts as own
 
 FloatArray = NDArray[np.float64]
 
 #: The energy that has `finite`'s section, and none of its terms of what varies along the strip.
 PLAIN = "extensible"
-_SAMPLES = np.linspace(0.0, 1.0, 2001)
 
 
 def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
@@ -61,32 +56,6 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     }
     scale = (3.0 * (1.0 - nu * nu)) ** 0.25 * scene.width / math.sqrt(h) * float(np.mean(state.omega**2)) ** 0.25
     known = (held["membrane"] + held["shear"]) / whole
-    distance = _distance(scene, e, h)
+    best = e if e.problem.energy == FINITE else beside(scene, e, width_to_thickness)
+    distance = to_shell(scene, e, best, width_to_thickness)
     return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, known)
-
-
-def _distance(scene: Scene, e: Equilibrium, h: float) -> float | None:
-    """Hausdorff distance over l to the equilibrium of `finite`, and what that one drops; None where it is not known."""
-    thin = scene.replace(
-        {"model.energy": FINITE, "model.stiffness": None, "shell.width_to_thickness": [scene.width / h]}
-    )
-    best = e if e.problem.energy == FINITE else _finite(thin, e.problem.lengths)
-    if best is None:
-        return None
-    grid = Grid.for_shape(scene, float(np.abs(best.omega(_SAMPLES)).max()))
-    left_out = beyond(thin, best, grid).distance
-    if not math.isfinite(left_out):
-        return None
-    return left_out + float(grid_hausdorff(points(e, grid), points(best, grid)))
-
-
-def _finite(scene: Scene, lengths: FloatArray) -> Equilibrium | None:
-    """The scene's equilibrium on segments of the same lengths (p,); None where it was not found, or is on a path that
-    would have to be gone again."""
-    if scene.path:
-        return None
-    try:
-        found = solve(**{**ribbon_arguments(scene), "segments": lengths})
-    except (BadInput, RibbonInputError):
-        return None
-    return found if found.ok else None

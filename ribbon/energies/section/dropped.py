@@ -76,6 +76,11 @@ class Dropped:
         """psi (...,), in [0, 1): how stiff the section is against stretching at curvature k (docs/theory.md, 10.13)."""
         return np.asarray(k * k / (k * k + 180.0 / self._c4))
 
+    def crossing(self, k: FloatArray, t: FloatArray, dk: FloatArray, dt: FloatArray) -> FloatArray:
+        """x = w eta' / 2 (...,), how near rulings come to meeting on an edge (docs/theory.md, 10.12)."""
+        softened = k * k + 180.0 / self._c4
+        return np.asarray(0.5 * self.width * (k * dt + t * dk - 2.0 * k * k * t * dk / softened) / softened)
+
     def curl(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:
         """Coefficients (..., n) of f_yy at curvature k, twist t, natural curvature K, all (...,)."""
         b = self.poisson * k * (k - natural) + t * t

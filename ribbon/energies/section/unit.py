@@ -50,8 +50,12 @@ class Unit:
 def unit(y: FloatArray, xi: FloatArray) -> Unit:
     """Psi and its derivatives at y (m,), xi (n,)."""
     y, xi = np.asarray(y, dtype=float)[:, None], np.asarray(xi, dtype=float)
-    near, far = _series(np.minimum(y, _SWITCH**4), xi), _closed(np.maximum(y, _SWITCH**4), xi)
-    return Unit(*(np.where(y < _SWITCH**4, a, b) for a, b in zip(near, far, strict=True)))
+    found = np.empty((4, y.size, xi.size))
+    near = y[:, 0] < _SWITCH**4
+    for rows, form in ((near, _series), (~near, _closed)):
+        if rows.any():
+            found[:, rows] = form(y[rows], xi)
+    return Unit(*found)
 
 
 def _series(y: FloatArray, xi: FloatArray) -> tuple[FloatArray, ...]:

@@ -95,8 +95,8 @@ def test_what_is_left_out_vanishes_where_nothing_is():
     """Without Poisson's effect a strip that only bends is exact: its section stays straight, and nothing twists it."""
     scene = planar().replace({"model.energy": "finite"})
     state = solve(scene)
-    parts = beyond(scene, state.native, Grid.for_shape(scene, state.shape.bend)).parts
-    assert set(parts) == {"along", "odd", "between", "clamp", "in_plane", "section"}
+    parts = beyond(scene, state.native).parts
+    assert set(parts) == {"along", "odd", "between", "clamp", "in_plane", "fold", "section"}
     assert max(parts.values()) < 1e-6
 
 
@@ -110,7 +110,7 @@ def test_a_tighter_accuracy_never_takes_a_cheaper_model():
 def test_explain_names_what_was_left_out():
     effects = {effect.key: effect for effect in RibbonModel().effects(asked(narrow()))}
     left_out = [name for name, effect in effects.items() if "estimated" in effect.why]
-    assert len(left_out) == 7
+    assert len(left_out) == 8
     assert not any(effects[name].on for name in left_out)
 
 

@@ -76,7 +76,7 @@ def test_two_clamps_know_their_forces():
     assert 0.0 < found.share < 0.1
 
 
-def test_unknown_distance_without_a_softened_ribbon():
+def test_unknown_distance_of_what_is_no_equilibrium():
     found = of(load("limits_7_3").replace({"model.formulation": "matrix", "model.elements": 8}))
     assert found.distance is None
     assert found.share > 0.0

@@ -1,0 +1,54 @@
+"""Where an equilibrium goes when small terms are added to its energy: to first order, all by one factored tangent.
+
+The energy gains ``g . q``, q the parameters of the segments (linear in the unknowns) and g the term's derivative at the
+equilibrium (docs/theory.md, eq. (11.2) with F = g). Strips with a free twist are taken with bending in their own plane
+as a field, whether they have it or not: what that moves is their first step towards the equilibrium with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.result import Equilibrium
+from ribbon.sensitivity.system import Point, System, point
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pulled:
+    """The shapes, in the order of the terms, and the one that bends in its plane too. Only the unknowns, and what
+    follows from them, belong to these."""
+
+    terms: tuple[Equilibrium, ...]
+    in_plane: Equilibrium
+
+
+def pulled(equilibrium: Equilibrium, gradients: Sequence[FloatArray]) -> Pulled:
+    """Where an equilibrium with a free twist goes by each term alone; gradients: derivatives (p, 4 or 6) by the
+    parameters of every segment, D w / l.
+
+    Raises `ribbon.errors.NotDifferentiable` for what is no equilibrium and where its tangent is singular.
+    """
+    here = point(equilibrium, unstable=True)
+    problem: Any = here.problem
+    if problem.fields.count < 3:
+        freed = problem.with_changes(in_plane=True)
+        x = freed.state(*problem.joint_values(here.x))
+        here = Point(freed, x, here.rows, np.zeros(x.size))
+        problem = freed
+    system = System.of(here)
+    columns, slopes = problem.parameter_map()
+    pulls = np.zeros((len(gradients) + 1, problem.size))
+    for pull, gradient in zip(pulls, gradients, strict=False):
+        np.add.at(pull, columns, np.einsum("pj,pjk->pk", gradient, slopes[:, : gradient.shape[1]]))
+    pulls[-1] = problem.gradient(here.x) + system.jacobian.T @ here.rows
+    still = np.zeros((here.rows.size, len(pulls)))
+    moves, _ = system.solve(pulls.T, still, np.zeros(pulls.T.shape))
+    found = [replace(equilibrium, problem=problem, x=here.x + move, at=None) for move in moves.T]
+    return Pulled(tuple(found[:-1]), found[-1])
