@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 #: Fitted to shells of section 7.3: the largest of the rows, not their mean, for an estimate is to err towards caution.
-FOLD = 2.7e-3
-CORNER_TURN = (0.1, 0.6)
+FOLD = 5.2e-3
+CORNER_TURN = (0.12, 0.6)
 #: Closest that x is taken to 1.
 _NEAREST = 0.02
 IN_PLANE = "in_plane"
