@@ -127,8 +127,10 @@ def run(out: Path) -> None:
         page.table(["w/l", "Gamma", "elements", "membrane %", "shear %"], even),
         "## The estimate from the ribbon alone",
         "How often `ribbonbench limits --quick` gives the level that the shell gives, for several thresholds of "
-        '"good" (percent of l, and of the elastic energy). Four constants of the clamps were fitted on rows of the '
-        "grid; the other scenes (`others.csv`: other nu, h, K, corners, scenes) had no part in that.",
+        '"good" (percent of l, and of the elastic energy). How far the shape moves is the distance to the strip with '
+        'energy "finite" and what that one leaves out; what clamps do is fitted on rows of the grid and of '
+        "[auto](../auto/README.md): two constants of the distance, two of the share. The other scenes (`others.csv`: "
+        "other nu, h, K, corners, scenes) had no part in that.",
         _hits({"grid, edge": grid["edge"], "grid, corners": grid["corners"], "other scenes": others}),
         _accuracy({"grid, edge": grid["edge"], "grid, corners": grid["corners"], "other scenes": others}),
         "(Ratios over cases whose shell has more than 0.1 % of it.)",
