@@ -77,10 +77,7 @@ def linearised(model: Model, width: float, count: int = 160) -> float:
     twist *= 1 - np.tanh(a) / a
     if model.energy == "extensible":
         return linear.smooth(bending, twist)
-    warping = width**2 / 12
-    gamma = linear.smooth(
-        bending, twist, warping, 2 * (1 - POISSON) * POISSON**2 * warping, model.ruling == "straight", first=0.01
-    )
+    gamma = linear.smooth(bending, twist, warping=width**2 / 12, held=model.ruling == "straight", first=0.01)
     return gamma * (in_plane(bending, twist, width) if keywords.get("in_plane") else 1.0)
 
 

@@ -44,9 +44,9 @@ def michell(bending: float, twist: float, count: int = 400) -> float:
     return smooth(bending, twist, count=count)
 
 
-def smooth(bending: float, twist: float, warping: float = 0.0, bend_slope: float = 0.0, held: bool = False,
-           first: float = 0.02, count: int = 400) -> float:  # fmt: skip
-    """Gamma_c of e = bending kappa^2 / 2 + twist tau^2 / 2 + warping tau'^2 / 2 + bend_slope kappa'^2 / 2.
+def smooth(bending: float, twist: float, warping: float = 0.0, held: bool = False, first: float = 0.02,
+           count: int = 400) -> float:  # fmt: skip
+    """Gamma_c of e = bending kappa^2 / 2 + twist tau^2 / 2 + warping tau'^2 / 2.
 
     kappa and tau are linear between joints (cells at the clamp are `first` times the mean); held: tau(0) = 0.
     """
@@ -56,7 +56,7 @@ def smooth(bending: float, twist: float, warping: float = 0.0, bend_slope: float
     mass = _tridiagonal(length / 3, length / 6)
     slope = _tridiagonal(1 / length, -1 / length)
     elastic = np.zeros((2 * n + 2, 2 * n + 2))
-    elastic[: n + 1, : n + 1] = bending * mass + bend_slope * slope
+    elastic[: n + 1, : n + 1] = bending * mass
     elastic[n + 1 :, n + 1 :] = twist * mass + warping * slope
     # theta at the Gauss points of a cell: all cells before, and tau = t0 (1 - x) + t1 x up to x within it
     points, weights = np.polynomial.legendre.leggauss(3)
