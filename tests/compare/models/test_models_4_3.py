@@ -14,7 +14,7 @@ from compare.scene.scene import load
 
 SHELLS = Path(__file__).resolve().parents[3] / "results" / "models_4_3" / "shell.csv"
 #: Largest distance allowed to `finite`, in l, by w/h.
-LIMITS = {10.0: 1e-2, 20.0: 1e-2, 50.0: 5e-3, 100.0: 2e-3, 200.0: 2e-3, 400.0: 2e-3}
+LIMITS = {10.0: 6e-3, 20.0: 3e-3, 50.0: 2e-3, 100.0: 2e-3, 200.0: 1.5e-3, 400.0: 1e-3}
 
 
 def shells() -> dict[tuple[str, float], np.ndarray]:
