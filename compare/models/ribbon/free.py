@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from compare.errors import BadInput
 from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
@@ -9,6 +11,9 @@ from compare.scene.scene import Scene
 
 #: The energy that knows of clamped edges, named in remedies.
 FINITE = "finite"
+#: Largest curvature times thickness of a thin plate, and largest v = sqrt(12 (1 - nu^2)) kappa w^2 / h (Audoly &
+#: Neukirch 2021) to which the relaxed section is verified.
+BENT_TO, MOST_V = 0.2, 1e6
 
 
 def per_thickness(scene: Scene) -> tuple[Variant, ...]:
@@ -42,7 +47,7 @@ def refusal(scene: Scene) -> BadInput | None:
     if model.stiffness is not None and energy != "kirchhoff":
         return _stiffness(scene, energy)
     if energy != "sadowsky_kt":
-        refused = _thickness(scene, f'energy = "{energy}"')
+        refused = _thickness(scene, f'energy = "{energy}"') or _range(scene, energy)
         if refused is not None:
             return refused
     if model.formulation == "matrix":
@@ -73,6 +78,26 @@ def _thickness(scene: Scene, what: str) -> BadInput | None:
         return BadInput("shell.width_to_thickness", list(ratios), problem, remedy)
     remedy = "give strip.thickness, or one w/h as shell.width_to_thickness = [100]"
     return BadInput("strip.thickness", None, f"is missing, and {what} depends on it", remedy)
+
+
+def _range(scene: Scene, energy: str) -> BadInput | None:
+    """The refusal of a natural curvature for which the section's law of a thin plate does not hold: bent to a radius of
+    a few thicknesses, or, for the energies that relax the section, v of (10.2) beyond what its functions reach."""
+    h, bent = relative_thickness(scene), max(abs(k) for k in scene.curvature)
+    if h is None or bent == 0.0:
+        return None
+    if bent * h > BENT_TO:
+        problem = (
+            f"times the thickness is {bent * h:.2g}: a strip bent to a radius of a few thicknesses is no thin plate"
+        )
+        remedy = f"keep it below {BENT_TO / h / scene.strip.length:.3g}"
+        return BadInput("strip.natural_curvature", scene.strip.natural_curvature, problem, remedy)
+    v = math.sqrt(12.0 * (1.0 - scene.strip.poisson**2)) * bent * scene.width**2 / h
+    if v > MOST_V and energy != "kirchhoff":
+        problem = f"gives v = {v:.1e} with this curvature, and the section's law is verified up to {MOST_V:.0e}"
+        remedy = 'choose energy = "wunderlich": so thin a strip does not stretch'
+        return BadInput("strip.thickness", h * scene.strip.length, problem, remedy)
+    return None
 
 
 def _stiffness(scene: Scene, energy: str) -> BadInput:

@@ -23,6 +23,13 @@ CASES = {
     ),
     "a stiffness of a developable strip": ({"model.stiffness": "plate"}, "model.stiffness"),
     "a developable strip bent in its plane": ({"model.in_plane": True}, "model.in_plane"),
+    "bent to a few thicknesses": (
+        {"model.energy": "finite", "strip.thickness": 0.01, "strip.natural_curvature": 30.0,
+         "shell.width_to_thickness": None}, "strip.natural_curvature",
+    ),
+    "so thin that no section relaxes": (
+        {"model.energy": "finite", "strip.thickness": 2e-8, "shell.width_to_thickness": None}, "strip.thickness",
+    ),
     "the thesis's unknowns": (
         {"model.energy": "finite", "model.formulation": "matrix", "shell.width_to_thickness": [50.0]},
         "model.formulation",
