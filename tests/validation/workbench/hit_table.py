@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.models import solve as model_solve
 from compare.page.csv import field
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -26,8 +27,12 @@ from compare.store.store import CaseStore, atomic_write_text
 from tests.validation import page
 from tests.validation.workbench.hit_cases import GROUPS, LEFT_OUT, Case, Shell, cases, solved
 from tests.validation.workbench.hit_measure import Measured, all_measured, available
+from tests.validation.workbench.hit_solve import with_model
 
 ACCURACY = 1e-2
+#: The energy whose distance `limits --quick` estimates, and thresholds of "good".
+QUICK = "wunderlich"
+THRESHOLDS = (0.01, 0.02, 0.05)
 #: Models among which `auto` chooses, the cheapest first.
 LADDER = ("elastica", "sadowsky", "wunderlich", "finite", "shell")
 SAME, CAUTIOUS, BOLD, UNKNOWN = "same", "too cautious", "too bold", "unknown"
@@ -39,13 +44,15 @@ Chooser = Callable[[Scene, float], tuple[str, Sequence[Mapping[str, object]]]]
 
 @dataclass(frozen=True)
 class Hit:
-    """A case with its shell and the models beside it; chosen: by `auto`, with the estimates on its way."""
+    """A case with its shell and the models beside it; chosen: by `auto`, with the estimates on its way; quick: distance
+    over l that `limits --quick` estimates of Wunderlich's strip."""
 
     case: Case
     shell: Shell
     models: Mapping[str, Measured]
     chosen: str | None = None
     estimates: Sequence[Mapping[str, object]] = ()
+    quick: float | None = None
 
     def cheapest(self, accuracy: float = ACCURACY) -> str | None:
         """The cheapest model of the ladder within `accuracy` of the shell; None: no shell to measure by."""
@@ -98,8 +105,17 @@ def hits(place: Path, store: CaseStore, reporter: Reporter, choose: Chooser | No
         shell = solved(case, place, store, reporter)
         models = all_measured(case, shell, available(), place.parent / "measured", reporter)
         chosen, estimates = (None, ()) if choose is None else choose(case.scene, ACCURACY)
-        found.append(Hit(case, shell, models, chosen, estimates))
+        found.append(Hit(case, shell, models, chosen, estimates, quick(case)))
     return found
+
+
+def quick(case: Case) -> float | None:
+    """The estimate of `limits --quick`, from Wunderlich's strip alone."""
+    from compare.models.ribbon.estimate import estimate
+
+    scene = with_model(case.scene, QUICK)
+    state = model_solve(scene, "ribbon")
+    return estimate(scene, state.native, case.ratio).distance if state.ok else None
 
 
 def run(out: Path) -> None:
@@ -135,6 +151,10 @@ def write(folder: Path, found: Sequence[Hit]) -> None:
         + ".",
         "## Choices at an accuracy of 1e-2",
         summary(found),
+        "## The estimate of `limits --quick`",
+        "Levels of Wunderlich's strip by its distance alone (good up to the threshold, fair up to five times that), "
+        "estimated and measured; ratio: estimated over measured distance, where that is above 0.1 %.",
+        quick_table(found),
         "## Distances",
         distances_table(found),
         "## The grid of 7.3",
@@ -156,6 +176,33 @@ def summary(found: Sequence[Hit]) -> str:
         count = Counter(hit.verdict() for hit in here)
         rows.append([group, str(len(here)), *(str(count[name]) for name in VERDICTS)])
     return page.table(["cases", "number", *VERDICTS], rows)
+
+
+def quick_table(found: Sequence[Hit]) -> str:
+    """How often the estimate gives the level that the shell gives, by group and threshold."""
+    rows = []
+    for group in (*GROUPS, "all"):
+        pairs = [
+            (hit.quick, there)
+            for hit in found
+            if group in (hit.case.group, "all") and hit.quick is not None
+            and (there := hit.distances.get(QUICK)) is not None
+        ]  # fmt: skip
+        ratios = [a / b for a, b in pairs if b > 1e-3] or [float("nan")]
+        for threshold in THRESHOLDS:
+            levels = [(_level(a, threshold), _level(b, threshold)) for a, b in pairs]
+            same, worse = sum(a == b for a, b in levels), sum(a > b for a, b in levels)
+            false_safe = sum(a == 0 < b for a, b in levels)
+            rows.append([
+                group, f"{100 * threshold:g} %", str(len(pairs)), str(same), str(worse), str(len(pairs) - same - worse),
+                str(false_safe), f"{np.median(ratios):.2f}", f"{min(ratios):.2f} to {max(ratios):.2f}",
+            ])  # fmt: skip
+    heads = ["cases", "threshold", "known", "same level", "too cautious", "too bold", "false safe", "ratio: median"]
+    return page.table([*heads, "range"], rows)
+
+
+def _level(distance: float, threshold: float) -> int:
+    return 0 if distance <= threshold else 1 if distance <= 5.0 * threshold else 2
 
 
 def distances_table(found: Sequence[Hit]) -> str:
@@ -232,7 +279,7 @@ def as_csv(found: Sequence[Hit]) -> str:
     heads += ["shell_error"]
     for name in names:
         heads += [f"{name}_{what}" for what in ("status", "hausdorff", "centreline", "change", "iterations", "seconds")]
-    writer.writerow([*heads, "auto", "cheapest", "verdict"])
+    writer.writerow([*heads, "auto", "cheapest", "verdict", "quick_estimate"])
     for hit in found:
         scene, shell = hit.case.scene, hit.shell.state
         cells = [hit.case.group, hit.case.name, scene.width, hit.case.ratio, scene.strip.poisson, scene.curvature[0]]
@@ -240,7 +287,7 @@ def as_csv(found: Sequence[Hit]) -> str:
         for name in names:
             m = hit.models[name]
             cells += [m.status, m.hausdorff, m.centreline, m.change, m.iterations, m.seconds]
-        writer.writerow([field(cell) for cell in (*cells, hit.chosen, hit.cheapest(), hit.verdict())])
+        writer.writerow([field(cell) for cell in (*cells, hit.chosen, hit.cheapest(), hit.verdict(), hit.quick)])
     return out.getvalue()
 
 
