@@ -244,14 +244,14 @@ def write(path: Path, swept: Swept, shells: Shells, arches: Arches) -> None:
              "stopped"], rows,
         ),
         "![Heights forth and back](heights.png)",
-        "At w/l = 1/20 and w/h = 50 `finite` follows the shell, the inextensible ribbon does not: its arch leans hardly "
-        "at all from its pitchfork on, falls at 0.40 to 0.41 and comes back at 0.35, as in the thesis's figure 7.6. "
-        "Where the twisted strip passes through zero curvature, `finite` changes its section over a length of "
-        "1 / (zeta kappa') (docs/theory.md, chapter 10), the shorter the thinner and wider the strip: elements that "
-        "are longer hold such creases, and the strip stays where it is. At w/h = 100, and at w/l = 1/10, 100 and 200 "
-        "equal ones do (0.038 and 0.033 l from the shell in the mean, farther than the inextensible one). On 100 the "
-        "arch of w/l = 1/10 and 1/6 stands to 0.395 and 0.425; on 400 it gives way within 0.031 of the shell's shift, "
-        "no nearer than the inextensible one.",
+        "At w/l = 1/20 and w/h = 50 `finite` follows the shell, the inextensible ribbon does not: its arch leans "
+        "hardly at all from its pitchfork on, falls at 0.40 to 0.41 and comes back at 0.35, as in the thesis's figure "
+        "7.6. Where the twisted strip passes through zero curvature, `finite` changes its section over a length of "
+        "1 / (zeta kappa') (docs/theory.md, chapter 10), the shorter the thinner and wider the strip. Elements that "
+        "are longer hold such creases: at w/h = 100 on 100 equal ones it is 0.038 l from the shell in the mean, and "
+        "the arch of w/l = 1/10 and 1/6 stands to 0.395 and 0.425; on 400 it gives way within 0.031 of the shell's "
+        "shift, no nearer than the inextensible one. And the passage is too dear: the strip of w/l = 1/10 does not "
+        "come to lie flat, forth or back, on 200 elements (0.033 l in the mean).",
         "## Where the arch gives way (U-US)",
         "The shift at which the arch is no longer stable, bisected to 2e-4; w/h = 50; p = 100, of `finite` 400.",
         page.table(
