@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from compare.measure.align import aligned
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.ribbon.build import relative_thickness, ribbon_problem
+from compare.models.ribbon.build import relative_thickness, ribbon_arguments, ribbon_problem
 from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.state import motions_of
 
@@ -123,18 +123,36 @@ def corner_turn(scene: Scene, found: Equilibrium, ends: tuple[float, ...]) -> fl
 
 def beside(scene: Scene, found: Equilibrium, ratio: float | None = None) -> Equilibrium | None:
     """The strip with energy "finite" on the segments of another strip of the scene, from its shape; ratio: w/h, None:
-    the scene's own thickness. None where the scene has no such strip."""
+    the scene's own thickness. None where the scene has no such strip.
+
+    A curvature that has jumped through zero on the way may be held by its elements: then the scene's own seed is tried
+    too, and the lower one kept.
+    """
     from compare.errors import BadInput
+    from ribbon import solve
     from ribbon.errors import RibbonInputError
     from ribbon.find.solve import solve_from
 
+    own = thin(scene, ratio)
     try:
-        problem: Any = ribbon_problem(thin(scene, ratio), "mixed").with_changes(lengths=found.problem.lengths)
+        problem: Any = ribbon_problem(own, "mixed").with_changes(lengths=found.problem.lengths)
     except (BadInput, RibbonInputError):
         return None
     omega, eta = found.problem.joint_values(found.x)
     twist = eta if found.problem.fields.free else eta * omega
-    return solve_from(problem, problem.state(omega, twist), leave_saddle=True)
+    there = solve_from(problem, problem.state(omega, twist), leave_saddle=True)
+    if there.ok and _inflections(there) <= _inflections(found):
+        return there
+    keys = {"segments": found.problem.lengths, "formulation": "mixed", "leave_saddle": True}
+    again = solve(**{**ribbon_arguments(own), **keys})
+    better = again.ok and not (there.ok and there.energy.total <= again.energy.total)
+    return again if better else there
+
+
+def _inflections(found: Equilibrium) -> int:
+    """How often the curvature at the joints changes its sign."""
+    signs = np.sign(found.problem.joint_values(found.x)[0])
+    return int(np.count_nonzero(np.diff(signs[signs != 0.0])))
 
 
 def thin(scene: Scene, ratio: float | None = None) -> Scene:

@@ -10,6 +10,7 @@ from compare.models.ribbon.beyond import beside, beyond, thin, to_shell
 from compare.scene.scene import load
 from compare.studies.limits import with_clamp
 from tests.compare.models.test_models_4_3 import shells
+from tests.validation.workbench.hit_solve import with_model
 
 S = np.linspace(0.0, 1.0, 201)
 
@@ -44,6 +45,19 @@ def test_one_answer_from_two_starts():
     assert near.ok
     assert far.energy.total == pytest.approx(near.energy.total, rel=1e-9)
     assert np.abs(far.position(S) - near.position(S)).max() < 1e-6
+
+
+def test_a_curvature_that_jumped_is_not_the_answer():
+    """On short elements at the clamp, from Wunderlich's shape: a state 5 D w / l higher whose curvature is 14, -16, 19
+    on neighbouring joints; the scene's own seed leads below it."""
+    scene = with_clamp(load("limits_7_3"), "edge").replace(
+        {"strip.poisson": 0.0, "strip.width": 0.05, "strip.gamma": 1000.0, "strip.thickness": 1e-3}
+    )
+    scene = with_model(scene.replace({"shell.width_to_thickness": None}), "wunderlich")
+    found = beside(scene, solve(scene, "ribbon").native)
+    assert found.ok
+    assert found.energy.total < -432.0
+    assert found.omega(np.linspace(0.0, 0.1, 50)).min() > 0.0
 
 
 def test_few_elements_do_not_hide_another_state():

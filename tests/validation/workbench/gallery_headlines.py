@@ -179,7 +179,7 @@ HEADLINES: dict[str, Headline] = {
     ),
     "rod_4_5": Headline(
         "the free end's place across the weight, sqrt(y^2 + z^2) / l", _across_weight, ".5f",
-        "0.20971 of Wunderlich's ribbon, 0.19505 of a strip of finite thickness: "
+        "0.20971 of Wunderlich's ribbon, 0.19500 of a strip of finite thickness: "
         "[rod_ribbon](../results/rod_ribbon/README.md)",
     ),
     "roman_6_2": Headline(
