@@ -55,8 +55,6 @@ STEPS = Thresholds(), Thresholds(0.02, 0.02), Thresholds(0.05, 0.05)
 #: within this factor.
 MESH_CHANGE = 0.05
 FACTOR = 4.0
-#: Estimated over measured distance there: it errs towards caution, for `auto` takes no model that is not enough.
-CAUTIOUS = (0.9, 5.0)
 
 
 def findings(scene: Scene, axes: Sequence[str], store: CaseStore, reporter: Reporter) -> list[Finding]:
@@ -193,12 +191,12 @@ def _check(grid: dict[str, list[Finding]], meshes: Sequence[tuple[float, float, 
             if not finding.ok or finding.share is None:
                 raise AssertionError(f"{finding.values}: {finding.sentence}")
     for finding in grid["edge"]:
-        for measured, estimated, least, most in (
-            (finding.distance, finding.estimate.distance, *CAUTIOUS),
-            (finding.share, finding.estimate.share, 1.0 / FACTOR, FACTOR),
+        for measured, estimated in (
+            (finding.distance, finding.estimate.distance),
+            (finding.share, finding.estimate.share),
         ):
             assert measured is not None
-            if estimated is None or not least < estimated / measured < most:
+            if estimated is None or not 1.0 / FACTOR < estimated / measured < FACTOR:
                 raise AssertionError(f"{finding.values}: estimate {estimated}, shell {measured}")
     for width, gamma, clamp, found in meshes:
         finer = [f.share for f in found[-2:]]
