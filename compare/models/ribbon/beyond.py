@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-#: Fitted to shells of section 7.3 and to the scenes of results/auto, on the side of caution: so large that none of those
-#: was judged near enough that is not (with 2.7e-3 and 0.1, found on 7.3 alone, three of 119 were).
+#: Fitted to shells of section 7.3 and to the scenes of results/auto, on the side of caution: so large that none of
+#: those was judged near enough that is not (with 2.7e-3 and 0.1, found on 7.3 alone, three of 119 were).
 FOLD = 4.2e-3
 CORNER_TURN = (0.12, 0.6)
 #: Closest that x is taken to 1.
