@@ -38,6 +38,9 @@ def _ribbon_energies() -> tuple[str, ...]:
 #: Energies of the ribbon on curvature elements; "auto": the one that is exact in the width.
 RIBBON_ENERGIES = ("auto", *_ribbon_energies())
 
+#: Energies of rods, which may have a section that is not w x h (`[rod]`, `strip.second_moment`).
+RODS = ("elastica", "curve_angle", "antman")
+
 
 @dataclass(frozen=True)
 class Entry:

@@ -50,7 +50,7 @@ def canonical_of(scene: SceneData) -> dict[str, Any]:
             continue  # how sure the inputs are moves no result
         if section is not None:
             _place(document, name, _significant(name, section))
-        elif name not in ("clamp.end", "closure", "tip"):
+        elif name not in ("clamp.end", "closure", "tip", "rod"):
             _place(document, name, None)
     if document["clamp"] == {"start": None}:
         document["clamp"] = None
@@ -70,6 +70,7 @@ def _sections(scene: SceneData) -> dict[str, Any]:
         "closure": scene.closure,
         "tip": scene.tip,
         "uncertainty": scene.uncertainty,
+        "rod": scene.rod,
     }
 
 
@@ -92,7 +93,7 @@ def _said(name: str, section: Any) -> dict[str, Any]:
     declared = {item.name: KEYS.get(f"{name}.{item.name}") for item in fields(section)}
     said = {field: about.written(getattr(section, field)) for field, about in declared.items() if about is not None}
     if isinstance(section, ClampSpec) and section.tangent is None:
-        return {"position": said["position"], "frame": FREE, "ruling": said["ruling"]}
+        return {"position": said["position"], "frame": FREE, **{k: said[k] for k in ("ruling", "slide", "section")}}
     return said
 
 
@@ -100,7 +101,7 @@ def _significant(name: str, section: Any) -> dict[str, Any]:
     """The keys of a section that can influence the result: newer ones where they differ from their default."""
     said = _said(name, section)
     if isinstance(section, ClosureSpec) and section.kind != "circle":
-        del said["turns"]
+        del said["turns"], said["twist"]
     if isinstance(section, ModelSpec) and not (section.element_lengths is None and section.tolerance is None):
         del said["elements"], said["grading"]
     if isinstance(section, ModelSpec) and section.tolerance is None:

@@ -11,6 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
+from compare import registry
 from compare.errors import BadInput
 from compare.scene.data import SceneData, frame_of, unit
 from compare.scene.spec import ClampSpec, WallSpec
@@ -42,6 +43,29 @@ def beyond_the_ribbon(scene: SceneData) -> tuple[str, str] | None:
             "strip.second_moment",
             "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods",
         )
+    return _of_rods(scene) or _of_tapes(scene)
+
+
+def _of_rods(scene: SceneData) -> tuple[str, str] | None:
+    """The first key that only rods know, and why; None: there is none."""
+    if scene.rod is not None:
+        return "rod", "is a strip of section w x h, and [rod] is the section of a rod"
+    if scene.tip is not None and scene.tip.moment is not None:
+        return "tip.moment", "takes forces at its tip, and only rods a moment"
+    if scene.closure is not None and scene.closure.twist:
+        return "closure.twist", "closes smoothly, and only rods with a turned end"
+    return None
+
+
+def _of_tapes(scene: SceneData) -> tuple[str, str] | None:
+    """The first key that only tape springs and rods know, and why; None: there is none."""
+    if scene.strip.transverse_curvature:
+        return "strip.transverse_curvature", "is flat across at rest"
+    for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
+        if clamp is not None and clamp.slide is not None:
+            return f"{name}.slide", "holds all of a point or nothing of it"
+        if clamp is not None and clamp.section is not None:
+            return f"{name}.section", "has a section that keeps its shape at a clamp"
     return None
 
 
@@ -49,6 +73,9 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     """The first section that the shell cannot do, and what it cannot; None: there is none."""
     if scene.strip.second_moment is not None:
         return "strip.second_moment", "makes the strip a rod, and the shell is a strip of section w x h"
+    beyond = _of_rods(scene) or _of_tapes(scene)
+    if beyond is not None:
+        return beyond[0], f"is given, and the shell {beyond[1]}"
     if scene.closure is not None:
         return "closure", f'closes the strip ("{scene.closure.kind}"), and the shell has no seam'
     if scene.walls:
@@ -265,7 +292,7 @@ def _check_elastica(scene: SceneData) -> None:
                 "is not available in this version where gravity.exact puts the weight over the surface",
                 'choose energy = "wunderlich" or "auto"',
             )
-    elif scene.strip.second_moment is not None:
+    elif scene.strip.second_moment is not None and scene.model.energy not in registry.RODS:
         beyond = beyond_the_ribbon(scene)
         assert beyond is not None
         raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')

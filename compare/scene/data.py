@@ -20,6 +20,7 @@ from compare.scene.spec import (
     ClosureSpec,
     GravitySpec,
     ModelSpec,
+    RodSpec,
     SeedSpec,
     ShellSpec,
     StageSpec,
@@ -63,6 +64,7 @@ class Sections:
     path: tuple[StageSpec, ...]
     shell: ShellSpec
     uncertainty: UncertaintySpec
+    rod: RodSpec | None
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,11 @@ class SceneData(Sections):
         return start * self.strip.length, end * self.strip.length
 
     @property
+    def transverse_curvature(self) -> float:
+        """Natural curvature across the strip times l; > 0 where the edges stand away from the normal t_y."""
+        return self.strip.transverse_curvature * self.strip.length
+
+    @property
     def gamma(self) -> float:
         """Gamma = rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)); 0.0 without gravity."""
         return 0.0 if self.gravity is None else gamma_of(self.strip, self.gravity.acceleration)
@@ -121,6 +128,14 @@ class SceneData(Sections):
         if self.tip.tension is not None and along is not None:
             force += scale * self.tip.tension * along
         return force
+
+    @property
+    def tip_moment(self) -> NDArray[np.float64]:
+        """Dead moment at s = 1 in D w / l, shape (3,); 0 without `tip.moment`."""
+        if self.tip is None or self.tip.moment is None:
+            return np.zeros(3)
+        scale = force_scale(self.strip) / (1.0 if self.strip.young is None else self.strip.length)
+        return scale * np.array(self.tip.moment)
 
     @property
     def tension_direction(self) -> NDArray[np.float64] | None:

@@ -44,6 +44,8 @@ def read_clamp(table: Table) -> ClampSpec:
             "holds nothing: position, frame and ruling are free",
             f"give position, tangent and normal, or remove [{table.path}]: the end is then free",
         )
+    if clamp.slide is not None and clamp.position is None:
+        raise table.bad("slide", "has no meaning where the position is free", "remove it, or give position")
     return clamp
 
 
@@ -91,6 +93,8 @@ def read_closure(table: Table) -> ClosureSpec:
         raise table.bad(
             "turns", f'has no meaning for closure.kind = "{closure.kind}"', "remove it: only a circle has turns"
         )
+    if "twist" in table and closure.kind != "circle":
+        raise table.bad("twist", f'has no meaning for closure.kind = "{closure.kind}"', "remove it, or close a circle")
     return closure
 
 

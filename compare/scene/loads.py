@@ -60,6 +60,8 @@ def read_tip(table: Table, strip: StripSpec, gravity: GravitySpec | None) -> Tip
     for name, values in (("force", tip.force or ()), ("tension", () if tip.tension is None else (tip.tension,))):
         if not all(math.isfinite(value * force_scale(strip)) for value in values):
             raise table.bad(name, "gives F l^2 / (D w) out of range", "check the units: N, Pa, m")
+    if not all(math.isfinite(value * force_scale(strip) / strip.length) for value in tip.moment or ()):
+        raise table.bad("moment", "gives M l / (D w) out of range", "check the units: N m, Pa, m")
     if tip.mass is None and tip.load is None:
         return tip
     if gravity is None:

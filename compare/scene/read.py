@@ -21,6 +21,7 @@ from compare.scene.spec import (
     FIRST_OVER_WIDTH,
     SAY_ELEMENTS,
     ModelSpec,
+    RodSpec,
     SceneSpec,
     SeedSpec,
     ShellSpec,
@@ -58,7 +59,8 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     shell = _shell(_section(data, "shell"), strip)
     path = read_path(data.get("path", []), walls)
     unsure = _uncertainty(_section(data, "uncertainty"), strip)
-    return Sections(title, strip, gravity, tip, start, end, closure, walls, model, seed, path, shell, unsure)
+    rod = _section(data, "rod").read(RodSpec) if "rod" in data else None
+    return Sections(title, strip, gravity, tip, start, end, closure, walls, model, seed, path, shell, unsure, rod)
 
 
 def one_line(text: str) -> str:
@@ -92,6 +94,7 @@ def _strip(table: Table) -> StripSpec:
             f"give a thickness below {strip.width}: a ribbon is wider than thick",
         )
     _check_times_length(table, "natural_curvature", strip.natural_curvature, strip)
+    _check_times_length(table, "transverse_curvature", (strip.transverse_curvature,), strip)
     elastic = {"young": strip.young, "density": strip.density, "thickness": strip.thickness}
     dimensional = strip.young is not None or strip.density is not None
     if strip.gamma is not None and dimensional:

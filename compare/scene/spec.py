@@ -105,6 +105,10 @@ class StripSpec:
     natural_curvature: Linear = key(
         Kind.LINEAR, "natural normal curvature", "1/length", example="10.0", default=(0.0, 0.0)
     )
+    transverse_curvature: float = key(
+        Kind.NUMBER, "natural curvature across the strip, of a tape spring", "1/length", example="20.0", default=0.0,
+        newer=True, note="the edges stand away from the normal where it is > 0, as the ends do for natural_curvature"
+    )
     gamma: float | None = key(
         Kind.NUMBER, "weight against bending stiffness rho h g l^3 / D", NONE, ">= 0", "100.0", default=None,
         hint="give the weight parameter as a number >= 0 and turn gravity.up instead"
@@ -178,6 +182,10 @@ class TipSpec:
         "along the tangent of clamp.start", FORCE, example="0.5", default=None, newer=True,
         note="its direction fixed; below 0 it pushes"
     )
+    moment: Vector | None = key(
+        Kind.VECTOR, "moment at s = length, its direction fixed", "N m, or D w / l without strip.young",
+        example="[0.1, 0.0, 0.0]", default=None, newer=True, note="rods only"
+    )
 
 
 @dataclass(frozen=True)
@@ -225,6 +233,15 @@ class ClampSpec:
         Kind.CHOICE, "ruling at {at}", example='"straight"', choices=_RULING, default="straight",
         note="free by default where the frame is free"
     )
+    slide: Vector | None = key(
+        Kind.DIRECTION, "direction along which the point held at {at} may slide", NONE, example="[0.0, 0.0, 1.0]",
+        default=None, newer=True, absent="it stays"
+    )
+    section: str | None = key(
+        Kind.CHOICE, "what the clamp does to the section of a tape spring at {at}", example='"undeformed"',
+        choices={"undeformed": "it keeps its shape", "free": "it changes its shape in its plane"}, default=None,
+        newer=True, absent='"undeformed"'
+    )
 
     @property
     def holds_all(self) -> bool:
@@ -245,6 +262,47 @@ class ClosureSpec:
         default="free"
     )
     turns: int = key(Kind.COUNT, "number of turns of a circle", range=">= 1", example="1", default=1)
+    twist: float = key(
+        Kind.NUMBER, "angle by which the end is turned about its tangent before it is joined to the start", "rad",
+        example="6.28", default=0.0, newer=True, note="rods only"
+    )
+
+
+@dataclass(frozen=True)
+class RodSpec:
+    """A rod's section, where it is not that of the strip, and its shape at rest.
+
+    Stiffnesses against D w (Y I where the strip gives strip.second_moment); None: that of the rectangle w x h.
+    """
+
+    bending: tuple[float, float] | None = key(
+        Kind.PAIR, "bending stiffness about t_x (normal curvature) and about t_y (in the plane)", "D w", "each > 0",
+        "[1.0, 84.0]", default=None, newer=True, absent="of the section w x h"
+    )
+    torsion: float | None = key(
+        Kind.NUMBER, "torsional stiffness", "D w", "> 0", "1.12", default=None, newer=True,
+        absent="of the section w x h"
+    )
+    shear: tuple[float, float] | None = key(
+        Kind.PAIR, "shear stiffness along t_x and t_y", "D w / l^2", "each > 0", "[1e5, 1e5]", default=None,
+        newer=True, absent="of the section w x h"
+    )
+    stretch: float | None = key(
+        Kind.NUMBER, "axial stiffness", "D w / l^2", "> 0", "1e6", default=None, newer=True,
+        absent="of the section w x h"
+    )
+    natural_twist: Linear = key(
+        Kind.LINEAR, "twist at rest", "1/length", example="2.0", default=(0.0, 0.0), newer=True
+    )
+    natural_in_plane: Linear = key(
+        Kind.LINEAR, "curvature at rest in the plane of the strip", "1/length", example="1.0", default=(0.0, 0.0),
+        newer=True
+    )
+    twist: str | None = key(
+        Kind.CHOICE, "how a curve-angle rod finds its angle", example='"quasi-static"',
+        choices={"quasi-static": "eliminated for every centreline", "free": "an unknown beside it"}, default=None,
+        newer=True, absent='"free"'
+    )
 
 
 @dataclass(frozen=True)

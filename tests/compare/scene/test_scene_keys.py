@@ -41,6 +41,7 @@ HOMES: dict[str, dict[str, str | None]] = {
     "clamp.start.frame": FREE_START,
     "clamp.end": END,
     "clamp.end.frame": {"clamp.end.position": "[0.0, 0.0, 0.5]"},
+    "clamp.end.slide": END | {"clamp.end.position": "[0.0, 0.0, 0.5]"},
     "closure": {"closure.kind": '"circle"'},
     "model.arc_length": PLANAR,
     "uncertainty.thickness": {"strip.thickness": "3e-4"},
@@ -140,6 +141,7 @@ def test_set_takes_a_text_as_it_stands():
 def test_an_absent_key_is_read_as_its_default():
     scenes = [loads(text(LEVEL)), loads(text(LEVEL, END)), loads(text(LEVEL, {"closure.kind": '"circle"'}))]
     scenes += [loads(written("wall.point", WALL["point"])), loads(text(LEVEL, PLANAR, {"tip.load": "1.0"}))]
+    scenes += [loads(text(LEVEL, {"rod.torsion": "1.0"})), loads(text(LEVEL, {"rod.stretch": "1.0"}))]
     seen = set()
     for scene in scenes:
         for key in set(KEYS) - scene.given() - {"title", "path.steps"}:
