@@ -113,8 +113,8 @@ class ElasticaModel:
             "title", "strip.length", "strip.natural_curvature", "strip.gamma", "strip.young", "strip.density",
             "strip.thickness", "strip.second_moment", "tip.mass", "tip.load", "tip.force", "tip.tension", "gravity.up",
             "gravity.acceleration", "clamp.start.position", "clamp.start.frame", "clamp.start.tangent",
-            "clamp.start.normal", "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
-            "clamp.end.across", "model.energy", "model.arc_length", "seed.curvature", "path",
+            "clamp.start.normal", "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent",
+            "clamp.end.normal", "clamp.end.across", "model.energy", "model.arc_length", "seed.curvature", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
