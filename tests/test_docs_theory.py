@@ -487,6 +487,52 @@ def test_material_7_4_and_layer_7_14():
     assert layer_width(problem) == pytest.approx((1e-4 / 16.0) ** 0.5)
 
 
+def test_edges_7_15():
+    """Derivatives of all held edges: tests/shellref/shell/test_shell_edges.py; here the formula as it stands."""
+    from shellref import Pose
+    from shellref.shell.body import Control
+    from shellref.shell.clamps import PosePath, rotation
+    from shellref.shell.edges import RigidEdge
+    from shellref.shell.midsurface import Cylinder
+
+    points, directors = Cylinder(curvature_across=2.0).place(np.zeros(5), np.linspace(-0.2, 0.2, 5))
+    path = PosePath((Pose((1.0, 2.0, 3.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))),))
+    e, b, q = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), 0.4
+    edge = RigidEdge("end", np.arange(5), points, directors, path, b[None], e)
+
+    def x(theta):
+        turn = rotation(theta * e)
+        return np.hstack([[1.0, 2.0, 3.0] + q * b + points @ turn.T, directors @ turn.T])
+
+    np.testing.assert_allclose(edge.placed(x(0.3), Control()), x(0.3), atol=1e-14)
+    t = 1e-4
+    slope, bend = (x(0.3 + t) - x(0.3 - t)) / (2 * t), (x(0.3 + t) - 2 * x(0.3) + x(0.3 - t)) / t**2
+    np.testing.assert_allclose(edge.tangents(x(0.3), Control())[:, :, -1], slope, atol=1e-8)
+    np.testing.assert_allclose(bend[:, :3], np.cross(e, np.cross(e, x(0.3)[:, :3] - edge.point(x(0.3)))), atol=1e-6)
+    force = np.arange(30.0).reshape(5, 6)
+    assert edge.curvature(x(0.3), force, Control())[-1] == pytest.approx(np.sum(bend * force), rel=1e-5)
+
+
+def test_bending_stiffness_of_an_arc_7_16():
+    from tests.reference.tape_section import Section
+
+    a, h, nu, kappa0 = 0.03, 1.5e-4, 0.3, 20.0
+    section = Section(a, h, kappa0, nu)
+    beta = a * kappa0
+    v = np.linspace(-a, a, 20001)
+    height = -np.cos(kappa0 * v) / kappa0
+    weights = np.full(v.size, v[1] - v[0])
+    weights[[0, -1]] *= 0.5
+    height -= weights @ height / (2 * a)
+    inertia = float(weights @ height**2)
+    expected = 12 * (1 - nu**2) / h**2 * inertia + 2 * a * (1 - nu**2)
+    assert section.stiffness() == pytest.approx(expected, rel=1e-6)
+    assert section.moment(1e-4) / 1e-4 == pytest.approx(expected, rel=2e-4)
+    shallow = Section(a, h, kappa0, nu, exact=False).stiffness()
+    assert shallow == pytest.approx(12 * (1 - nu**2) / h**2 * 2 * a**3 * beta**2 / 45 + 2 * a * (1 - nu**2))
+    assert shallow / expected == pytest.approx(1.053, abs=1e-3)
+
+
 def test_director_7_8():
     from shellref.shell.director import retract, tangent_bases
 

@@ -148,6 +148,8 @@ class ShellModel:
     reads = frozenset(
         {
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
+            "strip.transverse_curvature", "clamp.start.slide", "clamp.end.slide", "clamp.start.section",
+            "clamp.end.section",
             "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.up", "gravity.acceleration",
             "clamp.start.position", "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal",
             "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",

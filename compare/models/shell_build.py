@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.scene.check import beyond_the_shell
+from compare.scene.data import unit
 from compare.scene.scene import Scene
+from compare.scene.spec import ClampSpec
 from compare.scene.stages import stage_name
 from shellref.inputs import ShellInputError
 from shellref.shell.options import ShellOptions
@@ -36,6 +38,8 @@ WIDE_ELEMENTS = (100, 12)
 WIDE_GRADING = (0.1, 0.2)
 #: Largest turn (rad) of a clamp on one leg of the way from the arc: frames turn by the shortest rotation.
 MOST_TURN = 1.0
+#: Steps of tape springs: a fold is born within a hundredth of the length, and most steps take three to five iterations.
+TAPE_OPTIONS = {"arc_length": "always", "first_step": 0.02, "arc_step": 0.002, "max_arc": 0.02, "max_newton": 8}
 #: Relative difference below which two laws of natural curvature, or two weights, are the same.
 _SAME = 1e-12
 
@@ -50,7 +54,9 @@ def shell_elements(scene: Scene) -> tuple[int, int]:
 
 
 def shell_options(scene: Scene, **changes: Any) -> ShellOptions:
-    """How the scene's shell is solved."""
+    """How the scene's shell is solved: a tape spring by arc length in small steps, since it folds and snaps."""
+    if scene.transverse_curvature:
+        changes = {**TAPE_OPTIONS, **changes}
     return ShellOptions(accuracy=scene.shell.tolerance, **changes)
 
 
@@ -70,6 +76,10 @@ def shell_problem(
             thickness=scene.width / width_to_thickness,
             poisson=scene.strip.poisson,
             natural_curvature=scene.curvature,
+            transverse_curvature=scene.transverse_curvature,
+            slide=(_slide(scene.clamp_start), _slide(scene.clamp_end)),
+            turns=hinged(scene),
+            sections=(_section(scene.clamp_start), _section(scene.clamp_end)),
             gamma=scene.gamma if weight else 0.0,
             up=tuple(float(c) for c in scene.up) if weight else None,  # type: ignore[arg-type, union-attr]
             clamp_position=tuple(float(c) for c in scene.position),  # type: ignore[arg-type]
@@ -99,11 +109,29 @@ def start_pose(scene: Scene) -> Pose:
 
 
 def end_pose(scene: Scene) -> Pose | None:
-    """The clamp at s = l, position in units of l (0 where it guides: nothing depends on it); None: the end is free."""
-    position, frame = scene.end_position, scene.end_frame
+    """The clamp at s = l, position in units of l (0 where it guides: nothing depends on it); None: the end is free.
+
+    Of an edge that turns freely the frame says which way t_x goes: that of the start.
+    """
+    position, frame = scene.end_position, scene.frame if hinged(scene) else scene.end_frame
     if frame is None or (position is None and not scene.guided):
         return None
     return _pose(np.zeros(3) if position is None else position, frame)
+
+
+def hinged(scene: Scene) -> bool:
+    """Whether a tape spring's end holds its point alone: the edge keeps its section and turns about t_x."""
+    return bool(scene.transverse_curvature) and scene.end_position is not None and scene.end_frame is None
+
+
+def _slide(clamp: ClampSpec | None) -> tuple[float, float, float] | None:
+    if clamp is None or clamp.slide is None:
+        return None
+    return tuple(unit(clamp.slide).tolist())  # type: ignore[return-value]
+
+
+def _section(clamp: ClampSpec | None) -> str:
+    return "undeformed" if clamp is None or clamp.section is None else clamp.section
 
 
 def line_weight(scene: Scene) -> str | None:
@@ -138,7 +166,7 @@ def shell_words(scene: Scene) -> str:
         elif problem.start_curvature is None and any(scene.curvature) and shell.clamp == "edge" and not _both(problem):
             begin = "its natural shape"
         else:
-            begin = "the flat strip"
+            begin = "the straight tape" if problem.transverse_curvature else "the flat strip"
         names = list(dict.fromkeys(stage.name for stage in problem.path if stage.name != "arc"))
         names += [] if problem.path or not any(scene.curvature) or begin == "its natural shape" else ["natural"]
         names += ["gravity"] if problem.loaded else []
@@ -180,14 +208,22 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
     if _both(problem):
         here, there = start_pose(first), end_pose(first)
         assert there is not None
-        if curvature is None:
-            curvature = arc_curvature(here, there, scene)
-        begin = (curvature, curvature)
-        waypoints += from_arc(here, there, curvature)
+        arc = curvature
+        if arc is None:
+            arc = 0.0 if scene.transverse_curvature else arc_curvature(here, there, scene)
+        if not scene.transverse_curvature:  # a tape spring begins straight, in its own section
+            curvature = arc
+        begin = (arc, arc)
+        waypoints += from_arc(here, there, arc)
         # the arc is unstressed; its natural curvature goes over into the strip's while it is held as an arc
         waypoints.insert(1, Waypoint(natural=_fraction(first, scene, begin), name="natural"))
         waypoints.append(Waypoint(start=here, end=there, name="clamps"))
-    elif curvature is None and problem.clamp == "edge" and not _same(first.curvature, scene.curvature):
+    elif (
+        curvature is None
+        and problem.clamp == "edge"
+        and not scene.transverse_curvature
+        and not _same(first.curvature, scene.curvature)
+    ):
         curvature, other = first.curvature
         if curvature != other:
             key = "strip.natural_curvature"
@@ -209,6 +245,12 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
     for number, stage in enumerate(stages[:-1]):
         for key, differs in (
             ("clamp.end", (stage.clamp_end is None) != (scene.clamp_end is None)),
+            ("clamp.start.slide", _slide(stage.clamp_start) != _slide(scene.clamp_start)),
+            ("clamp.end.slide", _slide(stage.clamp_end) != _slide(scene.clamp_end)),
+            ("clamp.start.section", _section(stage.clamp_start) != _section(scene.clamp_start)),
+            ("clamp.end.section", _section(stage.clamp_end) != _section(scene.clamp_end)),
+            ("clamp.end.frame", hinged(stage) != hinged(scene)),
+            ("strip.transverse_curvature", stage.transverse_curvature != scene.transverse_curvature),
             ("strip.width", stage.width != scene.width),
             ("strip.length", stage.strip.length != scene.strip.length),
             ("strip.poisson", stage.strip.poisson != scene.strip.poisson),

@@ -73,7 +73,7 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     """The first section that the shell cannot do, and what it cannot; None: there is none."""
     if scene.strip.second_moment is not None:
         return "strip.second_moment", "makes the strip a rod, and the shell is a strip of section w x h"
-    beyond = _of_rods(scene) or _of_tapes(scene)
+    beyond = _of_rods(scene)
     if beyond is not None:
         return beyond[0], f"is given, and the shell {beyond[1]}"
     if scene.closure is not None:
@@ -83,7 +83,12 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     if scene.clamp_start is None:
         return "clamp.start", "is absent: the start is free, and the shell is held there"
     for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
-        if clamp is not None and not clamp.holds_all and not (name == "clamp.end" and scene.guided):
+        if clamp is None or clamp.holds_all:
+            continue
+        if clamp.section == "free":
+            return f"{name}.section", "is free, and the shell needs position and frame of the plane in which it is"
+        hinged = clamp.position is not None and scene.strip.transverse_curvature  # the edge turns about t_x as a whole
+        if not (name == "clamp.end" and (scene.guided or hinged)):
             part = "position" if clamp.position is None else "frame"
             return name, f"leaves the {part} free, and the shell's clamps hold position and frame"
     return None
@@ -139,6 +144,9 @@ def _check_distance(scene: SceneData) -> None:
     start, end, length = scene.clamp_start, scene.clamp_end, scene.strip.length
     if start is None or end is None or start.position is None or end.position is None:
         return
+    if start.slide is not None or end.slide is not None:
+        _check_slid_distance(scene)
+        return
     distance = math.dist(start.position, end.position)
     value = list(end.position)
     if not distance <= length * (1.0 + TOO_FAR):
@@ -175,6 +183,24 @@ def _check_distance(scene: SceneData) -> None:
             "straight",
             f"give {show(tuple(frames[0][:, 1]))}, or move clamp.end.position closer",
         )
+
+
+def _check_slid_distance(scene: SceneData) -> None:
+    """Points that slide come within the length of each other."""
+    start, end = scene.clamp_start, scene.clamp_end
+    assert start is not None
+    assert end is not None
+    assert start.position is not None
+    assert end.position is not None
+    ways = np.array([unit(clamp.slide) for clamp in (start, end) if clamp.slide is not None]).T
+    chord = np.array(end.position) - start.position
+    nearest = float(np.linalg.norm(chord - ways @ np.linalg.lstsq(ways, chord, rcond=None)[0]))
+    if nearest > scene.strip.length * (1.0 + TOO_FAR):
+        raise BadInput(
+            "clamp.end.position", list(end.position),
+            f"comes, slid, no nearer than {nearest:.12g} to clamp.start.position, further than strip.length = "
+            f"{scene.strip.length}", "move it closer",
+        )  # fmt: skip
 
 
 def wall_name(index: int, wall: WallSpec) -> str:

@@ -21,7 +21,7 @@ from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
 from shellref.path.arc import Point, locate
 from shellref.path.walk import Walk, Walker
-from shellref.shell.director import retract
+from shellref.shell.director import Bases, retract
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 from shellref.shell.result import ShellStatus
@@ -86,7 +86,9 @@ def tangent_change(walker: Walker, walk: Walk) -> Any:
         state = retract(point.state, sign * DIFFERENCE * sway)
         e.model.set_control(stage.at(point.load + sign * DIFFERENCE))
         stress = e.model.stress(state)
-        e.assemble(state, stress, e.model.force(state, stress), bases=carried(bases, state[:, 3:]))
+        tangents = e.increments.edge_tangents(state, e.model.control)
+        nearby = Bases(carried(bases.directors, state[:, 3:]), tangents)
+        e.assemble(state, stress, e.model.force(state, stress), bases=nearby)
         matrices.append(e.matrix.copy())
     plus, minus = matrices
     plus.axpy(-1.0, minus)

@@ -27,13 +27,14 @@ import numpy as np
 
 from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
-from shellref.shell.body import Stage, Supports
-from shellref.shell.director import Increments, retract
+from shellref.shell.body import Control, Stage, Supports
+from shellref.shell.director import Bases, Increments, retract
 from shellref.shell.naghdi import NaghdiModel, Stress
 from shellref.shell.options import ShellOptions
 
 THINNEST = 5e-6  # thickness over length at which rounding of the membrane stiffness hides the bending stiffness
 SOFT = 1.0  # shift of a singular tangent, D / (areal mass l^4): a clamped-free strip's lowest eigenvalue is 12.4
+STEP = 1e-5  # of a stage's load, for the rate of moving supports
 LARGEST_CORRECTION = 3.0  # a larger component (in the length of the surface, or radians) is a failed solve
 
 
@@ -68,7 +69,7 @@ class Equilibrium:
         self.model, self.options = model, options
         self.supports: Supports = model.body.supports(model.grid, model.nodes)
         held = self.supports
-        self.increments = Increments(held.translations, held.directors, model.owned, held.together)
+        self.increments = Increments(held.translations, held.directors, model.owned, held.edges)
         everywhere = api.gather_rows(model.comm, np.array([[float(self.increments.unknowns)]]))[:, 0]
         self.unknowns = int(everywhere.sum())
         self._offset = int(everywhere[: model.comm.rank].sum())
@@ -76,7 +77,7 @@ class Equilibrium:
         self.length = self._size()
         self.iterations = self.factorisations = 0
         self.seconds: dict[str, float] = {}
-        self.last_bases = self.last_sway = np.zeros(0)
+        self.last_bases, self.last_sway = Bases(np.zeros(0)), np.zeros(0)
         self.trouble = ""  # why a factorisation failed last
         self._full = model.create_tangent()
         self._projection: Any = None
@@ -86,7 +87,8 @@ class Equilibrium:
         weights[model.owned :] = 0.0
         self._weights = weights / float(api.sum_over(model.comm, weights[:, 0].sum()))
         nodal, h = model.nodal_areas, model.body.thickness
-        self.mass = self.increments.nodal(nodal, h**2 / 12.0 * nodal)  # areal mass 1, rotary inertia h^2 / 12
+        # areal mass 1, rotary inertia h^2 / 12
+        self.mass = self.increments.nodal(nodal, h**2 / 12.0 * nodal, model.reference)
 
     def _size(self) -> float:
         """Largest extent of the reference along an axis, to which corrections are compared."""
@@ -124,34 +126,44 @@ class Equilibrium:
         """
         inside = min(max(load, 0.0), 1.0)
         placed = self._placed(stage.at(inside).move, state)
-        if load == inside or not stage.rate().move:
-            return placed
-        ahead = retract(placed, (load - inside) * self._held_rate(state, stage, inside))
-        return np.where(self.held, ahead, state)
+        if load != inside and stage.rate().move:
+            below, above = max(min(inside, 1.0) - STEP, 0.0), min(max(inside, 0.0) + STEP, 1.0)
+            ahead, back = (self._placed(stage.at(x).move, state) for x in (above, below))
+            ahead = retract(placed, (load - inside) / (above - below) * (ahead - back))
+            placed = np.where(self.held, ahead, state)
+        return self._edges_placed(placed, state, stage.at(load))
 
     def _placed(self, move: float, state: np.ndarray) -> np.ndarray:
         placement = self.supports.placement
         place = self.model.reference if placement is None else placement(move)
-        at = self.increments.together
-        if len(at):  # where it is now
-            place = place.copy()
-            place[at, :3] += np.mean(state[at, :3] - place[at, :3], axis=0)
         return np.where(self.held, place, state)
+
+    def _edges_placed(self, placed: np.ndarray, state: np.ndarray, control: Control) -> np.ndarray:
+        for edge in self.supports.edges:
+            placed[edge.nodes] = edge.placed(state, control)
+        return placed
 
     def _held_rate(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
         """d(target)/dload (nodes, 6): a difference within the stage."""
-        below, above = max(min(load, 1.0) - 1e-5, 0.0), min(max(load, 0.0) + 1e-5, 1.0)
+        below, above = max(min(load, 1.0) - STEP, 0.0), min(max(load, 0.0) + STEP, 1.0)
         ahead, back = (self._placed(stage.at(x).move, state) for x in (above, below))
-        return (ahead - back) / (above - below)
+        rate = (ahead - back) / (above - below)
+        for edge in self.supports.edges:
+            ahead, back = (edge.placed(state, stage.at(load + x)) for x in (STEP, -STEP))
+            rate[edge.nodes] = (ahead - back) / (2.0 * STEP)
+        return rate
 
     def reduced_residual(self, state: np.ndarray) -> np.ndarray:
         """P^T dE/du on the free increments (unknowns of this process,)."""
-        return self.increments.reduce(self.model.residual(state), self.increments.bases(state[:, 3:]))
+        return self.increments.reduce(self.model.residual(state), self._bases(state))
 
-    def factor(self, state: np.ndarray, stress: Stress, force: np.ndarray, shift: float = 0.0) -> np.ndarray:
+    def _bases(self, state: np.ndarray) -> Bases:
+        return self.increments.bases(state, self.model.control)
+
+    def factor(self, state: np.ndarray, stress: Stress, force: np.ndarray, shift: float = 0.0) -> Bases:
         """Factorise the reduced tangent + shift * mass; force (nodes, 6): the residual that belongs to `stress`.
 
-        Returns the bases (nodes, 3, 2) of its unknowns. Raises petsc_api.FactorisationFailed.
+        Returns the bases of its unknowns. Raises petsc_api.FactorisationFailed.
         """
         bases = self.assemble(state, stress, force, shift)
         start = time.perf_counter()
@@ -166,13 +178,13 @@ class Equilibrium:
         stress: Stress,
         force: np.ndarray,
         shift: float = 0.0,
-        bases: np.ndarray | None = None,
-    ) -> np.ndarray:
-        """The reduced tangent, not factored; as `factor`. bases (nodes, 3, 2): other tangent vectors than usual."""
+        bases: Bases | None = None,
+    ) -> Bases:
+        """The reduced tangent, not factored; as `factor`. bases: other tangent vectors than usual."""
         start = time.perf_counter()
         self.model.tangent(self._full, state, stress)
         tangent = time.perf_counter()
-        bases = self.increments.bases(state[:, 3:]) if bases is None else bases
+        bases = self._bases(state) if bases is None else bases
         csr = self.increments.projection(bases, self._offset)
         if self._projection is None:
             shape = (6 * self.model.owned, self.increments.unknowns)
@@ -182,7 +194,7 @@ class Equilibrium:
         else:
             petsc.refill(self._projection, csr)
             petsc.ptap(self._full, self._projection, self._reduced)
-        diagonal = self.increments.constraint_curvature(state, force)
+        diagonal = self.increments.constraint_curvature(state, force, self.model.control)
         petsc.add_diagonal(self._reduced, diagonal + shift * self.mass)
         self.spend("tangent", tangent - start)
         self.spend("reduce", time.perf_counter() - tangent)
@@ -202,11 +214,11 @@ class Equilibrium:
         """Its factors (petsc_api.SymmetricFactor)."""
         return self._factor
 
-    def back(self, full: np.ndarray, bases: np.ndarray) -> np.ndarray:
+    def back(self, full: np.ndarray, bases: Bases) -> np.ndarray:
         """Nodal increments (nodes, 6) = P K^-1 P^T full."""
         return self.expand(self._factor.solve(self.increments.reduce(full, bases)), bases)
 
-    def expand(self, reduced: np.ndarray, bases: np.ndarray) -> np.ndarray:
+    def expand(self, reduced: np.ndarray, bases: Bases) -> np.ndarray:
         """P q on all local nodes, ghosts included (nodes, 6)."""
         step = self.increments.expand(reduced, bases)
         api.update_ghosts(self.model.space, step)
@@ -285,7 +297,7 @@ class Equilibrium:
         self.model.set_control(stage.at(load))
         return self.target(stage, load, state)
 
-    def _sway(self, state: np.ndarray, stage: Stage, load: float, bases: np.ndarray) -> np.ndarray:
+    def _sway(self, state: np.ndarray, stage: Stage, load: float, bases: Bases) -> np.ndarray:
         """du/dload (nodes, 6) of the tangent last factored: dead loads, natural curvature and moving supports."""
         rate = stage.rate()
         force = self.model.residual_rate(state, rate)

@@ -38,8 +38,8 @@ def solve(
     imported = time.perf_counter()
     comm = api.communicator(processes)
     report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
-    if problem.guided and comm.size > 1:
-        raise ShellInputError("guided", True, "the end moves as one: solve it in one process")
+    if (problem.released or problem.transverse_curvature) and comm.size > 1:
+        raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
     solver = Solver(strip, options, comm, report)
     built = time.perf_counter()
     result = solver.run(start, folder)

@@ -48,9 +48,17 @@ class Solver:
         self.report({"event": "built", "unknowns": self.equilibrium.unknowns, "seconds": seconds})
 
     def observe(self, state: np.ndarray) -> dict[str, Any]:
-        """Middle and end of the centreline (units l)."""
+        """Middle and end of the centreline (units l); of a tape spring what its clamps carry too, see `carried`."""
         surface = self.surface(state)
-        return {name: surface.centreline(np.array(s)).tolist() for name, s in (("middle", 0.5), ("end", 1.0))}
+        found: dict[str, Any] = {
+            name: surface.centreline(np.array(s)).tolist() for name, s in (("middle", 0.5), ("end", 1.0))
+        }
+        if self.strip.problem.transverse_curvature:
+            found["clamps"] = {
+                where: {name: vector.tolist() for name, vector in clamp.items()}
+                for where, clamp in self.carried(state).items()
+            }
+        return found
 
     def surface(self, state: np.ndarray) -> ShellSurface:
         """The surface of a state, whole on every process."""
@@ -126,8 +134,7 @@ class Solver:
             )
         parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
         elastic = energies.elastic
-        fields = [model.on_grid(field) for field in (state, residual, equilibrium.held.astype(float))]
-        clamps = self._clamps(control.move, *(field.reshape(-1, 6) for field in fields))
+        clamps = self.carried(state, residual)
         return ShellResult(
             problem=problem,
             options=self.options,
@@ -173,19 +180,23 @@ class Solver:
             },
         )
 
-    def _clamps(
-        self, move: float, state: np.ndarray, residual: np.ndarray, held: np.ndarray
-    ) -> dict[str, dict[str, np.ndarray]]:
-        """Force and moment of each clamp, about its own position; fields (all nodes, 6) in the order of the grid."""
+    def carried(self, state: np.ndarray, residual: np.ndarray | None = None) -> dict[str, dict[str, np.ndarray]]:
+        """{"start": {"force", "moment"}, "end": ...} of each clamp on the strip at its held point, D w / l^2, D w / l.
+
+        residual (nodes, 6): of the state at the present control, when known.
+        """
+        residual = self.model.residual(state) if residual is None else residual
+        control, held = self.model.control, self.equilibrium.held.astype(float)
+        origins = {edge.name: edge.point(state) for edge in self.equilibrium.supports.edges}
+        fields = [self.model.on_grid(field).reshape(-1, 6) for field in (state, residual, held)]
         grid = self.model.grid
         s = np.repeat(grid.s_nodes, len(grid.v_nodes))
         out = {}
         for name, path, side in (("start", self.strip.start, s < 0.5), ("end", self.strip.end, s >= 0.5)):
             if path is not None:
-                where = side & (held.max(axis=1) > 0.5)
-                guided = name == "end" and self.strip.problem.guided
-                origin = state[where, :3].mean(axis=0) if guided else path.at(move)[0]
-                force, moment = reactions(state, residual, where, origin)
+                where = side & (fields[2].max(axis=1) > 0.5)
+                origin = origins.get(name, path.at(control.move)[0])
+                force, moment = reactions(fields[0], fields[1], where, origin)
                 out[name] = {"force": force, "moment": moment}
         return out
 

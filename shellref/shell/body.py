@@ -8,32 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from shellref.shell.director import FREE, HELD
+from shellref.shell.clamps import Control
+from shellref.shell.director import FREE, HELD, Edge
 from shellref.shell.grid import Grid
 from shellref.shell.midsurface import MidSurface
 
+__all__ = ["Body", "Control", "Placement", "Stage", "Supports", "line_force", "point_force"]
+
 Placement = Callable[[float], np.ndarray]
-
-
-class Control(NamedTuple):
-    """How much of each action is there: natural curvature, weight, other loads (factors), and where the clamps are."""
-
-    natural: float = 1.0
-    weight: float = 1.0
-    load: float = 0.0
-    move: float = 0.0
-
-    def between(self, other: Control, t: float) -> Control:
-        """self + t (other - self)."""
-        return Control(*(a + t * (b - a) for a, b in zip(self, other, strict=True)))
-
-    def rate(self, other: Control) -> Control:
-        """other - self."""
-        return Control(*(b - a for a, b in zip(self, other, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -58,15 +43,15 @@ class Supports:
     """What is held at each node, and where it is put.
 
     translations (n, 3): components of the position that are held. directors (n,): director.FREE, HELD or an axis (0, 1,
-    2) to which the director stays normal. together (n,): held nodes whose position is free all the same, as one body
-    that does not turn (None: none); one process only. placement(move) -> (n, 6): values of
-    everything held (other entries unused); None: held where the reference surface is.
+    2) to which the director stays normal. placement(move) -> (n, 6): values of everything held (other entries unused);
+    None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own; one
+    process only.
     """
 
     translations: np.ndarray
     directors: np.ndarray
     placement: Placement | None = None
-    together: np.ndarray | None = None
+    edges: tuple[Edge, ...] = ()
 
     @classmethod
     def none(cls, n: int) -> Supports:
@@ -82,7 +67,7 @@ class Supports:
             crossed = where & (directors != FREE) & (directors != director)
             directors[where] = director
             directors[crossed] = HELD  # normal to two axes at once: it cannot move
-        return Supports(translations, directors, self.placement, self.together)
+        return Supports(translations, directors, self.placement, self.edges)
 
 
 @dataclass(frozen=True)

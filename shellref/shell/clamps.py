@@ -1,12 +1,34 @@
-"""Clamps: which nodes are held, where they go along a path, and what a clamp carries. NumPy only."""
+"""Controls of a path, and clamps: which nodes are held, where they go, and what a clamp carries. NumPy only."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from shellref.shell.problem import Pose
+
+
+class Control(NamedTuple):
+    """How much of each action is there: natural curvature, weight, other loads (factors), and where the clamps are.
+
+    leg: of the clamps' path to which `move` belongs, the same all along a stage (it goes on straight beyond its ends).
+    """
+
+    natural: float = 1.0
+    weight: float = 1.0
+    load: float = 0.0
+    move: float = 0.0
+    leg: float = 0.0
+
+    def between(self, other: Control, t: float) -> Control:
+        """self + t (other - self)."""
+        return Control(*(a + t * (b - a) for a, b in zip(self, other, strict=True)))
+
+    def rate(self, other: Control) -> Control:
+        """other - self."""
+        return Control(*(b - a for a, b in zip(self, other, strict=True)))
 
 
 def held_nodes(nodes: np.ndarray, clamp: str, at: float, half_width: float, corner: tuple[float, float]) -> np.ndarray:
@@ -61,9 +83,13 @@ class PosePath:
 
     poses: tuple[Pose, ...]
 
-    def at(self, move: float) -> tuple[np.ndarray, np.ndarray]:
-        """Position (3,) and frame (3, 3) at `move`: 0 at the first pose, 1 at the second, ...; straight on outside."""
-        leg = int(np.clip(np.floor(move), 0, max(len(self.poses) - 2, 0)))
+    def at(self, move: float, leg: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Position (3,) and frame (3, 3) at `move`: 0 at the first pose, 1 at the second, ...; straight on outside.
+
+        leg: between poses leg and leg + 1, and straight on beyond both.
+        """
+        last = max(len(self.poses) - 2, 0)
+        leg = int(np.clip(np.floor(move) if leg is None else leg, 0, last))
         here = self.poses[leg]
         position, frame = np.array(here.position), np.array(here.frame)
         if len(self.poses) == 1 or move == leg:

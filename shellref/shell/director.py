@@ -13,7 +13,12 @@ stays normal to an axis e (a symmetry plane, a hinge) moves on a circle: its one
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
 import numpy as np
+
+from shellref.shell.clamps import Control
 
 FREE, HELD = -1, 3  # values of `Increments.directors`; 0, 1, 2: the director stays normal to that axis
 
@@ -34,12 +39,66 @@ def tangent_bases(directors: np.ndarray) -> np.ndarray:
     return np.stack([h[rows, :, columns[:, 0]], h[rows, :, columns[:, 1]]], axis=2)
 
 
+class Edge(Protocol):
+    """The nodes of a held edge, which move by `unknowns` numbers and by its clamp.
+
+    nodes (m,): their numbers. columns (m, c): which of the edge's unknowns moves a node, -1 for none.
+    """
+
+    @property
+    def name(self) -> str:
+        """Of its clamp, "start" or "end"."""
+        ...
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """(m,)."""
+        ...
+
+    @property
+    def columns(self) -> np.ndarray:
+        """(m, c)."""
+        ...
+
+    @property
+    def unknowns(self) -> int:
+        """How many."""
+        ...
+
+    def placed(self, state: np.ndarray, control: Control) -> np.ndarray:
+        """The admissible state (m, 6) nearest to that of all nodes (n, 6), for the clamp at `control`."""
+        ...
+
+    def tangents(self, state: np.ndarray, control: Control) -> np.ndarray:
+        """(m, 6, c): derivative of the nodes by the unknowns in `columns`."""
+        ...
+
+    def curvature(self, state: np.ndarray, force: np.ndarray, control: Control) -> np.ndarray:
+        """(unknowns,): second derivative of the nodes by each unknown, times the force (n, 6); mixed ones vanish."""
+        ...
+
+    def masses(self, translation: np.ndarray, turn: np.ndarray, state: np.ndarray) -> np.ndarray:
+        """(unknowns,): inertia of each unknown from that of the nodes (n,), at a state (n, 6)."""
+        ...
+
+    def point(self, state: np.ndarray) -> np.ndarray:
+        """The held point (3,)."""
+        ...
+
+
+class Bases(NamedTuple):
+    """Tangent vectors at a state: of the directors (n, 3, 2), and of the nodes of every edge (m, 6, c)."""
+
+    directors: np.ndarray
+    edges: tuple[np.ndarray, ...] = ()
+
+
 class Increments:
     """The admissible increments of nodes: which of the five are free, and P in compressed rows.
 
     translations (n, 3): True where a component of the position is held. directors (n,): FREE, HELD, or the axis (0, 1,
     2) to which the director stays normal. `owned`: number of the first nodes, whose increments are unknowns here.
-    together (n,): nodes that translate as one, which are three more unknowns, the last ones.
+    edges: whose nodes, held in `translations` and `directors`, move by unknowns of their own, the last ones.
     """
 
     def __init__(
@@ -47,10 +106,10 @@ class Increments:
         translations: np.ndarray,
         directors: np.ndarray,
         owned: int | None = None,
-        together: np.ndarray | None = None,
+        edges: Sequence[Edge] = (),
     ):
         n = len(translations)
-        self.together = np.zeros(0, dtype=int) if together is None else np.flatnonzero(together)
+        self.edges = tuple(edges)
         self.nodes, self.owned = n, n if owned is None else owned
         self.translations, self.directors = translations, directors
         self.active = np.concatenate(
@@ -58,68 +117,98 @@ class Increments:
         )
         self.active[self.owned :] = False
         self._own = int(self.active.sum())
-        self.unknowns = self._own + (3 if len(self.together) else 0)
+        self._first = self._own + np.cumsum([0] + [edge.unknowns for edge in self.edges])  # unknown of each edge
+        self.unknowns = int(self._first[-1])
         self.held = np.concatenate([translations, np.repeat((directors == HELD)[:, None], 3, axis=1)], axis=1)
         self._axes = [(axis, np.flatnonzero(directors == axis)) for axis in (0, 1, 2)]
         self._structure()
 
     def _structure(self) -> None:
-        """Pattern of P: for each entry its column and where its value comes from (0: one; else 1 + place in bases)."""
+        """Pattern of P: for each entry its column and where its value comes from (0: one; then the directors' bases,
+        then the edges' tangents).
+        """
         number = np.cumsum(self.active.ravel()).reshape(self.active.shape) - 1
         n = self.owned
         active, number = self.active[:n], number[:n]
         row, column, source = [], [], []
         for c in range(3):
             at = np.flatnonzero(active[:, c])
-            row += [6 * at + c, 6 * self.together + c]
-            column += [number[at, c], np.full(len(self.together), self._own + c)]
-            source.append(np.zeros(len(at) + len(self.together), dtype=np.int64))
+            row.append(6 * at + c)
+            column.append(number[at, c])
+            source.append(np.zeros(len(at), dtype=np.int64))
             for k in (0, 1):
                 at = np.flatnonzero(active[:, 3 + k])
                 row.append(6 * at + 3 + c)
                 column.append(number[at, 3 + k])
                 source.append(1 + (at * 3 + c) * 2 + k)
+        place = 1 + 6 * n
+        for first, edge in zip(self._first, self.edges, strict=False):
+            shape = (len(edge.nodes), 6, edge.columns.shape[1])
+            columns = np.broadcast_to(edge.columns[:, None, :], shape)
+            there = columns.ravel() >= 0
+            rows = np.broadcast_to((6 * edge.nodes[:, None] + np.arange(6))[:, :, None], shape)
+            row.append(rows.ravel()[there])
+            column.append(first + columns.ravel()[there])
+            source.append((place + np.arange(columns.size))[there])
+            place += columns.size
         rows, columns, sources = (np.concatenate(x) for x in (row, column, source))
         order = np.lexsort((columns, rows))
         self._indptr = np.searchsorted(rows[order], np.arange(6 * n + 1)).astype(np.int32)
         self._columns, self._source = columns[order].astype(np.int32), sources[order]
 
-    def bases(self, directors: np.ndarray) -> np.ndarray:
-        """(n, 3, 2): the two directions in which each director (n, 3) may move; the second is unused on an axis."""
+    def bases(self, state: np.ndarray, control: Control) -> Bases:
+        """The directions in which a state (n, 6) may move, clamps where `control` has them; the second one of a
+        director is unused on an axis.
+        """
+        directors = state[:, 3:]
         bases = tangent_bases(directors)
         for axis, at in self._axes:
             if len(at):
                 bases[at, :, 0] = np.cross(np.eye(3)[axis], directors[at])
-        return bases
+        return Bases(bases, self.edge_tangents(state, control))
 
-    def projection(self, bases: np.ndarray, offset: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def edge_tangents(self, state: np.ndarray, control: Control) -> tuple[np.ndarray, ...]:
+        """Those of the edges (m, 6, c)."""
+        return tuple(edge.tangents(state, control) for edge in self.edges)
+
+    def projection(self, bases: Bases, offset: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """P as (indptr, indices, values) of the owned rows, shape (6 owned, unknowns); columns start at `offset`."""
-        values = np.concatenate([[1.0], bases[: self.owned].ravel()])[self._source]
-        return self._indptr, self._columns + np.int32(offset), values
+        parts = [np.ones(1), bases.directors[: self.owned].ravel(), *(edge.ravel() for edge in bases.edges)]
+        return self._indptr, self._columns + np.int32(offset), np.concatenate(parts)[self._source]
 
-    def reduce(self, full: np.ndarray, bases: np.ndarray) -> np.ndarray:
+    def reduce(self, full: np.ndarray, bases: Bases) -> np.ndarray:
         """P^T f: nodal 6-vectors (n, 6) -> (unknowns,)."""
-        rotations = np.einsum("nik,ni->nk", bases, full[:, 3:])
+        rotations = np.einsum("nik,ni->nk", bases.directors, full[:, 3:])
         own = np.concatenate([full[:, :3], rotations], axis=1)[self.active]
-        return np.append(own, full[self.together, :3].sum(axis=0)) if len(self.together) else own
+        if not self.edges:
+            return own
+        out = np.append(own, np.zeros(self.unknowns - self._own))
+        for first, edge, tangents in zip(self._first, self.edges, bases.edges, strict=False):
+            there = edge.columns >= 0
+            np.add.at(out, first + edge.columns[there], np.einsum("mic,mi->mc", tangents, full[edge.nodes])[there])
+        return out
 
-    def expand(self, reduced: np.ndarray, bases: np.ndarray) -> np.ndarray:
+    def expand(self, reduced: np.ndarray, bases: Bases) -> np.ndarray:
         """P q: (unknowns,) -> nodal 6-vectors (n, 6), zero where nothing is free and on ghosts."""
         five = np.zeros((self.nodes, 5))
         five[self.active] = reduced[: self._own]
-        if len(self.together):
-            five[self.together, :3] = reduced[self._own :]
-        return np.concatenate([five[:, :3], np.einsum("nik,nk->ni", bases, five[:, 3:])], axis=1)
+        out = np.concatenate([five[:, :3], np.einsum("nik,nk->ni", bases.directors, five[:, 3:])], axis=1)
+        for first, edge, tangents in zip(self._first, self.edges, bases.edges, strict=False):
+            q = np.where(edge.columns >= 0, np.append(reduced, 0.0)[first + edge.columns], 0.0)
+            out[edge.nodes] = np.einsum("mic,mc->mi", tangents, q)
+        return out
 
-    def nodal(self, translation: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-        """One number per node for its positions (n,), one for its rotations (n,): (unknowns,)."""
+    def nodal(self, translation: np.ndarray, rotation: np.ndarray, state: np.ndarray) -> np.ndarray:
+        """One number per node for its positions (n,), one for its rotations (n,): (unknowns,), as inertia at a state
+        (n, 6)."""
         own = np.stack([translation] * 3 + [rotation] * 2, axis=1)[self.active]
-        return np.append(own, [translation[self.together].sum()] * 3) if len(self.together) else own
+        return np.concatenate([own, *(edge.masses(translation, rotation, state) for edge in self.edges)])
 
-    def constraint_curvature(self, state: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """-d . dE/dd on the rotations (unknowns,): state and force (= dE/d(phi, d)) are (n, 6)."""
+    def constraint_curvature(self, state: np.ndarray, force: np.ndarray, control: Control) -> np.ndarray:
+        """-d . dE/dd on the rotations, and what edges have (unknowns,): state and force (= dE/d(phi, d)) are (n, 6)."""
         curvature = -np.einsum("ni,ni->n", state[:, 3:], force[:, 3:])
-        return self.nodal(np.zeros(self.nodes), curvature)
+        own = np.stack([np.zeros(self.nodes)] * 3 + [curvature] * 2, axis=1)[self.active]
+        return np.concatenate([own, *(edge.curvature(state, force, control) for edge in self.edges)])
 
 
 def retract(state: np.ndarray, increment: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from shellref.inputs import (
 )
 
 CLAMPS = ("edge", "corners", "free")
+SECTIONS = ("undeformed", "free")
 MOST_DEGREE = 5
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -93,13 +94,17 @@ class ShellProblem:
     width, thickness: over the length, > 0. poisson: in (-1, 0.5].
     natural_curvature (2,): K l at S = 0 and S = 1, linear between; k_nat = K e_S (x) e_S. Positive curvature turns the
     tangent towards -t_y (t_z' = -K t_y). transverse_curvature: that of the unstressed strip's section (a tape spring),
-    convex towards t_y when positive; clamps hold the curved section.
+    convex towards t_y when positive (bending stiffness: docs/theory.md, eq. (7.16)); clamps hold the curved section.
     gamma: rho h g l^3 / D, weight against bending stiffness; `up` (3,): unit vector against gravity, None = weightless.
     clamp: "edge" holds the whole edge S = 0, "corners" its two corner cells, "free" nothing (weightless only).
     clamp_position (3,), clamp_frame (3, 3) with columns t_x (across), t_y (normal), t_z (tangent). end: the pose of the
     clamp at S = 1, of the same kind; None = free. guided: of `end` the frame is held and the position is free: what is
     held there moves as one, without turning (one process only). tip (3,): dead force at S = 1, in D w / l^2, spread
-    evenly over the end edge, so that it has no moment about the edge's middle. corner:
+    evenly over the end edge, so that it has no moment about the edge's middle.
+    slide: unit vectors along which the held edges at S = 0 and S = 1 slide freely; None: they do not. turns: of `end`
+    the position is held, and the rigid edge turns freely about t_x through it (no guide). sections, at S = 0 and S = 1:
+    "undeformed" edges are rigid, "free" ones stay in the plane across the tangent, with their middle held and the rest
+    of them free in it. What slides, turns or is free needs one process and clamp = "edge". corner:
     size (over l) of the corner cells; None: one cell of the mesh.
     start_curvature: the path starts from the planar arc of this curvature, unstressed there, with the end clamp where
     the arc ends; None: the natural curvature (the flat strip where that is no equilibrium).
@@ -130,6 +135,9 @@ class ShellProblem:
     degree: int = 2
     tip: Vector | None = None
     guided: bool = False
+    slide: tuple[Vector | None, Vector | None] = (None, None)
+    turns: bool = False
+    sections: tuple[str, str] = ("undeformed", "undeformed")
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -165,12 +173,34 @@ class ShellProblem:
             raise ShellInputError("guided", self.guided, "must be true or false")
         if self.guided and self.end is None:
             raise ShellInputError("guided", True, "is about a clamp at the end: add `end`")
+        self._check_edges(put)
         if self.pulled and self.end is not None and not self.guided:
             raise ShellInputError(
                 "tip", self.tip, "pulls at an end that `end` holds: leave one of them out, or guide it"
             )
         self._check_path(put)
         self._check_mesh(put)
+
+    def _check_edges(self, put: Any) -> None:
+        """What is free at the held edges."""
+        if not isinstance(self.turns, bool):
+            raise ShellInputError("turns", self.turns, "must be true or false")
+        for name, values in (("slide", self.slide), ("sections", self.sections)):
+            if isinstance(values, str) or not hasattr(values, "__len__") or len(values) != 2:
+                raise ShellInputError(name, values, "must be two values, for the start and for the end")
+        slides = tuple(None if x is None else numbers("slide", x, 3) for x in self.slide)
+        if any(x is not None and abs(math.hypot(*x) - 1.0) > FRAME_TOLERANCE for x in slides):
+            raise ShellInputError("slide", self.slide, "must be unit vectors (to 1e-9)")
+        put("slide", slides)
+        put("sections", tuple(choice("sections", x, SECTIONS) for x in self.sections))
+        at_end = self.turns or slides[1] is not None or self.sections[1] == "free"
+        if at_end and (self.end is None or self.guided):
+            why = "is held there and not guided"
+            raise ShellInputError("end", self.end, f"must say where the end {why}, if it slides, turns or is free")
+        if (at_end or slides[0] is not None or self.sections[0] == "free") and self.clamp != "edge":
+            raise ShellInputError("clamp", self.clamp, 'must be "edge" where an edge slides, turns or is free')
+        if self.turns and self.sections[1] == "free":
+            raise ShellInputError("sections", self.sections, "must be undeformed at an end that turns")
 
     def _check_path(self, put: Any) -> None:
         if self.start_curvature is not None:
@@ -220,6 +250,11 @@ class ShellProblem:
     def pulled(self) -> bool:
         """True when a force acts at the end."""
         return self.tip is not None and any(self.tip)
+
+    @property
+    def released(self) -> bool:
+        """True when a held edge has freedoms of its own."""
+        return self.guided or self.turns or any(x is not None for x in self.slide) or "free" in self.sections
 
     @property
     def start(self) -> Pose:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from shellref.inputs import ShellInputError
-from shellref.shell.body import Body, Control, Placement, Stage, Supports, line_force
+from shellref.shell.body import Body, Control, Stage, Supports, line_force
 from shellref.shell.clamps import PosePath, held_nodes
-from shellref.shell.director import HELD
+from shellref.shell.director import HELD, Edge
+from shellref.shell.edges import FlatEdge, RigidEdge
 from shellref.shell.grid import Grid, knots_across, knots_along, snapped
 from shellref.shell.midsurface import Cylinder, flat_strip, natural_curve, natural_strip, turning_angle
 from shellref.shell.options import ShellOptions
@@ -212,8 +213,9 @@ def _stages(
             at_start.append(place)
             if other is not None:
                 at_end.append(other)
-        if target != control:
-            stages.append(Stage(name, control, target))
+        target = target._replace(leg=max(math.ceil(target.move) - 1.0, 0.0))
+        if target._replace(leg=control.leg) != control:
+            stages.append(Stage(name, control._replace(leg=target.leg), target))
             control = target
 
     if not problem.path:
@@ -240,31 +242,66 @@ def _supports(
     """What is held of a strip and how it moves."""
     if start is None:
         return _isostatic(grid, nodes)
-    at_start = held_nodes(nodes, problem.clamp, 0.0, 0.5 * problem.width, corner)
-    at_end = np.zeros(len(nodes), dtype=bool)
+    half = 0.5 * problem.width
+    held = [held_nodes(nodes, problem.clamp, 0.0, half, corner), np.zeros(len(nodes), dtype=bool)]
     if end is not None:
-        at_end = held_nodes(nodes, problem.clamp, 1.0, 0.5 * problem.width, corner)
-    k = problem.transverse_curvature
+        held[1] = held_nodes(nodes, problem.clamp, 1.0, half, corner)
+    at_rest = Cylinder(curvature_across=problem.transverse_curvature)
 
-    def rigid(path: PosePath, where: np.ndarray, origin: float, move: float, out: np.ndarray) -> None:
-        position, frame = path.at(move)
-        s, v = nodes[where, 0] - origin, nodes[where, 1]
-        if k:
-            points, directors = Cylinder(curvature_across=k).place(s, v)
-            out[where] = np.hstack([position + points @ frame.T, directors @ frame.T])
-        else:
-            out[where] = np.hstack(flat_strip(s, v, position, frame))
+    def rigid(where: np.ndarray, origin: float) -> tuple[np.ndarray, np.ndarray]:
+        """Positions from the clamp and directors of the nodes there, in its axes."""
+        return at_rest.place(nodes[where, 0] - origin, nodes[where, 1])
 
     def placement(move: float) -> np.ndarray:
         out = np.zeros((len(nodes), 6))
-        rigid(start, at_start, 0.0, move, out)
-        if end is not None:
-            rigid(end, at_end, 1.0, move, out)
+        for path, where, origin in ((start, held[0], 0.0), (end, held[1], 1.0)):
+            if path is not None:
+                position, frame = path.at(move)
+                if problem.transverse_curvature:
+                    points, directors = rigid(where, origin)
+                    out[where] = np.hstack([position + points @ frame.T, directors @ frame.T])
+                else:
+                    out[where] = np.hstack(flat_strip(nodes[where, 0] - origin, nodes[where, 1], position, frame))
         return out
 
-    held: Placement = placement
-    base = Supports.none(len(nodes)).hold(at_start | at_end, "xyz", HELD)
-    return Supports(base.translations, base.directors, held, at_end if problem.guided else None)
+    base = Supports.none(len(nodes)).hold(held[0] | held[1], "xyz", HELD)
+    edges: list[Edge] = []
+    for k, (name, path) in enumerate((("start", start), ("end", end))):
+        edge = (
+            None if path is None else _edge(problem, k, name, path, np.flatnonzero(held[k]), nodes, rigid(held[k], k))
+        )
+        edges += [] if edge is None else [edge]
+    return Supports(base.translations, base.directors, placement, tuple(edges))
+
+
+def _edge(
+    problem: ShellProblem,
+    k: int,
+    name: str,
+    path: PosePath,
+    at: np.ndarray,
+    nodes: np.ndarray,
+    rest: tuple[np.ndarray, np.ndarray],
+) -> Edge | None:
+    """The edge at S = k with freedoms of its own, or whose section a rotating clamp must carry rigidly; None: neither.
+
+    at (m,): its nodes; rest: their positions and directors in the clamp's axes, (m, 3) each.
+    """
+    slide = problem.slide[k]
+    slides = np.zeros((0, 3)) if slide is None else np.array([slide])
+    if problem.sections[k] == "free":
+        middle = np.flatnonzero(np.abs(nodes[at, 1]) < 1e-9)
+        if not len(middle):
+            remedy = "must have a node in the middle of a free section: use an even number of elements across"
+            raise ShellInputError("elements", problem.elements, remedy)
+        return FlatEdge(name, at, int(middle[0]), path, slides)
+    if problem.guided and k == 1:
+        return RigidEdge(name, at, *rest, path, np.eye(3))
+    turns = problem.turns and k == 1
+    if slide is None and not turns and not problem.transverse_curvature:
+        return None
+    axis = np.array(path.poses[0].frame)[:, 0] if turns else None
+    return RigidEdge(name, at, *rest, path, slides, axis)
 
 
 def _middle(grid: Grid) -> tuple[int, int]:

@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 from shellref import ShellSurface
 from shellref.shell import director
+from shellref.shell.body import Control
 from shellref.shell.clamps import reactions
 from shellref.shell.grid import Grid, knots_across, knots_along, snapped
 from shellref.shell.material import plane_stress, stiffness_factors, young
@@ -115,7 +116,7 @@ def test_projection_agrees_with_reduce_and_expand(owned):
         d[kinds == axis, axis] = 0.0
     d /= np.linalg.norm(d, axis=1)[:, None]
     increments = director.Increments(translations, kinds, owned)
-    bases = increments.bases(d)
+    bases = increments.bases(np.hstack([np.zeros((n, 3)), d]), Control())
     indptr, indices, values = increments.projection(bases)
     m = n if owned is None else owned
     p = sparse.csr_matrix((values, indices, indptr), shape=(6 * m, increments.unknowns)).toarray()
@@ -124,7 +125,7 @@ def test_projection_agrees_with_reduce_and_expand(owned):
         turns = {director.FREE: 2, director.HELD: 0}.get(int(kinds[i]), 1)
         for column in [
             *np.eye(6)[:3][~translations[i]],
-            *(np.append(np.zeros(3), bases[i, :, k]) for k in range(turns)),
+            *(np.append(np.zeros(3), bases.directors[i, :, k]) for k in range(turns)),
         ]:
             columns.append(np.zeros((m, 6)))
             columns[-1][i] = column

@@ -93,10 +93,10 @@ def test_reduced_hessian_is_the_second_derivative_on_the_sphere(model):
     h = sparse.csr_matrix((values, indices, indptr))
     increments = equilibrium.increments
     n = len(model.nodes)
-    rotations = increments.nodal(np.zeros(n), np.ones(n))  # where the constraint's curvature acts
+    rotations = increments.nodal(np.zeros(n), np.ones(n), state)  # where the constraint's curvature acts
     turn = rotations * RNG.standard_normal(increments.unknowns)
     exact = turn @ h @ turn
-    curvature = increments.constraint_curvature(state, force)
+    curvature = increments.constraint_curvature(state, force, model.control)
     assert abs(curvature @ turn**2) > 0.01 * abs(exact)
     errors = []
     for t in (4e-3, 2e-3, 1e-3):

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from shellref import Pose, ShellInputError, ShellProblem, ShellStatus, Waypoint
-from shellref.shell.clamps import rotation
+from shellref.shell.body import Control
+from shellref.shell.clamps import PosePath, rotation
 from shellref.shell.director import FREE, HELD, Increments
+from shellref.shell.edges import RigidEdge
 from shellref.shell.strip import build_strip
 
 FRAME = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))  # t_x = -e_z, t_y = e_y, t_z = e_x
@@ -32,10 +34,14 @@ def test_nodes_that_move_together_are_three_unknowns():
     held, directors = np.zeros((7, 3), dtype=bool), np.full(7, FREE)
     together = np.arange(7) >= 4
     held[together], directors[together] = True, HELD
-    found = Increments(held, directors, together=together)
+    edge = RigidEdge(
+        "end", np.flatnonzero(together), np.eye(3), np.eye(3), PosePath((Pose((0, 0, 0), FRAME),)), np.eye(3)
+    )
+    found = Increments(held, directors, edges=(edge,))
     assert found.unknowns == 4 * 5 + 3
     normals = RNG.standard_normal((7, 3))
-    bases = found.bases(normals / np.linalg.norm(normals, axis=1)[:, None])
+    state = np.hstack([np.zeros((7, 3)), normals / np.linalg.norm(normals, axis=1)[:, None]])
+    bases = found.bases(state, Control())
     reduced, full = RNG.standard_normal(found.unknowns), RNG.standard_normal((7, 6))
     moved = found.expand(reduced, bases)
     assert np.ptp(moved[4:], axis=0) == pytest.approx(0.0)
