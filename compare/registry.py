@@ -55,6 +55,7 @@ class Entry:
 BUILT_IN = (
     Entry("ribbon", RIBBON_ENERGIES, "compare.models.ribbon.model:RibbonModel"),
     Entry("elastica", ("elastica",), "compare.models.elastica:ElasticaModel"),
+    Entry("curve_angle", ("curve_angle",), "compare.models.curve_angle:CurveAngleModel"),
     Entry("shell", (), "compare.models.shell:ShellModel"),
 )
 
