@@ -106,7 +106,7 @@ class CurveAngleModel:
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
         "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
-        "gravity.exact": "its sections are straight across and lie evenly on both sides: the weight is the centreline's",
+        "gravity.exact": "its sections are straight across: the weight is the centreline's",
         "clamp.start.ruling": "a rod's sections do not turn in its plane",
         "clamp.end.ruling": "a rod's sections do not turn in its plane",
         "closure.ruling": "a rod's sections do not turn in its plane",
@@ -145,7 +145,7 @@ class CurveAngleModel:
         say: Reporter | None = None,
     ) -> State:
         """From the seed and through the stages of the path, or from `near`."""
-        from compare.models.curve_angle_start import way
+        from compare.models.curve_angle_start import left, way
         from ribbon.rods.stability import judged
         from ribbon.solvers.budget import within
 
@@ -158,7 +158,11 @@ class CurveAngleModel:
             say.step(f"curve-angle rod: {lengths.size} edges")
         with within(scene.model.budget):
             found, seconds = clocked(lambda: way(scene, lengths, near), options.repeats)
-            state = state_of(scene, found, judged(found.found) if found.found.ok else None)
+            stability = judged(found.found) if found.found.ok else None
+            if options.leave_saddle and stability is not None and stability.stable is False:
+                found = left(found, stability)
+                stability = judged(found.found) if found.found.ok else None
+            state = state_of(scene, found, stability)
             state = replace(state, seconds=seconds, start="near" if near is not None else state.start)
             if options.error and state.ok:
                 state = with_error(self, state, options)
@@ -217,9 +221,7 @@ def state_of(scene: Scene | None, shape: RodShape, stability: Stability | None) 
         residual=found.residual,
         iterations=found.iterations,
         lowest_eigenvalue=None if stability is None or stability.stable is None else stability.eigenvalue,
-        supports=Supports(
-            None if rod.start.free else Force(*start), None if rod.end.free else Force(*end)
-        ),
+        supports=Supports(None if rod.start.free else Force(*start), None if rod.end.free else Force(*end)),
         unknowns=shape.problem.size,
         numbers={
             "segments": rod.edges,

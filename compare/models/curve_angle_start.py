@@ -13,14 +13,20 @@ from compare.errors import BadInput
 from compare.models.base import Shape
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import Rod, RodEnd, marched, rotation
-from ribbon.rods.solve import solve
+from ribbon.rods.solve import solve, stepped
 from ribbon.rods.start import from_frames
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from ribbon.rods.curve_angle import CurveAngle
+    from ribbon.rods.stability import Stability
 
 FloatArray = NDArray[np.float64]
+
+#: Curvature times l out of its plane with which a closed rod begins.
+OUT = 1.0
+#: Longest move (l, rad) with which a saddle is left.
+LEFT = 0.05
 
 
 def stiffness_missing(scene: Scene) -> BadInput | None:
@@ -64,8 +70,8 @@ def _thickness(scene: Scene) -> float | None:
 
 
 def stiffness_of(scene: Scene) -> tuple[float, float, float]:
-    """E I_1, E I_2, G J in D w (Y I of a scene with strip.second_moment): those of `[rod]`, else of the rectangle as the
-    energy "kirchhoff" has them (docs/theory.md, eq. (10.5), (10.18))."""
+    """E I_1, E I_2, G J in D w (Y I of a scene with strip.second_moment): those of `[rod]`, else of the rectangle as
+    the energy "kirchhoff" has them (docs/theory.md, eq. (10.5), (10.18))."""
     from ribbon.energies.section.rod import stiffnesses
 
     given = scene.rod
@@ -132,6 +138,8 @@ def begun(scene: Scene, rod: Rod) -> tuple[CurveAngle, FloatArray]:
         strains = np.zeros((rod.edges + 1, 3))
         strains[:, 0] = sense * 2.0 * math.pi * scene.closure.turns
         turn = seam_turn(scene)
+        if turn:  # a circle is an equilibrium at every turn, stable or not: begun a little out of its plane
+            strains[:, 1] = OUT * np.cos(4.0 * math.pi * rod.middles)
     elif scene.seed.curvature is not None:
         values = np.array(scene.seed_curvature)
         strains = np.zeros((rod.edges + 1, 3))
@@ -176,6 +184,15 @@ def way(scene: Scene, lengths: FloatArray, near: Shape | None) -> RodShape:
                 frames[at] = end
         found = solve(replace(problem, rod=rod, anchors=replace(found.problem.anchors, frames=frames)), found.y)
     return RodShape(found)
+
+
+def left(shape: RodShape, stability: Stability) -> RodShape:
+    """From a saddle down its unstable direction to another equilibrium."""
+    found = shape.found
+    if stability.mode.size != found.y.size:
+        return shape
+    step = LEFT / max(float(np.abs(stability.mode).max()), 1e-300) * stability.mode
+    return RodShape(solve(found.problem, stepped(found.problem, found.y, step)))
 
 
 def cut_in_two(shape: RodShape) -> RodShape:

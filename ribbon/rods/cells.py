@@ -2,7 +2,7 @@
 
 A cell lies between two edges, or between an edge and a clamp: tangents t_a, t_b, angles p_a, p_b of the directors over
 reference frames A = (a_1, a_2, t~) that are carried from the anchor's tangent t~ to t without spin (parallel transport
-in time). With v_1 = cos p a_1 + sin p a_2, v_2 = -sin p a_1 + cos p a_2 (docs/theory.md, chapter of the curve-angle rod)::
+in time). With v_1 = cos p a_1 + sin p a_2, v_2 = -sin p a_1 + cos p a_2::
 
     d_k = v_k - r (t~ + t) ,   r = v_k.t / (1 + t~.t)
     q_k = kb.(d_k^a + d_k^b) / 2 ,   kb = 2 t_a x t_b / (1 + t_a.t_b)      (bending, times the cell's length)

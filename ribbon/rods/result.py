@@ -142,8 +142,8 @@ class RodShape:
 
     @cached_property
     def moments(self) -> FloatArray:
-        """Moment (n + 1, 3) at the vertices, likewise: the derivative of a cell's energy by a turn of what is behind it;
-        at a free end the dead moment."""
+        """Moment (n + 1, 3) at the vertices, likewise: the derivative of a cell's energy by a turn of what is behind
+        it; at a free end the dead moment."""
         ends = self.problem.evaluated(self.found.y).ends
         tangents = np.concatenate([self.edges[:, :, 2], self.ends[1][None, :, 2]])
         found = np.cross(tangents, ends[:, 4:7]) + ends[:, 7:8] * tangents

@@ -18,7 +18,6 @@ import scipy
 from ribbon.rods.curve_angle import CurveAngle
 from ribbon.rods.rod import FloatArray
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import violation
 
 #: Residual of a rod that is solved, over its size of forces (`size_of_forces`), beside rounding.
 TOLERANCE = 1e-9
@@ -147,9 +146,7 @@ def dead_moment(problem: CurveAngle, y: FloatArray) -> tuple[FloatArray, Any]:
     return force, derivative.tocsc()
 
 
-def newton(
-    problem: CurveAngle, y: FloatArray, rows: FloatArray | None = None, steps: int = STEPS
-) -> Found:
+def newton(problem: CurveAngle, y: FloatArray, rows: FloatArray | None = None, steps: int = STEPS) -> Found:
     """Newton's steps on the balance from y, with the rod as it is as anchor of each, until the residual is that of
     rounding.
 
@@ -255,4 +252,6 @@ def _raised(
             piece *= 0.5
             if piece < LEAST_PIECE or spent():
                 break
-    return replace(tried, iterations=count, ok=False, message=f"not converged: the loads could be raised to {share:.3g}")
+    return replace(
+        tried, iterations=count, ok=False, message=f"not converged: the loads could be raised to {share:.3g}"
+    )

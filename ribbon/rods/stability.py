@@ -14,7 +14,7 @@ from ribbon.rods.solve import Found, newton
 from ribbon.rods.start import from_frames
 
 #: Edges up to which eigenvalues are found, with dense matrices; a finer rod is judged on fewer.
-DENSE = 160
+DENSE = 120
 #: Eigenvalues of the second variation below this share of the largest stiffness are zero.
 INDIFFERENT = 1e-7
 

@@ -8,7 +8,9 @@ from ribbon.rods.curve_angle import Anchors, CurveAngle
 from ribbon.rods.rod import FloatArray, Rod, marched, transported
 
 
-def from_frames(rod: Rod, points: FloatArray, frames: FloatArray, turn: float | None = None) -> tuple[CurveAngle, FloatArray]:
+def from_frames(
+    rod: Rod, points: FloatArray, frames: FloatArray, turn: float | None = None
+) -> tuple[CurveAngle, FloatArray]:
     """Problem and unknowns (4 n + 3,) of vertices (n + 1, 3) and material frames (n, 3, 3) along the edges.
 
     The anchors are carried along the rod from the start without spin; angles are continuous in s. turn: twist of the
@@ -24,9 +26,7 @@ def from_frames(rod: Rod, points: FloatArray, frames: FloatArray, turn: float | 
         anchors[j + 1] = transported(anchors[j], tangents[j])
     anchors[n + 1] = anchors[n] if rod.end.frame is None else rod.end.frame
     d1 = np.array([transported(frame, t) for frame, t in zip(frames, tangents, strict=True)])[:, :, 0]
-    raw = np.arctan2(
-        np.einsum("ij,ij->i", d1, anchors[1:-1, :, 1]), np.einsum("ij,ij->i", d1, anchors[1:-1, :, 0])
-    )
+    raw = np.arctan2(np.einsum("ij,ij->i", d1, anchors[1:-1, :, 1]), np.einsum("ij,ij->i", d1, anchors[1:-1, :, 0]))
     angles = np.unwrap(np.concatenate([[0.0], raw]))[1:]
     y = np.zeros((n + 1, 4))
     y[:, :3] = points

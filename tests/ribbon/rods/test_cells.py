@@ -1,4 +1,4 @@
-"""The kernels of the curve-angle rod: two-sided Taylor orders of energy and gradient, objectivity, no choice of anchors."""
+"""The kernels of the curve-angle rod: Taylor orders of energy and gradient, objectivity, no choice of anchors."""
 
 from __future__ import annotations
 
@@ -25,9 +25,7 @@ def random_rod(seed: int, held: bool = True) -> tuple[CurveAngle, np.ndarray]:
     strains = rng.normal(size=(EDGES + 1, 3)) * 4.0
     points, frames = marched(bare, np.zeros(3), frame, strains)
     end = frames[-1] @ rotation(0.3 * rng.normal(size=3))
-    rod = replace(
-        bare, start=RodEnd(np.zeros(3), frame if held else None), end=RodEnd(None, end if held else None)
-    )
+    rod = replace(bare, start=RodEnd(np.zeros(3), frame if held else None), end=RodEnd(None, end if held else None))
     problem, y = from_frames(rod, points, frames)
     return problem, y + 0.03 * rng.normal(size=y.size)
 
@@ -35,7 +33,7 @@ def random_rod(seed: int, held: bool = True) -> tuple[CurveAngle, np.ndarray]:
 @pytest.mark.parametrize("held", [True, False])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_taylor_orders(seed, held):
-    """Central differences of the energy give the gradient, those of the gradient the Hessian, to order 2 and no other."""
+    """Central differences of the energy give the gradient, those of the gradient the Hessian, to order 2."""
     problem, y = random_rod(seed, held)
     rows = np.random.default_rng(seed + 9).normal(size=EDGES)
     way = np.random.default_rng(seed + 5).normal(size=y.size)
