@@ -56,6 +56,7 @@ BUILT_IN = (
     Entry("ribbon", RIBBON_ENERGIES, "compare.models.ribbon.model:RibbonModel"),
     Entry("elastica", ("elastica",), "compare.models.elastica:ElasticaModel"),
     Entry("curve_angle", ("curve_angle",), "compare.models.curve_angle:CurveAngleModel"),
+    Entry("antman", ("antman",), "compare.models.antman:AntmanModel"),
     Entry("shell", (), "compare.models.shell:ShellModel"),
 )
 

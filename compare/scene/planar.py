@@ -24,6 +24,8 @@ def nonplanar_reason(scene: SceneData) -> str | None:
         return f'[closure] kind = "{scene.closure.kind}" closes the strip, and the elastica has two ends'
     if scene.walls:
         return "[[wall]] confines the strip, and the elastica knows no contact"
+    if scene.rod is not None or (scene.tip is not None and scene.tip.moment is not None):
+        return "[rod] or tip.moment is for rods in space, which the elastica does not know"
     frame, position = scene.start_frame, scene.start_position
     if frame is None or position is None:
         return "the frame or the position at s = 0 is free, and the elastica is clamped there"

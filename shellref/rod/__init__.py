@@ -1,0 +1,1 @@
+"""The shearable, extensible rod (Antman, Simo, Reissner) on quaternion elements."""

@@ -1,0 +1,154 @@
+"""From a problem to a result: the way to it, its stability, its error."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from shellref.rod.elements import Elements, State
+from shellref.rod.newton import Balance, held_exactly
+from shellref.rod.problem import RodProblem, rest_shape
+from shellref.rod.quaternion import Array, continuous, quaternion
+from shellref.rod.result import RodResult, RodStatus, energy_of, reactions
+from shellref.rod.stability import leave, lowest_mode
+from shellref.rod.walk import Walk, follow
+
+
+@dataclass(frozen=True)
+class Start:
+    """A shape to begin at: positions (k, 3) and frames (k, 3, 3) at s (k,) of the nodes of a mesh."""
+
+    position: Array
+    frames: Array
+
+
+def solve(
+    problems: RodProblem | Sequence[RodProblem],
+    elements: int | Array = 20,
+    degree: int = 2,
+    steps: Sequence[int | None] = (),
+    near: Start | None = None,
+    leave_saddle: bool = False,
+    estimate_error: bool = False,
+) -> RodResult:
+    """The equilibrium of the last problem.
+
+    Parameters
+    ----------
+    problems : one, reached from its unloaded rest shape by raising the loads and moving its ends to their places; or
+        several, gone through in order from the rest shape of the first.
+    elements : number of equal elements, or the joints (E + 1,) themselves from 0 to 1. degree : 1 to 3.
+    steps : equal steps that each stage has at least. near : begin at this shape (given at the nodes `mesh` says) and
+        look for the equilibrium beside it at once.
+    leave_saddle : go on from an unstable equilibrium to a stable one below it. estimate_error : solve once more with
+        halved elements, for `RodResult.error`.
+    """
+    began = time.perf_counter()
+    chain = [problems] if isinstance(problems, RodProblem) else list(problems)
+    if len(chain) == 1:
+        zero = np.zeros(3)
+        chain = [replace(chain[0], weight=zero, force=zero, moment=zero), *chain]
+    mesh = Elements(joints(elements), degree)
+    if near is None:
+        r, q = rest_shape(chain[0], mesh.s)
+        walk = follow(mesh, State(r, q), chain, steps)
+    else:
+        walk = _beside(mesh, near, chain[-1])
+    result = _judged(mesh, walk, chain, leave_saddle)
+    result = replace(result, seconds=time.perf_counter() - began)
+    if not estimate_error or result.status is RodStatus.LIMIT_POINT or result.status is RodStatus.NOT_CONVERGED:
+        return result
+    return replace(result, error=_error(result))
+
+
+def joints(elements: int | Array) -> Array:
+    """Joints (E + 1,) of so many equal elements; or those given."""
+    if isinstance(elements, (int, np.integer)):
+        if elements < 1:
+            raise ValueError(f"elements = {elements}: must be 1 or more")
+        return np.linspace(0.0, 1.0, int(elements) + 1)
+    return np.asarray(elements, dtype=float)
+
+
+def nodes(elements: int | Array, degree: int) -> Array:
+    """Abscissae (n,) of the nodes of such a mesh, at which `Start` gives a shape."""
+    return Elements(joints(elements), degree).s
+
+
+def _state(near: Start) -> State:
+    return State(np.array(near.position), continuous(np.array([quaternion(frame) for frame in near.frames])))
+
+
+def _beside(mesh: Elements, near: Start, problem: RodProblem) -> Walk:
+    """At the problem itself, from a shape; where Newton does not find it, the shape's own forces fade."""
+    state = held_exactly(_state(near), problem)
+    balance = Balance(mesh, problem)
+    walk = Walk(state, balance=balance)
+    # the shape's bending is trusted, not the stretch and shear of its interpolation: they begin at zero
+    stress = mesh.stress(state, problem)
+    stress[..., :3] = 0.0
+    found = balance.solve(state, problem, stress)
+    walk.iterations = found.iterations
+    if found.state is None:
+        walk = follow(mesh, state, [problem, problem])
+        walk.iterations += found.iterations
+        return walk
+    walk.take(found, 0, 1.0, "beside")
+    return walk
+
+
+def _judged(mesh: Elements, walk: Walk, chain: Sequence[RodProblem], leave_saddle: bool) -> RodResult:
+    problem, balance = chain[-1], walk.balance
+    assert balance is not None
+    if not walk.arrived:
+        return _result(mesh, walk, problem, RodStatus.LIMIT_POINT, None, walk.why, None, False)
+    mode = lowest_mode(balance, walk.state, problem)
+    if mode.stable is False and leave_saddle:
+        found = leave(balance, walk.state, problem, mode)
+        walk.iterations += found.iterations
+        if found.state is not None:
+            walk.take(found, walk.stage, 1.0, "left a saddle")
+            mode = lowest_mode(balance, walk.state, problem)
+    if mode.stable is False:
+        word = "flutter" if mode.flutter else "unstable"
+        return _result(
+            mesh, walk, problem, RodStatus.UNSTABLE, False, f"an equilibrium, {word}", mode.value, mode.flutter
+        )
+    word = "an equilibrium" if mode.stable is None else "a stable equilibrium"
+    return _result(mesh, walk, problem, RodStatus.CONVERGED, mode.stable, word, mode.value, False)
+
+
+def _result(
+    mesh: Elements, walk: Walk, problem: RodProblem, status: RodStatus, stable: bool | None, message: str,
+    value: float | None, flutter: bool,
+) -> RodResult:  # fmt: skip
+    assert walk.balance is not None
+    start, end = reactions(mesh, walk.state, problem)
+    return RodResult(
+        problem=problem, elements=mesh, state=walk.state, status=status, stable=stable, message=message,
+        energy=energy_of(mesh, walk.state, problem), start=start, end=end, residual=walk.residual,
+        iterations=walk.iterations, lowest_eigenvalue=value, flutter=flutter, unknowns=walk.balance.unknowns,
+        steps=tuple(walk.steps), snaps=walk.snaps, reached=walk.reached,
+    )  # fmt: skip
+
+
+def _error(result: RodResult) -> float | None:
+    """Largest distance of the nodes from those of a mesh of halved elements, begun at the state."""
+    finer = refined(result)
+    if finer.status in (RodStatus.LIMIT_POINT, RodStatus.NOT_CONVERGED):
+        return None
+    s = result.elements.s
+    return float(np.linalg.norm(finer.position(s) - result.position(s), axis=1).max())
+
+
+def refined(result: RodResult) -> RodResult:
+    """The same state on elements half as long."""
+    old = result.elements.joints
+    halved = np.sort(np.concatenate([old, 0.5 * (old[1:] + old[:-1])]))
+    s = nodes(halved, result.degree)
+    return solve(
+        result.problem, halved, result.degree, near=Start(result.position(s), result.frames(s)), estimate_error=False
+    )
