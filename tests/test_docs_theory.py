@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -27,6 +28,8 @@ from ribbon.energies.section.unit import unit
 from ribbon.find.solve import build
 from shellref.elastica.solve import ElasticaProblem
 from shellref.elastica.solve import solve as solve_elastica
+from shellref.rod.problem import RodProblem, rectangle
+from shellref.rod.solve import solve as solve_rod
 from tests.docs_blocks import DOCS, ROOT, blocks, prose
 
 PAGE = (DOCS / "theory.md").read_text()
@@ -62,7 +65,7 @@ def test_numbers_are_unique_and_in_order():
     assert len(found) > 60
     assert all(b == (a[0], a[1] + 1) or b == (a[0] + 1, 1) for a, b in pairwise(found))
     headings = [int(n) for n in re.findall(r"^## (\d+) ", PAGE, re.M)]
-    assert headings == list(range(1, 12))
+    assert headings == list(range(1, 13))
 
 
 def test_equations_are_well_formed():
@@ -856,3 +859,81 @@ def test_in_plane_bending_and_tension_10_5():
     bending = moment**2 / (2 * young * h * w**3 / 12 / w)
     assert in_plane_density(moment, nu, w, h) == pytest.approx(bending, rel=1e-13)
     assert tension_density(tension, nu, h) == pytest.approx(tension**2 / (2 * young * h * w / w), rel=1e-13)
+
+
+# -- 12 the shearable rod ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def rod():
+    """Bent and twisted at rest, thick, under its weight and a force across it."""
+    problem = RodProblem(
+        rectangle(0.2, 0.05, 0.3), (2.0, 4.0), (1.0, 1.0), (0.5, 1.0),
+        weight=np.array([-3.0, 1.0, 0.0]), force=np.array([0.0, 2.0, 5.0]),
+    )  # fmt: skip
+    return solve_rod(problem, 16, 3)
+
+
+def test_strains_12_1_and_12_5(rod):
+    """R^T r' - e_z and R^T R' by central differences of the solution, at Gauss points."""
+    s, d = rod.elements.points.ravel()[5::7], 1e-4
+    more, less, here = rod.frames(s + d), rod.frames(s - d), rod.frames(s)
+    speed = (rod.position(s + d) - rod.position(s - d)) / (2 * d)
+    gamma = np.einsum("kji,kj->ki", here, speed) - [0.0, 0.0, 1.0]
+    spin = np.einsum("kji,kjl->kil", here, (more - less) / (2 * d))
+    kappa = np.column_stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]])
+    np.testing.assert_allclose(rod.strains(s), np.column_stack([gamma, kappa]), atol=2e-5)
+
+
+def test_energy_12_2_and_its_loads(rod):
+    """The integral of the strains' energy, and the work of weight and force."""
+    x, w = np.polynomial.legendre.leggauss(3)
+    s = ((np.arange(16)[:, None] + 0.5 * (1 + x)) / 16).ravel()
+    weights = np.tile(w / 32, 16)
+    stored = 0.5 * weights @ (rod.excess(s) ** 2 @ rod.problem.section.stiffness)
+    assert rod.energy.elastic == pytest.approx(stored, rel=1e-12)
+    assert rod.energy.gravity == pytest.approx(-weights @ (rod.position(s) @ rod.problem.weight), rel=1e-12)
+    assert rod.energy.force == pytest.approx(-rod.position([1.0])[0] @ rod.problem.force, rel=1e-12)
+
+
+def test_section_12_3():
+    found = rectangle(0.2, 0.05, 0.3)
+    young = 12 * (1 - 0.3**2) / (0.2 * 0.05**3)  # of D w = 1, in units of l
+    torsion = 3 * 0.2 * 0.05**3 / 3 * 0.281  # Timoshenko's rectangle 4 : 1, 0.281 w h^3
+    assert found.bending == pytest.approx((1.0, young * 0.05 * 0.2**3 / 12))
+    assert found.stretch == pytest.approx(young * 0.2 * 0.05)
+    assert found.shear[0] == pytest.approx(5 / 6 * young / 2.6 * 0.2 * 0.05)
+    assert found.torsion == pytest.approx(young / 2.6 * torsion, rel=2e-3)
+
+
+def test_balance_12_4(rod):
+    """Force and moment of a section against all loads behind it."""
+    s = np.array([0.1, 0.35, 0.6, 0.85])
+    frames, stress = rod.frames(s), rod.section_forces(s)
+    n = np.einsum("kij,kj->ki", frames, stress[:, :3])
+    m = np.einsum("kij,kj->ki", frames, stress[:, 3:])
+    p, force = rod.problem.weight, rod.problem.force
+    for i, at in enumerate(s):
+        np.testing.assert_allclose(n[i], force + (1 - at) * p, atol=2e-2)
+        rest = np.linspace(at, 1.0, 2001)
+        arm = rod.position(rest) - rod.position([at])[0]
+        about = np.cross(arm[-1], force) + np.cross(trapezoid(arm, rest, axis=0), p)
+        np.testing.assert_allclose(m[i], about, atol=2e-3)
+
+
+def test_tangent_12_6_and_12_7(rod):
+    """The second derivative along one turn of a node, and the skew part that a moment adds."""
+    elements, problem, state = rod.elements, rod.problem, rod.state
+    tangent = elements.tangent(state, problem, elements.stress(state, problem))
+    step, d = np.zeros((len(elements.s), 6)), 1e-3
+    step[7, 3:] = [0.3, -0.5, 0.8]
+
+    def energy(t):
+        return elements.energy(state.moved(t * step), problem).sum()  # this turn moves no load
+
+    second = (energy(d) - 2 * energy(0.0) + energy(-d)) / d**2
+    assert step.ravel() @ (tangent @ step.ravel()) == pytest.approx(second, rel=1e-4)
+    moment = np.array([1.0, -2.0, 3.0])
+    more = elements.tangent(state, replace(problem, moment=moment), elements.stress(state, problem))
+    corner = (more - tangent).toarray()[-3:, -3:]
+    np.testing.assert_allclose(corner, -0.5 * cross(rod.frames([1.0])[0].T @ moment), atol=1e-12)

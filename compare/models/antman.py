@@ -108,13 +108,14 @@ class AntmanModel:
             "rod.shear", "rod.stretch", "rod.natural_twist", "rod.natural_in_plane", "clamp.start.position",
             "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal", "clamp.start.across",
             "clamp.start.slide", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
-            "clamp.end.across", "clamp.end.slide", "model.energy", "model.stiffness", "model.elements",
+            "clamp.end.across", "clamp.end.slide", "model.stiffness", "model.elements",
             "model.grading", "model.element_lengths", "seed.curvature", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
         "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
         "gravity.exact": "the weight of a section acts in its middle",
+        "model.energy": "it chooses the model",
         "clamp.start.ruling": _RULING,
         "clamp.end.ruling": _RULING,
         "seed.ruling": _RULING,
@@ -225,7 +226,7 @@ class AntmanModel:
             error=r.error,
             seconds=seconds,
             unknowns=r.unknowns,
-            numbers={"segments": count, "steps": len(r.steps), "snaps": r.snaps, "reached": r.reached},
+            numbers={"segments": count, "steps": r.steps, "snaps": r.snaps, "reached": r.reached},
             start=kind,
             native=r,
         )  # fmt: skip

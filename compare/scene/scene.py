@@ -166,7 +166,9 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     if set(parsed) == {"value"}:
         return key, parsed["value"]
     about = KEYS.get(contract_name(key))
-    if re.fullmatch(r"[A-Za-z_]+", value) or (about is not None and about.kind is Kind.TEXT and value[0] not in "\"'["):
+    if re.fullmatch(r"[A-Za-z_]+(-[A-Za-z_]+)*", value) or (
+        about is not None and about.kind is Kind.TEXT and value[0] not in "\"'["
+    ):
         return key, value
     remedy = "a number, a text in quotes or a list, e.g. [0.0, 1.0, 0.0]"
     if about is not None:

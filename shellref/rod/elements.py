@@ -132,8 +132,9 @@ class Elements:
     def tangent(self, state: State, problem: RodProblem, stress: Array) -> scipy.sparse.csc_matrix:
         """Derivative of the residual (6 n, 6 n) at this stress (e, g, 6); symmetric but for a moment at the tip.
 
-        A turn changes q to second order by -|theta|^2 q / 8, which adds -(dE/dq . q) / 4 to the turns' diagonal. A
-        moment of fixed direction M adds -[R^T M]_x / 2, in the chart q exp(theta / 2).
+        A turn changes q to second order by -|theta|^2 q / 8, which adds -(dE/dq . q) / 4 to the turns' diagonal
+        (docs/theory.md, eq. (12.6)). A moment of fixed direction M adds -[R^T M]_x / 2, in the chart q exp(theta / 2)
+        (docs/theory.md, eq. (12.7)).
         """
         z = self.interpolated(state)
         strain, slope = strains(z)

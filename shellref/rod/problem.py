@@ -52,7 +52,7 @@ def torsion_constant(width: float, thickness: float) -> float:
 
 
 def rectangle(width: float, thickness: float, poisson: float, plate: bool = False) -> Section:
-    """A rectangle w x h (both over l), Y in units of D w with D = Y h^3 / (12 (1 - nu^2)) (docs/theory.md, eq. (13.2)).
+    """A rectangle w x h (both over l), Y in units of D w with D = Y h^3 / (12 (1 - nu^2)) (docs/theory.md, eq. (12.3)).
 
     Bending across the thickness D w as the ribbon has it, or Y I = (1 - nu^2) D w (`plate`); shear 5/6 G w h.
     """

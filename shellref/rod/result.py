@@ -66,7 +66,7 @@ class RodResult:
     lowest_eigenvalue: float | None
     flutter: bool
     unknowns: int
-    steps: tuple[Step, ...] = ()
+    log: tuple[Step, ...] = ()
     snaps: int = 0
     reached: float = 1.0
     error: float | None = None
@@ -76,6 +76,11 @@ class RodResult:
     def degree(self) -> int:
         """Of the elements."""
         return self.elements.degree
+
+    @property
+    def steps(self) -> int:
+        """How many were taken."""
+        return len(self.log)
 
     def position(self, s: Array) -> Array:
         """(k, 3) at s (k,)."""

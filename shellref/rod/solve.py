@@ -131,7 +131,7 @@ def _result(
         problem=problem, elements=mesh, state=walk.state, status=status, stable=stable, message=message,
         energy=energy_of(mesh, walk.state, problem), start=start, end=end, residual=walk.residual,
         iterations=walk.iterations, lowest_eigenvalue=value, flutter=flutter, unknowns=walk.balance.unknowns,
-        steps=tuple(walk.steps), snaps=walk.snaps, reached=walk.reached,
+        log=tuple(walk.steps), snaps=walk.snaps, reached=walk.reached,
     )  # fmt: skip
 
 

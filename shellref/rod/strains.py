@@ -1,7 +1,7 @@
 r"""Strains of the shearable rod from interpolated positions and quaternions, with both derivatives.
 
 With q^ = sum N_a q_a (not of unit length), q^' and r' likewise, and R the rotation of q = q^ / |q^|
-(docs/theory.md, eq. (13.3))::
+(docs/theory.md, eq. (12.5))::
 
     Gamma + e_3 = R^T r' = Im(q^* r' q^) / |q^|^2        kappa = 2 Im(q* q') = 2 Im(q^* q^') / |q^|^2
 

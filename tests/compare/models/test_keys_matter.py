@@ -54,6 +54,8 @@ ROD = {"strip.second_moment": 1e-12, "strip.thickness": None, "strip.density": N
 #: A planar ring as a band of its own: nothing but the closure holds it.
 BARE = {"clamp.start": None, "gravity": None, "strip.young": None, "strip.density": None}
 
+ANTMAN = {"model.energy": "antman"}
+
 #: Key -> what is set first, and the two values that are told apart (None: not given).
 PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "strip.length": ({}, 0.4, 0.5),
@@ -95,6 +97,15 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "model.held_by": ({"model.formulation": "mixed"}, None, "constraints"),
     "model.budget": (OBLIQUE, None, 1e-9),
     "model.arc_length": ({"model.energy": "elastica", "strip.natural_curvature": -40.0}, None, "always"),
+    "tip.moment": (ANTMAN, [1e-5, 0.0, 0.0], [2e-5, 0.0, 0.0]),
+    "rod.bending": (ANTMAN, None, [1.2, 50.0]),
+    "rod.torsion": ({**ANTMAN, **OBLIQUE}, None, 2.0),
+    "rod.shear": (ANTMAN, None, [50.0, 50.0]),
+    "rod.stretch": (ANTMAN, None, 50.0),
+    "rod.natural_twist": (ANTMAN, None, 2.0),
+    "rod.natural_in_plane": (ANTMAN, None, 2.0),
+    "clamp.start.slide": ({**ANTMAN, **END, "clamp.end.slide": None}, None, [0.0, 0.0, 1.0]),
+    "clamp.end.slide": ({**ANTMAN, **END}, None, [0.0, 0.0, 1.0]),
     "seed.curvature": ({**END, **GAMMA}, [-9.0, 18.0, -9.0], [9.0, -18.0, 9.0]),
     "path": ({**END, "seed.curvature": [9.0, -18.0, 9.0]}, None, [{"strip.density": 800.0}]),
     "shell.width_to_thickness": ({"strip.thickness": None, **GAMMA}, 50.0, 60.0),
@@ -111,6 +122,8 @@ APART = {
     "title": "a name", "clamp.start.across": "checks the clamp", "clamp.end.across": "checks the clamp",
     "clamp.start.frame": "its one word says that tangent and normal are not held", "clamp.end.frame": "the same",
     "seed.ruling": "test_the_ruling_of_a_seed",
+    "rod.twist": "of the curve-angle rod", "closure.twist": "the same",
+    "strip.transverse_curvature": "of tape springs", "clamp.start.section": "the same", "clamp.end.section": "the same",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall",
     **{key: "how sure an input is (test_inputs)" for key in KEYS if key.startswith("uncertainty.")},
@@ -141,14 +154,14 @@ def answer(scene: Scene, model: str) -> list[float]:
     return [*np.round(np.array([*numbers, scale], dtype=float), 9), state.unknowns, *map(float, how)]
 
 
-@pytest.mark.parametrize("model", ["ribbon", "elastica", "shell"])
+@pytest.mark.parametrize("model", ["ribbon", "elastica", "shell", "antman"])
 @pytest.mark.parametrize("key", PAIRS)
 def test_a_key_is_read_or_refused_or_declared_without_effect(key, model):
     found = registry.model(model)
     ones = []
     for value in PAIRS[key][1:]:
         try:
-            scene = scene_with(key, value, "elastica" if model == "elastica" else "wunderlich")
+            scene = scene_with(key, value, model if model in ("elastica", "antman") else "wunderlich")
             check_keys(found, scene)
             ones.append(answer(scene, model))
         except BadInput as refused:

@@ -1,4 +1,5 @@
-"""Scenes of published numbers: edge_published (Audoly and Neukirch 2021), jfig_5_2 (JFIG 2019), rod_4_5 (thesis)."""
+"""Scenes of published numbers: edge_published (Audoly and Neukirch 2021), jfig_5_2 (JFIG 2019), rod_4_5 (thesis),
+bend_45 (Bathe and Bolourchi 1979), roll_up (Simo and Vu-Quoc 1986)."""
 
 from __future__ import annotations
 
@@ -81,3 +82,31 @@ def test_rod_4_5_of_80():
     """On the scene's 20 elements; with 160: 0.21421."""
     tip = solve_scene(load("rod_4_5")).shape.centreline(np.array([1.0]))[0]
     assert np.hypot(tip[1], tip[2]) == pytest.approx(0.214220, abs=1e-6)
+
+
+def test_bend_45_is_where_shooting_has_it():
+    """tests/shellref/rod/test_rod.py: (15.68480, 47.15044, 53.47486), along t_y's plane and out of it."""
+    scene = load("bend_45")
+    found = solve_scene(scene)
+    assert found.ok
+    tip = 25.0 * math.pi * found.end.position
+    assert tip == pytest.approx([53.47486, 15.68480, 47.15044], abs=5e-5)
+    assert not scene.is_planar()
+
+
+def test_roll_up_is_a_circle():
+    found = solve_scene(load("roll_up"))
+    assert found.ok
+    assert found.end.position == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+    assert found.end.frame == pytest.approx(np.eye(3), abs=2e-6)
+    assert found.middle.position == pytest.approx([0.0, -1.0 / math.pi, 0.0], abs=1e-6)
+    assert found.energy.total == pytest.approx(2.0 * math.pi**2, abs=1e-4)
+    assert found.supports.start.moment == pytest.approx([-2.0 * math.pi, 0.0, 0.0], abs=1e-7)
+
+
+@pytest.mark.parametrize(("gamma", "kirchhoff"), [(20.0, 0.16360), (100.0, 0.21369)])
+def test_rod_4_5_with_shear_and_stretch_is_the_same_rod(gamma, kirchhoff):
+    """Figure 4.5: Antman's rod and Kirchhoff's coincide."""
+    found = solve_scene(load("rod_4_5").replace({"strip.gamma": gamma, "model.energy": "antman", "model.elements": 40}))
+    assert found.ok
+    assert np.hypot(*found.end.position[1:]) == pytest.approx(kirchhoff, abs=5e-5)

@@ -36,7 +36,7 @@ ELSEWHERE = {
     *("curl_4_4_short", "curl_4_4_long"),
     *("lateral_7_1", "shift_7_2", "limits_7_3"),
     *("daisy_5g", "daisy_10g", "daisy_straight"),
-    *("edge_published", "jfig_5_2", "rod_4_5"),
+    *("edge_published", "jfig_5_2", "rod_4_5", "bend_45", "roll_up"),
 }
 
 

@@ -13,6 +13,7 @@ from PIL import Image
 
 from compare.models import solve as solve_scene
 from compare.models.base import Options, State
+from compare.models.choice import chosen
 from compare.pictures import ribbon as profile
 from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene, load, shipped
@@ -71,13 +72,29 @@ def rod_picture(run: State) -> bytes:
 
 def picture(scene: Scene, run: State) -> bytes:
     """PNG of the ribbon in space: blue on the side of t_y, ochre on the other; clamps orange, walls grey."""
+    e = run.native
+    along = int(min(4000, 400 + 40 * np.abs(e.omega(np.linspace(0.0, 1.0, 400))).max()))
+    clamps = [(position, frame) for position, frame, _ in profile.held(e)]
+    return strip_picture(scene, e.surface(along, 12).grid, clamps, profile.walls(e))
+
+
+def model_picture(scene: Scene, run: State) -> bytes:
+    """The same of a strip of any model, as its shape has it."""
+    shape = run.shape
+    assert shape is not None
+    half = 0.5 * scene.width
+    grid = shape.points(np.linspace(0.0, 1.0, int(400 + 40 * min(shape.bend, 90.0))), np.linspace(-half, half, 13))
+    ends = ((scene.start_position, scene.start_frame), (scene.end_position, scene.end_frame))
+    clamps = [(position, frame) for position, frame in ends if position is not None and frame is not None]
+    return strip_picture(scene, grid, clamps, ())
+
+
+def strip_picture(scene: Scene, grid: FloatArray, clamps: Any, walls: Any) -> bytes:
+    """PNG of a surface (k, m, 3) with its clamps (position, frame) and walls (point, normal)."""
     if not os.environ.get("DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     import pyvista
 
-    e = run.native
-    along = int(min(4000, 400 + 40 * np.abs(e.omega(np.linspace(0.0, 1.0, 400))).max()))
-    grid = e.surface(along, 12).grid
     cloud = grid.reshape(-1, 3)
     size = float(np.ptp(cloud, axis=0).max())
     vertical = np.array([0.0, 0.0, 1.0]) if scene.up is None else np.asarray(scene.up, dtype=float)
@@ -92,10 +109,10 @@ def picture(scene: Scene, run: State) -> bytes:
         if scene.closure is None:  # a Moebius band has one side
             sides["backface_params"] = {"color": _BACK, "ambient": 0.35}
         plotter.add_mesh(surface, smooth_shading=True, ambient=0.35, **sides)
-        for position, frame, _ in profile.held(e):
+        for position, frame in clamps:
             plotter.add_mesh(_plane(_clamp_sign(position, frame, scene.width, size)), color=_CLAMP, ambient=0.5)
         low, high = cloud.min(axis=0) - 0.06 * size, cloud.max(axis=0) + 0.06 * size
-        for point, normal in profile.walls(e):
+        for point, normal in walls:
             corners = profile.clipped(point - 2e-3 * size * normal, normal, low, high)
             plotter.add_mesh(_plane(corners), color=_WALL, opacity=0.35, ambient=0.6)
         centre = cloud.mean(axis=0)
@@ -157,6 +174,21 @@ def rod_entry(scene: Scene, run: State) -> str:
     )
 
 
+def model_entry(scene: Scene, run: State) -> str:
+    """The same of a scene of another model."""
+    headline = HEADLINES[scene.name]
+    return "\n\n".join(
+        [
+            f"## {scene.name}",
+            f"![{scene.title}: the strip at rest]({picture_name(scene)})",
+            f"{scene.title}. `ribbonbench solve {scene.name}`.",
+            f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.source}.",
+            f"{run.status.value.capitalize()}; {run.size.ladder}, {run.size.label} elements; residual "
+            f"{run.residual:.0e}; {run.seconds.warm * 1e3:.3g} ms warm, the stability check included.",
+        ]
+    )
+
+
 def picture_name(scene: Scene) -> str:
     """File of the picture, seen from docs/."""
     return f"gallery/{scene.name}.png"
@@ -171,6 +203,14 @@ def run(out: Path) -> None:
         raise AssertionError(f"headlines and scenes differ: {set(names) ^ set(HEADLINES)}")
     for name in names:
         scene = load(name)
+        if chosen(scene).name not in ("ribbon", "elastica"):
+            found = solve_scene(scene, options=Options(repeats=None))
+            if not found.ok:
+                raise AssertionError(f"{name}: {found.message}")
+            atomic_write_bytes(docs / picture_name(scene), model_picture(scene, found))
+            entries.append(model_entry(scene, found))
+            print(f"  {name}: {HEADLINES[name].text(found)}", flush=True)
+            continue
         if beyond_the_ribbon(scene) is not None:
             rod = solve_scene(scene, "elastica", options=Options(error=True))
             if rod.word != "converged":
@@ -193,7 +233,7 @@ def run(out: Path) -> None:
     named = ", ".join(f"{key} {packages[key]}" for key in ("numpy", "numba", "cyipopt") if key in packages)
     head = (
         "Every scene that comes with the package, solved by the ribbon alone from its own seed or along its path (the "
-        "daisies by the planar elastica). "
+        "daisies by the planar elastica, rods by the model that the scene names). "
         "Blue is the side of t_y, ochre the other (a Moebius band has one side); clamps are orange, walls grey. "
         "Lengths are in l, energies in D w / l. The numbers are those of the segments that the scene asks for; "
         "what stands beside them says how far that is from finer ones, from a shell or from a closed form. Times "

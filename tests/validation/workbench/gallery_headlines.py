@@ -71,6 +71,15 @@ def _across_weight(e: Equilibrium) -> float:
     return float(np.hypot(*e.end.position[1:]))
 
 
+def _out_of_the_bend(run: State) -> float:
+    """In the papers' unit, l being 25 pi of it."""
+    return 25.0 * math.pi * float(run.shape.centreline(np.array([1.0]))[0, 0])
+
+
+def _diameter(run: State) -> float:
+    return float(np.linalg.norm(run.middle.position))
+
+
 def _aside(run: State) -> float:
     """In cm, of a stem 10 cm long."""
     return 10.0 * float(run.shape.centreline(np.array([1.0]))[0, 0])
@@ -176,6 +185,14 @@ HEADLINES: dict[str, Headline] = {
     "moebius_table_fallen": Headline(
         "height of the centre of weight over the table, l", _centre_height, ".4f",
         "0.0351 with 400 segments: [moebius_table](../results/moebius_table.md)",
+    ),
+    "bend_45": Headline(
+        "the tip's way out of the plane, in units of the section's side", _out_of_the_bend, ".3f",
+        "Simo and Vu-Quoc 1986 with 8 linear elements: 53.37, shooting on the rod's equations: 53.475 "
+        "(`tests/shellref/rod/test_rod.py`)",
+    ),
+    "roll_up": Headline(
+        "diameter of the circle, l", _diameter, ".5f", "1 / pi; the ends meet (`tests/shellref/rod/test_rod.py`)"
     ),
     "rod_4_5": Headline(
         "the free end's place across the weight, sqrt(y^2 + z^2) / l", _across_weight, ".5f",
