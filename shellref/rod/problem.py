@@ -6,13 +6,12 @@ D w / l, weight D w / l^3.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from shellref.rod.quaternion import Array, conjugate, product, quaternion, rotation, turn_between, turned
+from shellref.rod.quaternion import Array, conjugate, product, quaternion, right, rotation, turn_between, turned
 
 Pair = tuple[float, float]
 
@@ -122,17 +121,22 @@ def rest_shape(problem: RodProblem, s: Array) -> tuple[Array, Array]:
     frame is held places it; with points alone the chord is laid along theirs.
     """
     fine = np.union1d(np.linspace(0.0, 1.0, 401), s)
-    a, b = problem.rest[:, 0], problem.rest[:, 1] - problem.rest[:, 0]
-    q, r = np.zeros((len(fine), 4)), np.zeros((len(fine), 3))
-    q[0, 0] = 1.0
-    for i, (x, y) in enumerate(itertools.pairwise(fine)):
-        h = y - x
-        gauss = [x + h * (0.5 - math.sqrt(3.0) / 6.0), x + h * (0.5 + math.sqrt(3.0) / 6.0)]
-        first, last = (a + b * point for point in gauss)
-        mean = 0.5 * h * (first + last) + math.sqrt(3.0) / 12.0 * h * h * np.cross(first, last)
-        q[i + 1] = turned(q[i], mean)
-        at = [rotation(q[i])[:, 2], rotation(turned(q[i], 0.5 * mean))[:, 2], rotation(q[i + 1])[:, 2]]
-        r[i + 1] = r[i] + h / 6.0 * (at[0] + 4.0 * at[1] + at[2])
+    law, slope = problem.rest[:, 0], problem.rest[:, 1] - problem.rest[:, 0]
+    h = np.diff(fine)[:, None]
+    middle = fine[:-1, None] + 0.5 * h
+    first, last = (law + slope * (middle + side * h * math.sqrt(3.0) / 6.0) for side in (-1.0, 1.0))
+    mean = 0.5 * h * (first + last) + math.sqrt(3.0) / 12.0 * h * h * np.cross(first, last)
+    one = np.array([1.0, 0.0, 0.0, 0.0])
+    turns = turned(np.broadcast_to(one, (len(mean), 4)), mean)
+    q = np.empty((len(fine), 4))
+    q[0] = one
+    for i, turn in enumerate(turns):
+        q[i + 1] = right(turn) @ q[i]
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    tangent = rotation(q)[:, :, 2]
+    between = rotation(turned(q[:-1], 0.5 * mean))[:, :, 2]
+    steps = h / 6.0 * (tangent[:-1] + 4.0 * between + tangent[1:])
+    r = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
     pick = np.searchsorted(fine, s)
     r, q = r[pick], q[pick]
     return _placed(problem, r, q)

@@ -31,6 +31,11 @@ def product(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("kij,...i,...j->...k", PRODUCT, a, b))
 
 
+def right(b: Array) -> Array:
+    """The matrix (4, 4) of the product with b (4,) from the right: a b = right(b) a."""
+    return np.asarray(PRODUCT @ b)
+
+
 def conjugate(q: Array) -> Array:
     """q*."""
     return np.asarray(q @ CONJUGATE)

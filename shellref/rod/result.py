@@ -49,8 +49,8 @@ class Reaction:
 
 @dataclass(frozen=True)
 class RodResult:
-    """State of the rod and how it was found; `reached`: the share of the last stage; error: of the nodes' positions,
-    over l, against elements half as long."""
+    """State of the rod and how it was found; `reached`: the share of the last stage; error: of the shape, over l,
+    against elements half as long."""
 
     problem: RodProblem
     elements: Elements

@@ -24,6 +24,7 @@ NAMES = (
     "roman",
     "curl_length",
     "rod_ribbon",
+    "rod_figures",
     "clamp_layer",
     "clamp_limit",
     "elastica_order",
