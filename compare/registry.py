@@ -58,6 +58,7 @@ BUILT_IN = (
     Entry("curve_angle", ("curve_angle",), "compare.models.curve_angle:CurveAngleModel"),
     Entry("antman", ("antman",), "compare.models.antman:AntmanModel"),
     Entry("shell", (), "compare.models.shell:ShellModel"),
+    Entry("tape", ("tape", "tape_plain"), "compare.models.tape:TapeModel"),
 )
 
 
