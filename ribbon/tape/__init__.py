@@ -2,5 +2,5 @@
 10.1016/j.ijsolstr.2011.09.011).
 
 The centroids' line is bent and stretched in its plane; the section stays plane, normal to the line and inextensible.
-It has one curvature (plain) or several even Legendre terms (enriched) as fields of s. Lengths in l, energies in D w / l.
+It has one curvature (plain) or even Legendre terms of it (enriched) as fields of s. Lengths in l, energies in D w / l.
 """
