@@ -37,7 +37,6 @@ ELSEWHERE = {
     *("lateral_7_1", "shift_7_2", "limits_7_3"),
     *("daisy_5g", "daisy_10g", "daisy_straight"),
     *("edge_published", "jfig_5_2", "rod_4_5", "bend_45", "roll_up"),
-    *("edge_published", "jfig_5_2", "rod_4_5"),
     *("tape_4_1", "tape_4_1_equal", "tape_4_2"),
 }
 
