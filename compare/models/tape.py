@@ -124,7 +124,7 @@ class TapeModel:
     """`compare.models.base.Model`: a planar tape spring, enriched ("tape") or plain ("tape_plain")."""
 
     name = "tape"
-    presenter: str | None = "compare.pages.tape"
+    presenter: str | None = "compare.pages.rods.tape"
     reads = frozenset(
         {
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.young",
