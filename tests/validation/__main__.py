@@ -13,6 +13,8 @@ NAMES = (
     "coils",
     "minimisers",
     "strong_form",
+    "shooting",
+    "claims",
     "formulations",
     "start_clamp",
     "forces",
