@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -97,17 +96,18 @@ def _picture(overlay: dict[str, np.ndarray], path: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(9, 4.2), constrained_layout=True)
+    figure, axes = plt.subplots(1, 2, figsize=(5.2, 6.4), sharey=True, constrained_layout=True)
     line, dots = overlay["shooting"], overlay["ribbon"]
-    for axis, (i, j) in zip(axes, itertools.islice([(2, 0), (1, 0)], 2), strict=True):
+    for axis, (i, j) in zip(axes, ((2, 0), (1, 0)), strict=True):
         axis.plot(line[:, i], line[:, j], color="tab:green", lw=2, label="shooting")
         axis.plot(dots[:, i], dots[:, j], "o", color="tab:blue", ms=4, mfc="none", label="curvature elements")
         axis.set_aspect("equal")
         axis.set_xlabel(f"{'xyz'[i]} / l")
-        axis.set_ylabel(f"{'xyz'[j]} / l (up: {'x'})")
+        axis.tick_params(axis="x", rotation=60)
         axis.grid(alpha=0.3)
-    axes[0].legend()
-    figure.suptitle("Figure 4.1 of the thesis: one strip, two methods")
+    axes[0].set_ylabel("x / l, upwards")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+    figure.suptitle("Figure 4.1 of the thesis: one strip, two methods", fontsize=11)
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
