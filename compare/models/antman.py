@@ -99,7 +99,7 @@ class AntmanModel:
     """`compare.models.base.Model`: the geometrically exact rod with bending, torsion, shear and stretch."""
 
     name = "antman"
-    presenter: str | None = None
+    presenter: str | None = "compare.pages.rods.antman"
     reads = frozenset(
         {
             "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",

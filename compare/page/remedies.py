@@ -30,6 +30,8 @@ REMEDIES = {
     ("ribbon", "infeasible"): ", or declare a [[path]] that leads there",
     ("ribbon", "flipped"): "; start from a nearer [seed] or a [[path]]",
     ("elastica", "limit_point"): ": go past it by arc length: --set model.arc_length=always",
+    ("antman", "unstable"): ": use --leave-saddle to go down to a stable one, or start from another [seed]",
+    ("antman", "limit_point"): ": choose another [seed], or go there by a [[path]]",
     ("elastica", "not_converged"): ": choose another [seed], or go there by a [[path]]",
 }
 

@@ -72,7 +72,8 @@ class RibbonModel:
         """A rod; keys of which one would be ignored."""
         beyond = beyond_the_ribbon(scene)
         if beyond is not None:
-            remedy = 'use ribbonbench solve with model.energy = "elastica"'
+            rod = "elastica" if beyond[0] == "strip.second_moment" else "antman"
+            remedy = f'use ribbonbench solve with model.energy = "{rod}"'
             return BadInput(beyond[0], None, f"is in the scene: the ribbon {beyond[1]}", remedy)
         if name_for(scene.model.energy) not in (self.name, "elastica"):
             return BadInput("model.energy", scene.model.energy, "is another model's than the ribbon's")

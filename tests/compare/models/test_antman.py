@@ -7,8 +7,10 @@ import pytest
 
 from compare import registry
 from compare.errors import BadInput
+from compare.measure.grid import Grid
 from compare.models import solve
 from compare.models.base import BESIDE, Options, Size, Status, check_keys
+from compare.pages.rods import antman as page
 from compare.scene.scene import load, loads
 
 CURL = {"strip.gamma": 20.0, "model.energy": "antman"}
@@ -65,6 +67,26 @@ def test_what_is_exported_is_what_is_stored():
     assert np.linalg.norm(points[:, 1] - points[:, 0], axis=1) == pytest.approx(0.02)
     assert state.supports.start.force == pytest.approx([20.0, 0.0, 0.0], abs=1e-6)
     assert state.supports.end is None
+
+
+def test_its_page(tmp_path):
+    """rod.csv: the section's moment at the clamp is the clamp's; rows and sentences name loads and strains."""
+    scene = load("bend_45")
+    state = solve(scene)
+    written = page.write(tmp_path, scene, state, Grid.for_shape(scene, state.shape.bend))
+    assert {"rod.csv", "antman.vtu", "centreline.csv"} == set(written.files)
+    assert [picture.file for picture in written.pictures] == ["antman.png"]
+    along = np.genfromtxt(tmp_path / "rod.csv", delimiter=",", names=True)
+    carried = [along[f"moment_{axis}"][0] for axis in "xyz"]
+    assert scene.frame @ carried == pytest.approx(-state.supports.start.moment, abs=1e-2)
+    end = [along[f"force_{axis}"][-1] for axis in "xyz"]
+    assert state.end.frame @ end == pytest.approx(scene.tip_force, abs=2e-2)
+    found = dict(page.rows(scene, state))
+    assert found["force at the tip"].startswith("4.44132 0 0")
+    result = page.result(scene, state)
+    assert result["max_abs_shear"] == pytest.approx(1.2e-4, abs=1e-6)
+    assert not result["flutter"]
+    assert "1.2e-04" in page.sentences(scene, state)[1]
 
 
 CLAMPED = """

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from shellref.rod.elements import Elements, State
+from shellref.rod.newton import Balance
 from shellref.rod.problem import RodProblem, rectangle, rest_shape, torsion_constant
 from shellref.rod.quaternion import PRODUCT, product, quaternion, rotation, turn_between, turned
 
@@ -128,3 +129,17 @@ def test_the_rest_shape_is_a_helix():
     np.testing.assert_allclose(r @ axis, 0.8 * s, atol=1e-9)
     chord = np.linalg.norm(r[-1] - r[0] - 0.8 * axis)
     assert chord == pytest.approx(2.0 * 3.0 / 25.0 * np.sin(2.5), abs=1e-9)
+
+
+def test_negative_pivots_are_negative_eigenvalues():
+    """Of the free part of a tangent far from equilibrium, on which nothing is definite."""
+    elements, problem, state = disturbed(2)
+    free = replace(problem, moment=np.zeros(3))
+    counted = set()
+    for factor in (-3.0, 0.0, 1.0, 3.0):
+        balance = Balance(elements, free)
+        whole, found = balance.factor(state, free, factor * elements.stress(state, free))
+        dense = (balance.free.T @ whole @ balance.free).toarray()
+        assert found.negative == int(np.sum(np.linalg.eigvalsh(dense) < 0.0))
+        counted.add(found.negative)
+    assert len(counted) > 2

@@ -1,0 +1,139 @@
+"""What `ribbonbench solve` says, draws and writes of the shearable rod beyond what every state has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.export.formats import array_csv
+from compare.measure.grid import Grid
+from compare.models.base import BESIDE, State
+from compare.page import told
+from compare.page.drawing import pictured
+from compare.page.page import Picture
+from compare.page.remedies import message
+from compare.page.si import array_with_si
+from compare.pages.result import spent
+from compare.pages.written import LINE_POINTS, Written, write_any
+from compare.scene.scene import Scene
+from compare.scene.units import Units
+from compare.store.store import atomic_write_bytes
+
+FloatArray = NDArray[np.float64]
+
+PICTURE, ALONG = "antman.png", "rod.csv"
+
+#: Columns of rod.csv, with their units: strains, and what the section carries, in its own frame.
+COLUMNS = {
+    "s": "l", "shear_x": "", "shear_y": "", "stretch": "", "kappa_1": "1/l", "kappa_2": "1/l", "kappa_3": "1/l",
+    "force_x": "D w / l^2", "force_y": "D w / l^2", "force_z": "D w / l^2", "moment_x": "moment",
+    "moment_y": "moment", "moment_z": "moment",
+}  # fmt: skip
+
+BEGAN = {
+    "natural": "the rest shape, the loads raised",
+    "seed": "a rod bent like the seed",
+    "path": "the rest shape or the seed, then the stages of the path",
+    BESIDE: "another model's shape",
+}
+"""Where a rod began, in words."""
+
+
+def result(scene: Scene, state: State) -> dict[str, Any]:
+    """Keys of result.json that only this rod has."""
+    r = state.native
+    section = r.problem.section
+    return {
+        "model": {
+            "energy": scene.model.energy, "formulation": "quaternions", "elements": len(r.elements.joints) - 1,
+            "degree": r.degree, "unknowns": state.unknowns,
+        },
+        "path": {"reached": r.reached, "steps": r.steps, "snaps": r.snaps},
+        "section": {
+            "bending": section.bending, "torsion": section.torsion, "shear": section.shear,
+            "stretch": section.stretch,
+        },
+        "max_abs_shear": float(np.abs(_along(state)[:, 1:3]).max()),
+        "max_abs_stretch": float(np.abs(_along(state)[:, 3]).max()),
+        "flutter": r.flutter,
+    }  # fmt: skip
+
+
+def _along(state: State) -> FloatArray:
+    """The columns of rod.csv (k, 13)."""
+    s = np.linspace(0.0, 1.0, LINE_POINTS)
+    return np.column_stack([s, state.native.strains(s), state.native.section_forces(s)])
+
+
+def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
+    """antman.vtu, centreline.csv, rod.csv (strains and section forces), antman.png."""
+    written = write_any(out, scene, state, grid)
+    of = {name: unit for name, unit in COLUMNS.items() if unit}
+    atomic_write_bytes(out / ALONG, array_csv(*array_with_si(list(COLUMNS), _along(state), of, Units.of(scene))))
+
+    def draw() -> None:
+        from compare.pictures.rod import rod_picture
+
+        rod_picture(out / PICTURE, scene, state, _along(state))
+
+    drawn = pictured(draw)
+    end = state.end
+    assert end is not None
+    alt = (
+        "The rod in space, its curvatures and the moments of its section along it; the end stands at "
+        f"({', '.join(f'{c + 0.0:.3f}' for c in end.position)}) l."
+    )
+    caption = "The rod in space; curvatures (dashed at rest) and what the section carries, along it."
+    files = {**written.files, ALONG: "strains, force and moment of the section along the rod"}
+    return replace(written, files=files, pictures=(Picture(PICTURE, alt, caption),) if drawn else ())
+
+
+def sentences(scene: Scene, state: State) -> list[str]:
+    """The state in a sentence, and how much it shears and stretches."""
+    error = "unknown" if state.error is None else f"{state.error:.1e} l"
+    along = np.abs(_along(state)[:, 1:4]).max(axis=0)
+    found = [
+        f"Shearable rod: {message(state)}; discretisation error {error}, {state.seconds.warm * 1e3:.3g} ms.",
+        f"It shears by at most {max(along[0], along[1]):.1e} and stretches by at most {along[2]:.1e}.",
+    ]
+    if not state.native.problem.conservative:
+        found.append(
+            "The moment at its tip keeps its direction: in space it has no potential, and stability is judged by all "
+            "eigenvalues of an unsymmetric tangent."
+        )
+    return found
+
+
+def rows(scene: Scene, state: State, units: Units | None = None) -> Sequence[tuple[str, str]]:
+    """What `ribbonbench solve` prints: name and text. units: in which forces stand first; None: the scene's."""
+    units = Units.of(scene) if units is None else units
+    energy, end = state.energy, state.end
+    assert energy is not None
+    assert end is not None
+    held = (("s = 0", state.supports.start), ("s = l", state.supports.end))
+    place = [
+        ("energy", told.energies(energy.to_dict(), units)),
+        ("s = l", told.place(end.position, units)),
+        *((f"force at {where}", told.force(one.force, units)) for where, one in held if one is not None),
+        *((f"moment at {where}", told.moment(one.moment, units)) for where, one in held if one is not None),
+    ]
+    loads = []
+    if np.any(scene.tip_force):
+        loads.append(("force at the tip", told.force(scene.tip_force, units)))
+    if np.any(scene.tip_moment):
+        loads.append(("moment at the tip", told.moment(scene.tip_moment, units)))
+    return [
+        ("status", message(state)),
+        *(place if state.is_equilibrium else []),
+        *loads,
+        ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
+        ("began at", BEGAN[state.start]),
+        ("model", f"antman, {state.size.label} elements of degree {state.size.degree}"),
+        ("discretisation error", "unknown" if state.error is None else told.length(units, state.error)),
+        ("time", spent(state.seconds)),
+    ]
