@@ -49,7 +49,7 @@ def section_of(scene: Scene) -> Section:
             if getattr(rod, name) is None:
                 raise BadInput(
                     "strip.thickness", None, f"is not given, and so the section's stiffness in {name} is not known",
-                    f"add strip.thickness, or rod.{name}",
+                    f"add {'' if scene.strip.second_moment else 'strip.thickness, or '}rod.{name}",
                 )  # fmt: skip
         assert rod.bending is not None
         assert rod.torsion is not None

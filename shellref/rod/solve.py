@@ -13,11 +13,15 @@ from shellref.rod.newton import Balance, held_exactly
 from shellref.rod.problem import RodProblem, rest_shape
 from shellref.rod.quaternion import Array, continuous, quaternion
 from shellref.rod.result import RodResult, RodStatus, energy_of, reactions
-from shellref.rod.stability import leave, lowest_mode
+from shellref.rod.stability import descend, leave, lowest_mode
 from shellref.rod.walk import Walk, follow
 
 SAMPLES = 1001
 """Abscissae at which shapes are compared."""
+
+
+NEARBY = 100.0
+"""First shift of a descent from a given shape, D w / l^4: a straight cantilever's lowest eigenvalue is 12.4."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,8 @@ def _state(near: Start) -> State:
 
 
 def _beside(mesh: Elements, near: Start, problem: RodProblem) -> Walk:
-    """At the problem itself, from a shape; where Newton does not find it, the shape's own forces fade."""
+    """At the problem itself, from a shape; where Newton does not find it, down in energy, or the shape's own forces
+    fade."""
     state = held_exactly(_state(near), problem)
     balance = Balance(mesh, problem)
     walk = Walk(state, balance=balance)
@@ -95,9 +100,13 @@ def _beside(mesh: Elements, near: Start, problem: RodProblem) -> Walk:
     stress[..., :3] = 0.0
     found = balance.solve(state, problem, stress)
     walk.iterations = found.iterations
-    if found.state is None:
-        walk = follow(mesh, state, [problem, problem])
+    if found.state is None and problem.conservative:
+        found = descend(balance, state, problem, NEARBY)
         walk.iterations += found.iterations
+    if found.state is None:
+        spent = walk.iterations
+        walk = follow(mesh, state, [problem, problem])
+        walk.iterations += spent
         return walk
     walk.take(found, 0, 1.0, "beside")
     return walk

@@ -69,6 +69,16 @@ def test_what_is_exported_is_what_is_stored():
     assert state.supports.end is None
 
 
+def test_a_coarse_curl_is_found_on_halved_elements():
+    """24 radians of natural curvature on 20 elements: Newton fails from there, and the descent does not."""
+    scene = load("curl_4_4_long").replace({"model.energy": "antman", "strip.length": 0.35, "seed.curvature": None})
+    state = solve(scene, size=Size("antman 2", (16,), 2), options=Options(leave_saddle=True))
+    assert state.ok
+    finer = registry.model("antman").refined(state)
+    assert finer.ok
+    assert np.linalg.norm(finer.end.position - state.end.position) < 0.02
+
+
 def test_its_page(tmp_path):
     """rod.csv: the section's moment at the clamp is the clamp's; rows and sentences name loads and strains."""
     scene = load("bend_45")
