@@ -392,7 +392,7 @@ def _entry(mark: Mark) -> dict[str, object]:
         "stage": mark.stage + 1, "t": mark.share, "accepted": True, "jump": mark.jumped, "stable": mark.stable,
         "negative": mark.negative, "turn_start": mark.angles[0], "turn_end": mark.angles[1], "end_z": mark.end[0],
         "end_y": mark.end[1], "force_z": mark.force[0], "force_y": mark.force[1], "moment_start": mark.moments[0],
-        "moment_end": mark.moments[1], "fold": mark.fold, "flattest": mark.flattest,
+        "moment_end": mark.moments[1], "fold": mark.fold, "flattest": mark.flattest, "iterations": mark.iterations,
     }  # fmt: skip
 
 

@@ -39,7 +39,8 @@ class Status(Enum):
 @dataclass(frozen=True)
 class Mark:
     """A point of the way: stage (from 0) and its share; fold: s where the section is flattest, with its kappa^0; forces
-    (x, y; `force` at the end) and moments at both ends (D w / l^2, D w / l), angles (rad), the end's point (l)."""
+    (x, y; `force` at the end) and moments at both ends (D w / l^2, D w / l), angles (rad), the end's point (l);
+    iterations of Newton's method."""
 
     stage: int
     share: float
@@ -53,6 +54,7 @@ class Mark:
     moments: tuple[float, float]
     fold: float
     flattest: float
+    iterations: int
     x: FloatArray
 
 
@@ -135,21 +137,23 @@ def _gone(way: Way, point: Point, steps: Steps | None) -> list[Point]:
     found: list[Point] = []
     rod = way.rod
     push = -PUSH * rod.section.curvature * np.exp(-(((rod.s - 0.5) / PUSH_LENGTH) ** 2))
+    follow = False  # where no jump settles, the way itself is followed
     for _ in range(JUMPS + 1):
         branched = 0
         for ahead in way.walk(point, steps):
             found.append(ahead)
             branched = branched + 1 if ahead.branched else 0
-            if branched == SURE or ahead.load < BACKWARDS:
+            if (branched == SURE and not follow) or ahead.load < BACKWARDS:
                 break
-        if branched < SURE:
+        if branched < SURE or follow:
             return found
         last = next((one for one in reversed(found) if one.stable), point)
         load = min(max([last.load, *(one.load for one in found[-SURE:])]), 1.0)
         del found[found.index(last) + 1 if last in found else 0 :]
         here = _beyond(way, last, load, push)
         if here is None:
-            return found
+            follow, point = True, last
+            continue
         found.append(here)
         if here.load >= 1.0:
             return found
@@ -189,7 +193,7 @@ def marked(rod: Rod, stage: int, point: Point) -> Mark:
     return Mark(
         stage, point.load, point.stable, point.negative, point.jumped, (float(turns[0]), float(turns[1])),
         (float(end[0]), float(end[1])), forces[0], forces[1], (moments[0], moments[1]), float(rod.s[flat]),
-        float(nodes[flat, 4]), point.x,
+        float(nodes[flat, 4]), point.iterations, point.x,
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ NAMES = (
     "series",
     "derivatives",
     "coils",
+    "tape",
     "minimisers",
     "strong_form",
     "shooting",

@@ -1,0 +1,255 @@
+"""The tests of Martin et al. 2017 with the tape-spring rod, plain and enriched, beside the shell of the same tape.
+
+The shell's curves are read from results/tape_shell (tests/validation/shell/tape_shell.py) where they are.
+"""
+
+from __future__ import annotations
+
+import csv
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from compare.page.drawing import save
+from compare.store.store import atomic_write_text
+from ribbon.tape.held import Hold
+from ribbon.tape.law import exact, greatest, plateau, uniform
+from ribbon.tape.section import Section
+from ribbon.tape.solve import Tape, solve
+from tests.validation import page
+from tests.validation.pieces import Pieces
+
+ROOT = Path(__file__).resolve().parents[3]
+SHELL = ROOT / "results" / "tape_shell"
+D = 210000.0 * 0.15**3 / 12.0 / (1.0 - 0.3**2)  # N mm
+MOMENT, FORCE = D * 60.0 / 1000.0, D * 60.0 / 1e6  # N mm of D w / l, N of D w / l^2
+TERMS = {"plain": 1, "enriched": 3}
+COLOURS = {"plain": "#4a86c8", "enriched": "#222222", "shell": "#c2662d"}
+#: Of each test: how far its end goes (rad, l).
+TESTS = {"opposite": 0.5, "equal": -0.5, "cantilever": 0.4}
+ELEMENTS = (100, 200, 400, 800, 1600)
+STATIONS = 201
+
+
+def section(terms: int) -> Section:
+    """Table 2 of the paper, in l = 1000 mm."""
+    return Section(0.06, 1.5e-4, 0.3, 20.0, terms)
+
+
+def tape(test: str, terms: int, n: int) -> Tape:
+    """A test of the paper on n equal elements."""
+    far = TESTS[test]
+    held = Hold((0.0, 0.0), None, 0.0)
+    if test == "cantilever":
+        stages = [(held, Hold((1.0, 0.0), 0.0)), (held, Hold((1.0, far), 0.0))]
+    else:
+        stages = [(held, Hold((1.0, 0.0), 0.0, 0.0)), (Hold((0.0, 0.0), None, -far), Hold((1.0, 0.0), 0.0, far))]
+    return solve(section(terms), stages, np.full(n, 1.0 / n))
+
+
+def measured(test: str, terms: int, n: int) -> dict[str, Any]:
+    """The way of a test: what is imposed (rad, mm), what it takes (N mm, N), the fold; seconds."""
+    began = time.perf_counter()
+    found = tape(test, terms, n)
+    seconds = time.perf_counter() - began
+    rows = []
+    for mark in found.marks:
+        if test == "cantilever":
+            moved, load = mark.end[1] * 1000.0, mark.force[1] * FORCE
+        else:
+            moved, load = abs(mark.angles[1]), abs(mark.moments[1]) * MOMENT
+        rows.append([moved, load, mark.negative, int(mark.jumped), mark.fold * 1000.0, mark.flattest / 20.0])
+    s = np.linspace(0.0, 1.0, STATIONS)
+    top = max(range(len(rows)), key=lambda i: rows[i][1])
+    edge = section(terms).tables(np.ones(1))[1][0]  # beta at the edge, by kappa^i
+    shapes = [(found.rod.at(x, s)[:, 2:, 0] @ edge).tolist() for x in (found.marks[top].x, found.marks[-1].x)]
+    return {"rows": rows, "seconds": seconds, "iterations": found.iterations, "status": found.status.value,
+            "shapes": shapes, "unknowns": found.rod.size}  # fmt: skip
+
+
+def top_of(rows: list[list[float]]) -> tuple[float, float]:
+    """(imposed, load) where the load is greatest, by the parabola through three points."""
+    load = np.array([row[1] for row in rows])
+    moved = np.array([row[0] for row in rows])
+    k = int(np.argmax(load))
+    if 0 < k < len(rows) - 1 and np.ptp(moved[k - 1 : k + 2]) > 1e-6 * abs(moved[k]):
+        fit = np.polyfit(moved[k - 1 : k + 2] - moved[k], load[k - 1 : k + 2], 2)
+        at = -fit[1] / (2.0 * fit[0])
+        if fit[0] < 0.0 and abs(at) < np.abs(np.diff(moved[k - 1 : k + 2])).max():
+            return float(moved[k] + at), float(np.polyval(fit, at))
+    return float(moved[k]), float(load[k])
+
+
+def buckling(rows: list[list[float]]) -> float:
+    """Largest imposed value before the first unstable or jumped point: where the tape snaps."""
+    last = next((i for i, row in enumerate(rows) if row[2] > 0 or row[3]), len(rows))
+    return max(row[0] for row in rows[:last])
+
+
+def shell_rows(test: str) -> list[list[float]]:
+    """The shell's points (imposed, load, negative, 0), legs apart by a row of nan; empty where there are none."""
+    path = SHELL / f"{test}.csv"
+    if not path.exists():
+        return []
+    found: list[list[float]] = []
+    legs: dict[str, list[list[float]]] = {}
+    for row in csv.reader(path.read_text().splitlines()[1:]):
+        legs.setdefault(row[0], []).append([float(row[1]), float(row[2]), float(row[3]), 0.0])
+    for rows in legs.values():
+        found += [*rows, [np.nan, np.nan, 0.0, 0.0]]
+    return found
+
+
+def settled(rows: list[list[float]]) -> float:
+    """Mean load over the last half of what is imposed."""
+    rows = [row for row in rows if np.isfinite(row[0])]
+    tail = np.array([row[:2] for row in rows if row[0] >= 0.5 * rows[-1][0]][-30:])
+    order = np.argsort(tail[:, 0])
+    x, y = tail[order].T
+    return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) / (x[-1] - x[0]))
+
+
+def draw(path: Path, ways: dict[str, dict[str, dict[str, Any]]]) -> None:
+    """Above: load against what is imposed; below: how far the sections are open at the end of the way."""
+    figure = Figure(figsize=(13.0, 7.0), layout="constrained")
+    axes = figure.subplots(2, 3)
+    titles = {"opposite": "4.1, opposite sense", "equal": "4.1, equal sense", "cantilever": "4.2, cantilever"}
+    for column, test in enumerate(TESTS):
+        above, below = axes[0, column], axes[1, column]
+        for name, found in ways[test].items():
+            rows = np.array(found["rows"])
+            above.plot(rows[:, 0], rows[:, 1], "-", color=COLOURS[name], lw=1.2, label=name)
+            shaky = rows[:, 2] > 0
+            above.plot(rows[shaky, 0], rows[shaky, 1], "o", mfc="white", mec=COLOURS[name], ms=3)
+            s = np.linspace(0.0, 1000.0, STATIONS)
+            below.plot(s, found["shapes"][0], "--", color=COLOURS[name], lw=0.8, label=f"{name}, greatest load")
+            below.plot(s, found["shapes"][1], "-", color=COLOURS[name], lw=1.2, label=f"{name}, end")
+        shell = np.array(shell_rows(test))
+        if shell.size:
+            above.plot(shell[:, 0], shell[:, 1], "-", color=COLOURS["shell"], lw=1.2, label="shell")
+            shaky = shell[:, 2] > 0
+            above.plot(shell[shaky, 0], shell[shaky, 1], "o", mfc="white", mec=COLOURS["shell"], ms=3)
+        moved = test == "cantilever"
+        above.set(title=titles[test], xlabel="u3, mm" if moved else "turn of each end, rad",
+                  ylabel="force, N" if moved else "moment, N mm")  # fmt: skip
+        below.set(xlabel="s, mm", ylabel="angle of the section's edge, rad")
+        for one in (above, below):
+            one.grid(alpha=0.3)
+            one.legend(fontsize="x-small")
+    save(figure, path)
+
+
+def law_table() -> str:
+    """Uniform bending: greatest moment and plateau, by the terms of the section, and exact."""
+    rows = []
+    for name, law in (
+        ("plain, 1 term", partial(uniform, section(1))),
+        ("enriched, 3 terms", partial(uniform, section(3))),
+        ("5 terms", partial(uniform, section(5))),
+        ("any shape (closed form)", partial(exact, section(1))),
+    ):
+        for sense, sign in (("opposite", 1.0), ("equal", -1.0)):
+            moment, k = greatest(law, 40.0 * sign)
+            flat = plateau(law, 20.0 * sign)
+            rows.append([name, sense, f"{abs(moment) * MOMENT:.2f}", f"{abs(k) / 1000.0:.4e}",
+                         f"{abs(flat.moment) * MOMENT:.3f}", f"{flat.radius * 1000.0:.3f}"])  # fmt: skip
+    heads = ("section", "sense", "greatest M, N mm", "at k, 1/mm", "plateau, N mm", "fold radius, mm")
+    return page.table(heads, rows)
+
+
+def path_table(ways: dict[str, dict[str, dict[str, Any]]]) -> str:
+    """Greatest load, where the tape snaps, load at the end, time; the shell's where it is known."""
+    rows = []
+    for test, unit, form in (("opposite", "N mm", ".2f"), ("equal", "N mm", ".2f"), ("cantilever", "N", ".4f")):
+        shell = [row for row in shell_rows(test) if np.isfinite(row[0])]
+        best = top_of(shell)[1] if shell else None
+        for name, found in ways[test].items():
+            at, load = top_of(found["rows"])
+            off = "" if best is None else f"{100.0 * (load / best - 1.0):+.2f} %"
+            end = found["rows"][-1]
+            rows.append([test, name, f"{load:{form}} {unit}", off, f"{at:.4g}", f"{buckling(found['rows']):.4g}",
+                         f"{settled(found['rows']):{form}}", f"{end[4]:.0f}", f"{found['seconds']:.1f}"])  # fmt: skip
+        if shell:
+            at, load = top_of(shell)
+            rows.append([test, "shell", f"{load:{form}} {unit}", "", f"{at:.4g}", f"{buckling(shell):.4g}",
+                         f"{settled(shell):{form}}", "", ""])  # fmt: skip
+    heads = ("test", "model", "greatest load", "to the shell", "at (rad, mm)", "snaps at (rad, mm)", "mean at the end",
+             "fold at, mm", "s")  # fmt: skip
+    return page.table(heads, rows)
+
+
+def findings(ways: dict[str, dict[str, dict[str, Any]]]) -> str:
+    """The paper's statements (b) and (c) beside the shell: greatest load, and where the tape snaps."""
+    said = {"opposite": "4.1 (b)", "cantilever": "4.2 (c)", "equal": "4.1 in equal sense (not in the paper)"}
+    lines = []
+    for test, name in said.items():
+        shell = [row for row in shell_rows(test) if np.isfinite(row[0])]
+        if not shell:
+            continue
+        parts, off = [], {}
+        for model, found in ways[test].items():
+            load = top_of(found["rows"])[1] / top_of(shell)[1] - 1.0
+            snap = buckling(found["rows"]) / buckling(shell) - 1.0
+            off[model] = abs(load)
+            parts.append(
+                f"{model} {100.0 * load:+.1f} % in its greatest load and {100.0 * snap:+.1f} % in where it snaps"
+            )
+        nearer = min(off, key=lambda model: off[model])
+        lines.append(f"- {name}, against the shell: {'; '.join(parts)}. Nearer in the load: {nearer}.")
+    return "\n".join(lines)
+
+
+def element_table(pieces: Pieces) -> str:
+    """4.1 in the opposite sense on more and more elements."""
+    rows = []
+    for name, terms in TERMS.items():
+        for n in ELEMENTS:
+            one = pieces.get(f"opposite_{name}_{n}", partial(measured, "opposite", terms, n))
+            tail = np.array([row[1] for row in one["rows"] if row[0] > 0.25])
+            flat = [f"{tail.mean():.3f}", f"{np.ptp(tail):.3f}"] if tail.size else ["", ""]
+            spent = [str(one["iterations"]), f"{one['seconds']:.1f}", one["status"]]
+            rows.append([name, str(n), str(one["unknowns"]), f"{top_of(one['rows'])[1]:.3f}", *flat, *spent])
+    heads = ["section", "elements", "unknowns", "greatest M, N mm", "M beyond 0.25 rad", "its range", "iterations"]
+    return page.table([*heads, "s", "status"], rows)
+
+
+def run(results: Path) -> None:
+    """Writes results/tape."""
+    out = results / "tape"
+    pieces = Pieces("tape")
+    ways: dict[str, dict[str, dict[str, Any]]] = {}
+    for test in TESTS:
+        ways[test] = {
+            name: pieces.get(f"{test}_{name}_800", partial(measured, test, terms, 800)) for name, terms in TERMS.items()
+        }
+    out.mkdir(parents=True, exist_ok=True)
+    draw(out / "tape.png", ways)
+    lines = ["test,model,imposed,load,negative,jumped,fold_mm,flattest_over_rest"]
+    for test, by_name in ways.items():
+        for name, found in by_name.items():
+            lines += [",".join([test, name, *(f"{value:.6g}" for value in row)]) for row in found["rows"]]
+    atomic_write_text(out / "ways.csv", "\n".join(lines) + "\n")
+    shell = "with the shell of results/tape_shell" if any(shell_rows(test) for test in TESTS) else "without a shell yet"
+    page.write(
+        out / "README.md",
+        "Tape spring: the tests of Martin et al. 2017",
+        "python -m tests.validation tape",
+        f"The rod with a flexible section on 800 equal elements, plain and enriched, {shell}. Imposed: turn of each "
+        "end (rad) or u3 (mm). Unstable points are hollow. In the equal sense the tape branches and jumps, its middle "
+        "pushed flat by 5 % before the jump; the other ways are followed without a dent. All states are planar.",
+        "![ways and sections](tape.png)",
+        path_table(ways),
+        findings(ways),
+        "## Uniform bending",
+        law_table(),
+        "Plateaus are Maxwell's (equal areas); of the plain tape (1 + nu) D 2 beta0 = 101.250 N mm and "
+        "(1 - nu) D 2 beta0 = 54.519 N mm.",
+        "## Elements",
+        "4.1, opposite sense. On coarse elements a fold rests between them: the moment of the plateau, which is flat, "
+        "has a range, and arc length may lose the way.",
+        element_table(pieces),
+    )
