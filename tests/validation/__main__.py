@@ -35,6 +35,7 @@ NAMES = (
     "cantilever",
     "shell_mesh",
     "shell_cantilever",
+    "tape_shell",
     "shell_lateral",
     "twisted_tension",
     "lateral_torsional",

@@ -31,6 +31,12 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         either("gravity", bool(scene.gamma), f"Gamma = {scene.gamma:g}", "gravity"),
         either("load at the tip", bool(scene.tip_force.any()), "[tip]" if scene.tip else "no [tip]", "tip"),
         either("natural curvature", any(scene.curvature), "strip.natural_curvature", "strip.natural_curvature"),
+        either(
+            "curved section",
+            bool(scene.transverse_curvature),
+            "strip.transverse_curvature",
+            "strip.transverse_curvature",
+        ),
         either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),
     )
 
