@@ -65,7 +65,7 @@ def test_numbers_are_unique_and_in_order():
     assert len(found) > 60
     assert all(b == (a[0], a[1] + 1) or b == (a[0] + 1, 1) for a, b in pairwise(found))
     headings = [int(n) for n in re.findall(r"^## (\d+) ", PAGE, re.M)]
-    assert headings == list(range(1, 13))
+    assert headings == list(range(1, 14))
 
 
 def test_equations_are_well_formed():

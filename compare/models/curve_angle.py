@@ -42,7 +42,7 @@ EDGES = (10, 20, 40, 80, 160, 320)
 DEFAULT_EDGES = 100
 #: Edges up to which the rod is cut in two for its error and as a reference.
 MOST = 2000
-LADDER = "curve angle"
+LADDER = "curve_angle"
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class CurveAngleModel:
             "clamp.start.normal", "clamp.start.across", "clamp.start.slide", "clamp.end.position", "clamp.end.frame",
             "clamp.end.tangent", "clamp.end.normal", "clamp.end.across", "clamp.end.slide", "closure.kind",
             "closure.turns", "closure.twist", "rod.bending", "rod.torsion", "rod.natural_twist",
-            "rod.natural_in_plane", "model.energy", "model.stiffness", "model.elements", "model.grading",
+            "rod.natural_in_plane", "rod.twist", "model.energy", "model.stiffness", "model.elements", "model.grading",
             "model.element_lengths", "model.budget", "seed.curvature", "path",
         }
     )  # fmt: skip
@@ -125,6 +125,10 @@ class CurveAngleModel:
         """What the rod needs: stiffnesses, and ends that keep it from turning for ever."""
         from compare.models.curve_angle_start import held_badly, stiffness_missing
 
+        if scene.model.energy != self.name:
+            return BadInput(
+                "model.energy", scene.model.energy, f'is not "{self.name}"', f'choose model.energy = "{self.name}"'
+            )
         return stiffness_missing(scene) or held_badly(scene)
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
@@ -133,6 +137,9 @@ class CurveAngleModel:
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """Edges of equal length."""
+        refused = self.refusal(scene)
+        if refused is not None:
+            return (Ladder(LADDER, why=str(refused)),)
         return (Ladder(LADDER, tuple(Size(LADDER, (float(n),)) for n in EDGES)),)
 
     def solve(
@@ -145,8 +152,9 @@ class CurveAngleModel:
         say: Reporter | None = None,
     ) -> State:
         """From the seed and through the stages of the path, or from `near`."""
-        from compare.models.curve_angle_start import left, way
-        from ribbon.rods.stability import judged
+        from compare.models.curve_angle_start import way
+        from ribbon.rods.result import RodShape
+        from ribbon.rods.stability import judged, left
         from ribbon.solvers.budget import within
 
         options = options or Options()
@@ -160,7 +168,7 @@ class CurveAngleModel:
             found, seconds = clocked(lambda: way(scene, lengths, near), options.repeats)
             stability = judged(found.found) if found.found.ok else None
             if options.leave_saddle and stability is not None and stability.stable is False:
-                found = left(found, stability)
+                found = RodShape(left(found.found, stability))
                 stability = judged(found.found) if found.found.ok else None
             state = state_of(scene, found, stability)
             state = replace(state, seconds=seconds, start="near" if near is not None else state.start)
@@ -200,6 +208,7 @@ def state_of(scene: Scene | None, shape: RodShape, stability: Stability | None) 
     stable = None if stability is None else stability.stable
     status = Status.NOT_CONVERGED if not found.ok else Status.UNSTABLE if stable is False else Status.CONVERGED
     constant = natural_constant(rod.rest[0])
+    follows = scene is not None and scene.rod is not None and scene.rod.twist == "quasi-static"
     start, end = shape.reactions
     parts = shape.parts
     size = Size(LADDER, (float(rod.edges),))
@@ -222,7 +231,7 @@ def state_of(scene: Scene | None, shape: RodShape, stability: Stability | None) 
         iterations=found.iterations,
         lowest_eigenvalue=None if stability is None or stability.stable is None else stability.eigenvalue,
         supports=Supports(None if rod.start.free else Force(*start), None if rod.end.free else Force(*end)),
-        unknowns=shape.problem.size,
+        unknowns=shape.problem.size - (rod.edges if follows else 0),
         numbers={
             "segments": rod.edges,
             "max_abs_tau": float(np.abs(shape.strains[:, 2]).max()),

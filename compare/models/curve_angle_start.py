@@ -13,20 +13,14 @@ from compare.errors import BadInput
 from compare.models.base import Shape
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import Rod, RodEnd, marched, rotation
-from ribbon.rods.solve import solve, stepped
+from ribbon.rods.solve import newton, solve
 from ribbon.rods.start import from_frames
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from ribbon.rods.curve_angle import CurveAngle
-    from ribbon.rods.stability import Stability
 
 FloatArray = NDArray[np.float64]
-
-#: Curvature times l out of its plane with which a closed rod begins.
-OUT = 1.0
-#: Longest move (l, rad) with which a saddle is left.
-LEFT = 0.05
 
 
 def stiffness_missing(scene: Scene) -> BadInput | None:
@@ -138,8 +132,6 @@ def begun(scene: Scene, rod: Rod) -> tuple[CurveAngle, FloatArray]:
         strains = np.zeros((rod.edges + 1, 3))
         strains[:, 0] = sense * 2.0 * math.pi * scene.closure.turns
         turn = seam_turn(scene)
-        if turn:  # a circle is an equilibrium at every turn, stable or not: begun a little out of its plane
-            strains[:, 1] = OUT * np.cos(4.0 * math.pi * rod.middles)
     elif scene.seed.curvature is not None:
         values = np.array(scene.seed_curvature)
         strains = np.zeros((rod.edges + 1, 3))
@@ -169,11 +161,15 @@ def beside(rod: Rod, shape: Shape) -> tuple[CurveAngle, FloatArray]:
 
 def way(scene: Scene, lengths: FloatArray, near: Shape | None) -> RodShape:
     """The scene's rod: from the seed through the stages of the path, or from another model's shape."""
+    quasi = scene.rod is not None and scene.rod.twist == "quasi-static"
     if near is not None:
-        return RodShape(solve(*beside(rod_of(scene, lengths), near)))
+        return RodShape(solve(*beside(rod_of(scene, lengths), near), quasi_static=quasi))
     stages = scene.stages()
     problem, y = begun(stages[0], rod_of(stages[0], lengths))
-    found = solve(problem, y)
+    # a round rod's circle of even twist is an equilibrium at every turn: not to be left for any other on the way
+    found = newton(problem, y) if scene.closure is not None else None
+    if found is None or not found.ok:
+        found = solve(problem, y, quasi_static=quasi)
     for stage in stages[1:]:
         if not found.ok:
             break
@@ -182,17 +178,9 @@ def way(scene: Scene, lengths: FloatArray, near: Shape | None) -> RodShape:
         for at, end in ((0, rod.start.frame), (-1, rod.end.frame)):
             if end is not None:
                 frames[at] = end
-        found = solve(replace(problem, rod=rod, anchors=replace(found.problem.anchors, frames=frames)), found.y)
+        anchors = replace(found.problem.anchors, frames=frames)
+        found = solve(replace(problem, rod=rod, anchors=anchors), found.y, quasi_static=quasi)
     return RodShape(found)
-
-
-def left(shape: RodShape, stability: Stability) -> RodShape:
-    """From a saddle down its unstable direction to another equilibrium."""
-    found = shape.found
-    if stability.mode.size != found.y.size:
-        return shape
-    step = LEFT / max(float(np.abs(stability.mode).max()), 1e-300) * stability.mode
-    return RodShape(solve(found.problem, stepped(found.problem, found.y, step)))
 
 
 def cut_in_two(shape: RodShape) -> RodShape:

@@ -33,6 +33,11 @@ class RodShape:
         """The rod."""
         return self.problem.rod
 
+    @property
+    def iterations(self) -> int:
+        """Of the minimiser and of Newton."""
+        return self.found.iterations
+
     # -- shape -------------------------------------------------------------------------------------------------------
 
     @cached_property

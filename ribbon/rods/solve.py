@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from ribbon.rods.curve_angle import CurveAngle
+from ribbon.rods.quasi_static import QuasiStatic
 from ribbon.rods.rod import FloatArray
 from ribbon.solvers.budget import spent
 
@@ -30,6 +31,9 @@ FIRST_PIECE, LEAST_PIECE = 0.25, 1e-4
 _REACH = 0.5
 #: Least share of a step.
 _LEAST = 1e-3
+#: Stiffness of a bed (over the rod's least) that keeps Newton's steps from motions that nothing resists, as of a round
+#: ring about its seam's tangent; it does not move the equilibria.
+SOFT = 1e-5
 
 
 @dataclass(frozen=True)
@@ -59,15 +63,19 @@ def rounding(problem: CurveAngle) -> float:
     return 2.0 * float(np.finfo(float).eps) * max(rod.stiffness) / float(rod.lengths.min()) ** 3
 
 
-def solve(problem: CurveAngle, y: FloatArray, options: dict[str, Any] | None = None) -> Found:
-    """The equilibrium that is found from y (4 n + 3,)."""
+def solve(
+    problem: CurveAngle, y: FloatArray, options: dict[str, Any] | None = None, quasi_static: bool = False
+) -> Found:
+    """The equilibrium that is found from y (4 n + 3,); options: Ipopt's. quasi_static: the angles are no unknowns of
+    Ipopt's but follow the centreline (`ribbon.rods.quasi_static`); the equilibria are the same."""
     clock = time.perf_counter()
+    y = spread(problem, y)
     bare = loaded(problem, 1.0, 0.0)
-    found = _minimised(bare, y, options, 1)
+    found = _minimised(bare, y, options, 1, quasi_static)
     if not found.ok and not spent():
         raised = _raised(bare, y, lambda share: loaded(problem, share, 0.0))
         if raised.ok:
-            found = _minimised(bare, raised.y, options, ROUNDS)
+            found = _minimised(bare, raised.y, options, ROUNDS, quasi_static)
             found = raised if not found.ok else found
             found = replace(found, iterations=found.iterations + raised.iterations)
     if problem.rod.moment.any() and found.ok:
@@ -78,6 +86,21 @@ def solve(problem: CurveAngle, y: FloatArray, options: dict[str, Any] | None = N
     return replace(found, seconds=time.perf_counter() - clock)
 
 
+def spread(problem: CurveAngle, y: FloatArray) -> FloatArray:
+    """y with the held ends where they are held: what misses is spread over the rod, not put on the edges there."""
+    rod, points = problem.rod, problem.positions(y).copy()
+    for end, at, share in ((rod.start, 0, 1.0 - rod.vertices), (rod.end, -1, rod.vertices)):
+        if end.position is not None:
+            miss = end.position - points[at]
+            if end.slide is not None:
+                miss = miss - (miss @ end.slide) * end.slide
+            points += share[:, None] * miss
+    moved = y.copy()
+    for i in range(3):
+        moved[i::4] = points[:, i]
+    return moved
+
+
 def loaded(problem: CurveAngle, forces: float, moment: float) -> CurveAngle:
     """The rod with these shares of its dead forces and of its dead moment."""
     rod = problem.rod
@@ -85,7 +108,7 @@ def loaded(problem: CurveAngle, forces: float, moment: float) -> CurveAngle:
     return replace(problem, rod=less)
 
 
-def _minimised(problem: CurveAngle, y: FloatArray, options: dict[str, Any] | None, rounds: int) -> Found:
+def _minimised(problem: CurveAngle, y: FloatArray, options: dict[str, Any] | None, rounds: int, quasi: bool) -> Found:
     """By Ipopt, again from where it stopped with new anchors if a tangent turned too far from the old ones."""
     from ribbon.solvers.ipopt import minimise
 
@@ -93,8 +116,15 @@ def _minimised(problem: CurveAngle, y: FloatArray, options: dict[str, Any] | Non
     tolerance = max(1e-10, rounding(problem))
     for _ in range(rounds):
         problem = problem.anchored(y)
-        result = minimise(problem, y, {"tol": tolerance, "max_iter": ITERATIONS, **(options or {})})
-        y, count = result.x, count + result.iterations
+        asked = {"tol": tolerance, "max_iter": ITERATIONS, **(options or {})}
+        if quasi:
+            reduced = QuasiStatic(problem, problem.angles(y))
+            result = minimise(reduced, problem.positions(y).ravel(), asked)
+            y = reduced.whole(result.x)
+        else:
+            result = minimise(problem, y, asked)
+            y = result.x
+        count += result.iterations
         residual = result.residual / size_of_forces(problem)
         ok = result.residual == result.residual and (result.finished or residual <= allowed(problem))
         message = "converged" if ok else f"not converged: {result.message}"
@@ -162,6 +192,7 @@ def newton(problem: CurveAngle, y: FloatArray, rows: FloatArray | None = None, s
     if rows is None:
         rows = multipliers(problem, y)
     size = size_of_forces(problem)
+    soft = SOFT * min(problem.rod.stiffness) / problem.rod.edges * scipy.sparse.identity(free.size, format="csc")
 
     def missing(problem: CurveAngle, y: FloatArray, rows: FloatArray) -> FloatArray:
         r = balance(problem, y, rows)
@@ -171,7 +202,7 @@ def newton(problem: CurveAngle, y: FloatArray, rows: FloatArray | None = None, s
     residual, count, share = float(np.abs(r).max()) / size, 0, 1.0
     while count < steps and not spent():
         jacobian = problem.jacobian_matrix(y)[:, free]
-        stiff = (problem.hessian_matrix(y, rows) - dead_moment(problem, y)[1])[free][:, free]
+        stiff = (problem.hessian_matrix(y, rows) - dead_moment(problem, y)[1])[free][:, free] + soft
         matrix = scipy.sparse.bmat([[stiff, jacobian.T], [jacobian, None]], format="csc")
         try:
             solved = scipy.sparse.linalg.splu(matrix)

@@ -10,13 +10,16 @@ import scipy
 
 from ribbon.rods.curve_angle import CurveAngle
 from ribbon.rods.rod import FloatArray
-from ribbon.rods.solve import Found, newton
+from ribbon.rods.solve import Found, newton, stepped
 from ribbon.rods.start import from_frames
+from ribbon.solvers.budget import spent
 
 #: Edges up to which eigenvalues are found, with dense matrices; a finer rod is judged on fewer.
 DENSE = 120
 #: Eigenvalues of the second variation below this share of the largest stiffness are zero.
 INDIFFERENT = 1e-7
+#: From a saddle: longest move (l, rad), shift over the unstable eigenvalue, steps at most, and the last one's move.
+AWAY, FIRM, WALK, SETTLED = 0.05, 2.0, 400, 1e-5
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,41 @@ def _metric(problem: CurveAngle, y: FloatArray) -> Any:
     unit = replace(problem.rod, stiffness=(1.0, 1.0, 1.0))
     bare = replace(problem, rod=unit, at_rest=strain / cells[:, None])
     return bare.hessian_matrix(y, np.zeros(problem.rod.edges))
+
+
+def left(found: Found, stability: Stability) -> Found:
+    """From a saddle down its unstable direction to another equilibrium.
+
+    Newton's steps with the metric, times more than the unstable eigenvalue, added to the second variation: steps of
+    implicit Euler down the energy, which a saddle does not attract; plain Newton's steps at the end. Nothing keeps a
+    rod from going through itself on the way.
+    """
+    problem, y, rows = found.problem, found.y, found.rows
+    if stability.mode.size != y.size:
+        return found
+    y = stepped(problem, y, AWAY / max(float(np.abs(stability.mode).max()), 1e-300) * stability.mode)
+    lower, upper = problem.bounds()
+    free = np.flatnonzero(lower < upper)
+    shift = max(FIRM * abs(stability.eigenvalue), min(problem.rod.stiffness))
+    walked = 0
+    while walked < WALK:
+        walked += 1
+        problem = problem.anchored(y)
+        stiff = (problem.hessian_matrix(y, rows) + shift * _metric(problem, y))[free][:, free]
+        jacobian = problem.jacobian_matrix(y)[:, free]
+        matrix = scipy.sparse.bmat([[stiff, jacobian.T], [jacobian, None]], format="csc")
+        missing = np.concatenate([problem.gradient(y)[free], problem.constraints(y)])
+        step = scipy.sparse.linalg.splu(matrix).solve(-missing)
+        size = float(np.abs(step[: free.size]).max())
+        move = np.zeros(problem.size)
+        move[free] = min(1.0, AWAY / max(size, 1e-300)) * step[: free.size]
+        new = stepped(problem, y, move)
+        shift *= 4.0 if not problem.value(new) <= problem.value(y) else 0.9
+        y, rows = new, step[free.size :]
+        if size < SETTLED or spent():
+            break
+    ended = newton(problem.anchored(y), y, rows)
+    return replace(ended, iterations=found.iterations + walked + ended.iterations)
 
 
 def on_fewer(found: Found) -> Found:

@@ -28,6 +28,7 @@ NAMES = (
     "curl_length",
     "rod_ribbon",
     "rod_figures",
+    "curve_angle",
     "clamp_layer",
     "clamp_limit",
     "elastica_order",

@@ -68,6 +68,10 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
             "the twist that is closed in", {"closure.twist": None},
         ),
         either(
+            "quasi-static twist", rod is not None and rod.twist == "quasi-static", 'rod.twist = "quasi-static"',
+            "the angles are unknowns", "the angles follow the centreline; the Hessian is dense", {"rod.twist": None},
+        ),
+        either(
             "continuation path", bool(scene.path), f"{len(scene.path)} [[path]] before the scene", "no [[path]]",
             "a walk through the stages", {"path": []},
         ),

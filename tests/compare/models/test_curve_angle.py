@@ -48,6 +48,31 @@ def test_straight_at_rest_under_its_weight():
     assert state.supports.start.force == pytest.approx([80.0, 0.0, 0.0], abs=1e-7)
 
 
+def test_beside_curvature_elements():
+    """The energy "kirchhoff" on the ribbon's elements is the same rod: the distance falls to order 2 in the edges, to
+    what is left of the elements' own error."""
+    scene = load("rod_4_5")
+    elements = solve(scene.replace({"model.elements": 80}), options=Options(error=True))
+    s = np.linspace(0.0, 1.0, 101)
+    far, energies = [], []
+    for edges in (40, 80, 160):
+        rod = solve(scene.replace({**CURVE_ANGLE, "model.elements": edges}))
+        far.append(np.linalg.norm(rod.shape.centreline(s) - elements.shape.centreline(s), axis=1).max())
+        energies.append(abs(rod.energy.total - elements.energy.total))
+    assert elements.error < 0.05 * far[-1]
+    for misses in (far, energies):
+        assert np.log2(np.array(misses[:-1]) / misses[1:]) == pytest.approx(2.0, abs=0.15)
+    assert rod.supports.start.moment == pytest.approx(elements.supports.start.moment, rel=5e-3)
+
+
+@pytest.mark.parametrize("twist", ["free", "quasi-static"])
+def test_eliminated_angles_are_the_same(twist):
+    scene = load("rod_4_5").replace({**CURVE_ANGLE, "model.elements": 20, "rod.twist": twist})
+    state = solve(scene)
+    assert state.ok
+    assert state.energy.total == pytest.approx(-51.8148, abs=2e-3)
+
+
 @pytest.mark.parametrize(
     ("keys", "key"),
     [

@@ -104,6 +104,8 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "rod.stretch": (ANTMAN, None, 50.0),
     "rod.natural_twist": (ANTMAN, None, 2.0),
     "rod.natural_in_plane": (ANTMAN, None, 2.0),
+    "rod.twist": ({"model.energy": "curve_angle"}, None, "quasi-static"),
+    "closure.twist": ({**BARE, "model.energy": "curve_angle", "closure.kind": "circle"}, None, 3.0),
     "clamp.start.slide": ({**ANTMAN, **END, "clamp.end.slide": None}, None, [0.0, 0.0, 1.0]),
     "clamp.end.slide": ({**ANTMAN, **END}, None, [0.0, 0.0, 1.0]),
     "seed.curvature": ({**END, **GAMMA}, [-9.0, 18.0, -9.0], [9.0, -18.0, 9.0]),
@@ -122,7 +124,6 @@ APART = {
     "title": "a name", "clamp.start.across": "checks the clamp", "clamp.end.across": "checks the clamp",
     "clamp.start.frame": "its one word says that tangent and normal are not held", "clamp.end.frame": "the same",
     "seed.ruling": "test_the_ruling_of_a_seed",
-    "rod.twist": "of the curve-angle rod", "closure.twist": "the same",
     "strip.transverse_curvature": "of tape springs", "clamp.start.section": "the same", "clamp.end.section": "the same",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall",
@@ -154,14 +155,14 @@ def answer(scene: Scene, model: str) -> list[float]:
     return [*np.round(np.array([*numbers, scale], dtype=float), 9), state.unknowns, *map(float, how)]
 
 
-@pytest.mark.parametrize("model", ["ribbon", "elastica", "shell", "antman"])
+@pytest.mark.parametrize("model", ["ribbon", "elastica", "shell", "antman", "curve_angle"])
 @pytest.mark.parametrize("key", PAIRS)
 def test_a_key_is_read_or_refused_or_declared_without_effect(key, model):
     found = registry.model(model)
     ones = []
     for value in PAIRS[key][1:]:
         try:
-            scene = scene_with(key, value, model if model in ("elastica", "antman") else "wunderlich")
+            scene = scene_with(key, value, model if model in ("elastica", "antman", "curve_angle") else "wunderlich")
             check_keys(found, scene)
             ones.append(answer(scene, model))
         except BadInput as refused:

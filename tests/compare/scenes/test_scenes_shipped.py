@@ -38,6 +38,7 @@ ELSEWHERE = {
     *("daisy_5g", "daisy_10g", "daisy_straight"),
     *("edge_published", "jfig_5_2", "rod_4_5", "bend_45", "roll_up"),
     *("tape_4_1", "tape_4_1_equal", "tape_4_2"),
+    *("ring_twisted", "rod_wrung"),
 }
 
 
@@ -103,6 +104,9 @@ UNITS = {
     "acceleration": r"m/s\^2",
     "second_moment": r"m\^4",
     "elements": "number of",
+    "bending": "unit of stiffness|in D w",
+    "torsion": "same unit|in D w",
+    "twist": "rad",
     **dict.fromkeys(("poisson", "gamma", "up", "tangent", "normal", "width_to_thickness"), "no unit"),
 }
 

@@ -80,6 +80,12 @@ def _diameter(run: State) -> float:
     return float(np.linalg.norm(run.middle.position))
 
 
+def _elastic(run: State) -> float:
+    assert run.energy is not None
+    assert run.energy.elastic is not None
+    return run.energy.elastic
+
+
 def _aside(run: State) -> float:
     """In cm, of a stem 10 cm long."""
     return 10.0 * float(run.shape.centreline(np.array([1.0]))[0, 0])
@@ -193,6 +199,15 @@ HEADLINES: dict[str, Headline] = {
     ),
     "roll_up": Headline(
         "diameter of the circle, l", _diameter, ".5f", "1 / pi; the ends meet (`tests/shellref/rod/test_rod.py`)"
+    ),
+    "ring_twisted": Headline(
+        "elastic energy, D w / l", _elastic, ".3f",
+        "the circle's 2 pi^2 + G J turn^2 / 2 = 94.05 in the limit of many edges; it loses stability at 14.148 rad, "
+        "2 pi sqrt(3) E I / (G J) (`tests/ribbon/rods/test_buckling.py`)",
+    ),
+    "rod_wrung": Headline(
+        "elastic energy, D w / l", _elastic, ".3f",
+        "bowed and not turned: 4.05 (`tests/compare/scenes/test_scenes_rods.py`)",
     ),
     "rod_4_5": Headline(
         "the free end's place across the weight, sqrt(y^2 + z^2) / l", _across_weight, ".5f",
