@@ -18,11 +18,40 @@ from numba import njit
 
 
 @njit(cache=True)
-def density(stretching, bending, rest, z, weight, q, gradient, hessian):
+def _warped(stiff, e11, at, along, z, warping, q, gradient, hessian):
+    """Energy of e11 + (warping_ij kappa^i kappa^j')' at a point; adds its derivatives (`density`), the lower half."""
+    terms = z.size
+    size, n0, n1, n2 = 2 + 3 * terms, 2, 2 + terms, 2 + 2 * terms
+    d = np.zeros(size)
+    d[0], d[1] = 1.0, at
+    for i in range(terms):
+        d[n0 + i], d[n1 + i] = q[1] * z[i], along * z[i]
+    for i in range(terms):
+        for j in range(terms):
+            e11 += warping[i, j] * (q[n1 + i] * q[n1 + j] + q[n0 + i] * q[n2 + j])
+            d[n0 + i] += warping[i, j] * q[n2 + j]
+            d[n1 + i] += (warping[i, j] + warping[j, i]) * q[n1 + j]
+            d[n2 + j] += warping[i, j] * q[n0 + i]
+    stress = stiff * e11
+    for i in range(size):
+        gradient[i] += stress * d[i]
+        for j in range(i + 1):
+            hessian[i, j] += stiff * d[i] * d[j]
+    for i in range(terms):
+        hessian[n0 + i, 1] += stress * z[i]
+        for j in range(terms):
+            hessian[n2 + j, n0 + i] += stress * warping[i, j]
+            if j <= i:
+                hessian[n1 + i, n1 + j] += stress * (z[i] * z[j] + warping[i, j] + warping[j, i])
+    return 0.5 * stress * e11
+
+
+@njit(cache=True)
+def density(stretching, bending, rest, z, warping, weight, q, gradient, hessian):
     """u of one section; fills gradient (m,) and hessian (m, m), m = 2 + 3 terms, by q = (e, k, kappa, kappa', kappa'').
 
     bending: (m, m), the quadratic form of the part without e11 in q less its rest (`Section.bending`); z: (points,
-    terms); weight: (points,), of the mean.
+    terms); warping: of `Section.warping`; weight: (points,), of the mean.
     """
     terms = rest.size
     size = 2 + 3 * terms
@@ -43,6 +72,9 @@ def density(stretching, bending, rest, z, weight, q, gradient, hessian):
             at += z[m, i] * q[n0 + i]
             along += z[m, i] * q[n1 + i]
         e11 = q[0] + at * k + 0.5 * along * along
+        if warping.shape[0] > 0:
+            energy += _warped(stretching * weight[m], e11, at, along, z[m], warping[m], q, gradient, hessian)
+            continue
         stiff = weight[m] * stretching
         stress = stiff * e11
         energy += 0.5 * stress * e11
@@ -106,7 +138,9 @@ def hermite(t, h, out):
 
 
 @njit(cache=True)
-def assemble(nodes, lengths, stretching, bending, rest, z, weight, gauss, gauss_weight, column, band, gradient):
+def assemble(
+    nodes, lengths, stretching, bending, rest, z, warping, weight, gauss, gauss_weight, column, band, gradient
+):
     """Energy of all elements; adds to gradient (n,) and to band (n, rows), band[j, i - j] for i >= j.
 
     nodes: (nodes, fields) values and slopes; column: (nodes,) of each node's first unknown; rest: (elements, points,
@@ -138,7 +172,7 @@ def assemble(nodes, lengths, stretching, bending, rest, z, weight, gauss, gauss_
             for d in range(3):
                 for i in range(terms):
                     q[2 + d * terms + i] = at[2 + i, d]
-            energy += factor * density(stretching, bending, rest[element, point], z, weight, q, g, h)
+            energy += factor * density(stretching, bending, rest[element, point], z, warping, weight, q, g, h)
             for a in range(4):
                 fa, da = a % 2, 1 + a // 2
                 first[fa, da] = g[0] * gl[0, a] + g[1] * gl[1, a]

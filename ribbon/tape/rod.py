@@ -69,10 +69,10 @@ class Rod:
         return 0.5 * (t + 1.0), 0.5 * weight
 
     @cached_property
-    def tables(self) -> tuple[FloatArray, FloatArray]:
-        """a^2 r (8, terms) and weights (8,) over the section."""
+    def tables(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """a^2 r (8, terms), `Section.warping` and weights (8,) over the section."""
         t, weight = self.section.points
-        return np.ascontiguousarray(self.section.tables(t)[2]), weight
+        return np.ascontiguousarray(self.section.tables(t)[2]), self.section.warping(t), weight
 
     @cached_property
     def rest(self) -> FloatArray:

@@ -28,13 +28,14 @@ HALF_POINTS = 8
 @dataclass(frozen=True)
 class Section:
     """A tape's section. width, thickness in l; curvature across at rest times l (> 0: edges away from the normal);
-    terms of its curvature that are free."""
+    terms of its curvature that are free; warped: the membrane warps along so that it does not shear (`warping`)."""
 
     width: float
     thickness: float
     poisson: float
     curvature: float
     terms: int = 3
+    warped: bool = False
 
     def __post_init__(self) -> None:
         if self.terms < 1:
@@ -85,6 +86,23 @@ class Section:
         t, weight = self.points
         p, _, z = self.tables(t)
         return p.T @ (weight[:, None] * p), z.T @ (weight[:, None] * z)
+
+    def warping(self, t: FloatArray) -> FloatArray:
+        """a^4 g_ij (k, terms, terms) at t (k,): e11 of the displacement along, a^4 (g_ij kappa^i kappa^j')'.
+
+        An inextensible section moves by v = -1/2 int beta^2 across; without shear u,v = -v' - z' beta, so that u =
+        a^4 g_ij kappa^i kappa^j', g_ij = int (int q_i q_j - q_i r_j), of mean 0. Empty (0, terms, terms) if not warped.
+        """
+        n = self.terms
+        if not self.warped:
+            return np.empty((0, n, n))
+        _, q, r = self.polynomials
+        found = np.empty((len(t), n, n))
+        for i in range(n):
+            for j in range(n):
+                g = ((q[i] * q[j]).integ() - q[i] * r[j]).integ()
+                found[:, i, j] = self.half**4 * (g(t) - 0.5 * (g.integ()(1.0) - g.integ()(-1.0)))
+        return found
 
     @cached_property
     def bending(self) -> FloatArray:

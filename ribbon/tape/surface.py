@@ -44,6 +44,9 @@ def densities(rod: Rod, x: FloatArray, s: FloatArray, v: FloatArray) -> dict[str
     k = bent(fields)[:, None]
     e = 0.5 * (fields[:, 0, 1] ** 2 + fields[:, 1, 1] ** 2 - 1.0)[:, None]
     e11 = e + k * (kappa @ z.T) + 0.5 * (first @ z.T) ** 2
+    if rod.section.warped:
+        g = rod.section.warping(v / rod.section.half)
+        e11 = e11 + np.einsum("mij,ki,kj->km", g, first, first) + np.einsum("mij,ki,kj->km", g, kappa, second)
     b11 = second @ z.T - k
     factor = rod.rest_at(s)[:, None]
     across = kappa @ p.T

@@ -15,9 +15,9 @@ from ribbon.tape.surface import parts
 FREE = Hold(undeformed=False)
 
 
-def rod(terms=3, n=4, start=FREE, end=FREE, **more):
+def rod(terms=3, n=4, start=FREE, end=FREE, warped=False, **more):
     lengths = np.linspace(1.0, 1.5, n)
-    return Rod(Section(0.06, 1.5e-4, 0.3, 20.0, terms), lengths / lengths.sum(), start, end, **more)
+    return Rod(Section(0.06, 1.5e-4, 0.3, 20.0, terms, warped), lengths / lengths.sum(), start, end, **more)
 
 
 def state(of, seed=1, size=1e-2):
@@ -56,6 +56,8 @@ def energy(of, x):
             kappa, first, second = ends[2:] @ a, ends[2:] @ b, ends[2:] @ c
             k = (x1 * y2 - y1 * x2) / (x1 * x1 + y1 * y1)
             e11 = (x1 * x1 + y1 * y1 - 1.0) / 2.0 + k * (z @ kappa) + (z @ first) ** 2 / 2.0
+            for warp_i, warp in enumerate(section.warping(along)):
+                e11[warp_i] += first @ warp @ first + kappa @ warp @ second
             b11, b22, b12 = z @ second - k, p @ (kappa - of.rest[e, g]), slope @ first
             nu = section.poisson
             u2 = section.stretching * e11**2 + b11**2 + b22**2 + 2 * nu * b11 * b22 + 2 * (1 - nu) * b12**2
@@ -63,9 +65,9 @@ def energy(of, x):
     return total
 
 
-@pytest.mark.parametrize("terms", [1, 3])
-def test_gradient_and_hessian_by_complex_step(terms):
-    of = rod(terms, dent=0.2)
+@pytest.mark.parametrize(("terms", "warped"), [(1, False), (3, False), (1, True), (3, True)])
+def test_gradient_and_hessian_by_complex_step(terms, warped):
+    of = rod(terms, dent=0.2, warped=warped)
     x = state(of)
     value, gradient, band = of.energy(x)
     assert value == pytest.approx(float(energy(of, x)), rel=1e-12)
@@ -145,9 +147,7 @@ def test_energy_per_length_of_plain_is_that_of_the_integrated_section():
 
     beta, first, second, k, e = 0.35, 2.0, -30.0, 1.3, 2e-3
     q = np.array([e, k, beta / a, first / a, second / a])
-    value = density(
-        section.stretching, section.bending, section.rest, of.tables[0], of.tables[1], q, np.empty(5), np.empty((5, 5))
-    )
+    value = density(section.stretching, section.bending, section.rest, *of.tables, q, np.empty(5), np.empty((5, 5)))
     i2, i3, i4, nu, beta0 = 2 * a**3 / 45, 4 * a**4 / 945, 2 * a**5 / 945, 0.3, 0.6
     membrane = 2 * a * e**2 + i2 * (beta**2 * k**2 + e * first**2) + i3 * beta * k * first**2 + i4 * first**4 / 4
     bend = (
@@ -157,8 +157,9 @@ def test_energy_per_length_of_plain_is_that_of_the_integrated_section():
     assert value * 2.0 * a == pytest.approx(0.5 * (section.stretching * membrane + bend), rel=1e-12)
 
 
-def test_parts_make_the_energy():
-    of = rod()
+@pytest.mark.parametrize("warped", [False, True])
+def test_parts_make_the_energy(warped):
+    of = rod(warped=warped)
     x = state(of)
     assert sum(parts(of, x)) == pytest.approx(of.energy(x)[0], rel=1e-12)
 
