@@ -173,7 +173,7 @@ class CurveAngleModel:
             state = state_of(scene, found, stability)
             state = replace(state, seconds=seconds, start="near" if near is not None else state.start)
             if options.error and state.ok:
-                state = with_error(self, state, options)
+                state = with_error(self, state, options, scene.width)
         return state
 
     def refined(self, state: State) -> State | None:
@@ -242,13 +242,12 @@ def state_of(scene: Scene | None, shape: RodShape, stability: Stability | None) 
     )
 
 
-def with_error(model: CurveAngleModel, state: State, options: Options) -> State:
-    """The state with its discretisation error, from edges cut in two and in four."""
+def with_error(model: CurveAngleModel, state: State, options: Options, width: float) -> State:
+    """The state with its discretisation error, from edges cut in two and in four; width: w / l of the strip shown."""
     from compare.measure.error import extrapolated
     from compare.measure.grid import Grid
 
     assert state.shape is not None
-    width = 0.05
     grid = options.grid or Grid(np.linspace(0.0, 1.0, 401), np.array([-0.5, 0.0, 0.5]) * width)
     shapes, current = [grid.of(state.shape)], state
     for _ in range(2):

@@ -278,8 +278,8 @@ def run(out: Path) -> None:
              "lowest eigenvalue"],
             found["roman"],
         ),
-        "## Algorithm 3 with its own numbers\n\n100 segments, i by 0.01 (p = exp(-i), as it must be) to 1.5 instead of 2.3 for the time it takes, "
-        f"Delta = 0.1. {words} Where folds or contacts change:\n\n"
+        "## Algorithm 3 with its own numbers\n\n100 segments, i by 0.01 (p = exp(-i), as it must be) to 1.5 "
+        f"instead of 2.3 for the time it takes, Delta = 0.1. {words} Where folds or contacts change:\n\n"
         + page.table(["i", "H", "N", "contact", "F", "F / N^3", ""], algorithm),
         "## Membrane shares of the cantilever (thesis, 7.3)\n\n1e-5, 0.05 and 1 % at Gamma = 10, 100, 1000, after "
         "Romero et al. 2021; neither nu nor sizes are said. Our shells, 60 x 4, membrane and shear energy in % of the "
