@@ -82,7 +82,8 @@ def test_equations_are_well_formed():
 
 
 def test_references_on_the_page_exist():
-    plain = re.sub(r"\\tag\{[^}]*\}", "", PAGE)
+    own, _, _ = PAGE.partition("## Slips of the seeds")  # that table has the numbers of the seeds
+    plain = re.sub(r"\\tag\{[^}]*\}", "", own)
     used = set(re.findall(r"\((\d+\.\d+)\)", plain))
     assert used <= set(numbers())
 

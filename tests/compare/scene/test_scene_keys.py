@@ -244,7 +244,7 @@ def test_the_ends_that_a_range_includes_are_right(key):
 
 @pytest.mark.parametrize("key", [key for key, about in KEYS.items() if about.choices])
 def test_every_choice_is_read(key):
-    energies = {"sadowsky", "wunderlich", "auto", "elastica", "antman", "curve_angle", *FREE}
+    energies = {"sadowsky", "wunderlich", "auto", "elastica", "antman", "curve_angle", "tape", "tape_plain", *FREE}
     for choice in KEYS[key].choices:
         scene = loads(written(key, f'"{choice}"'))
         assert not has_field(key) or field_of(scene, key) == choice

@@ -99,7 +99,7 @@ def test_every_shipped_sweep_is_read():
 BAD = [
     ('title = "A', 'tilte = "A', "tilte", "did you mean title"),
     ("[set]", "solver = 3\n[set]", "solver", "not a text"),
-    ("[set]", 'solver = "shel"\n[set]', "solver", "ribbon, elastica, curve_angle, antman, shell, compare"),
+    ("[set]", 'solver = "shel"\n[set]', "solver", "ribbon, elastica, curve_angle, antman, shell, tape, compare"),
     ("[set]", 'errors = "yes"\n[set]', "errors", "true nor false"),
     ('scene = "cantilever"', "", "scene", "missing"),
     ('scene = "cantilever"', 'scene = "cantilver"', "scene", "did you mean cantilever"),
