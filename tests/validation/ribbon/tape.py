@@ -24,6 +24,7 @@ from ribbon.tape.section import Section
 from ribbon.tape.solve import Tape, marked, solve
 from tests.validation import page
 from tests.validation.pieces import Pieces
+from tests.validation.ribbon import tape_fold
 
 ROOT = Path(__file__).resolve().parents[3]
 SHELL = ROOT / "results" / "tape_shell"
@@ -271,6 +272,7 @@ def run(results: Path) -> None:
         }
     out.mkdir(parents=True, exist_ok=True)
     draw(out / "tape.png", ways)
+    tape_fold.draw(out / "fold.png")
     lines = ["test,model,imposed,load,negative,jumped,fold_mm,flattest_over_rest"]
     for test, by_name in ways.items():
         for name, found in by_name.items():
@@ -285,6 +287,7 @@ def run(results: Path) -> None:
         "end (rad) or u3 (mm). Unstable points are hollow. In the equal sense the tape branches and jumps, its middle "
         "pushed flat by 5 % before the jump; the other ways are followed without a dent. All states are planar.",
         "![ways and sections](tape.png)",
+        "![The fold of 4.1, opposite sense, at 0.5 rad](fold.png)",
         path_table(ways),
         findings(ways),
         "## Uniform bending",
