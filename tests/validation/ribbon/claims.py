@@ -185,7 +185,7 @@ def _shares() -> list[list[str]]:
                     width, h, nu, gamma=gamma, up=(0.0, 1.0, 0.0), elements=(60, 4), grading=(0.2, 0.3)
                 )
                 found = solve_shell(problem, ShellOptions(stability=False))
-                share = 100.0 * (found.energy.membrane + found.energy.shear) / found.energy.elastic
+                share = 100.0 * (found.energy["membrane"] + found.energy["shear"]) / found.energy["elastic"]
                 cells.append(f"{share:.2g}" if found.status.value == "converged" else found.status.value)
             out.append([f"{width:.3g}", f"{h:g}", f"{nu:g}", *cells])
             print("  shares", out[-1], flush=True)
@@ -217,9 +217,11 @@ def _check(found: dict[str, Any]) -> None:
     scaled = [float(row[5]) for row in found["units"] if row[2].startswith("IPOPT")]
     shifted = [row[8] for row in found["units"] if row[2] == "NEWTONR" and row[1].startswith("SI")]
     aside = [float(row[5]) for row in found["roman"] if row[0] == "0.3"]
+    light = [float(row[4]) for row in found["cantilevers"][0] if row[1] in ("1e0 to 1e1", "1e1 to 1e2", "1e2 to 1e3")]
     stable = [row[2] for row in found["edge"] if row[1] != "straight"]
     if (
-        min(slower) < 10
+        max(light) > 1e-3
+        or min(slower) < 10
         or max(scaled) > 5
         or shifted.count("no") < 6
         or max(aside) < 0.1
@@ -232,7 +234,7 @@ def run(out: Path) -> None:
     found = _kept(out.parent / "out" / "validate" / "claims")
     _check(found)
     algorithm, words = found["algorithm"]
-    cantilevers, worst = found["cantilevers"]
+    cantilevers, _ = found["cantilevers"]
     page.write(
         out / "claims.md", "What the thesis says in passing, tried", "python -m tests.validation claims",
         "## An end frame by like axes (thesis, 5.1)\n\nThe rows (5.2), scalar products of like axes less 1, have no "
@@ -260,9 +262,11 @@ def run(out: Path) -> None:
             ["turns", "energy", "seed: ruling", "state", "iterations", "energy / (D w / l)", "lowest eigenvalue"],
             found["flat"],
         ),
-        "## 2500 cantilevers on 20 segments (thesis, 4.5)\n\ny/x beside the elastica's (a spline through 81 of them, "
-        f"good to 1e-6). The thesis finds p = 20 remarkable up to large Gamma: its error is {worst:.0e} at most on "
-        "equal segments, where the clamp's layer is shorter than one of them.\n\n"
+        "## 2500 cantilevers on 20 segments (thesis, 4.5)\n\ny/x beside the elastica's (a spline through 81, "
+        "good to 1e-6); the seed bends down near the clamp. The thesis finds p = 20 remarkable up to large Gamma. Up "
+        "to 1e3 it is; beyond, the clamp's layer, 1 / sqrt(2 Gamma) long, is shorter than one of 20 equal segments, "
+        "and the discrete strip has several minima, stable ones, of which a seed finds any. With shorter segments at the "
+        "clamp 20 do up to 1e4.\n\n"
         + page.table(
             ["segments", "Gamma", "cases", "stable", "largest error", "median", "ms a case"], cantilevers
         ),

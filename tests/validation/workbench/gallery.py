@@ -84,8 +84,9 @@ def model_picture(scene: Scene, run: State) -> bytes:
     assert shape is not None
     half = 0.5 * scene.width
     grid = shape.points(np.linspace(0.0, 1.0, int(400 + 40 * min(shape.bend, 90.0))), np.linspace(-half, half, 13))
-    ends = ((scene.start_position, scene.start_frame), (scene.end_position, scene.end_frame))
-    clamps = [(position, frame) for position, frame in ends if position is not None and frame is not None]
+    ends = ((0.0, scene.start_position, scene.start_frame), (1.0, scene.end_position, scene.end_frame))
+    # where a clamp has slid to is where its end is
+    clamps = [(shape.pose(s).position, frame) for s, held, frame in ends if held is not None and frame is not None]
     return strip_picture(scene, grid, clamps, ())
 
 
@@ -177,11 +178,12 @@ def rod_entry(scene: Scene, run: State) -> str:
 def model_entry(scene: Scene, run: State) -> str:
     """The same of a scene of another model."""
     headline = HEADLINES[scene.name]
+    beside = f"; `ribbonbench compare {scene.name}` sets a shell beside it" if scene.has_shell() else ""
     return "\n\n".join(
         [
             f"## {scene.name}",
             f"![{scene.title}: the strip at rest]({picture_name(scene)})",
-            f"{scene.title}. `ribbonbench solve {scene.name}`.",
+            f"{scene.title}. `ribbonbench solve {scene.name}`{beside}.",
             f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.source}.",
             f"{run.status.value.capitalize()}; {run.size.ladder}, {run.size.label} elements; residual "
             f"{run.residual:.0e}; {run.seconds.warm * 1e3:.3g} ms warm, the stability check included.",

@@ -28,6 +28,23 @@ class Headline:
         return format(self.value(equilibrium), self.form)
 
 
+#: D w / l of the tape of Martin et al. 2017, table 2, N mm; and D w / l^2, N.
+_TAPE_MOMENT = 210000.0 * 0.15**3 / 12.0 / (1.0 - 0.3**2) * 60.0 / 1000.0
+_TAPE_FORCE = _TAPE_MOMENT / 1000.0
+
+
+def _fold_moment(e: State) -> float:
+    """N mm, at s = 0."""
+    assert e.supports.start is not None
+    return _TAPE_MOMENT * float(np.linalg.norm(e.supports.start.moment))
+
+
+def _tip_force(e: State) -> float:
+    """N, along t_y at s = l."""
+    assert e.supports.end is not None
+    return _TAPE_FORCE * float(np.linalg.norm(e.supports.end.force))
+
+
 def _total(e: Equilibrium) -> float:
     return e.energy.total
 
@@ -213,6 +230,20 @@ HEADLINES: dict[str, Headline] = {
         "the free end's place across the weight, sqrt(y^2 + z^2) / l", _across_weight, ".5f",
         "0.20971 of Wunderlich's ribbon, 0.19500 of a strip of finite thickness: "
         "[rod_ribbon](../results/rod_ribbon/README.md)",
+    ),
+    "tape_4_1": Headline(
+        "moment of the fold, N mm", _fold_moment, ".2f",
+        "96.66 of the shell, 98.897 of this section by equal areas, 96.429 of any shape: "
+        "[tape](../results/tape/README.md)",
+    ),
+    "tape_4_1_equal": Headline(
+        "moment of the fold, N mm", _fold_moment, ".2f",
+        "56.01 of the shell, 53.850 of this section by equal areas, 53.099 of any shape: "
+        "[tape](../results/tape/README.md)",
+    ),
+    "tape_4_2": Headline(
+        "force at the moved end, N", _tip_force, ".4f",
+        "in the mean over the second half of the way 0.1241, the shell's 0.1294: [tape](../results/tape/README.md)",
     ),
     "roman_6_2": Headline(
         "force of the roof, D w / l^2", _roof, ".2f",
