@@ -265,8 +265,8 @@ def run(out: Path) -> None:
         "## 2500 cantilevers on 20 segments (thesis, 4.5)\n\ny/x beside the elastica's (a spline through 81, "
         "good to 1e-6); the seed bends down near the clamp. The thesis finds p = 20 remarkable up to large Gamma. Up "
         "to 1e3 it is; beyond, the clamp's layer, 1 / sqrt(2 Gamma) long, is shorter than one of 20 equal segments, "
-        "and the discrete strip has several minima, stable ones, of which a seed finds any. With shorter segments at the "
-        "clamp 20 do up to 1e4.\n\n"
+        "and the discrete strip has several minima, stable ones, of which a seed finds any. With shorter segments at "
+        "the clamp 20 do up to 1e4.\n\n"
         + page.table(
             ["segments", "Gamma", "cases", "stable", "largest error", "median", "ms a case"], cantilevers
         ),
