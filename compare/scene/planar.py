@@ -26,6 +26,10 @@ def nonplanar_reason(scene: SceneData) -> str | None:
         return "[[wall]] confines the strip, and the elastica knows no contact"
     if scene.rod is not None or (scene.tip is not None and scene.tip.moment is not None):
         return "[rod] or tip.moment is for rods in space, which the elastica does not know"
+    if scene.strip.transverse_curvature:
+        return "strip.transverse_curvature makes it a tape spring, and the elastica has no section"
+    if any(clamp is not None and clamp.slide is not None for clamp in (scene.clamp_start, scene.clamp_end)):
+        return "a clamp slides, and the elastica's hold all of a point or nothing of it"
     frame, position = scene.start_frame, scene.start_position
     if frame is None or position is None:
         return "the frame or the position at s = 0 is free, and the elastica is clamped there"

@@ -143,7 +143,10 @@ def require_limits(scene: Scene) -> None:
     scene.require_shell()
     if not hasattr(chosen(scene), "estimate"):
         raise BadInput(
-            "model.energy", scene.model.energy, "has no estimate of what it leaves out", 'choose "wunderlich"'
+            "model.energy",
+            scene.model.energy,
+            "has no estimate of what it leaves out",
+            'choose "wunderlich" where the ribbon can do the scene, or ask shells: ribbonbench compare',
         )
 
 

@@ -73,6 +73,8 @@ class RibbonModel:
         beyond = beyond_the_ribbon(scene)
         if beyond is not None:
             rod = "elastica" if beyond[0] == "strip.second_moment" else "antman"
+            if beyond[0] == "strip.transverse_curvature" or beyond[0].endswith(".section"):
+                rod = "tape"
             remedy = f'use ribbonbench solve with model.energy = "{rod}"'
             return BadInput(beyond[0], None, f"is in the scene: the ribbon {beyond[1]}", remedy)
         if name_for(scene.model.energy) not in (self.name, "elastica"):
