@@ -170,8 +170,8 @@ def test_a_shipped_scene_is_printed_as_it_is(name, capsys):
         (None, set(KEYS)),
         ("strip.young", {"strip.young"}),
         ("Strip.YOUNG", {"strip.young"}),
-        ("tip.*", {"tip.mass", "tip.load", "tip.force", "tip.tension"}),
-        ("[tip]", {"tip.mass", "tip.load", "tip.force", "tip.tension"}),
+        ("tip.*", {"tip.mass", "tip.load", "tip.force", "tip.tension", "tip.moment"}),
+        ("[tip]", {"tip.mass", "tip.load", "tip.force", "tip.tension", "tip.moment"}),
         ("tang", {"clamp.start.tangent", "clamp.end.tangent"}),
         ("you?g", {name for name in KEYS if name.endswith("young")}),
         ("second moment of area", {"strip.second_moment"}),
@@ -188,7 +188,7 @@ def test_a_key_is_told_in_full(capsys):
     assert set(told) == {"meaning", "kind", "range", "unit", "default", "example", "on a command line", "read by"}
     assert told["unit"] == "Pa"
     assert {"ribbon", "shell"} <= set(told["read by"].split(", "))
-    assert described("strip.second_moment")[-1] == ("read by", "elastica")
+    assert described("strip.second_moment")[-1] == ("read by", "elastica, curve_angle, antman")
     code, out, _ = run(capsys, "keys", "strip.young")
     assert code == DONE
     assert "1.8e9" in out

@@ -263,7 +263,8 @@ def test_a_band_has_no_chained_ribbon_and_no_shell():
     found, why = available(load("moebius_6_1"), Plan(solvers=("chained", "mixed", "shell", "elastica")))
     assert found == ("mixed",)
     assert [text.split(":")[0] for text in why] == ["chained", "elastica", "shell"]
-    assert families(load("moebius_6_1")) == ("chained", "mixed", "placed", "elastica", "shell")
+    others = ("elastica", "curve_angle", "antman", "shell", "tape")
+    assert families(load("moebius_6_1")) == ("chained", "mixed", "placed", *others)
 
 
 # -- one truth --------------------------------------------------------------------------------------------------------
@@ -401,7 +402,7 @@ def test_the_budget_ends_ladders_and_says_where(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--solvers", "chain"], "chained, mixed, placed, elastica, shell"),
+        (["--solvers", "chain"], "chained, mixed, placed, elastica, curve_angle, antman, shell, tape"),
         (["--segments", "1"], "--segments"),
         (["--meshes", "50"], "--meshes"),
         (["--meshes", "0x4"], "--meshes"),
@@ -409,7 +410,7 @@ def test_the_budget_ends_ladders_and_says_where(tmp_path):
         (["--tolerances", "0.5"], "--tolerances"),
         (["--repeats", "0"], "--repeats"),
         (["--budget", "-1"], "--budget"),
-        (["--reference", "elastic"], "ribbon, elastica, shell, own"),
+        (["--reference", "elastic"], "ribbon, elastica, curve_angle, antman, shell, tape, own"),
         (["--width-to-thickness", "0.5"], "--width-to-thickness"),
     ],
 )

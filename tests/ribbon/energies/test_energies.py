@@ -226,5 +226,5 @@ def test_scenes_know_the_registry_without_loading_a_solver():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     names, loaded = done.stdout.split("\n")[:2]
-    assert names.split() == ["auto", *CODES, *FREE, "elastica"]
+    assert names.split() == ["auto", *CODES, *FREE, "elastica", "curve_angle", "antman", "tape", "tape_plain"]
     assert not loaded
