@@ -18,6 +18,7 @@ LEVELS = (
     ("compare.commands",),
     ("compare.doctor", "compare.begin"),
     ("compare.pages",),
+    ("compare.battery",),
     ("compare.sweep", "compare.pictures", "compare.check"),
     ("compare.studies",),
     ("compare.report",),
@@ -32,7 +33,7 @@ LEVELS = (
     ("compare",),
 )
 #: Who in `compare` may import a solver.
-KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pictures.ribbon")
+KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pictures.ribbon", "compare.battery.cases")
 SOLVERS = ("ribbon", "shellref")
 #: Most modules of a room, its __init__ not counted; a command is a module, and there are as many as there are commands.
 FULL = 16
