@@ -1,0 +1,158 @@
+"""Judges a ribbon's state by numbers: its curve, energy, balance, stability, what holds it and what stands in its way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from numpy.typing import NDArray
+
+from compare.battery.case import Check, holds
+from compare.battery.judge.curve import integrated
+from compare.battery.judge.discrete import Discrete, unknown_kind
+
+FloatArray = NDArray[np.float64]
+
+#: Bounds of the checks: distances over l (rad for frames), energies and forces relative to their size (at least 1).
+CURVE, ENERGY, HELD, STATIONARY, PENETRATION = 1e-8, 1e-9, 1e-8, 1e-7, 1e-6
+#: Relative difference of lowest eigenvalues; how near zero, over the largest, nothing is said of their sign.
+EIGENVALUE, INDIFFERENT = 1e-4, 1e-7
+#: Segments up to which the spectrum is computed (dense).
+MOST = 400
+_SAMPLES = 2001
+
+
+def judged(found: Any, spectrum: bool = True) -> list[Check]:
+    """Checks of a ribbon's equilibrium `found` (`ribbon.Equilibrium`; of a model's state: `state.native`).
+
+    spectrum: whether status and lowest eigenvalue are judged too, on up to `MOST` segments. Where the solver does not
+    call it an equilibrium only curve, energy and penetration are judged. What is not restated for its kind (energies of
+    free twist, the surface's weight, pressure plates) is left out: then the curve and penetration alone.
+    """
+    checks = [curve_apart(found)]
+    code = found.status.code
+    equilibrium = code in ("converged", "saddle")
+    if found.problem.walls and equilibrium:
+        checks.append(penetration(found))
+    if unknown_kind(found):
+        return checks
+    own = Discrete(found)
+    checks.append(Check("energy apart from quadrature, relative", energy_apart(found, own), ENERGY))
+    if not equilibrium:
+        return checks
+    checks.append(Check("what is held, missed by (l, rad)", own.missed, HELD))
+    checks.append(Check("omega and eta jump at a joint", own.jumps, HELD * max(1.0, float(np.abs(own.q).max()))))
+    force, left = multipliers(own)
+    size = max(1.0, float(np.abs(own.elastic.gradient).max()), float(np.abs(force).max(initial=0.0)))
+    checks.append(Check("not in balance, relative to the largest force", left / size, STATIONARY))
+    if spectrum and len(own.lengths) <= MOST:
+        checks += stability(found, own, force)
+    return checks
+
+
+def curve_apart(found: Any) -> Check:
+    """Largest distance of centreline and frames (l, rad) from `solve_ivp`'s, at joints and between them."""
+    joints = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
+    wanted = np.unique(np.concatenate([joints, np.linspace(0.0, 1.0, 41)]))
+    wanted = np.clip(wanted, 0.0, joints[-1])
+    q = found.parameters
+    free, sideways = found.has_free_twist, q.shape[1] > 4
+
+    def kappa(s: float) -> FloatArray:
+        i = min(max(int(np.searchsorted(joints, s, side="right")) - 1, 0), len(q) - 1)
+        u = s - joints[i]
+        omega, third = q[i, 0] * u + q[i, 1], q[i, 2] * u + q[i, 3]
+        return np.array([omega, q[i, 4] * u + q[i, 5] if sideways else 0.0, third if free else third * omega])
+
+    points, frames = found.joints
+    positions, turned = integrated(kappa, joints, frames[0], points[0], wanted)
+    far = np.abs(found.position(wanted) - positions).max(axis=1)
+    turn = np.abs(found.frame(wanted) - turned).max(axis=(1, 2))
+    off = np.maximum(far, turn)
+    worst = int(np.argmax(off)) if np.isfinite(off).all() else int(np.flatnonzero(~np.isfinite(off))[0])
+    return Check("curve apart from solve_ivp (l, rad)", float(off[worst]), CURVE, said=f"at s = {wanted[worst]:.4g}")
+
+
+def energy_apart(found: Any, own: Discrete) -> float:
+    """Difference of the energies over their size; the parts that are large and cancel are counted in the size."""
+    size = max(1.0, abs(found.energy.elastic), abs(found.energy.gravity), abs(found.energy.total))
+    return float(abs(found.energy.total - own.energy) / size)
+
+
+def penetration(found: Any, samples: int = _SAMPLES) -> Check:
+    """How deep (l) the ribbon is in a wall anywhere: both ends of the rulings, along all of s."""
+    joints = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
+    inside = np.linspace(0.0, 1.0, 9)[:-1]
+    fine = (joints[:-1, None] + inside * np.diff(joints)[:, None]).ravel()
+    s = np.unique(np.clip(np.concatenate([fine, joints, np.linspace(0.0, 1.0, samples)]), 0.0, joints[-1]))
+    r, frame, eta = found.position(s), found.frame(s), found.eta(s)
+    half, length = 0.5 * found.problem.strip.relative_width, found.problem.strip.length
+    deepest, where = 0.0, 0.0
+    for wall in found.problem.walls:
+        if wall.stiffness is not None:
+            continue
+        for side in (half, -half):
+            edge = r + side * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2])
+            gap = (edge - np.asarray(wall.point) / length) @ np.asarray(wall.normal)
+            if -gap.min() > deepest:
+                deepest, where = float(-gap.min()), float(s[np.argmin(gap)])
+    return Check("penetration of a wall (l)", deepest, PENETRATION, said=f"at s = {where:.4g}")
+
+
+def multipliers(own: Discrete) -> tuple[FloatArray, float]:
+    """Multipliers (m,) of the rows that balance the gradient best, pushes not negative, and what is left of it."""
+    if not len(own.jacobian):
+        return np.empty(0), float(np.abs(own.gradient).max())
+    scale = np.maximum(np.linalg.norm(own.jacobian, axis=1), 1e-300)
+    matrix = (own.jacobian / scale[:, None]).T
+    if own.one_sided.any():
+        high = np.where(own.one_sided, 0.0, np.inf)
+        force = scipy.optimize.lsq_linear(matrix, -own.gradient, (-np.inf, high), method="bvls", tol=1e-15).x
+        kept = ~own.one_sided | (force < 0.0)
+        again = np.linalg.lstsq(matrix[:, kept], -own.gradient, rcond=None)[0]
+        force = np.zeros(len(force))
+        force[kept] = again
+    else:
+        force = np.linalg.lstsq(matrix, -own.gradient, rcond=None)[0]
+    left = own.gradient + matrix @ force
+    return np.asarray(force / scale), float(np.abs(left).max())
+
+
+def lowest(own: Discrete, force: FloatArray) -> tuple[float, float]:
+    """Lowest and largest eigenvalue on the tangent of what is held; (inf, 0) where nothing is free."""
+    strong = np.abs(force) > 1e-9 * max(1.0, float(np.abs(force).max(initial=0.0)))
+    held = own.jacobian[~own.one_sided | strong]
+    basis = scipy.linalg.null_space(held, rcond=1e-10) if len(held) else np.eye(own.size)
+    if basis.shape[1] == 0:
+        return np.inf, 0.0
+    values = scipy.linalg.eigh(
+        basis.T @ own.hessian(force) @ basis, basis.T @ own.metric @ basis, eigvals_only=True, check_finite=True
+    )
+    return float(values[0]), float(np.abs(values).max())
+
+
+def stability(found: Any, own: Discrete, force: FloatArray) -> list[Check]:
+    """Whether the status is that of the lowest eigenvalue, and whether the solver's own is the same."""
+    least, largest = lowest(own, force)
+    if found.at is not None and found.status.code == "saddle":  # the worst choice of rulings that move nothing
+        there = Discrete(found, found.problem.parameters(found.at))
+        value, size = lowest(there, multipliers(there)[0])
+        if value < least:
+            least, largest = value, size
+    said = f"lowest eigenvalue {least:.6g}, the solver's {found.lowest_eigenvalue:.6g}"
+    stable = least >= -INDIFFERENT * max(1.0, largest)
+    unstable = least <= INDIFFERENT * max(1.0, largest)
+    right = stable if found.status.code == "converged" else unstable
+    checks = [holds("status is that of the lowest eigenvalue", right, f"{found.status.code}; {said}")]
+    start = found.problem.start
+    if start is not None and start.is_whole and np.isfinite(least) and not _undetermined(own):
+        off = abs(least - found.lowest_eigenvalue) / max(1.0, abs(least))
+        checks.append(Check("lowest eigenvalue apart, relative", off, EIGENVALUE, said=said))
+    return checks
+
+
+def _undetermined(own: Discrete) -> bool:
+    """Whether the ruling is undetermined somewhere, so that the solver's eigenvalue may be that of another ruling."""
+    return bool((np.abs(own.q[:, 1]) < 1e-6).any())
