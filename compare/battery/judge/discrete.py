@@ -1,4 +1,4 @@
-"""A developable ribbon's discrete equilibrium problem, stated again in omega and eta at the joints and its start's place.
+"""A developable ribbon's discrete problem, stated again in omega and eta at the joints and its start's place.
 
 Nothing of the solver is used but its answer, read as data: curvatures, clamps, walls, loads. Unknowns u: omega (p + 1),
 eta (p + 1), then what no clamp holds of the start (shift (3,), turn (3,)). Functionals of the shape are sums over stops

@@ -1,4 +1,4 @@
-"""Judges a ribbon's state by numbers: its curve, energy, balance, stability, what holds it and what stands in its way."""
+"""Judges a ribbon's state by numbers: curve, energy, balance, stability, what holds it and stands in its way."""
 
 from __future__ import annotations
 
