@@ -10,6 +10,8 @@ from typing import Any
 
 from compare.battery.case import Case, Check, Rung
 from compare.errors import Missing
+from compare.store import provenance
+from compare.store.store import case_key
 
 PASSED, FAILED, KNOWN, MENDED, SKIPPED = "passed", "failed", "known failure", "no longer fails", "skipped"
 
@@ -109,25 +111,31 @@ Kept = Mapping[str, Mapping[str, Any]]
 def run(
     cases: Sequence[Case],
     long: bool = False,
+    software: str = "",
     kept: Kept | None = None,
     keep: Callable[[str, Mapping[str, Any]], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Iterator[Outcome]:
-    """The cases in turn. kept: rungs of an earlier run, by `label`; keep: called with every new one; say: told what is
-    being done."""
+    """The cases in turn. kept: rungs of an earlier run, by `software` and `label`; keep: called with every new one that
+    is decided (what was skipped is tried again); say: told what is being done."""
     for case in cases:
         tried = []
         for rung in case.ladder(long):
-            name = label(case, rung)
-            if kept is not None and name in kept:
-                tried.append(from_data(rung, kept[name]))
+            key = f"{software} {label(case, rung)}"
+            if kept is not None and key in kept:
+                tried.append(from_data(rung, kept[key]))
                 continue
             if say is not None:
-                say(name)
+                say(label(case, rung))
             tried.append(attempt(case, rung))
-            if keep is not None:
-                keep(name, to_data(tried[-1]))
+            if keep is not None and tried[-1].ended != SKIPPED:
+                keep(key, to_data(tried[-1]))
         yield Outcome(case, tuple(tried))
+
+
+def software() -> str:
+    """Digest of all sources and libraries that a rung depends on."""
+    return case_key(provenance.software("ribbon", "shellref", "compare"))
 
 
 def label(case: Case, rung: Rung) -> str:

@@ -42,6 +42,7 @@ NAMES = (
     "identify",
     "explain",
     "check",
+    "battery",
     "scenes",
     "keys",
     "completion",

@@ -57,6 +57,7 @@ NAMES = (
     "sze",
     "shell_formulation",
     "curl",
+    "battery",
     "gallery",
     "readme_picture",
 )

@@ -1,0 +1,70 @@
+"""All rungs of the battery of hard cases, group by group; a group that is done is kept as a piece."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from compare.battery.groups import GROUPS
+from compare.cli import main
+from tests.validation import page
+
+#: How rungs end, in the order of the counts.
+_ENDS = ("passed", "failed", "known failure", "no longer fails", "skipped")
+
+
+def run(out: Path) -> None:
+    folder = out.parent / "out" / "validate" / "battery"
+    found = {group: _group(group, folder / group) for group in GROUPS}
+    write(out, {group: record for group, record in found.items() if record is not None})
+
+
+def _group(group: str, folder: Path) -> dict[str, Any] | None:
+    """result.json of a group: of an earlier run where there is one (remove its folder to make it again)."""
+    path = folder / "result.json"
+    if not path.is_file():
+        main(["battery", group, "--long", "--quiet", "--out", str(folder)])
+    record: dict[str, Any] = json.loads(path.read_text())
+    return record if record["cases"] else None
+
+
+def write(out: Path, found: dict[str, dict[str, Any]]) -> None:
+    """results/battery.md from the results of groups."""
+    rungs: Counter[str] = Counter()
+    cases: Counter[str] = Counter()
+    parts = []
+    worst = (0.0, "")
+    for group, record in found.items():
+        rungs.update(record["rungs"])
+        cases.update(case["ended"] for case in record["cases"])
+        rows = []
+        for case in record["cases"]:
+            fine = sum(t["ended"] in ("passed", "no longer fails") for t in case["tried"])
+            rows.append([
+                case["case"].partition("/")[2], case["parameter"], str(case["reaches"]),
+                f"{fine} of {len(case['tried'])}", _number(case["worst"]), _number(case["bound"]), case["what"] or "",
+                case["ended"], f"{case['seconds']:.3g}",
+            ])  # fmt: skip
+            for tried in case["tried"]:
+                for check in tried["checks"]:
+                    if check["what"].startswith("not in balance") and tried["ended"] == "passed":
+                        worst = max(worst, (check["value"], case["case"]))
+        said = [f"- **{c['case']}** ({c['ended']}): {c['why']}" for c in record["cases"] if c["why"]]
+        heads = ["case", "difficulty", "goes to", "passed", "worst", "bound", "of", "ended", "CPU s"]
+        parts += [f"## {group}: {GROUPS[group]}", page.table(heads, rows), "\n".join(said)]
+    total = sum(rungs.values())
+    head = (
+        f"{sum(cases.values())} hard cases with {total} rungs: "
+        + ", ".join(f"{rungs[end]} {end}" for end in _ENDS if rungs[end])
+        + f". Largest imbalance of forces that passed: {worst[0]:.1e} of the largest force ({worst[1]}). "
+        "What a case says is hard and expected: `ribbonbench battery --list --wide`."
+    )
+    page.write(
+        out / "battery.md", "Hard cases", "python -m tests.validation battery", head, *(part for part in parts if part)
+    )
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.1e}"
