@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import errno
 import os
+import resource
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -24,6 +26,16 @@ TERMINATED = 128 + signal.SIGTERM
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _AGAIN = 0.02  # s until a signal that came inside an import is tried again
 _PR_SET_PDEATHSIG = 1
+
+
+#: Exit code of a command that memory does not suffice for (something is missing on this machine).
+NO_MEMORY = 3
+_NO_MEMORY = (
+    "ribbonbench: out of memory: what is finished (cases, steps of a path) is kept; the same command goes on where it "
+    "has more (ulimit -v, a smaller model.elements or shell.elements, fewer --workers)"
+)
+#: What the dynamic loader says where there is no memory for a library.
+_LOADER = ("failed to map segment", "cannot allocate memory", "cannot enable executable stack")
 
 
 class Terminated(KeyboardInterrupt):
@@ -112,13 +124,43 @@ def run(command: Callable[[], int]) -> int:
     try:
         with signals:
             try:
+                if not _room():
+                    raise MemoryError
                 return command()
             except Exception as error:
-                if signals.seen is None:
+                if signals.seen is not None:
+                    raise signals.seen from error  # what goes wrong after a signal is its doing
+                if not out_of_memory(error):
                     raise
-                raise signals.seen from error  # what goes wrong after a signal is its doing
+                print(_NO_MEMORY, file=sys.stderr, flush=True)
+                return NO_MEMORY
     except KeyboardInterrupt as stop:
         return said(stop)
+
+
+def out_of_memory(error: BaseException) -> bool:
+    """Whether memory that was not to be had is in `error` or behind it, also for a library that could not be loaded."""
+    seen: set[int] = set()
+    found: BaseException | None = error
+    while found is not None and id(found) not in seen:
+        seen.add(id(found))
+        if isinstance(found, MemoryError) or (isinstance(found, OSError) and found.errno == errno.ENOMEM):
+            return True
+        if isinstance(found, ImportError | OSError) and any(words in str(found).lower() for words in _LOADER):
+            return True
+        found = found.__cause__ or found.__context__
+    return False
+
+
+#: Bytes of address space below which nothing is begun: OpenBLAS asks again and again, for ever, for what it cannot get
+#: (seen at 400 MB; with 500 MB libraries cannot be loaded, with 600 MB a scene is solved).
+LEAST_MEMORY = 550_000_000
+
+
+def _room() -> bool:
+    """Whether this process may have the least address space that the libraries need."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return limit == resource.RLIM_INFINITY or limit >= LEAST_MEMORY
 
 
 @contextlib.contextmanager

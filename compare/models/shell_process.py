@@ -107,9 +107,9 @@ def shell_key(problem: ShellProblem, options: ShellOptions, start: ShellSurface 
     return case_key(*parts)
 
 
-def stored_case(store: CaseStore, key: str) -> ShellCase | None:
-    """The finished case of this key, or None."""
-    found = store.get(key)
+def stored_case(store: CaseStore, key: str, progress: Progress | None = None) -> ShellCase | None:
+    """The finished case of this key, or None; `progress` is told of a damaged one."""
+    found = store.get(key, progress)
     if found is not None:
         with contextlib.suppress(OSError, ValueError):
             return ShellCase(read_json(found / "shell.json"), found, True)
@@ -131,7 +131,7 @@ def run_shell(
     """
     options = options or ShellOptions()
     key = shell_key(problem, options, start)
-    found = stored_case(store, key)
+    found = stored_case(store, key, progress)
     if found is not None:
         return found
     waiting = None if progress is None else (lambda: progress("another run works on this case: waiting for it"))

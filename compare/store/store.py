@@ -232,10 +232,14 @@ class CaseStore:
     def __init__(self, root: str | os.PathLike[str]) -> None:
         self.root = Path(root)
 
-    def get(self, key: str) -> Path | None:
-        """The folder of the case, or None if there is none, or it is incomplete or altered."""
+    def get(self, key: str, damaged: Callable[[str], object] | None = None) -> Path | None:
+        """The folder of the case, or None if there is none, or it is incomplete or altered: `damaged` is told that."""
         folder = self._folder(key)
-        return folder if _intact(folder, key) else None
+        if _intact(folder, key):
+            return folder
+        if damaged is not None and folder.exists():
+            damaged("what is stored of this case is damaged: it is computed again")
+        return None
 
     def put(self, key: str, writer: Callable[[Path], object]) -> Path:
         """Let `writer` fill an empty folder, then make it the case of `key`; returns the folder at its final place.
@@ -310,9 +314,8 @@ class CaseStore:
             shutil.rmtree(aside, ignore_errors=True)
         shutil.rmtree(self.root / _WAYS, ignore_errors=True)
         for folder in [*(self.root / _UNFINISHED).glob("*")]:
-            with contextlib.suppress(OSError), (folder / _LOCK).open("a") as lock:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(folder, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                _remove_unlocked(folder)
 
     def _place(self, name: str) -> Path:
         """A folder of the store's own, made when absent; `BadInput` where something else stands in its place."""
@@ -335,17 +338,27 @@ class CaseStore:
         """Remove partial folders whose process has died (on this machine) or that are a week old (on another), and what
         nobody has gone on with for a week."""
         host = _host()
-        left = [path for name in (_UNFINISHED, _WAYS) for path in (self.root / name).glob("*")]
-        for entry in left:
+        for entry in (self.root / _WAYS).glob("*"):
             with contextlib.suppress(OSError):
                 if time.time() - entry.stat().st_mtime > _PARTIAL_AGE:
                     shutil.rmtree(entry, ignore_errors=True)
+        for entry in (self.root / _UNFINISHED).glob("*"):
+            with contextlib.suppress(OSError):
+                if time.time() - entry.stat().st_mtime > _PARTIAL_AGE:
+                    _remove_unlocked(entry)  # a clock that jumps ends nobody's work
         for entry in (self.root / _PARTIAL).iterdir():
             owner, _, pid = entry.name.rpartition(".")[0].rpartition("-")
             with contextlib.suppress(OSError, ValueError):
                 dead = not _alive(int(pid)) if owner == host else time.time() - entry.stat().st_mtime > _PARTIAL_AGE
                 if dead:
                     shutil.rmtree(entry, ignore_errors=True)
+
+
+def _remove_unlocked(folder: Path) -> None:
+    """Removes an unfinished case unless somebody works on it (OSError)."""
+    with (folder / _LOCK).open("a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextlib.contextmanager

@@ -3,26 +3,29 @@
 numba keeps one cache per file and looks at that file alone: a kernel that calls a kernel of another file would go on
 with the old code of the other after it changed. A folder per state of the sources makes a stale kernel impossible.
 
-numba makes ready for compiling before it loads a kernel: every registry of what it can compile, which takes longer than
-all kernels of a solve together. `QuickCache` leaves that until something is compiled.
+Kernels are code: a folder that another user owns, or that others can write, is not loaded from (`trusted`); that is
+said in one line, and a folder of this user alone is taken instead. `kept` has the files.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
-import importlib
 import os
 import re
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from llvmlite import binding
-from numba.core import caching, event
 from numba.core import config as _config
 from numba.core import dispatcher as _dispatcher
+from numba.core import event
+
+from ribbon.element import kept
+from ribbon.element.trusted import fault, makeable, private
 
 #: States of the sources whose kernels are kept.
 KEPT = 16
@@ -36,12 +39,32 @@ _KERNEL = "njit"
 
 
 def root() -> Path:
-    """``NUMBA_CACHE_DIR``, else ``RIBBONBENCH_CACHE``, else the user's cache folder (XDG)."""
+    """Where kernels are kept: ``NUMBA_CACHE_DIR``, else ``RIBBONBENCH_CACHE``, else the user's cache folder (XDG); a
+    folder of this user alone where others could have put kernels there, or nothing can be kept."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ribbonbench"
     given = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("RIBBONBENCH_CACHE")
-    if given:
-        return Path(given).expanduser() / "kernels"
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "ribbonbench" / "kernels"
+    return _trusted((Path(given).expanduser() if given else home) / "kernels", home / "kernels")
+
+
+@functools.cache
+def _trusted(place: Path, own: Path) -> Path:
+    """The first of both that nobody else can write; a private folder where there is none."""
+    why = _why_not(place)
+    if why is None:
+        return place
+    instead = own if own != place and _why_not(own) is None else private("ribbonbench-kernels")
+    words = f"kernels are code, and are not taken from {place}: {why}; they are compiled into {instead} instead"
+    print(f"ribbonbench: note: {words}", file=sys.stderr)
+    return instead
+
+
+def _why_not(place: Path) -> str | None:
+    """What speaks against the kernels in `place`, those of the present sources among them."""
+    state = place / digest()
+    return fault(place, whole=False) or fault(state) or (None if state.is_dir() or makeable(place) else _READ_ONLY)
+
+
+_READ_ONLY = "it cannot be written"
 
 
 def sources(package: Path = _PACKAGE) -> dict[str, bytes]:
@@ -76,6 +99,7 @@ def _imported(text: str, known: dict[str, bytes]) -> list[str]:
     return found
 
 
+@functools.cache
 def digest() -> str:
     """First 16 digits of the SHA-256 of `sources`."""
     found = hashlib.sha256()
@@ -92,39 +116,14 @@ def prune(folder: Path, keep: str) -> None:
             shutil.rmtree(entry, ignore_errors=True)
 
 
-class QuickCache(caching.FunctionCache):
-    """numba's cache of a kernel, loaded without what only a compilation needs."""
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The kept kernel for a signature; None: there is none, and numba is made ready to compile it."""
-        _helpers()
-        found = self._load_overload(sig, target_context)
-        if found is None:
-            target_context.refresh()
-        return found
-
-
-def _helpers() -> None:
-    """The memory functions that kernels call, by name: numba tells them when it first makes ready to compile."""
-    if not _TOLD:
-        helpers: Any = importlib.import_module("numba.core.runtime._nrt_python")
-        for name, address in helpers.c_helpers.items():
-            binding.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
-        _TOLD.append(True)
-
-
-_TOLD: list[bool] = []
-_ORDINARY = caching.FunctionCache
-
-
 @contextlib.contextmanager
 def in_use() -> Iterator[None]:
     """Kernels that are decorated inside are cached in this package's folder; other users of numba keep theirs."""
     folder, kept_by = config.CACHE_DIR, dispatcher.FunctionCache
     state = digest()
     config.CACHE_DIR = str(root() / state)
-    if hasattr(_ORDINARY, "_load_overload"):
-        dispatcher.FunctionCache = QuickCache
+    if kept.FITS:
+        dispatcher.FunctionCache = kept.QuickCache
     with contextlib.suppress(OSError):
         os.utime(root() / state)
     prune(root(), state)

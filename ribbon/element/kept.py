@@ -1,0 +1,123 @@
+"""Kept kernels: one file for each kernel and signature, with its own digest and the name of what it is.
+
+numba keeps an index beside its files, and believes both: two processes that compile at once write each its own index
+and the same numbers behind it, so that one may load the other's kernel; half a file ends in a trace, and a file with a
+flipped bit is machine code all the same. Here a file says which kernel it is and what its bytes are: one that is
+damaged, or another's, is compiled anew. A file that cannot be written is no fault, the kernel is in memory.
+
+numba makes ready for compiling before it loads a kernel: every registry of what it can compile, which takes longer than
+all kernels of a solve together. `QuickCache` leaves that until something is compiled.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib
+import inspect
+import os
+import pickle
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from llvmlite import binding
+from numba.core import caching
+
+from ribbon.element.trusted import made
+
+_HEAD = 32  # bytes of the SHA-256 at the start of a file
+_ORDINARY: Any = caching.FunctionCache
+#: Whether this numba's cache is made of the parts that are replaced here.
+FITS = hasattr(_ORDINARY, "_load_overload") and hasattr(caching, "UserProvidedCacheLocator")
+
+
+class _File:
+    """The files of one kernel (numba's `IndexDataCacheFile`), without an index."""
+
+    def __init__(self, folder: str, base: str, stamp: Any) -> None:
+        self._folder, self._base, self._stamp = Path(folder), base, stamp
+
+    def _path(self, key: Any) -> tuple[Path, str]:
+        """The file of a signature, and what it is called inside."""
+        name = repr((self._base, self._stamp, key))
+        return self._folder / f"{self._base}.{hashlib.sha256(name.encode()).hexdigest()[:16]}.nbc", name
+
+    def load(self, key: Any) -> Any:
+        """What was kept for the key; None: nothing, or nothing whole."""
+        path, name = self._path(key)
+        with contextlib.suppress(OSError):
+            raw = path.read_bytes()
+            if hashlib.sha256(raw[_HEAD:]).digest() == raw[:_HEAD]:
+                kept, data = pickle.loads(raw[_HEAD:])
+                if kept == name:
+                    return data
+        return None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keeps a kernel, whole or not at all."""
+        path, name = self._path(key)
+        raw = caching.dumps((name, data))
+        with contextlib.suppress(OSError):
+            made(self._folder)
+            handle, partial = tempfile.mkstemp(prefix=f".{path.name}.", dir=self._folder)
+            try:
+                with os.fdopen(handle, "wb") as stream:
+                    stream.write(hashlib.sha256(raw).digest() + raw)
+                os.replace(partial, path)
+            except BaseException:
+                with contextlib.suppress(OSError):
+                    os.unlink(partial)
+                raise
+
+    def flush(self) -> None:
+        """Forgets every signature of the kernel."""
+        for path in self._folder.glob(f"{self._base}.*.nbc"):
+            path.unlink(missing_ok=True)
+
+
+def _locator() -> Any:
+    ordinary: Any = caching.UserProvidedCacheLocator
+
+    class Place(ordinary):  # type: ignore[misc]
+        """numba's folder of kernels, made when something is kept."""
+
+        def ensure_cache_path(self) -> None:
+            """Nothing: `_File` makes it."""
+
+    return Place
+
+
+class QuickCache(_ORDINARY):  # type: ignore[misc]
+    """numba's cache of a kernel, loaded without what only a compilation needs."""
+
+    def __init__(self, py_func: Any) -> None:
+        place = inspect.getfile(py_func)
+        impl = _ORDINARY._impl_class.__new__(_ORDINARY._impl_class)
+        impl._lineno = py_func.__code__.co_firstlineno
+        impl._locator = _locator()(py_func, place)
+        impl._filename_base = impl.get_filename_base(f"{Path(place).stem}.{py_func.__qualname__}", "")
+        self._name, self._py_func, self._impl = repr(py_func), py_func, impl
+        self._cache_path = impl.locator.get_cache_path()
+        self._cache_file = _File(self._cache_path, impl.filename_base, impl.locator.get_source_stamp())
+        self.enable()
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The kept kernel for a signature; None: there is none, and numba is made ready to compile it."""
+        _helpers()
+        found = self._load_overload(sig, target_context)
+        if found is None:
+            target_context.refresh()
+        return found
+
+
+def _helpers() -> None:
+    """The memory functions that kernels call, by name: numba tells them when it first makes ready to compile."""
+    if not _TOLD:
+        helpers: Any = importlib.import_module("numba.core.runtime._nrt_python")
+        for name, address in helpers.c_helpers.items():
+            binding.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+        _TOLD.append(True)
+
+
+_TOLD: list[bool] = []
