@@ -126,7 +126,7 @@ def _interrupted(rung: Rung, number: int) -> Iterator[Check]:
             faults += damaged(cut)
             if ended.code in (-sent, 128 + sent):
                 hit += 1
-                # Python itself dies of a signal that comes before or after the command: silently, the same code to a shell
+                # before and after the command Python itself dies of a signal: silently, the same code to a shell
                 if number != signal.SIGKILL and len(said(ended.err)) != (0 if ended.code < 0 else 1):
                     wrong.append(f"{ended.code}: {ended.err}")
             elif ended != answer:
