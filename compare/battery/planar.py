@@ -39,13 +39,20 @@ POINTS = 500
 class Held(Protocol):
     """Loads, natural curvature and ends (`shellref.elastica.problem.ElasticaProblem`): data, no code."""
 
-    gamma: float
-    up: Pair
-    curvature: Pair
-    force: Pair
-    start_angle: float | None
-    end_angle: float | None
-    end: Pair | None
+    @property
+    def gamma(self) -> float: ...
+    @property
+    def up(self) -> Pair: ...
+    @property
+    def curvature(self) -> Pair: ...
+    @property
+    def force(self) -> Pair: ...
+    @property
+    def start_angle(self) -> float | None: ...
+    @property
+    def end_angle(self) -> float | None: ...
+    @property
+    def end(self) -> Pair | None: ...
 
 
 @dataclass(frozen=True)
