@@ -20,7 +20,7 @@ class Force:
 
 @dataclass(frozen=True)
 class WallForce:
-    """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the joints in contact, height of a
+    """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the points in contact, height of a
     pressure plate above its place at rest, in l (None: a rigid wall)."""
 
     force: FloatArray

@@ -96,7 +96,8 @@ class Equilibrium:
     energy: by part; x: unknowns; multipliers: of the bounds; rows: of the constraints; active_bounds: how many rulings'
     slopes are held at 2/w. start, end_support, walls: what holds the ribbon exerts on it; seconds: {"solve",
     "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of
-    many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way.
+    many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way;
+    penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls.
     """
 
     problem: Problem
@@ -118,6 +119,7 @@ class Equilibrium:
     at: FloatArray | None = None
     log: tuple[dict[str, Any], ...] = ()
     tolerance_error: float | None = None
+    penetration: float | None = None
     refinements: tuple[Refinement, ...] = ()
 
     @property

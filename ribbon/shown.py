@@ -97,6 +97,7 @@ def numbers(result: Equilibrium) -> dict[str, Any]:
         },
         "moments": {"start": result.start.moment.tolist(), "end": None if end is None else end.moment.tolist()},
         "segments": int(result.problem.lengths.size),
+        "penetration": result.penetration,
         "strip": {
             "length": strip.length, "width": strip.width, "poisson": strip.poisson, "gamma": strip.gamma,
             "natural_curvature": list(strip.natural_curvature),  # type: ignore[arg-type]

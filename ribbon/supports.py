@@ -18,6 +18,7 @@ from ribbon.element import quaternion
 from ribbon.forces import Force, WallForce
 from ribbon.problems.conditions import Rows, WallRows
 from ribbon.problems.layout import GluedLayout
+from ribbon.problems.touching import TouchRows
 
 FloatArray = NDArray[np.float64]
 
@@ -96,11 +97,19 @@ def walls(problem: Glued, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
     """What every wall exerts, in order."""
     found = []
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    slices = problem.block_slices()
     for k, wall in enumerate(problem.walls):
         block = problem.blocks()[f"wall_{k}"]
         assert isinstance(block, WallRows)
-        push = -rows[problem.block_slices()[f"wall_{k}"]]
-        touching = block.joints[np.nonzero((push.reshape(-1, 2) > _TOUCHES).any(axis=1))[0]]
+        push = -rows[slices[f"wall_{k}"]]
+        total = push.sum()
+        touching = s[block.joints[np.nonzero((push.reshape(-1, 2) > _TOUCHES).any(axis=1))[0]]]
+        if f"touch_{k}" in slices:
+            between = problem.blocks()[f"touch_{k}"]
+            assert isinstance(between, TouchRows)
+            push = -rows[slices[f"touch_{k}"]]
+            total += push.sum()
+            touching = np.union1d(touching, (s[between.segments] + between.along)[push > _TOUCHES])
         height = float(x[block.plate]) if block.plate >= 0 else None
-        found.append(WallForce(push.sum() * np.asarray(wall.normal), s[touching], height))
+        found.append(WallForce(total * np.asarray(wall.normal), touching, height))
     return tuple(found)

@@ -22,7 +22,7 @@ KEYS = {
     "end": "l", "middle": "l", "shell_end": "l", "shell_middle": "l",
     "forces": "D w / l^2", "moments": "moment", "energy": "D w / l",
     "tip_load": "D w / l^2", "tip_force": "D w / l^2", "max_abs_tau": "1/l",
-    **dict.fromkeys(("discretisation_error", "tolerance_error", "hausdorff", "centreline", "ribbon_error",
+    **dict.fromkeys(("discretisation_error", "tolerance_error", "penetration", "hausdorff", "centreline", "ribbon_error",
                      "shell_error", "elastica", "ribbon_centreline"), "l"),
 }  # fmt: skip
 #: Units of a column, and how the name of the one in SI ends.

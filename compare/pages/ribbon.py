@@ -59,6 +59,8 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
     }
     if "auto" in state.numbers:
         found["auto"] = state.numbers["auto"]
+    if e.penetration is not None:
+        found["penetration"] = e.penetration
     if e.has_free_twist:
         found |= _finite(scene, state)
     if scene.path:
@@ -278,8 +280,10 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             found.append(("moment at s = l", told.moment(e.end_support.moment, units)))
         for wall in state.supports.walls:
             plate = "" if wall["height"] is None else f", plate at {units.text(wall['height'], 'l', 4)} from rest"
-            text = f"{told.force(wall['force'], units)}; {wall['contacts'].size} joints in contact{plate}"
+            text = f"{told.force(wall['force'], units)}; {wall['contacts'].size} points in contact{plate}"
             found.append((f"force of wall {wall['name']}", text))
+    if e.penetration is not None:
+        found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))
     found += [
         ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
         ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),

@@ -82,7 +82,11 @@ def _same_structure(problem: Problem, found: Equilibrium) -> bool:
 
 
 def anchored(problem: Problem, found: Equilibrium) -> Problem:
-    """The problem with its gauges and the signs of its quaternions referring to where `found` stands."""
+    """The problem with its gauges and the signs of its quaternions referring to where `found` stands, held on its
+    walls' side at the points where `found` is."""
+    if problem.walls and problem.formulation == "mixed":
+        kept = tuple(touch for touch in found.problem.touching if touch.wall < len(problem.walls))
+        problem = problem.with_changes(touching=kept)
     return problem.anchored(found.problem.anchor(found.x))
 
 

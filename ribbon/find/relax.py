@@ -53,7 +53,7 @@ def misfit(problem: MixedProblem, x: FloatArray) -> float:
     """How far the shape is from where it is held: largest violation of end or seam (l, rad) and of the walls (l)."""
     worst = 0.0
     for name, rows in problem.blocks().items():
-        if name.startswith(("end_", "wall_")):
+        if name.startswith(("end_", "wall_", "touch_")):
             c = rows.values(x)
             worst = max(worst, float(np.max(np.maximum(rows.lower - c, c - rows.upper), initial=0.0)))
     return worst

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, relax, seeds, stability, stretched
+from ribbon import penetration
+from ribbon.find import band, contacts, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems import formulation
@@ -380,6 +381,9 @@ def _solve_once(
     near: bool = False,
 ) -> Equilibrium:
     minimum = (_kept(problem, x) if near else None) or _minimum(problem, x, warm, options, progress)
+    if problem.walls:
+        glued: Any = problem
+        problem, minimum = contacts.held(glued, minimum, options, progress)
     evaluations = {k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")}
     parts = problem.energy_parts(minimum.x)
     clock = time.perf_counter()
@@ -390,9 +394,13 @@ def _solve_once(
     if not problem.fields.free:
         steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
     status = _status(problem, minimum, check, parts, steepest, want_check)
+    beyond = penetration.deepest(problem, minimum.x)
     known = status in (Status.CONVERGED, Status.SADDLE)
     why = SPENT if spent() else f"Ipopt: {minimum.message}"
     message = status.value if known else f"{status.value} ({why})"
+    if known and beyond is not None and not beyond <= penetration.TOLERANCE:
+        status, known = Status.NOT_CONVERGED, False
+        message = f"not converged: the strip reaches {beyond:.2g} l beyond a wall between its joints; use more segments"
     if known and check is not None and check.stable is None:
         message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
@@ -414,6 +422,7 @@ def _solve_once(
         at=check.at if check is not None else None,
         active_bounds=check.active if check is not None else 0,
         seconds={"solve": minimum.seconds, "stability": time.perf_counter() - clock},
+        penetration=beyond,
         options={**ipopt.DEFAULT_OPTIONS, **(options or {})},
     )
 

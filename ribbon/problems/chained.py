@@ -21,6 +21,7 @@ from ribbon.problems import chained_kernels as kernels
 from ribbon.problems.fields import Fields
 from ribbon.problems.layout import ChainedLayout
 from ribbon.problems.protocol import Anchor
+from ribbon.problems.touching import Touch
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -139,6 +140,11 @@ class ChainedProblem:
 
     @property
     def walls(self) -> tuple[Wall, ...]:
+        """None."""
+        return ()
+
+    @property
+    def touching(self) -> tuple[Touch, ...]:
         """None."""
         return ()
 

@@ -25,6 +25,7 @@ from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, Wall
 from ribbon.problems.fields import Fields
 from ribbon.problems.layout import STRIDE, GluedLayout
 from ribbon.problems.protocol import Anchor
+from ribbon.problems.touching import Touch, TouchRows
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -32,6 +33,8 @@ IntArray = NDArray[np.int64]
 
 #: Quaternion of half a turn about the tangent: the seam of a Moebius band.
 HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
+#: Part of a clamp's tangent along a wall's normal that is rounding.
+_ALONG = 1e-12
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,8 @@ class Held:
     quaternion (4,) to which the gauge of free rotations refers, the start's of the seed, and origin (3,) the same for
     positions; box: bounds on |omega| and |eta| that keep a far start from running away; a solution must not touch them;
     model: "mixed", or the formulation that finds the point ("matrix", "chained"), for comparison; stiffness, in_plane:
-    `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or None.
+    `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or None; touching: points between the
+    joints that are held on a wall's side too.
     """
 
     strip: Strip
@@ -63,6 +67,7 @@ class Held:
     stiffness: str | None = None
     in_plane: bool | None = None
     tip: tuple[float, float, float] | None = None
+    touching: tuple[Touch, ...] = ()
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -295,11 +300,6 @@ class Held:
 
     def _wall_blocks(self) -> dict[str, Rows]:
         found: dict[str, Rows] = {}
-        joints = np.arange(self.lengths.size + 1)
-        if self.start is not None and self.start.is_whole and self.start_straight:
-            joints = joints[1:]  # constant there
-        if self.closure is not None or (self.end is not None and self.end.is_whole and self.end_straight):
-            joints = joints[:-1]
         plate = self.layout.ribbon
         for k, wall in enumerate(self.walls):
             column = -1
@@ -308,8 +308,37 @@ class Held:
             point = np.asarray(wall.point) / self.strip.length
             oblique = 0.0 if self.fields.free else 1.0
             normal = np.asarray(wall.normal)
+            joints = self._joints_beside(normal)
             found[f"wall_{k}"] = WallRows(joints, STRIDE, point, normal, self.half_width, column, oblique=oblique)
+            touches = [touch for touch in self.touching if touch.wall == k]
+            if touches:
+                found[f"touch_{k}"] = self._touch_rows(touches, point, normal, column)
         return found
+
+    def _joints_beside(self, normal: FloatArray) -> IntArray:
+        """The joints whose distance from a plane of this normal is not given by a clamp or by the joint at the seam."""
+        joints = np.arange(self.lengths.size + 1)
+        if self._edge_is_held(self.start, self.start_straight, normal):
+            joints = joints[1:]
+        if self.closure is not None or self._edge_is_held(self.end, self.end_straight, normal):
+            joints = joints[:-1]
+        return joints
+
+    def _edge_is_held(self, clamp: Clamp | None, straight: bool, normal: FloatArray) -> bool:
+        """Whether a clamp leaves neither edge a motion along `normal`: an oblique ruling reaches along the tangent."""
+        if clamp is None or not clamp.is_whole:
+            return False
+        return straight or self.fields.free or abs(float(clamp.frame[:, 2] @ normal)) < _ALONG
+
+    def _touch_rows(self, touches: list[Touch], point: FloatArray, normal: FloatArray, plate: int) -> TouchRows:
+        starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        s = np.array([touch.s for touch in touches])
+        i = np.clip(np.searchsorted(starts, s, side="right") - 1, 0, self.lengths.size - 1)
+        return TouchRows(
+            i, np.minimum(s - starts[i], self.lengths[i]), np.array([touch.side for touch in touches]), self.lengths,
+            point, normal, self.half_width, self.exponent_limit, self.fields.components, self.fields.free,
+            self.sideways, plate,
+        )  # fmt: skip
 
     # -- the problem --------------------------------------------------------------------------------------------------
 

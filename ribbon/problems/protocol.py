@@ -17,6 +17,7 @@ from ribbon.contact import Wall
 from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
 from ribbon.problems.fields import Fields
+from ribbon.problems.touching import Touch
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -62,6 +63,11 @@ class Problem(Protocol):
     @property
     def tip(self) -> tuple[float, float, float] | None:
         """Dead force at s = l, D w / l^2."""
+        ...
+
+    @property
+    def touching(self) -> tuple[Touch, ...]:
+        """Points between the joints that are held on a wall's side."""
         ...
 
     @property

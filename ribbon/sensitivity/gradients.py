@@ -164,7 +164,9 @@ class Gradients:
         problem = self._point.problem
         if not 0 <= number < len(problem.walls):
             raise RibbonInputError("number", number, f"there are {len(problem.walls)} walls, counted from 0")
-        push = -self.multipliers[problem.block_slices()[f"wall_{number}"]].sum(axis=0)
+        slices = problem.block_slices()
+        blocks = [slices[name] for name in (f"wall_{number}", f"touch_{number}") if name in slices]
+        push = -sum(self.multipliers[where].sum(axis=0) for where in blocks)
         return self._named(np.asarray(problem.walls[number].normal)[:, None] * push)
 
     def _start(self) -> tuple[FloatArray, FloatArray]:

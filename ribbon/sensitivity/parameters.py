@@ -392,12 +392,14 @@ def _end_rotation(system: System) -> Load:
 
 def _wall(system: System, name: str) -> Load:
     here = system.point
-    block = f"wall_{name.removeprefix('wall.').removesuffix('.offset')}"
+    number = name.removeprefix("wall.").removesuffix(".offset")
     slices = here.problem.block_slices()
-    if block not in slices:
+    if f"wall_{number}" not in slices:
         raise RibbonInputError("wrt", name, f"there are {len(here.problem.walls)} walls, counted from 0")
     found, _, rows, _ = _empty(here, 1)
-    rows[slices[block]] = -1.0
+    for block in (f"wall_{number}", f"touch_{number}"):
+        if block in slices:
+            rows[slices[block]] = -1.0
     return replace(found, shape=()).scaled(1.0 / here.problem.strip.length)
 
 

@@ -104,7 +104,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         error=e.tolerance_error,
         seconds=seconds,
         unknowns=int(np.sum(np.asarray(lower) < np.asarray(upper))),
-        numbers={"segments": int(e.problem.lengths.size), **_numbers(e)},
+        numbers={"segments": int(e.problem.lengths.size), **_numbers(e), **_beyond_walls(e)},
         motions=motions_of(e),
         log=e.log,
         states=None if way is None else way.states,
@@ -132,6 +132,11 @@ def _numbers(e: Equilibrium) -> dict[str, bool | float]:
         "max_abs_eta": float(e.max_abs_eta),
         "max_abs_eta_prime_w_half": float(e.max_abs_eta_prime_w_half),
     }
+
+
+def _beyond_walls(e: Equilibrium) -> dict[str, float]:
+    """How far the strip reaches beyond a wall, over l, where there are walls."""
+    return {} if e.penetration is None else {"penetration": float(e.penetration)}
 
 
 def knows_width(energy: str) -> bool:

@@ -34,6 +34,7 @@ from ribbon.element import kernel_cache
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import StepRecord, anchored, follow, switch
 from ribbon.find.solve import Problem
+from ribbon.problems.touching import Touch
 from ribbon.result import Energy
 from ribbon.solvers.budget import within
 
@@ -104,6 +105,8 @@ class _Keeper:
             "active_bounds": e.active_bounds,
             "seconds": e.seconds,
             "options": jsonable(e.options),
+            "touching": e.problem.touching,
+            "penetration": e.penetration,
         }
         arrays = {
             "about": np.array(json.dumps(about)), "lengths": e.problem.lengths, "x": e.x, "rows": e.rows,
@@ -128,6 +131,8 @@ class _Keeper:
         if about.get("key") != self.key:
             return None
         problem = problem_of(about["stage"], about["t"])
+        if about["touching"]:
+            problem = problem.with_changes(touching=tuple(Touch(*touch) for touch in about["touching"]))
         if not np.array_equal(problem.lengths, arrays["lengths"]) or problem.size != arrays["x"].size:
             return None
         lowest = about["lowest_eigenvalue"]
@@ -149,6 +154,7 @@ class _Keeper:
             active_bounds=about["active_bounds"],
             seconds=about["seconds"],
             options=about["options"],
+            penetration=about["penetration"],
         )
         found = replace(found, problem=anchored(problem, found))
         if self.film is not None and states is not None:
