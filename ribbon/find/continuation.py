@@ -187,7 +187,7 @@ def follow(
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0
         new = _corrected(problem, found, before, factor, {"check": check, "progress": progress})
         if leave_saddle and new.status is Status.SADDLE:
-            better = solve_from(problem, new.x, warm=(new.rows, new.multipliers), leave_saddle=True)
+            better = solve_from(new.problem, new.x, warm=(new.rows, new.multipliers), leave_saddle=True)
             new = better if better.status in (Status.CONVERGED, Status.SADDLE) else new
         seconds = time.perf_counter() - clock
         good = new.status in (Status.CONVERGED, Status.SADDLE)

@@ -10,6 +10,7 @@ import scipy.linalg
 from scipy.spatial.transform import Rotation
 
 from ribbon import Clamp, Closure, Gravity, NotDifferentiable, RibbonInputError, Strip, Wall, gradients, solve
+from ribbon.find.continuation import anchored
 from ribbon.find.solve import build, solve_from
 from ribbon.sensitivity.gradients import energy_slopes
 
@@ -63,7 +64,7 @@ def again(arguments, near):
     problem = build(**arguments)
     if not problem.row_count:
         return solve_from(problem, near.x, options=TIGHT, check=False)
-    problem = problem.anchored(near.problem.anchor(near.x))
+    problem = anchored(problem, near)
     return solve_from(problem, near.x, warm=(near.rows, near.multipliers), options=TIGHT, check=False)
 
 
