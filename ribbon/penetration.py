@@ -27,7 +27,7 @@ _NARROWED, _ROUNDS = 9, 6
 
 
 def minima(problem: Problem, x: FloatArray, below: float = 0.0) -> list[tuple[float, Touch]]:
-    """Distances (l) below `below` of the edges from their walls where they are least, in no order, and where that is."""
+    """Distances (l) below `below` of the edges from their walls where they are least, and where that is."""
     shape = _Edges(problem, x)
     s = _abscissae(problem, x)
     found: list[tuple[float, Touch]] = []

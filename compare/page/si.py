@@ -22,8 +22,8 @@ KEYS = {
     "end": "l", "middle": "l", "shell_end": "l", "shell_middle": "l",
     "forces": "D w / l^2", "moments": "moment", "energy": "D w / l",
     "tip_load": "D w / l^2", "tip_force": "D w / l^2", "max_abs_tau": "1/l",
-    **dict.fromkeys(("discretisation_error", "tolerance_error", "penetration", "hausdorff", "centreline", "ribbon_error",
-                     "shell_error", "elastica", "ribbon_centreline"), "l"),
+    **dict.fromkeys(("discretisation_error", "tolerance_error", "penetration", "hausdorff", "centreline",
+                     "ribbon_error", "shell_error", "elastica", "ribbon_centreline"), "l"),
 }  # fmt: skip
 #: Units of a column, and how the name of the one in SI ends.
 ENDINGS = {"l": "m", "1/l": "per_m", "D w / l^2": "N", "D w / l": "J", "moment": "Nm"}

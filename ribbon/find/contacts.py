@@ -26,7 +26,7 @@ from ribbon.solvers.problem import Minimum, kkt_residual
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
 
-#: Depth (l) behind a wall from which points are held; below what an equilibrium may have.
+#: Depth (l) behind a wall from which points are held, where one is deeper than an equilibrium may be.
 DEPTH = 0.3 * penetration.TOLERANCE
 #: Rounds of holding and solving, and points that are held in a round, at the most, from one held point to the next.
 ROUNDS = 20
@@ -44,28 +44,32 @@ def held(
 ) -> tuple[MixedProblem, Minimum]:
     """The problem with the points held that an equilibrium `found` of it needs, and the equilibrium then.
 
-    Where none is found, the last one is, which penetrates.
+    Where none is found within the tolerance, the one that penetrates least is.
     """
     if not problem.walls or not found.residual <= relax.RESIDUAL_TOLERANCE:
         return problem, found
+    best, least = (problem, found), np.inf
     for _ in range(ROUNDS):
-        beyond = _beyond(problem, found.x)
+        minima = penetration.minima(problem, found.x, -DEPTH)
+        depth = max((-distance for distance, _ in minima), default=0.0)
+        if depth < least:
+            best, least = (problem, found), depth
+        beyond = _beyond(problem, minima) if depth > penetration.TOLERANCE else ()
         if not beyond or spent():
             break
         fresh = problem.with_changes(touching=(*problem.touching, *beyond))  # those of old first, in their order
         again = _again(problem, fresh, found, options, progress)
         if again.residual > relax.RESIDUAL_TOLERANCE:
             break
-        again = replace(
-            again, iterations=again.iterations + found.iterations, seconds=again.seconds + found.seconds
-        )
+        again = replace(again, iterations=again.iterations + found.iterations, seconds=again.seconds + found.seconds)
         fresh.counters.add(problem.counters)
         problem, found = fresh, again
-    return let_go(problem, found)
+    return let_go(*best)
 
 
-def _beyond(problem: MixedProblem, x: FloatArray) -> tuple[Touch, ...]:
-    """Points to hold where the edges are deep behind walls: between the two held points on either side.
+def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[Touch, ...]:
+    """Points to hold where the edges are deep behind walls (`penetration.minima`): between the two held points on
+    either side.
 
     A strip that bends over a wall lies between two points at a depth that falls with the square of their distance: so
     many points are held at once that it falls to DEPTH, if MOST allow.
@@ -73,7 +77,7 @@ def _beyond(problem: MixedProblem, x: FloatArray) -> tuple[Touch, ...]:
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     starts[-1] = 1.0
     found: set[Touch] = set()
-    for distance, touch in penetration.minima(problem, x, -DEPTH):
+    for distance, touch in minima:
         known = [t.s for t in problem.touching if (t.wall, t.side) == (touch.wall, touch.side)]
         places = np.union1d(starts, known)
         k = int(np.clip(np.searchsorted(places, touch.s, side="right") - 1, 0, places.size - 2))

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ribbon import penetration
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon import penetration
 from ribbon.find import band, contacts, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
@@ -435,8 +435,10 @@ def _status(
     steepest: float,
     wanted: bool,
 ) -> Status:
-    if not np.all(np.isfinite(minimum.x)) or not np.all(np.isfinite(parts)) or not np.isfinite(minimum.residual):
+    if not np.all(np.isfinite(minimum.x)) or not np.all(np.isfinite(parts)):
         return Status.FAILED
+    if not np.isfinite(minimum.residual):
+        return Status.NOT_CONVERGED if spent() else Status.FAILED
     if minimum.code == other_models.FLIPPED:
         return Status.FLIPPED
     if steepest > 1.0:

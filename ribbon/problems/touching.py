@@ -5,9 +5,9 @@ On the segment that starts at joint i, at the distance h behind it, an edge of t
 
     x = r_i + R(q_i) y ,   y = p(h) +- (w/2) (Q(h) e_x + (m + n h) Q(h) e_z)
 
-with the end frame Q and the chord p of the first h of the segment (`ribbon.element.series`), functions of the segment's
-parameters (a, b, n, m). With N of `ribbon.element.quaternion` the row is ``<r_i - point, normal> + q^T N(normal, y) q``,
-so that all derivatives follow from the jets of y: linear in those, quadratic in q.
+with the end frame Q and the chord p of the first h of the segment (`ribbon.element.series`), functions of its
+parameters (a, b, n, m). With N of `ribbon.element.quaternion` the row is ``<r_i - point, normal> + q^T N(normal, y)
+q``, so that all derivatives follow from the jets of y: linear in those, quadratic in q.
 """
 
 from __future__ import annotations

@@ -76,8 +76,10 @@ def curve_apart(found: Any) -> Check:
 
 
 def energy_apart(found: Any, own: Discrete) -> float:
-    """Difference of the energies over their size; the parts that are large and cancel are counted in the size."""
-    size = max(1.0, abs(found.energy.elastic), abs(found.energy.gravity), abs(found.energy.total))
+    """Difference of the energies over their size; the parts that are large and cancel are counted in the size, and the
+    whole weight at one length: how much of it a state has is a matter of the datum."""
+    weight = found.problem.strip.gamma if found.problem.gravity is not None else 0.0
+    size = max(1.0, abs(found.energy.elastic), abs(found.energy.gravity), abs(found.energy.total), weight)
     return float(abs(found.energy.total - own.energy) / size)
 
 

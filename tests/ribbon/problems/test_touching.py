@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -70,7 +72,7 @@ def integrated(found: Equilibrium, s: np.ndarray) -> np.ndarray:
 
     y = np.concatenate([points[0], frames[0].ravel()])
     out = np.empty((12, s.size))
-    for a, b in zip(joints[:-1], joints[1:], strict=True):
+    for a, b in pairwise(joints):
         inside = (s >= a) & ((s < b) | (b == joints[-1]))
         run = solve_ivp(rate, (a, b), y, dense_output=True, rtol=1e-10, atol=1e-13)
         out[:, inside], y = run.sol(s[inside]), run.y[:, -1]
@@ -114,7 +116,7 @@ def table(gamma: float, height: float, segments: int = 40, **more) -> Equilibriu
     return solve(Strip(1.0, 0.05, gamma=gamma), Clamp(), Gravity(UP), walls=[floor], segments=segments, **more)
 
 
-@pytest.mark.parametrize("gamma, height", [(1e5, 0.0), (1e5, 0.1), (1e3, 1e-12), (1e3, 1e-6), (1e3, 1e-3)])
+@pytest.mark.parametrize(("gamma", "height"), [(1e5, 0.0), (1e5, 0.1), (1e3, 1e-12), (1e3, 1e-6), (1e3, 1e-3)])
 def test_a_heavy_strip_does_not_sag_into_its_table(gamma, height):
     found = table(gamma, height)
     assert found.status is Status.CONVERGED
