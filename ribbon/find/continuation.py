@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import penetration
 from ribbon.find import relax
 from ribbon.find.solve import solve_from, starting_shapes
 from ribbon.problems.protocol import Problem
@@ -97,11 +98,12 @@ def switch(
     leave_saddle: bool = False,
     progress: Progress | None = None,
     check: bool = True,
+    hold: bool = True,
     options: dict[str, Any] | None = None,
 ) -> Equilibrium:
     """Equilibrium of `problem` from the shape of `start`, whatever its segments, clamps, walls or formulation."""
     keywords: dict[str, Any] = {
-        "leave_saddle": leave_saddle, "progress": progress, "check": check, "options": options,
+        "leave_saddle": leave_saddle, "progress": progress, "check": check, "hold": hold, "options": options,
     }  # fmt: skip
     old: Any = start.problem
     if not (problem.row_count and old.row_count):
@@ -165,8 +167,9 @@ def follow(
     steps: equal ones (cut where one fails); None: adaptive, from the size `first`; never cut below `smallest` (default
     SMALLEST, or a fifth of an equal step).
     leave_saddle: unstable equilibria met on the way are left along their unstable mode. on_step: called after every
-    accepted step. The log (dictionaries of `StepRecord`, rejected steps too) is on the result; when the way cannot be
-    gone to its end the last good equilibrium is returned with the status of what stopped it.
+    accepted step. Of the states on the way only the last is held on its walls' side between the joints. The log
+    (dictionaries of `StepRecord`, rejected steps too) is on the result; when the way cannot be gone to its end the last
+    good equilibrium is returned with the status of what stopped it.
     """
     size = 1.0 / steps if steps else min(first, 1.0)
     if smallest is None:
@@ -185,9 +188,10 @@ def follow(
         check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
         clock = time.perf_counter()
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0
-        new = _corrected(problem, found, before, factor, {"check": check, "progress": progress})
+        new = _corrected(problem, found, before, factor, {"check": check, "progress": progress, "hold": False})
         if leave_saddle and new.status is Status.SADDLE:
-            better = solve_from(new.problem, new.x, warm=(new.rows, new.multipliers), leave_saddle=True)
+            warm = new.rows, new.multipliers
+            better = solve_from(new.problem, new.x, warm=warm, leave_saddle=True, hold=False)
             new = better if better.status in (Status.CONVERGED, Status.SADDLE) else new
         seconds = time.perf_counter() - clock
         good = new.status in (Status.CONVERGED, Status.SADDLE)
@@ -202,6 +206,11 @@ def follow(
             if size < smallest:
                 return _stopped(found, last_bad, t, start, log)
             continue
+        if target == 1.0 and (new.penetration or 0.0) > penetration.TOLERANCE:
+            new = solve_from(new.problem, new.x, warm=(new.rows, new.multipliers), progress=progress)
+            if new.status not in (Status.CONVERGED, Status.SADDLE):
+                log.append(asdict(_record(target, step, new, False, seconds, jump)))
+                return _stopped(found, new, t, start, log)
         record = _record(target, step, new, True, seconds, jump)
         log.append(asdict(record))
         before, t_before = (None, t) if jump else (found, t)

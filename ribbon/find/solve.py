@@ -277,13 +277,15 @@ def solve_from(
     leave_saddle: bool = False,
     check: bool = True,
     near: bool = False,
+    hold: bool = True,
 ) -> Equilibrium:
     """Equilibrium of `problem` from the unknowns x; residual and stability are not taken from Ipopt.
 
     warm: multipliers of rows and bounds (of a neighbouring problem of the same structure); check: whether stability is
-    judged (otherwise `stable` is None); near: x may be the solution already, and is kept if it is.
+    judged (otherwise `stable` is None); near: x may be the solution already, and is kept if it is; hold: whether the
+    strip is held on its walls' side between the joints too (otherwise it may sag through there, and says so).
     """
-    found = _solve_once(problem, x, warm, options, progress, check, near)
+    found = _solve_once(problem, x, warm, options, progress, check, near, hold)
     if leave_saddle:
         for _ in range(_DEPARTURES):
             if found.status is not Status.SADDLE or spent():
@@ -379,9 +381,10 @@ def _solve_once(
     progress: Progress | None,
     want_check: bool,
     near: bool = False,
+    hold: bool = True,
 ) -> Equilibrium:
     minimum = (_kept(problem, x) if near else None) or _minimum(problem, x, warm, options, progress)
-    if problem.walls:
+    if problem.walls and hold:
         glued: Any = problem
         problem, minimum = contacts.held(glued, minimum, options, progress)
     evaluations = {k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")}
@@ -399,8 +402,11 @@ def _solve_once(
     why = SPENT if spent() else f"Ipopt: {minimum.message}"
     message = status.value if known else f"{status.value} ({why})"
     if known and beyond is not None and not beyond <= penetration.TOLERANCE:
-        status, known = Status.NOT_CONVERGED, False
-        message = f"not converged: the strip reaches {beyond:.2g} l beyond a wall between its joints; use more segments"
+        deep = f"the strip reaches {beyond:.2g} l beyond a wall between its joints"
+        if hold:
+            status, known, message = Status.NOT_CONVERGED, False, f"not converged: {deep}; use more segments"
+        else:
+            message += f"; on its way {deep}"
     if known and check is not None and check.stable is None:
         message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
