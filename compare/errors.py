@@ -10,8 +10,10 @@ from typing import Any, ClassVar
 
 
 def _one_line(text: str) -> str:
-    """`text` on a single line: every run of white space becomes one blank."""
-    return " ".join(text.split())
+    """`text` on a single line: every run of white space becomes one blank, and what would move the cursor, colour the
+    terminal or turn the line round is named by its number."""
+    plain = " ".join(text.split())
+    return plain if plain.isprintable() else "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in plain)
 
 
 class RibbonbenchError(Exception):

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,18 +23,8 @@ MARK = "RIBBONBENCH_BATTERY"
 PATIENCE = 600.0
 _ROOT = Path(__file__).resolve().parents[2]
 #: What may differ between two runs that give the same answer: times, and how far the first one came.
-_APART = (
-    "seconds",
-    "provenance",
-    "time",
-    "iterations",
-    "evaluations",
-    "timing",
-    "warm",
-    "first",
-    "reused",
-    "new",
-    "rate",
+_APART = frozenset(
+    "seconds provenance time iterations evaluations timing warm first reused new rate resumed slowest".split()
 )
 
 
@@ -187,8 +177,3 @@ def apart(first: Path, second: Path) -> tuple[float, str]:
         if off > worst:
             worst, where = float(off), f"{key.lstrip('.')}: {a} and {b}"
     return worst, where
-
-
-def counted(lists: Iterable[Sequence[Any]]) -> int:
-    """How many things are in all lists together."""
-    return sum(len(found) for found in lists)

@@ -167,9 +167,10 @@ def _work(
     """Runs the worker into `folder`; None when it reported, otherwise why it did not, in one line.
 
     The worker inherits the lock of the unfinished case: should this process be killed, nobody else works on the case
-    until the worker, which is ended with it, has let go.
+    until the worker, which is ended with it, has let go; what is said to it lies beside the checkpoints, and is removed
+    with them.
     """
-    scratch = Path(tempfile.mkdtemp(prefix="ribbonbench-shell-"))
+    scratch = Path(tempfile.mkdtemp(prefix="request-", dir=unfinished.folder))
     try:
         data = {"problem": problem.to_dict(), "options": options.to_dict(), "folder": str(unfinished.folder.resolve())}
         if start is not None:

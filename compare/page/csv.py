@@ -1,7 +1,8 @@
 """The one writer of CSV, and its dialect.
 
 Keys of the columns in the first line; commas, lines that end with a line feed; numbers with all their digits, in the
-unit of the column; `true` and `false`; empty where nothing is known; values of several parts as a JSON list.
+unit of the column; `true` and `false`; empty where nothing is known; values of several parts as a JSON list. A text
+that a spreadsheet would take for a formula begins with an apostrophe, which makes it a text there.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ def as_csv(table: Table) -> str:
     """The rows of a table in CSV; those below its line are left out."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(table.keys)
+    writer.writerow([inert(key) for key in table.keys])
     writer.writerows([field(cell) for cell in row] for row in table.rows)
     return out.getvalue()
 
@@ -30,4 +31,12 @@ def field(cell: Cell) -> str:
         return "true" if cell else "false"
     if isinstance(cell, tuple):
         return json.dumps(cell, ensure_ascii=False)
-    return cell if isinstance(cell, str) else repr(cell)
+    return inert(cell) if isinstance(cell, str) else repr(cell)
+
+
+def inert(text: str) -> str:
+    """A text as no spreadsheet takes it for a formula."""
+    return f"'{text}" if text.lstrip()[:1] in _FORMULA else text
+
+
+_FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")

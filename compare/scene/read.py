@@ -64,8 +64,14 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
 
 
 def one_line(text: str) -> str:
-    """`text` with every line break, control character and lone surrogate replaced by a question mark."""
-    return "".join("?" if unicodedata.category(letter) in {"Cc", "Cs", "Zl", "Zp"} else letter for letter in text)
+    """`text` with every line break, control character, lone surrogate and mark that turns a line round replaced by a
+    question mark."""
+    return "".join("?" if _moves(letter) else letter for letter in text)
+
+
+def _moves(letter: str) -> bool:
+    turns = unicodedata.bidirectional(letter) in {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
+    return turns or unicodedata.category(letter) in {"Cc", "Cs", "Zl", "Zp"}
 
 
 def _section(data: Mapping[str, Any], name: str, parent: str = "") -> Table:

@@ -57,7 +57,7 @@ def _serve(pipe: Connection, launched: bool, master: int) -> None:
     """The worker process: cases in, records out, until the pipe closes or the `master` (its process id) ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the master says when to stop
     signal.signal(signal.SIGTERM, _stop)
-    end_with(master)
+    end_with(master, signal.SIGKILL)  # at once, whatever is being compiled; what runs for this process ends with it
     if launched:
         for name in [name for name in os.environ if name.startswith(_LAUNCHERS)]:
             del os.environ[name]

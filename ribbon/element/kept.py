@@ -12,6 +12,7 @@ all kernels of a solve together. `QuickCache` leaves that until something is com
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import importlib
 import inspect
@@ -23,13 +24,15 @@ from typing import Any
 
 from llvmlite import binding
 from numba.core import caching
+from numba.core import config as _config
 
 from ribbon.element.trusted import made
 
+config: Any = _config  # numba's settings are made at import, unknown to type checkers
 _HEAD = 32  # bytes of the SHA-256 at the start of a file
 _ORDINARY: Any = caching.FunctionCache
 #: Whether this numba's cache is made of the parts that are replaced here.
-FITS = hasattr(_ORDINARY, "_load_overload") and hasattr(caching, "UserProvidedCacheLocator")
+FITS = hasattr(_ORDINARY, "_load_overload") and hasattr(_ORDINARY, "_save_overload")
 
 
 class _File:
@@ -76,30 +79,42 @@ class _File:
             path.unlink(missing_ok=True)
 
 
-def _locator() -> Any:
-    ordinary: Any = caching.UserProvidedCacheLocator
+@functools.cache
+def _text(place: Path) -> bytes:
+    """The source that a kernel stands in; nothing where there is none."""
+    try:
+        return place.read_bytes()
+    except OSError:
+        return b""
 
-    class Place(ordinary):  # type: ignore[misc]
-        """numba's folder of kernels, made when something is kept."""
 
-        def ensure_cache_path(self) -> None:
-            """Nothing: `_File` makes it."""
+class _Place:
+    """What numba asks its locator for: the number of a function's line, and its file."""
 
-    return Place
+    def __init__(self, place: str) -> None:
+        self._py_file = place
+
+    def get_disambiguator(self) -> str:
+        """Nothing: the source is in the key."""
+        return "kernel"
+
+    def ensure_cache_path(self) -> None:
+        """Nothing: `_File` makes it."""
 
 
 class QuickCache(_ORDINARY):  # type: ignore[misc]
     """numba's cache of a kernel, loaded without what only a compilation needs."""
 
     def __init__(self, py_func: Any) -> None:
-        place = inspect.getfile(py_func)
+        place = Path(inspect.getfile(py_func))
         impl = _ORDINARY._impl_class.__new__(_ORDINARY._impl_class)
         impl._lineno = py_func.__code__.co_firstlineno
-        impl._locator = _locator()(py_func, place)
-        impl._filename_base = impl.get_filename_base(f"{Path(place).stem}.{py_func.__qualname__}", "")
+        impl._locator = _Place(str(place))
+        impl._filename_base = impl.get_filename_base(f"{place.stem}.{py_func.__qualname__}", "")
         self._name, self._py_func, self._impl = repr(py_func), py_func, impl
-        self._cache_path = impl.locator.get_cache_path()
-        self._cache_file = _File(self._cache_path, impl.filename_base, impl.locator.get_source_stamp())
+        # by the module's name, not its place: every checkout and every installation of the same sources shares them
+        self._cache_path = str(Path(config.CACHE_DIR) / py_func.__module__)
+        self._cache_file = _File(self._cache_path, impl.filename_base, hashlib.sha256(_text(place)).hexdigest())
         self.enable()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

@@ -40,7 +40,7 @@ def pulled(equilibrium: Equilibrium, gradients: Sequence[FloatArray]) -> Pulled:
     if problem.fields.count < 3:
         freed = problem.with_changes(in_plane=True)
         x = freed.state(*problem.joint_values(here.x))
-        here = Point(freed, x, here.rows, np.zeros(x.size))
+        here = Point(freed, x, _rows_of(problem, freed, here.rows), np.zeros(x.size))
         problem = freed
     system = System.of(here)
     columns, slopes = problem.parameter_map()
@@ -52,3 +52,15 @@ def pulled(equilibrium: Equilibrium, gradients: Sequence[FloatArray]) -> Pulled:
     moves, _ = system.solve(pulls.T, still, np.zeros(pulls.T.shape))
     found = [replace(equilibrium, problem=problem, x=here.x + move, at=None) for move in moves.T]
     return Pulled(tuple(found[:-1]), found[-1])
+
+
+def _rows_of(problem: Any, freed: Any, rows: FloatArray) -> FloatArray:
+    """The multipliers (m,) of a strip as those of the one that bends in its plane too; what holds that alone (the seam
+    of a closed band) exerts nothing yet."""
+    found = np.zeros(freed.row_count)
+    known, wanted = problem.block_slices(), freed.block_slices()
+    glue = rows.size - sum(where.stop - where.start for where in known.values())
+    found[:glue] = rows[:glue]
+    for name, where in known.items():
+        found[wanted[name]] = rows[where]
+    return found

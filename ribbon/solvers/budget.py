@@ -21,7 +21,7 @@ SPENT = "the budget of time is spent"
 
 
 class _Compiling(event.Listener):  # type: ignore[misc]
-    """Time (s) that this process has spent in compiling."""
+    """Time (s) that this process has spent in compiling, and in making ready for it."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -39,7 +39,7 @@ class _Compiling(event.Listener):  # type: ignore[misc]
 
 
 _compiling = _Compiling()
-event.register("numba:compile", _compiling)
+event.register("numba:compiler_lock", _compiling)  # held while kernels are compiled, and while kept ones are loaded
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
 
 
