@@ -55,7 +55,7 @@ _ODD: tuple[Any, ...] = (
 )
 
 
-def scene_text(number: int, changes: int = 3, wild: float = 0.2) -> str:
+def sceneliteral(number: int, changes: int = 3, wild: float = 0.2) -> str:
     """The TOML of random scene `number`: one of six small scenes with up to so many keys set at random.
 
     wild: share of the values that are of any kind at all; the others are of the right kind, at times at the edge of
@@ -151,24 +151,24 @@ def _value(key: Key, chance: random.Random) -> Any:
 
 def toml(value: dict[str, Any]) -> str:
     """A document of inline values: what `tomllib` reads as this dictionary."""
-    return "".join(f"{_text(name)} = {_inline(item)}\n" for name, item in value.items())
+    return "".join(f"{literal(name)} = {_inline(item)}\n" for name, item in value.items())
 
 
 def _inline(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return _text(value)
+        return literal(value)
     if isinstance(value, float) and not math.isfinite(value):
         return "nan" if math.isnan(value) else ("inf" if value > 0.0 else "-inf")
     if isinstance(value, list):
         return f"[{', '.join(_inline(item) for item in value)}]"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_text(name)} = {_inline(item)}" for name, item in value.items()) + "}"
+        return "{" + ", ".join(f"{literal(name)} = {_inline(item)}" for name, item in value.items()) + "}"
     return repr(value)
 
 
-def _text(text: str) -> str:
+def literal(text: str) -> str:
     """A basic string; every letter that is not plain by its number."""
     plain = (c if " " <= c <= "~" and c not in '"\\' else f"\\U{ord(c):08x}" for c in text)
     return f'"{"".join(plain)}"'

@@ -31,33 +31,45 @@ def frame_and_chord(a, b, n, m, length, digits=DIGITS):
 
 
 def _piece(a, b, n, m, h, digits):
-    """Taylor series of Q' = Q [kappa]_x on [0, h], row by row: (x, y, z)' = (k3 y, k1 z - k3 x, -k1 y)."""
-    k1, k3 = (b, a), (m * b, n * b + m * a, n * a)
+    """Taylor series of Q' = Q [kappa]_x on [0, h], row by row: (x, y, z)' = (k3 y, k1 z - k3 x, -k1 y).
+
+    In S / h, which makes every term small, and in whole numbers of 2^-bits: a tenth of the time that floating-point
+    numbers of so many digits take.
+    """
+    bits = int((digits + 10) * 3.33) + 40
+    one = 1 << bits
+
+    def fixed(value):
+        return int(mp.floor(mp.ldexp(value, bits)))
+
+    k1 = (fixed(b * h), fixed(a * h**2))
+    k3 = (fixed(m * b * h), fixed((n * b + m * a) * h**2), fixed(n * a * h**3))
+    h, tiny = fixed(h), fixed(mp.mpf(10) ** (-digits - 5))
     q, p, j = mp.eye(3), mp.zeros(3, 1), mp.zeros(3, 1)
-    tiny = mp.mpf(10) ** (-digits - 5)
     for row in range(3):
-        terms = [[mp.mpf(int(row == column)) for column in range(3)]]
+        terms = [[one * int(row == column) for column in range(3)]]
         sums = list(terms[0])
-        chord, integral = sums[2] * h, sums[2] * h * h / 2
-        power, quiet = mp.mpf(1), 0
+        chord = sums[2] * h >> bits
+        integral = chord * h >> bits + 1
+        quiet = 0
         for k in range(1, 1000):
             past = terms[: -len(k3) - 1 : -1]
-            x = sum(c * t[1] for c, t in zip(k3, past, strict=False))
+            x = sum(c * t[1] for c, t in zip(k3, past, strict=False)) >> bits
             y = sum(c * t[2] for c, t in zip(k1, past, strict=False))
-            y -= sum(c * t[0] for c, t in zip(k3, past, strict=False))
-            z = -sum(c * t[1] for c, t in zip(k1, past, strict=False))
-            terms.append([x / k, y / k, z / k])
-            power *= h
+            y = (y - sum(c * t[0] for c, t in zip(k3, past, strict=False))) >> bits
+            z = -sum(c * t[1] for c, t in zip(k1, past, strict=False)) >> bits
+            terms.append([x // k, y // k, z // k])
             for column in range(3):
-                sums[column] += terms[-1][column] * power
-            chord += terms[-1][2] * power * h / (k + 1)
-            integral += terms[-1][2] * power * h * h / ((k + 1) * (k + 2))
-            quiet = quiet + 1 if max(abs(t) for t in terms[-1]) * power < tiny else 0
+                sums[column] += terms[-1][column]
+            reach = terms[-1][2] * h >> bits
+            chord += reach // (k + 1)
+            integral += (reach * h >> bits) // ((k + 1) * (k + 2))
+            quiet = quiet + 1 if max(map(abs, terms[-1])) <= tiny else 0
             if quiet == 3:
                 break
         for column in range(3):
-            q[row, column] = sums[column]
-        p[row], j[row] = chord, integral
+            q[row, column] = mp.ldexp(mp.mpf(sums[column]), -bits)
+        p[row], j[row] = mp.ldexp(mp.mpf(chord), -bits), mp.ldexp(mp.mpf(integral), -bits)
     return q, p, j
 
 

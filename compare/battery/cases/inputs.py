@@ -16,7 +16,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from compare.battery.case import Case, Check, Rung, holds
-from compare.battery.random_scenes import BUDGET, WORDS, scene_text
+from compare.battery.processes import ran
+from compare.battery.random_scenes import BUDGET, WORDS, literal, scene_text
 from compare.errors import RibbonbenchError
 from compare.scene.scene import loads
 
@@ -131,20 +132,17 @@ elements = 2
 
 def titled(rung: Rung) -> Iterator[Check]:
     """A title as every file shows it."""
-    from compare.battery.random_scenes import _text
-    from compare.cli import main
-
     text = WORDS[int(rung)]
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         scene, out = place / "scene.toml", place / "o"
-        scene.write_text(_TITLED.format(title=_text(text)))
-        code = main(["solve", str(scene), "--quiet", "--out", str(out)])
+        scene.write_text(_TITLED.format(title=literal(text)))
+        code = ran(("solve", "scene.toml", "--quiet", "--out", "o"), place).code
         plain = all(unicodedata.category(c) not in ("Cc", "Zl", "Zp") for c in text) and not _turns(text)
         yield holds("taken, or refused in one line", code == (0 if plain else 2), f"exit code {code}")
         if code == 0:
-            main(["export", str(scene), "--quiet", "--format", "gltf,csv", "--out", str(out)])
-            main(["report", str(out), "--quiet"])
+            ran(("export", "scene.toml", "--quiet", "--format", "gltf,csv", "--out", "o"), place)
+            ran(("report", "o", "--quiet"), place)
             inside = [path for path in place.rglob("*") if path.is_file()]
             yield holds("all files are where they belong", all(place in path.resolve().parents for path in inside))
             yield from _inert(out)

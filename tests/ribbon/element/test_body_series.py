@@ -64,43 +64,52 @@ def product(x, y):
     return out
 
 
+#: Digits of `exact` behind the point, in whole numbers of 2^-BITS: a tenth of the time of floating-point ones.
+BITS = 210
+
+
 def exact(a, b, n, m, length):
-    """The 13 values in 50 digits, by Taylor steps of the equations of q, u, v, t as they stand in the module."""
+    """The 13 values in 50 digits, by Taylor steps of the equations of q, u, v, t of the module, in S / h."""
     size = (abs(b) + abs(a) * length) * (1 + abs(m) + abs(n) * length)
     pieces = max(1, int(mp.ceil(length * size / 2)))
     h = length / pieces
-    y = [mp.mpf(int(i == 0)) for i in range(13)]
+    along, tiny = _fixed(h), _fixed(mp.mpf(10) ** -48)
+    y = [int(i == 0) << BITS for i in range(13)]
     for piece in range(pieces):
         s = piece * h
-        omega = (a * s + b, a)
-        twist = ((n * s + m) * omega[0], n * omega[0] + (n * s + m) * a, n * a)
+        omega = (_fixed((a * s + b) * h), _fixed(a * h**2))
+        twist = [(n * s + m) * (a * s + b), n * (a * s + b) + (n * s + m) * a, n * a]
+        twist = [_fixed(v * h ** (j + 1)) for j, v in enumerate(twist)]
         terms = [y]
         total = list(y)
-        power = mp.mpf(1)
         for k in range(1, 200):
-            rate = [mp.mpf(0)] * 13
+            rate = [0] * 13
             for j, past in enumerate(terms[: -len(twist) - 1 : -1]):
-                one, three = (omega[j] if j < 2 else mp.mpf(0)), twist[j]
-                turn = multiply(past[:4], [0, one / 2, 0, three / 2])
+                one, three = (omega[j] if j < 2 else 0), twist[j]
+                turn = multiply(past[:4], [0, one, 0, three])
                 for i in range(4):
-                    rate[i] += turn[i]
+                    rate[i] += turn[i] >> 1
                 for i in (4, 7, 10):
                     rate[i] += three * past[i + 1]
                     rate[i + 1] += one * past[i + 2] - three * past[i]
                     rate[i + 2] -= one * past[i + 1]
+            rate = [r >> BITS for r in rate]
             for i in range(3):
-                rate[7 + i] += terms[-1][4 + i]
+                rate[7 + i] += terms[-1][4 + i] * along >> BITS
             if k == 1:
-                rate[6] += 1
-                rate[10] += 1
-            terms.append([r / k for r in rate])
-            power *= h
-            for i in range(13):
-                total[i] += terms[-1][i] * power
-            if k > 8 and max(map(abs, terms[-1])) * power < mp.mpf(10) ** -48:
+                rate[6] += along
+                rate[10] += along
+            terms.append([r // k for r in rate])
+            total = [t + part for t, part in zip(total, terms[-1], strict=True)]
+            if k > 8 and max(map(abs, terms[-1])) <= tiny:
                 break
         y = total
-    return y
+    return [mp.ldexp(mp.mpf(v), -BITS) for v in y]
+
+
+def _fixed(value):
+    """A number in units of 2^-BITS."""
+    return int(mp.floor(mp.ldexp(mp.mpf(value), BITS)))
 
 
 #: Derivatives of the strongest case in many digits take a minute and more: in `make validate`.
