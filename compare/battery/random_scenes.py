@@ -55,7 +55,7 @@ _ODD: tuple[Any, ...] = (
 )
 
 
-def sceneliteral(number: int, changes: int = 3, wild: float = 0.2) -> str:
+def scene_text(number: int, changes: int = 3, wild: float = 0.2) -> str:
     """The TOML of random scene `number`: one of six small scenes with up to so many keys set at random.
 
     wild: share of the values that are of any kind at all; the others are of the right kind, at times at the edge of
