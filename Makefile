@@ -29,7 +29,7 @@ lint: setup  ## ruff and mypy
 
 test: lint  ## set-up, lint and tests; pytest's own closing line comes last
 	@echo "test: running pytest, results below and in out/test/junit.xml" && mkdir -p out/test
-	@$(BIN)/python -m pytest -n $(WORKERS) -m "not validate" --junitxml=out/test/junit.xml
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not validate" --junitxml=out/test/junit.xml
 
 # Long validation. Commands that check more than pytest does go into VALIDATE, one per line, each failing by exit code.
 define VALIDATE

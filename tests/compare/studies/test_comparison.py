@@ -82,12 +82,20 @@ class Shells:
         return ShellCase(data, folder, False)
 
 
-@pytest.fixture
-def made(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Comparisons with such shells, each made once: they are not changed by what is written about them."""
+    found: dict[str, Comparison] = {}
+
     def run(failing=(), assignments=None) -> Comparison:
-        monkeypatch.setattr("compare.models.shell.run_shell", Shells(tmp_path, failing))
-        scene = load("curl_4_3").replace({"shell.width_to_thickness": [10, 20, 100], **(assignments or {})})
-        return compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
+        key = repr((failing, assignments))
+        if key not in found:
+            place = tmp_path_factory.mktemp("made")
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr("compare.models.shell.run_shell", Shells(place, failing))
+                scene = load("curl_4_3").replace({"shell.width_to_thickness": [10, 20, 100], **(assignments or {})})
+                found[key] = compare(scene, CaseStore(place / "cases"), Reporter(quiet=True))
+        return found[key]
 
     return run
 
