@@ -91,8 +91,8 @@ class Equilibrium:
     stable: True, False, or None when it was not converged; lowest_eigenvalue: of the Hessian in the metric
     ``int (domega^2 + deta^2) ds``, on what no bound or constraint holds; mode: its eigenvector in the unknowns; at: the
     unknowns where it was found (another choice of rulings that move nothing; the same shape).
-    residual: KKT residual, largest component, unscaled; iterations: of the minimiser; evaluations: of value, gradient,
-    Hessian and series, by name.
+    residual: KKT residual, largest component (`ribbon.solvers.problem.kkt_residual`); iterations: of the minimiser;
+    evaluations: of value, gradient, Hessian and series, by name.
     energy: by part; x: unknowns; multipliers: of the bounds; rows: of the constraints; active_bounds: how many rulings'
     slopes are held at 2/w. start, end_support, walls: what holds the ribbon exerts on it; seconds: {"solve",
     "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of

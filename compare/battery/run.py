@@ -116,8 +116,11 @@ def run(
     keep: Callable[[str, Mapping[str, Any]], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Iterator[Outcome]:
-    """The cases in turn. kept: rungs of an earlier run, by `software` and `label`; keep: called with every new one that
-    is decided (what was skipped is tried again); say: told what is being done."""
+    """The cases in turn, without those that have no rung for this run.
+
+    kept: rungs of an earlier run, by `software` and `label`; keep: called with every new one that is decided (what was
+    skipped is tried again); say: told what is being done.
+    """
     for case in cases:
         tried = []
         for rung in case.ladder(long):
@@ -130,7 +133,8 @@ def run(
             tried.append(attempt(case, rung))
             if keep is not None and tried[-1].ended != SKIPPED:
                 keep(key, to_data(tried[-1]))
-        yield Outcome(case, tuple(tried))
+        if tried:
+            yield Outcome(case, tuple(tried))
 
 
 def software() -> str:

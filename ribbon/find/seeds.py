@@ -32,6 +32,8 @@ _STEEPEST = 1.7
 #: and least part of the weight in the clamp's plane of bending.
 HEAVY = 100.0
 _FIRST_IN_LAYER = 0.3
+#: Weight over K^2 from which a naturally curved strip begins pulled out: most of its coils are.
+_PULLED_OUT = 2.0
 _IN_PLANE = 0.5
 #: Largest |eta'| w / 2 of a seed beside a clamp that holds the ruling straight.
 _STEEP = 0.5
@@ -71,13 +73,18 @@ def held_straight(problem: Problem, eta: FloatArray) -> FloatArray:
 
 
 def layer_rate(problem: Problem) -> float | None:
-    """One over the length (l) of the layer in which a heavy flat strip, held at s = 0 only, turns into the weight.
+    """One over the length (l) of the layer in which a heavy strip, held at s = 0 only, turns into the weight.
 
-    sqrt(Gamma) times the root of the weight's part in the clamp's plane of bending; None: no such strip, or not heavy.
+    sqrt(Gamma) times the root of the weight's part in the clamp's plane of bending; None: no such strip, not heavy, or
+    one whose natural curvature K keeps it coiled up to the clamp: a coil is pulled out where the weight below it is
+    more than K^2 / 2, the elastic energy per length that straightening costs.
     """
     weight = _weight_in_plane(problem)
-    heavy = weight is not None and problem.strip.gamma * float(np.hypot(*weight)) >= HEAVY
-    return math.sqrt(problem.strip.gamma * float(np.hypot(*weight))) if weight is not None and heavy else None
+    if weight is None:
+        return None
+    pull = problem.strip.gamma * float(np.hypot(*weight))
+    curl = max(map(abs, problem.strip.curvature))
+    return math.sqrt(pull) if pull >= max(HEAVY, _PULLED_OUT * curl * curl) else None
 
 
 def _weight_in_plane(problem: Problem) -> tuple[float, float] | None:
@@ -85,19 +92,21 @@ def _weight_in_plane(problem: Problem) -> tuple[float, float] | None:
     it hangs across its width."""
     start, gravity = problem.start, problem.gravity
     alone = problem.end is None and problem.closure is None and not problem.walls
-    if gravity is None or start is None or not start.is_whole or not alone or problem.strip.curvature != (0.0, 0.0):
+    if gravity is None or start is None or not start.is_whole or not alone:
         return None
     _, normal, along = -start.frame.T @ np.asarray(gravity.up)
     return (float(normal), float(along)) if math.hypot(normal, along) > _IN_PLANE else None
 
 
 def hanging(problem: Problem) -> FloatArray | None:
-    """omega (p + 1,) of a heavy flat strip that hangs from its clamp; None where `layer_rate` is.
+    """omega (p + 1,) of a heavy strip that hangs from its clamp; None where `layer_rate` is.
 
     theta, from the tangent to the weight, obeys theta'' = Gamma (1 - s) sin(theta): bending moments against the weight
     below a section. With constant tension the solution that decays is theta = 4 atan(tan(theta_0 / 4) exp(-q s)), q =
     sqrt(Gamma); here q s is the integral of q under the tension that falls to zero at s = 1 (Wentzel, Kramers,
-    Brillouin). Where segments are longer than the layer, omega is scaled to turn the strip by all of theta_0.
+    Brillouin). Where segments are longer than the layer, omega is scaled to turn the strip by all of theta_0. The free
+    end of a naturally curved strip curls over the length on which K^2 / 2 is more than the weight below, or over Airy's
+    length Gamma^(-1/3) of the same equation, if that is longer.
     """
     rate, weight = layer_rate(problem), _weight_in_plane(problem)
     if rate is None or weight is None:
@@ -108,19 +117,25 @@ def hanging(problem: Problem) -> FloatArray | None:
     left = 4.0 * np.arctan(math.tan(0.25 * angle) * np.exp(-rate * stretch))
     omega = -2.0 * rate * np.sqrt(1.0 - s) * np.sin(0.5 * left)  # negative: the tangent turns towards t_y
     turned = float(np.sum(0.5 * (omega[1:] + omega[:-1]) * problem.lengths))
-    return np.asarray(omega * ((left[-1] - angle) / turned)) if turned else omega
+    omega = omega * ((left[-1] - angle) / turned) if turned else omega
+    start, end = problem.strip.curvature
+    reach = max(0.5 * end * end / rate**2, rate ** (-2.0 / 3.0))
+    return np.asarray(omega + (start + (end - start) * s) * np.exp(-(((1.0 - s) / reach) ** 2)))
 
 
 def graded(problem: Problem) -> FloatArray:
-    """The lengths of the problem's segments, in the layer of `layer_rate` shorter: growing by 1.5 from a part of it."""
+    """The lengths of the problem's segments, in the layer of `layer_rate` shorter: growing by 1.5 from a part of it;
+    the same at the free end of a naturally curved strip, from Airy's length."""
     rate = layer_rate(problem)
     if rate is None:
         return problem.lengths
     most = float(problem.lengths.max())
     found = [min(_FIRST_IN_LAYER / rate, most)]
-    while math.fsum(found) < 1.0:
-        found.append(min(found[-1] * 1.5, most))
-    lengths = np.array(found)
+    last = [min(_FIRST_IN_LAYER * rate ** (-2.0 / 3.0), most)] if problem.has_natural_curvature else []
+    while math.fsum(found) + math.fsum(last) < 1.0:
+        side = last if last and last[-1] < found[-1] else found
+        side.append(min(side[-1] * 1.5, most))
+    lengths = np.array([*found, *reversed(last)])
     return lengths / lengths.sum()
 
 

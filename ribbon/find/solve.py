@@ -24,7 +24,7 @@ from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import ipopt
 from ribbon.solvers.budget import SPENT, spent, within
-from ribbon.solvers.problem import FloatArray, Minimum, approach, kkt_residual, polish, violation
+from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, violation
 from ribbon.strip import Strip, finite
 from ribbon.thesis import other_models
 
@@ -480,7 +480,7 @@ def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilib
         fresh = old.with_changes(lengths=lengths)
         # a few steps of Newton's from so near; a minimiser with a barrier loses the start
         clock = time.perf_counter()
-        x, steps = approach(fresh, x, 0.01 * RESIDUAL_TOLERANCE)
+        x, steps = approach(fresh, x, 0.01 * RESIDUAL_TOLERANCE * force_scale(fresh))
         spent = time.perf_counter() - clock
         found = solve_from(fresh, x, near=True, **keywords)
         seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}

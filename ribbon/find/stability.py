@@ -30,6 +30,8 @@ INDIFFERENT = 1e-11
 #: The same for a glued problem, whose multipliers carry rounding of their own.
 GLUED_INDIFFERENT = 1e-10
 _MOST_TOLERANCE = 1e-5
+#: Eigenvalue of the Hessian with a unit diagonal (`_is_negative`) below which it is negative, over its largest one.
+_SCALED_NEGATIVE = 1e-12
 #: |omega| l below which a joint counts as straight.
 _STRAIGHT = 1e-7
 #: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
@@ -89,6 +91,21 @@ def _lowest(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: Fl
     """The lowest eigenvalue alone, which is found in a fraction of the time of all."""
     hessian = problem.hessian(x)[np.ix_(free, free)]
     return float(scipy.linalg.eigh(hessian, metric, eigvals_only=True, subset_by_index=[0, 0])[0])
+
+
+def _is_negative(hessian: FloatArray) -> bool:
+    """Whether a Hessian (k, k) has a negative direction, told where its spectrum is too wide for its own eigenvalues.
+
+    A heavy strip's short segments are 1e13 times as stiff as its long ones, and a negative eigenvalue is lost among the
+    rounding of the largest. Scaled to a diagonal of 1 the matrix has the same inertia (Sylvester), and its eigenvalues
+    are known to the rounding of its entries (Demmel and Veselic 1992, doi:10.1137/0613074).
+    """
+    diagonal = np.diag(hessian)
+    if diagonal.size == 0:
+        return False
+    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    values = np.linalg.eigvalsh(hessian / np.outer(size, size))
+    return bool(values[0] < -_SCALED_NEGATIVE * max(1.0, float(values[-1])) * diagonal.size)
 
 
 def judge(problem: Problem, found: Minimum) -> Stability:
@@ -162,6 +179,8 @@ def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: re
     values, modes = small.spectrum()
     lowest, mode = float(values[0]), modes[:, 0]
     tolerance = min(GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max())), _MOST_TOLERANCE)
+    if -tolerance <= lowest < 0.0 and _is_negative(small.hessian):
+        tolerance = 0.0
     return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
 
 
@@ -225,6 +244,8 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     lowest = float(spectrum.values[0])
     mode[free] = spectrum.vectors[:, 0]
     tolerance = spectrum.tolerance
+    if -tolerance <= lowest < 0.0 and _is_negative(problem.hessian(at)[np.ix_(free, free)]):
+        tolerance = 0.0
     if lowest >= -tolerance and spent():  # the search for a worse ruling may have been cut short
         return Stability(lowest, mode, at, None, abs(lowest) <= tolerance, active)
     return Stability(lowest, mode, at, lowest >= -tolerance, abs(lowest) <= tolerance, active)

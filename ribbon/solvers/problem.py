@@ -153,11 +153,12 @@ def approach(problem: BoundedProblem, x: FloatArray, tolerance: float, steps: in
 def kkt_residual(
     problem: BoundedProblem | ConstrainedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray | None = None
 ) -> float:
-    """First-order optimality of x, unscaled, in units of D w / l per unit of an unknown.
+    """First-order optimality of x, in units of D w / l per unit of an unknown, over `force_scale`.
 
     Largest of ``|gradient + Jacobian^T rows - z|`` over the unknowns that are not fixed, of ``|z| * distance to the
-    bound`` (the sign of z tells which bound), of the rows' violation and of the rows' complementarity.
+    bound`` (the sign of z tells which bound), of the rows' violation (l, not scaled) and of the rows' complementarity.
     """
+    scale = force_scale(problem)
     lower, upper = problem.bounds()
     free = lower < upper
     gradient = problem.gradient(x)
@@ -170,9 +171,22 @@ def kkt_residual(
         violation = float(np.max(np.maximum(below - c, c - above), initial=0.0))
         open_rows = (below < above) & (rows != 0)
         slack = np.where(rows < 0, c - below, above - c)
-        violation = max(violation, float(np.max(np.abs(rows * slack)[open_rows], initial=0.0)))
+        violation = max(violation, float(np.max(np.abs(rows * slack)[open_rows], initial=0.0)) / scale)
     stationarity = float(np.max(np.abs(gradient - multipliers)[free], initial=0.0))
     gap = np.where(multipliers > 0, x - lower, upper - x)
     active = free & (multipliers != 0)
     complementarity = float(np.max(np.abs(multipliers[active] * gap[active]), initial=0.0))
-    return max(stationarity, complementarity, violation)
+    return max(stationarity / scale, complementarity / scale, violation)
+
+
+#: Part of Gamma + K^2 that is the unit of residuals where it is more than 1: 1e-8 of it are some 50 roundings of forces
+#: of that size, and no double has more to give.
+_FORCES = 1e-6
+
+
+def force_scale(problem: object) -> float:
+    """The unit of a problem's residual: 1, or for a strip of great weight or curl a millionth of Gamma + K^2."""
+    strip: Any = getattr(problem, "strip", None)
+    if strip is None:
+        return 1.0
+    return max(1.0, _FORCES * (strip.gamma + max(k * k for k in strip.curvature)))

@@ -2,6 +2,153 @@
 
 from __future__ import annotations
 
-from compare.battery.case import Case
+import math
+import time
+from collections.abc import Iterator
 
-CASES: tuple[Case, ...] = ()
+import numpy as np
+
+from compare.battery.case import Case, Check, Rung, ends_as, holds, near
+from compare.battery.judge.ribbon import judged
+from compare.battery.scenes import changed, solved
+
+#: Most CPU seconds for a strip without any load, and how far from its critical load nothing is said of stability.
+_NOTHING = 2.0
+_CRITICAL = 1e-4
+
+
+def _straight(width: Rung) -> Iterator[Check]:
+    """Neither weight nor curl: nothing bends, no ruling is determined, and no shape has less energy."""
+    keys = {"strip.gamma": 0.0, "strip.width": float(width)}
+    for energy in ("wunderlich", "sadowsky"):
+        solved(changed("cantilever", {**keys, "model.energy": energy}))  # what a process compiles once
+        began = time.process_time()
+        state = solved(changed("cantilever", {**keys, "model.energy": energy}))
+        yield Check(f"time (CPU s), {energy}", time.process_time() - began, _NOTHING, timed=True)
+        yield ends_as(state, "converged")
+        assert state.energy is not None
+        assert state.end is not None
+        yield near(f"energy, {energy}", state.energy.total or 0.0, 0.0, 1e-14)
+        off = float(np.abs(state.end.position - [0.0, 0.0, 1.0]).max())
+        yield Check(f"end apart from the straight strip's (l), {energy}", off, 1e-14)
+        yield from judged(state.native)
+
+
+def _column(share: Rung) -> Iterator[Check]:
+    """Greenhill's column: upright it buckles at Gamma = (9/4) j^2, j the first zero of J_(-1/3), 7.8373."""
+    from scipy.optimize import brentq
+    from scipy.special import jv
+
+    critical = 2.25 * brentq(lambda z: jv(-1.0 / 3.0, z), 1.0, 2.5) ** 2
+    factor = float(share)
+    keys = {"strip.gamma": factor * critical, "gravity.up": [0.0, 0.0, 1.0], "model.elements": 40}
+    state = solved(changed("cantilever", keys))
+    yield from _either_side(state, factor)
+
+
+def _on_edge(share: Rung) -> Iterator[Check]:
+    """A strip on edge under its weight: as a rod it buckles sideways at Gamma = 6 j sqrt(B C), j the first zero of
+    J_(-1/6), 12.854 sqrt(B C), with B = 1, C = 2 (1 - nu) (1 - 0.630 h/w), Saint-Venant's (D w)."""
+    from scipy.optimize import brentq
+    from scipy.special import jv
+
+    factor, nu, slenderness = float(share), 0.3, 1e-3
+    series = math.fsum(math.tanh(n * math.pi / (2.0 * slenderness)) / n**5 for n in range(1, 200, 2))
+    twist = 2.0 * (1.0 - nu) * (1.0 - 192.0 / math.pi**5 * slenderness * series)
+    critical = 6.0 * brentq(lambda z: jv(-1.0 / 6.0, z), 1.5, 2.5) * math.sqrt(twist)
+    keys = {
+        "strip.gamma": factor * critical, "strip.poisson": nu, "shell.width_to_thickness": [1.0 / slenderness],
+        "model.energy": "kirchhoff", "model.in_plane": False, "model.elements": 40, "gravity.up": [1.0, 0.0, 0.0],
+        "seed.curvature": 0.0, "clamp.start.ruling": None,
+    }  # fmt: skip
+    state = solved(changed("cantilever", keys))
+    yield from _either_side(state, factor)
+
+
+def _either_side(state: object, factor: float) -> Iterator[Check]:
+    """The straight strip: stable below its critical load, a saddle above, indifferent to rounding at it."""
+    from compare.models.base import State
+
+    assert isinstance(state, State)
+    codes = ("converged",) if factor < 1.0 - _CRITICAL else ("unstable",) if factor > 1.0 + _CRITICAL else (
+        "converged", "unstable",
+    )  # fmt: skip
+    yield ends_as(state, *codes)
+    assert state.lowest_eigenvalue is not None
+    if abs(factor - 1.0) <= _CRITICAL:
+        yield Check("lowest eigenvalue at the critical load", abs(state.lowest_eigenvalue), 1e-4)
+    yield from judged(state.native)
+
+
+def _ring(turns: Rung) -> Iterator[Check]:
+    """Closed, nothing holds it: six rigid motions, and the coil of K = 2 pi n turned n times is at rest unstressed."""
+    from ribbon import Closure, Strip, solve
+
+    n = int(turns)
+    k = 2.0 * math.pi * n
+    found = solve(Strip(1.0, 0.02, natural_curvature=k), closure=Closure("circle", turns=n), segments=max(20, 10 * n))
+    yield holds("status converged", found.ok, found.message)
+    yield near("energy, -K^2/2", found.energy.total, -0.5 * k * k, 1e-10)
+    yield from judged(found)
+
+
+def _flat_ring(segments: Rung) -> Iterator[Check]:
+    """A flat strip closed to a ring: energy 2 pi^2 and curvature 2 pi, on any number of segments."""
+    from ribbon import Closure, Strip, solve
+
+    found = solve(Strip(1.0, 0.02), closure=Closure("circle"), segments=int(segments))
+    yield holds("status converged", found.ok, found.message)
+    yield near("energy, 2 pi^2", found.energy.total, 2.0 * math.pi**2, 1e-10)
+    yield from judged(found)
+
+
+def _compressed(shortening: Rung) -> Iterator[Check]:
+    """Clamps in line, moved together by a part d of the length: Euler's strut, energy 4 pi^2 d (1 + O(d))."""
+    from ribbon import Clamp, Strip, solve
+
+    d = float(shortening)
+    found = solve(Strip(1.0, 0.05), Clamp(), end=Clamp(position=(0.0, 0.0, 1.0 - d)), segments=40, leave_saddle=True)
+    yield holds("status converged", found.ok, found.message)
+    yield Check("energy over 4 pi^2 d, from 1", abs(found.energy.total / (4.0 * math.pi**2 * d) - 1.0), d + 1e-5)
+    yield from judged(found)
+
+
+_LOADS = (0.9, 0.999, 1.001, 1.1)
+CASES: tuple[Case, ...] = (
+    Case(
+        "degenerate/straight",
+        "omega = 0 everywhere: the ruling moves nothing, all its modes are null",
+        "stable, energy zero, end in line, at once: no shape has less energy, and no ruling has to be looked for",
+        "w / l", _straight, (0.05,), (1e-6, 1e-3, 0.5),
+    ),
+    Case(
+        "degenerate/column",
+        "an upright column near its critical weight, begun straight",
+        "stable below Greenhill's 7.8373, a saddle above: the straight shape is stationary on both sides",
+        "Gamma over critical", _column, _LOADS, (0.99, 0.9999, 1.0, 1.0001, 1.01, 2.0),
+    ),
+    Case(
+        "degenerate/on_edge",
+        "a strip on edge near the weight at which it falls over, begun straight",
+        "stable below 12.854 sqrt(B C), a saddle above (rod, Bessel's function)",
+        "Gamma over critical", _on_edge, _LOADS, (0.99, 0.9999, 1.0, 1.0001, 1.01, 2.0),
+    ),
+    Case(
+        "degenerate/ring",
+        "a closed coil without supports: six free motions, natural curvature of whole turns",
+        "at rest unstressed, energy -K^2/2",
+        "turns", _ring, (1,), (2, 3, 5, 10),
+    ),
+    Case(
+        "degenerate/flat_ring",
+        "three segments are the fewest of a band",
+        "energy 2 pi^2 on any number, for the circle is in the space of shapes",
+        "segments", _flat_ring, (3, 20), (4, 100, 500),
+    ),
+    Case(
+        "degenerate/compressed",
+        "clamps in line nearly as far apart as the strip is long: the constraint's gradients become dependent",
+        "Euler's strut: energy 4 pi^2 d",
+        "d", _compressed, (0.1, 1e-3), (1e-2, 1e-4, 1e-6, 1e-8),
+    ),
+)  # fmt: skip

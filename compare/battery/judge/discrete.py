@@ -222,7 +222,7 @@ class Discrete:
     # -- energy, first and second derivatives -------------------------------------------------------------------------
 
     @cached_property
-    def _load(self) -> FloatArray:
+    def load(self) -> FloatArray:
         """Coefficients (3, 5) of weight and end force at the last stop."""
         c = np.zeros((3, 5))
         if self.problem.has_gravity:
@@ -241,7 +241,7 @@ class Discrete:
     @property
     def energy(self) -> float:
         """Elastic energy without the constant of the natural curvature, weight and end force (D w / l)."""
-        return float(self.elastic.value + (self._load * self.states[-1]).sum())
+        return float(self.elastic.value + (self.load * self.states[-1]).sum())
 
     @cached_property
     def by_joints(self) -> FloatArray:
@@ -271,7 +271,7 @@ class Discrete:
     def gradient(self) -> FloatArray:
         """Of the energy, (n,)."""
         own = np.einsum("pk,pkn->n", self.elastic.gradient, self.by_joints)
-        load = Row(len(self.stops) - 1, self._load, 0.0)
+        load = Row(len(self.stops) - 1, self.load, 0.0)
         return np.asarray(own + self._first([load])[0])
 
     @cached_property
@@ -324,7 +324,7 @@ class Discrete:
         n, by = self.size, self._pieces[2]
         own = np.einsum("pkl,pkn,plm->nm", self.elastic.hessian, self.by_joints, self.by_joints, optimize=True)
         at = np.zeros((2, len(self.stops), 3, 5))  # coefficients at every stop: absolute, and of all
-        at[:, -1] += self._load
+        at[:, -1] += self.load
         for row, force in zip(self.rows, multipliers, strict=False):
             at[1, row.stop] += force * row.coefficients
             if not row.relative:

@@ -19,6 +19,8 @@ FloatArray = NDArray[np.float64]
 CURVE, ENERGY, HELD, STATIONARY, PENETRATION = 1e-8, 1e-9, 1e-8, 1e-7, 1e-6
 #: Relative difference of lowest eigenvalues; how near zero, over the largest, nothing is said of their sign.
 EIGENVALUE, INDIFFERENT = 1e-4, 1e-7
+#: The same of the Hessian with a unit diagonal.
+SCALED = 1e-5
 #: Segments up to which the spectrum is computed (dense).
 MOST = 400
 _SAMPLES = 2001
@@ -45,7 +47,8 @@ def judged(found: Any, spectrum: bool = True) -> list[Check]:
     checks.append(Check("what is held, missed by (l, rad)", own.missed, HELD))
     checks.append(Check("omega and eta jump at a joint", own.jumps, HELD * max(1.0, float(np.abs(own.q).max()))))
     force, left = multipliers(own)
-    size = max(1.0, float(np.abs(own.elastic.gradient).max()), float(np.abs(force).max(initial=0.0)))
+    acting = own.elastic.gradient, force, own.load
+    size = max(1.0, *(float(np.abs(values).max(initial=0.0)) for values in acting))
     checks.append(Check("not in balance, relative to the largest force", left / size, STATIONARY))
     if spectrum and len(own.lengths) <= MOST:
         checks += stability(found, own, force)
@@ -122,31 +125,48 @@ def multipliers(own: Discrete) -> tuple[FloatArray, float]:
     return np.asarray(force / scale), float(np.abs(left).max())
 
 
-def lowest(own: Discrete, force: FloatArray) -> tuple[float, float]:
-    """Lowest and largest eigenvalue on the tangent of what is held; (inf, 0) where nothing is free."""
+def lowest(own: Discrete, force: FloatArray) -> tuple[float, float, int]:
+    """Lowest and largest eigenvalue on the tangent of what is held, and the sign that they have, 0 where rounding does
+    not tell; (inf, 0, 1) where nothing is free.
+
+    The sign is also looked for in the Hessian with a unit diagonal, which has the same inertia: beside a heavy strip's
+    short segments, 1e13 times as stiff as the others, no eigenvalue of its own tells.
+    """
     strong = np.abs(force) > 1e-9 * max(1.0, float(np.abs(force).max(initial=0.0)))
     held = own.jacobian[~own.one_sided | strong]
-    basis = scipy.linalg.null_space(held, rcond=1e-10) if len(held) else np.eye(own.size)
+    hessian = own.hessian(force)
+    values = _spectrum(hessian, own.metric, held)
+    if not values.size:
+        return np.inf, 0.0, 1
+    least, largest = float(values[0]), float(np.abs(values).max())
+    if abs(least) > INDIFFERENT * max(1.0, largest):
+        return least, largest, int(np.sign(least))
+    diagonal = np.diag(hessian)
+    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scaled = _spectrum(hessian / np.outer(size, size), np.eye(own.size), held / size)
+    return least, largest, int(np.sign(scaled[0])) if abs(scaled[0]) > SCALED else 0
+
+
+def _spectrum(hessian: FloatArray, metric: FloatArray, held: FloatArray) -> FloatArray:
+    """Eigenvalues on the null space of `held` (m, n), ascending; none where nothing is free."""
+    norm = np.linalg.norm(held, axis=1)[:, None]
+    basis = scipy.linalg.null_space(held / norm, rcond=1e-10) if len(held) else np.eye(len(hessian))
     if basis.shape[1] == 0:
-        return np.inf, 0.0
-    values = scipy.linalg.eigh(
-        basis.T @ own.hessian(force) @ basis, basis.T @ own.metric @ basis, eigvals_only=True, check_finite=True
-    )
-    return float(values[0]), float(np.abs(values).max())
+        return np.empty(0)
+    found = scipy.linalg.eigh(basis.T @ hessian @ basis, basis.T @ metric @ basis, eigvals_only=True)
+    return np.asarray(found)
 
 
 def stability(found: Any, own: Discrete, force: FloatArray) -> list[Check]:
     """Whether the status is that of the lowest eigenvalue, and whether the solver's own is the same."""
-    least, largest = lowest(own, force)
+    least, _, sign = lowest(own, force)
     if found.at is not None and found.status.code == "saddle":  # the worst choice of rulings that move nothing
         there = Discrete(found, found.problem.parameters(found.at))
-        value, size = lowest(there, multipliers(there)[0])
-        if value < least:
-            least, largest = value, size
+        value, _, other = lowest(there, multipliers(there)[0])
+        if other < sign or value < least:
+            least, sign = value, other
     said = f"lowest eigenvalue {least:.6g}, the solver's {found.lowest_eigenvalue:.6g}"
-    stable = least >= -INDIFFERENT * max(1.0, largest)
-    unstable = least <= INDIFFERENT * max(1.0, largest)
-    right = stable if found.status.code == "converged" else unstable
+    right = sign >= 0 if found.status.code == "converged" else sign <= 0
     checks = [holds("status is that of the lowest eigenvalue", right, f"{found.status.code}; {said}")]
     start = found.problem.start
     if start is not None and start.is_whole and np.isfinite(least) and not _undetermined(own):
