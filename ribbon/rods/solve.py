@@ -27,6 +27,9 @@ ROUNDS, ITERATIONS = 2, 100
 #: Newton's steps at most; pieces of the loads at most, the first and the least of them.
 STEPS, PIECES = 40, 512
 FIRST_PIECE, LEAST_PIECE = 0.25, 1e-4
+#: Newton's last step (norm over all vertices and angles, l and rad) of a rod that is solved, where rounding hides its
+#: forces.
+STILL = 1e-3
 #: Longest step: of a position (l) and of an angle (rad).
 _REACH = 0.5
 #: Least share of a step.
@@ -81,8 +84,11 @@ def solve(
     if problem.rod.moment.any() and found.ok:
         raised = _raised(bare, found.y, lambda share: loaded(problem, 1.0, share), found.rows)
         found = replace(raised, iterations=found.iterations + raised.iterations)
-    elif found.ok:
+    elif found.ok and allowed(found.problem) <= TOLERANCE:
         found = _better(found, newton(found.problem, found.y, found.rows, steps=3))
+    elif found.ok:  # forces say little there: a Newton step that moves nothing says it
+        other = newton(found.problem, found.y, found.rows)
+        found = replace(other, iterations=found.iterations + other.iterations)
     return replace(found, seconds=time.perf_counter() - clock)
 
 
@@ -113,7 +119,9 @@ def _minimised(problem: CurveAngle, y: FloatArray, options: dict[str, Any] | Non
     from ribbon.solvers.ipopt import minimise
 
     count = 0
-    tolerance = max(1e-10, rounding(problem))
+    pulled = np.abs(problem.loads)[problem.loads != 0.0]
+    # never more than what pulls at a vertex: of many edges an unloaded rod would be an equilibrium to rounding
+    tolerance = max(1e-10, min(rounding(problem), 1e-4 * float(pulled.max()) if pulled.size else np.inf))
     for _ in range(rounds):
         problem = problem.anchored(y)
         asked = {"tol": tolerance, "max_iter": ITERATIONS, **(options or {})}
@@ -200,6 +208,7 @@ def newton(problem: CurveAngle, y: FloatArray, rows: FloatArray | None = None, s
 
     r = missing(problem, y, rows)
     residual, count, share = float(np.abs(r).max()) / size, 0, 1.0
+    length = 0.0
     while count < steps and not spent():
         jacobian = problem.jacobian_matrix(y)[:, free]
         stiff = (problem.hessian_matrix(y, rows) - dead_moment(problem, y)[1])[free][:, free] + soft
@@ -229,7 +238,8 @@ def newton(problem: CurveAngle, y: FloatArray, rows: FloatArray | None = None, s
         if taken is None or (length < 1e-6 and new >= residual):
             break
         problem, y, rows, r, residual, count = taken, y_new, rows_new, r_new, new, count + 1
-    ok = residual <= allowed(problem)
+    still = length <= STILL or allowed(problem) <= TOLERANCE
+    ok = residual <= allowed(problem) and still
     message = "converged" if ok else "not converged: Newton's steps ended above the tolerance"
     return Found(problem, y, rows, residual, count, ok, message, time.perf_counter() - clock)
 

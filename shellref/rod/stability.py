@@ -24,6 +24,9 @@ DENSE = 400
 FLUTTER = 1e-6
 """Share of its size by which the imaginary part of an eigenvalue tells: below is rounding."""
 
+INVERSE = 10.0
+"""Rounding of eigenvalues of the inverse, over eps times the largest of them."""
+
 KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Sizes in l or radians of the steps along a mode by which a saddle is left."""
 
@@ -68,14 +71,17 @@ def lowest_mode(balance: Balance, state: State, problem: RodProblem) -> Mode:
         start = np.random.default_rng(0).normal(size=count)
         which, number = ("SA", min(negative, count - 2)) if negative else ("LA", 1)
         values, vectors = scipy.sparse.linalg.eigsh(operator, k=number, which=which, v0=start)
-    below = np.flatnonzero(values < 0.0)
+    # eigenvalues of the inverse are known to eps times its largest: the stiffest modes of a thin rod lie below that
+    least = INVERSE * float(np.finfo(float).eps) * float(np.max(np.abs(values)))
+    below = np.flatnonzero(values < -least)
     index = int(below[np.argmax(values[below])]) if len(below) else int(np.argmax(values))
     value = float(1.0 / values[index])
     mode = (balance.free @ (vectors[:, index] / root)).reshape(-1, 6)
     mode = mode / mode.flat[int(np.argmax(np.abs(mode)))]
     rounding = _rounding(balance, whole, mode, problem)
-    stable = None if abs(value) <= rounding else value > 0.0 and not negative
-    return Mode(value, mode, stable)
+    if abs(value) <= rounding or (negative and value > 0.0):  # pivots and eigenvalues contradict each other
+        return Mode(value, mode, None)
+    return Mode(value, mode, value > 0.0)
 
 
 def _rounding(balance: Balance, whole: scipy.sparse.csc_matrix, mode: Array, problem: RodProblem) -> float:
