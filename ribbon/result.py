@@ -81,6 +81,37 @@ class Refinement:
     distance: float | None
 
 
+@dataclass(frozen=True)
+class Minima:
+    """Minima that were seen where several were looked for (`ribbon.find.minima`).
+
+    energies: of all, ascending; returned: of the returned state, D w / l, on `segments` segments; tries: solves that
+    looked for others; flipped: the state has flips of the ruling that its segments place, so that most of the minima
+    are copies of it that finer segments merge.
+    """
+
+    energies: tuple[float, ...]
+    returned: float
+    segments: int
+    tries: int
+    flipped: bool
+
+    @property
+    def lowest(self) -> bool:
+        """Whether none that was seen has less energy than the returned one."""
+        return self.above <= 1e-9 * max(1.0, abs(self.returned))
+
+    @property
+    def above(self) -> float:
+        """By how much the returned one is above the lowest that was seen, D w / l."""
+        return max(0.0, self.returned - self.energies[0])
+
+    def __str__(self) -> str:
+        if self.lowest:
+            return f"the lowest of {len(self.energies)} minima seen"
+        return f"of {len(self.energies)} minima seen another has {self.above:.3g} D w / l less energy"
+
+
 @dataclass(frozen=True, repr=False)
 class Equilibrium:
     """A ribbon at rest, or where the minimiser stopped; lengths in l, energies in D w / l (l, D of the strip).
@@ -97,7 +128,8 @@ class Equilibrium:
     slopes are held at 2/w. start, end_support, walls: what holds the ribbon exerts on it; seconds: {"solve",
     "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of
     many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way;
-    penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls.
+    penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls;
+    minima: what was seen where several were looked for, None: nowhere.
     """
 
     problem: Problem
@@ -121,6 +153,7 @@ class Equilibrium:
     tolerance_error: float | None = None
     penetration: float | None = None
     refinements: tuple[Refinement, ...] = ()
+    minima: Minima | None = None
 
     @property
     def ok(self) -> bool:

@@ -77,9 +77,15 @@ def merged(lengths: FloatArray) -> FloatArray:
 
 def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
     """omega and eta (k + 1,) of the shape x at the joints of other `lengths` (k,)."""
-    old = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    new = np.concatenate([[0.0], np.cumsum(lengths)])
-    omega, eta = problem.joint_values(x)
+    return resampled(*problem.joint_values(x), problem.lengths, lengths)
+
+
+def resampled(
+    omega: FloatArray, eta: FloatArray, lengths: FloatArray, others: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (p + 1,) at the joints of `lengths` (p,), at those of `others` (k,)."""
+    old = np.concatenate([[0.0], np.cumsum(lengths)])
+    new = np.concatenate([[0.0], np.cumsum(others)])
     return np.interp(new, old, omega), np.interp(new, old, eta)
 
 
@@ -187,7 +193,7 @@ def from_near(
     problem: MixedProblem, x: FloatArray, options: dict[str, Any] | None = None, progress: Progress | None = None
 ) -> Minimum:
     """From a shape close to the solution: small barrier, boxed, one attempt."""
-    return _boxed(problem, x, {"mu_init": 1e-5, **(options or {})}, progress)
+    return once(problem, x, {"mu_init": 1e-5, **(options or {})}, progress)
 
 
 def from_far(
@@ -197,7 +203,7 @@ def from_far(
     best: Minimum | None = None
     iterations, seconds = 0, 0.0
     for attempt in ATTEMPTS:
-        found = _boxed(problem, x, {**attempt, "max_iter": _ATTEMPT_ITERATIONS, **(options or {})}, progress)
+        found = once(problem, x, {**attempt, "max_iter": _ATTEMPT_ITERATIONS, **(options or {})}, progress)
         iterations += found.iterations
         seconds += found.seconds
         if best is None or not best.residual <= found.residual:
@@ -208,7 +214,7 @@ def from_far(
     return replace(best, iterations=iterations, seconds=seconds)
 
 
-def _boxed(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress: Progress | None) -> Minimum:
+def once(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress: Progress | None = None) -> Minimum:
     """Boxed minimum; where it touches the box, the minimum without it from there."""
     omega, eta = (float(np.abs(values).max()) for values in problem.joint_values(x))
     steepest = max(OMEGA_BOX, 3.0 * eta) if problem.fields.free else max(ETA_BOX, 2.0 * eta)

@@ -14,7 +14,7 @@ from ribbon import penetration
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, contacts, relax, seeds, stability, stretched
+from ribbon.find import band, contacts, minima, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems import formulation
@@ -93,14 +93,19 @@ def solve(
         return stretched.straight(problem)
     best: Equilibrium | None = None
     with within(budget):
-        for omega, eta in starting_shapes(problem, seed_curvature, seed_ruling, progress):
+        shapes = iter(starting_shapes(problem, seed_curvature, seed_ruling, progress))
+        for omega, eta in shapes:
             found = solve_shape(problem, omega, eta, options=options, progress=progress, leave_saddle=leave_saddle)
             if best is None or _rank(found) < _rank(best):
                 best = found
             if found.ok or spent():
                 break
-    assert best is not None
-    return best
+        assert best is not None
+
+        def relaxed(near: Problem, x: FloatArray) -> Equilibrium:
+            return _from_near(near, x, options=options, progress=progress)
+
+        return minima.lowest(best, shapes, relaxed, given=not isinstance(seed_curvature, str))
 
 
 def _rank(found: Equilibrium) -> tuple[int, float]:
@@ -235,7 +240,7 @@ def starting_shapes(
 
 #: Mismatch (l, rad) up to which a fitted shape is a promising one, and most shapes to start from.
 _FITS = 1e-2
-_MOST_STARTS = 3
+_MOST_STARTS = 4
 
 
 def _fitted_in_turn(
@@ -494,6 +499,11 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
     fresh = old.with_changes(lengths=lengths)
     if stretched.is_stretched(fresh):
         return stretched.straight(fresh)
-    x = relax.transferred(old, equilibrium.x, fresh)
-    minimum = relax.from_near(fresh, x, keywords.get("options"), keywords.get("progress"))
-    return solve_from(fresh, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
+    return _from_near(fresh, relax.transferred(old, equilibrium.x, fresh), **keywords)
+
+
+def _from_near(problem: Problem, x: FloatArray, **keywords: Any) -> Equilibrium:
+    """Equilibrium of a problem of the mixed model from a shape close to it; keywords as in `solve_from`."""
+    asked: Any = problem
+    minimum = relax.from_near(asked, x, keywords.get("options"), keywords.get("progress"))
+    return solve_from(problem, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
