@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,7 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         "evaluations": e.evaluations,
         "active_bounds": e.active_bounds,
         "tolerance_error": e.tolerance_error,
+        "minima": None if e.minima is None else {**asdict(e.minima), "lowest": e.minima.lowest},
         "model": {
             "energy": e.problem.energy,
             "formulation": e.problem.formulation,

@@ -4,11 +4,12 @@ Where the curvature passes zero and the strip is twisted, the ruling flips: omeg
 the twist eta omega keeps its own, within a layer about one width long (|eta'| <= 2 / w). Segments longer than that
 cannot place it: the discrete energy has a minimum for each segment that may hold the flip (as a dislocation is pinned
 by its lattice, R. Peierls 1940, doi:10.1088/0959-5309/52/1/305), and rounding chooses among them. They merge on
-segments shorter than the layer; on given ones the lowest stands for them all. Changing the signs of omega and eta at the joint
+segments shorter than the layer; on given ones the lowest stands for all. Changing the signs of omega and eta at a joint
 beside a flip moves it by a segment and leaves the twist as it is: such steps are relaxed until none goes down.
 
 What the ribbon itself has (a strip that hangs, or arches) are other states: the built-in starts are all solved, and the
-lowest is kept; a seed that was given decides, and what is seen lower beside it is told.
+lowest is kept. A seed that was given decides, unless flips make its answer one of rounding's: then the state with the
+signs of omega and eta changed everywhere, which has the same twist, is its rival.
 """
 
 from __future__ import annotations
@@ -82,14 +83,11 @@ def flips(problem: Problem, x: FloatArray) -> list[int]:
     return [int(i) for i in np.nonzero(turned)[0]]
 
 
-def lowest(
-    found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed, given: bool
-) -> Equilibrium:
+def lowest(found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed) -> Equilibrium:
     """The lowest state of those that are reached from `found`, with what was seen in its `minima`.
 
-    others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near; given:
-    the start was chosen by who asks, so that the mirrored shape is looked at but not taken. A ribbon that is held at
-    one end, and a state without flips from a start that was given, cost nothing.
+    others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near. A ribbon
+    that is held at one end, and a state without flips where there are no further starts, cost nothing.
     """
     if not found.ok or not has_several(found.problem):
         return found
@@ -120,12 +118,12 @@ def lowest(
     if x is None:
         return found
     y = _moved_down(few, x, seen)
-    if given:
-        omega, eta = few.joint_values(y)
-        seen.tries += 1
-        mirrored = relax.from_near(few, few.state(-omega, -eta))
-        if mirrored.residual <= relax.RESIDUAL_TOLERANCE:
-            _moved_down(few, mirrored.x, seen)
+    omega, eta = few.joint_values(y)
+    seen.tries += 1
+    rival = relax.from_near(few, few.state(-omega, -eta))
+    if rival.residual <= relax.RESIDUAL_TOLERANCE:
+        z = _moved_down(few, rival.x, seen)
+        y = z if lower(few.value(z), few.value(y)) else y
     if few is not problem or lower(few.value(y), few.value(x)):
         better = relaxed(problem, y if few is problem else relax.transferred(few, y, problem))
         if better.ok:

@@ -105,7 +105,7 @@ def solve(
         def relaxed(near: Problem, x: FloatArray) -> Equilibrium:
             return _from_near(near, x, options=options, progress=progress)
 
-        return minima.lowest(best, shapes, relaxed, given=not isinstance(seed_curvature, str))
+        return minima.lowest(best, shapes, relaxed)
 
 
 def _rank(found: Equilibrium) -> tuple[int, float]:

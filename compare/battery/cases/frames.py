@@ -2,6 +2,105 @@
 
 from __future__ import annotations
 
-from compare.battery.case import Case
+import functools
+from collections.abc import Callable, Iterator
 
-CASES: tuple[Case, ...] = ()
+import numpy as np
+
+from compare.battery import motions
+from compare.battery.case import Case, Check, Rung
+from compare.battery.motions import Alike
+from compare.models.base import State
+from compare.scene import Scene, load
+
+#: Shipped scenes that the ribbon solves: quickly, one with many minima (`ribbon.find.minima`), and the others.
+QUICK = ("figure_4_1", "start_5_3_3_1")
+TWISTED = ("two_clamps_5_3_2_twist",)
+LONG = (
+    "cantilever", "arc_5_1", "coil_100_7500", "coil_10_100", "coil_40_1200", "curl_4_3", "curl_4_3_down",
+    "curl_4_4_long", "curl_4_4_short", "edge_published", "hanging_5_3_1", "jfig_5_2", "lateral_7_1", "limits_7_3",
+    "moebius_6_1", "moebius_6_1_clamped", "moebius_6_1_straight", "moebius_narrow", "moebius_table_edge",
+    "moebius_table_fallen", "moebius_wide", "rod_4_5", "roll_up", "roman_6_2", "roman_folds", "roman_plate", "shift_7_2",
+    "start_5_3_3_2", "start_5_3_3_3", "start_5_3_3_4", "start_5_3_3_5", "two_clamps_5_3_2", "two_clamps_5_3_2_level",
+)  # fmt: skip
+#: Lengths in m, and factors of the stiffness, under which a scene is said again.
+LENGTHS = (1e-6, 1e-3, 1e3)
+STIFFNESSES = (1e-12, 1e12)
+_TURN = np.array([0.7, -1.1, 0.4])
+_AWAY = np.array([0.3, -0.5, 0.8])
+
+
+@functools.lru_cache(maxsize=4)
+def stands(name: str) -> tuple[Scene, State]:
+    """A shipped scene and its state."""
+    scene = load(name)
+    return scene, answer(scene)
+
+
+def answer(scene: Scene) -> State:
+    """The scene's state by the model that it asks for."""
+    from compare.models import solve
+
+    return solve(scene)
+
+
+def of_scene(change: Callable[[Scene], Iterator[tuple[Scene, Alike]]]) -> Callable[[Rung], Iterator[Check]]:
+    """What checks one scene: its state, beside that of every changed scene."""
+
+    def run(rung: Rung) -> Iterator[Check]:
+        scene, state = stands(str(rung))
+        for other, alike in change(scene):
+            yield from alike.apart(state, answer(other))
+
+    return run
+
+
+def _units(scene: Scene) -> Iterator[tuple[Scene, Alike]]:
+    for length in LENGTHS:
+        yield motions.scaled(scene, length), Alike()
+    if scene.strip.young is not None:
+        for stiffness in STIFFNESSES:
+            yield motions.scaled(scene, stiffness=stiffness), Alike()
+
+
+def _turned(scene: Scene) -> Iterator[tuple[Scene, Alike]]:
+    yield motions.moved(scene, motions.rotation(_TURN), _AWAY), Alike()
+
+
+def _far(scene: Scene) -> Iterator[tuple[Scene, Alike]]:
+    yield motions.moved(scene, np.eye(3), 1e6 * _AWAY), Alike()
+
+
+def _mirrored(scene: Scene) -> Iterator[tuple[Scene, Alike]]:
+    yield motions.mirrored(scene), Alike(across=True)
+
+
+def _reversed(scene: Scene) -> Iterator[tuple[Scene, Alike]]:
+    if motions.reversible(scene):
+        yield motions.end_for_end(scene), Alike(along=True)
+
+
+def _case(
+    name: str, hard: str, why: str, change: Callable[[Scene], Iterator[tuple[Scene, Alike]]], quick: bool = True
+) -> Case:
+    """A case over all shipped scenes; quick: the twisted one is among the quick rungs."""
+    return Case(
+        name=f"frames/{name}",
+        hard=hard,
+        expected=f"the same status, energy, distances between particles and forces to 1e-9, eigenvalue to 1e-7: {why}",
+        parameter="scene",
+        run=of_scene(change),
+        rungs=(*QUICK, *(TWISTED if quick else ())),
+        long=(*LONG, *(() if quick else TWISTED)),
+    )
+
+
+CASES: tuple[Case, ...] = (
+    _case("units", "lengths in um, mm and km, stiffness times 1e-12 and 1e12",
+          "the equations know l, D and Gamma alone", _units, quick=False),
+    _case("turned", "another frame: rounding differs in every number", "no direction is distinguished", _turned),
+    _case("far", "3e5 to 8e5 l away from the origin: six digits of every position are lost in sums",
+          "no place is distinguished", _far, quick=False),
+    _case("mirror", "right is left", "bending knows no hand", _mirrored),
+    _case("reversal", "s counted from the other end", "neither end is the first", _reversed),
+)  # fmt: skip
