@@ -20,8 +20,8 @@ LONG = (
     "cantilever", "arc_5_1", "coil_100_7500", "coil_10_100", "coil_40_1200", "curl_4_3", "curl_4_3_down",
     "curl_4_4_long", "curl_4_4_short", "edge_published", "hanging_5_3_1", "jfig_5_2", "lateral_7_1", "limits_7_3",
     "moebius_6_1", "moebius_6_1_clamped", "moebius_6_1_straight", "moebius_narrow", "moebius_table_edge",
-    "moebius_table_fallen", "moebius_wide", "rod_4_5", "roll_up", "roman_6_2", "roman_folds", "roman_plate", "shift_7_2",
-    "start_5_3_3_2", "start_5_3_3_3", "start_5_3_3_4", "start_5_3_3_5", "two_clamps_5_3_2", "two_clamps_5_3_2_level",
+    "moebius_table_fallen", "moebius_wide", "rod_4_5", "roll_up", "roman_6_2", "roman_folds", "roman_plate",
+    "shift_7_2", "start_5_3_3_2", "start_5_3_3_3", "start_5_3_3_4", "start_5_3_3_5", "two_clamps_5_3_2", "two_clamps_5_3_2_level",
 )  # fmt: skip
 #: Lengths in m, and factors of the stiffness, under which a scene is said again.
 LENGTHS = (1e-6, 1e-3, 1e3)
