@@ -167,10 +167,16 @@ def _backwards(key: str, value: Any) -> tuple[str, Any]:
 
 @dataclass(frozen=True)
 class Alike:
-    """How a state's numbers go over into those of the moved scene's: v and s count the other way, ends are swapped."""
+    """How a state's numbers go over into those of the moved scene's: v and s count the other way, ends are swapped.
+
+    either: the mirror image is a state as well, and nothing tells which; energies: elastic ones of all states that the
+    scene is known to have; where the answers are two of them, that is all that is asked.
+    """
 
     across: bool = False
     along: bool = False
+    either: bool = False
+    energies: tuple[float, ...] = ()
 
     def apart(self, state: State, other: State, bound: float = 1e-9) -> list[Check]:
         """Checks that another state is the same: status, energy, distances between particles, forces, eigenvalue."""
@@ -179,12 +185,16 @@ class Alike:
             return checks
         one, two = state.energy.elastic or 0.0, other.energy.elastic or 0.0
         said = f"{one:.12g}, {two:.12g}"
+        if self.energies and abs(one - two) > bound * max(1.0, abs(one)):
+            far = max(min(abs(e - known) for known in self.energies) / max(1.0, abs(e)) for e in (one, two))
+            return [*checks, Check("elastic energy apart from the known states', relative", far, bound, said=said)]
         checks.append(Check("elastic energy apart, relative", abs(one - two) / max(1.0, abs(one)), bound, said=said))
         s, v = np.linspace(0.0, 1.0, 21), 0.5 * state.width * np.array([-1.0, 0.0, 1.0])
-        near, far = state.shape.points(s, v), other.shape.points(s, v)
-        far = far[::-1] if self.along else far
-        far = far[:, ::-1] if self.across != self.along else far
-        apart = float(np.abs(_distances(near) - _distances(far)).max())
+        near, there = state.shape.points(s, v), other.shape.points(s, v)
+        there = there[::-1] if self.along else there
+        there = there[:, ::-1] if self.across != self.along else there
+        hands = (there, there[:, ::-1]) if self.either else (there,)
+        apart = min(float(np.abs(_distances(near) - _distances(hand)).max()) for hand in hands)
         checks.append(Check("distances of particles apart (l)", apart, bound))
         forces = [_sizes(state), _sizes(other)]
         if self.along:
@@ -194,7 +204,13 @@ class Alike:
                 off = float(np.abs(a - b).max()) / max(1.0, float(a.max()))
                 checks.append(Check("forces and moments apart, relative", off, bound, said=f"{a}, {b}"))
         low, least = state.lowest_eigenvalue, other.lowest_eigenvalue
-        if low is not None and least is not None and np.isfinite([low, least]).all() and not self.along:
+        if (
+            low is not None
+            and least is not None
+            and np.isfinite([low, least]).all()
+            and not self.along
+            and not state.motions
+        ):
             said = f"{low:.10g}, {least:.10g}"
             off = abs(low - least) / max(1.0, abs(low))
             checks.append(Check("lowest eigenvalue apart, relative", off, 100.0 * bound, said=said))
