@@ -47,6 +47,7 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         "evaluations": e.evaluations,
         "active_bounds": e.active_bounds,
         "tolerance_error": e.tolerance_error,
+        "lowest_eigenvalue_limit": state.numbers.get("eigenvalue_limit"),
         "minima": None if e.minima is None else {**asdict(e.minima), "lowest": e.minima.lowest},
         "model": {
             "energy": e.problem.energy,
@@ -256,6 +257,15 @@ def _bent(scene: Scene, state: State, units: Units) -> list[tuple[str, str]]:
 _ZONES = {"clamps": "near clamps", "edges": "beside the edges", "rest": "elsewhere"}
 
 
+def _limit(state: State) -> str:
+    """What the lowest eigenvalue tends to as segments are halved, in words; "" where it is not known."""
+    limit = state.numbers.get("eigenvalue_limit")
+    if limit is None:
+        return ""
+    order = "" if limit["order"] is None else f", order {limit['order']:.2g}"
+    return f"; of finer segments {limit['value']:.4g} within {limit['error']:.2g}{order}"
+
+
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out; of a state
     that is no equilibrium nothing about its place. units: in which all that has a unit is told first;
@@ -288,7 +298,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))
     found += [
         ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
-        ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}"),
+        ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}{_limit(state)}"),
     ]
     found.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
     if "auto" in state.numbers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,8 @@ from compare.measure.align import aligned
 from compare.measure.distance import grid_hausdorff
 from compare.measure.error import extrapolated
 from compare.measure.grid import Grid
-from compare.models.base import Options, Refinement, Seconds, Size, State
+from compare.measure.limit import Limit, limit_of
+from compare.models.base import Options, Refinement, Seconds, Size, State, Status
 from compare.models.ribbon.state import own_size, state_of
 
 if TYPE_CHECKING:
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 #: beyond is allowed, for the cruder of the two estimates.
 MOST_SEGMENTS = 320
 MOST_SPARSE_SEGMENTS = 4000
+#: Further halvings while the sign of the lowest eigenvalue's limit is open; size (relative to 1) from which it has one.
+MORE = 2
+SIGNED = 1e-6
 
 
 def refined(state: State) -> State | None:
@@ -42,17 +46,22 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
 
     The error is `compare.measure.error.extrapolated` over segments cut in two and in four; rigid motions that
     nothing resists are none. Segments placed by a tolerance bring their own. A state that is a saddle on finer
-    segments is one: the answer is then what was found there. scene: names its walls.
+    segments is one, and a saddle that is stable on finer ones is none: the answer is then what was found there. The
+    limit of the lowest eigenvalue is among its `numbers` (`eigenvalue_limit`: value, error, order); where its sign is
+    open after `MORE` halvings, so is `stable`. scene: names its walls.
     """
     from ribbon.solvers.budget import SPENT, spent
 
+    if state.status is Status.UNSTABLE and state.shape is not None and not spent():
+        return _of_a_saddle(state, say, grid, scene)
     if not state.ok or state.shape is None:
         return replace(state, refinements=_all_tried(state.native), error_why="it is no stable equilibrium")
     e = state.native
     if e.tolerance_error is not None:
-        return replace(
-            state, error=float(e.tolerance_error), refinements=_all_tried(e), error_why="of the placed segments"
-        )
+        error = float(e.tolerance_error)
+        placed = replace(state, error=error, refinements=_all_tried(e), error_why="of the placed segments")
+        last = [low for one in placed.refinements if (low := one.lowest_eigenvalue) is not None][-2:]
+        return _in_the_limit(placed, state, last, scene)
     most = MOST_SEGMENTS if e.problem.formulation == "chained" else MOST_SPARSE_SEGMENTS
     grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)  # type: ignore[arg-type]
     shapes = [grid.of(state.shape)]
@@ -79,10 +88,107 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
         tried.append(_tried(finer.native, grid_hausdorff(shapes[-1], there)))
         if not finer.ok:
             there_too = state_of(scene, finer.native, own_size(finer.native), state.seconds)
-            return _hidden_saddle(state, there_too, tuple(tried))
+            return _hidden_saddle(state, there_too, tuple(tried), scene)
         shapes.append(there)
         current = finer
-    return replace(state, error=extrapolated(shapes), refinements=tuple(tried), error_why=why)
+    found = replace(state, error=extrapolated(shapes), refinements=tuple(tried), error_why=why)
+    halved = [one.lowest_eigenvalue for one in tried[-len(shapes) :] if one.lowest_eigenvalue is not None]
+    return _in_the_limit(found, current, halved, scene)
+
+
+def _in_the_limit(state: State, finest: State, values: list[float], scene: Scene | None) -> State:
+    """`state` with the limit of its lowest eigenvalue. finest: the same on the finest segments that were tried; values:
+    the eigenvalues on them and on those before, each halved, or two of placed ones. Segments are halved while the
+    limit's sign is open."""
+    from ribbon.solvers.budget import spent
+
+    if not values or not np.isfinite(values[-1]) or state.stable is None:
+        return state
+    found, tried = limit_of(values), list(state.refinements)
+    for _ in range(MORE):
+        if (found is not None and (found.signed or abs(found.value) <= SIGNED)) or abs(values[-1]) <= SIGNED:
+            break
+        if spent() or 2 * finest.native.problem.lengths.size > MOST_SPARSE_SEGMENTS:
+            break
+        finer = refined(finest)
+        if finer is None or not finer.is_equilibrium or finer.lowest_eigenvalue is None:
+            break
+        tried.append(_tried(finer.native, None))
+        if not finer.ok:
+            there = state_of(scene, finer.native, own_size(finer.native), state.seconds)
+            return _hidden_saddle(state, there, tuple(tried), scene)
+        values.append(finer.lowest_eigenvalue)
+        finest, found = finer, limit_of(values)
+    state = replace(state, refinements=tuple(tried))
+    return state if found is None else _with_limit(state, found)
+
+
+def _with_limit(state: State, limit: Limit) -> State:
+    """The state with the limit of its lowest eigenvalue; its stability is open where the limit's sign is."""
+    state = replace(state, numbers={**state.numbers, "eigenvalue_limit": asdict(limit)})
+    if limit.signed or abs(limit.value) <= SIGNED or state.stable is None:
+        return state
+    said = f"its lowest eigenvalue tends to {limit.value:.2g} within {limit.error:.2g}: whether it is stable is open"
+    return replace(state, stable=None, message=f"{state.message}; {said}")
+
+
+def _of_a_saddle(state: State, say: Reporter | None, grid: Grid | None, scene: Scene | None) -> State:
+    """A saddle, on its own segments and on halved ones; where it is stable there, that state, judged in its turn."""
+    from ribbon import refine
+
+    e = state.native
+    tried = [*_all_tried(e)]
+    known = replace(state, refinements=tuple(tried), error_why="it is no stable equilibrium")
+    if 2 * e.problem.lengths.size > MOST_SPARSE_SEGMENTS:
+        return known
+    finer = refine(e)
+    if finer.status.code not in ("converged", "saddle"):
+        return known
+    tried.append(_tried(finer, None))
+    if finer.ok:
+        few, many = e.problem.lengths.size, finer.problem.lengths.size
+        there = state_of(scene, finer, own_size(finer), state.seconds)
+        found = judged(there, say, grid, scene)
+        said = f"{found.message}; a saddle on {few} segments only, stable on {many}"
+        return replace(
+            found, message=said, log=state.log, start=state.start, reused=state.reused,
+            refinements=(*tried[:-1], *found.refinements),
+        )  # fmt: skip
+    finest, limit = _finer_saddle(finer, tried)
+    there = state_of(scene, finest, own_size(finest), state.seconds)
+    there = replace(
+        there, log=state.log, start=state.start, reused=state.reused, refinements=tuple(tried),
+        error_why=known.error_why,
+    )  # fmt: skip
+    return there if limit is None else _with_limit(there, limit)
+
+
+def _finer_saddle(saddle: Equilibrium, tried: list[Refinement]) -> tuple[Equilibrium, Limit | None]:
+    """A saddle, its segments halved while the sign of its eigenvalue's limit is open and it stays one; and that limit.
+    What is tried is added to `tried`, whose last entry is the saddle."""
+    from ribbon import refine
+    from ribbon.solvers.budget import spent
+
+    def limit() -> Limit | None:
+        halved = [tried[-1]]
+        for one in reversed(tried[:-1]):
+            if 2 * one.elements != halved[0].elements:
+                break
+            halved.insert(0, one)
+        return limit_of([low for one in halved[-3:] if (low := one.lowest_eigenvalue) is not None])
+
+    found = limit()
+    for _ in range(MORE):
+        if (found is not None and found.signed) or spent():
+            break
+        if 2 * saddle.problem.lengths.size > MOST_SPARSE_SEGMENTS:
+            break
+        finer = refine(saddle)
+        if finer.status is not saddle.status:
+            break
+        tried.append(_tried(finer, None))
+        saddle, found = finer, limit()
+    return saddle, found
 
 
 def left(scene: Scene, state: State, say: Reporter | None, options: Options) -> State:
@@ -123,16 +229,23 @@ def _refinement(segments: int, word: str, lowest: float, distance: float | None)
     return Refinement(int(segments), word, float(lowest) if np.isfinite(lowest) else None, distance)
 
 
-def _hidden_saddle(state: State, finer: State, tried: tuple[Refinement, ...]) -> State:
+def _hidden_saddle(state: State, finer: State, tried: tuple[Refinement, ...], scene: Scene | None) -> State:
     """A state that is stable on its own segments and a saddle on finer ones: the saddle, of which all is known."""
     few, many = state.native.problem.lengths.size, finer.native.problem.lengths.size
+    told = list(tried)
+    saddle, limit = _finer_saddle(finer.native, told)
     lowest = f"{finer.lowest_eigenvalue:.2g}"
+    tends = "" if limit is None else f" and tends to {limit.value:.2g} within {limit.error:.2g}"
+    found = state_of(scene, saddle, own_size(saddle), state.seconds)
+    numbers = {} if limit is None else {"eigenvalue_limit": asdict(limit)}
     return replace(
-        finer,
-        message=f"saddle: stable on {few} segments only; on {many} the lowest eigenvalue is {lowest}, it is not stable",
+        found,
+        message=f"saddle: stable on {few} segments only; on {many} the lowest eigenvalue is {lowest}{tends}, it is not "
+        "stable",
         log=state.log,
         start=state.start,
         reused=state.reused,
-        refinements=tried,
+        numbers={**found.numbers, **numbers},
+        refinements=tuple(told),
         error_why=f"on {many} segments the state is a saddle",
     )
