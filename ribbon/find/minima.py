@@ -110,7 +110,7 @@ def lowest(found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], 
         there = seen.add(few, beside.x)
         if lower(there, here):
             better = relaxed(problem, beside.x if few is problem else relax.transferred(few, beside.x, problem))
-            if better.ok:
+            if better.ok and not lower(found.energy.total, better.energy.total):  # walls may have pushed it back
                 found, x = replace(better, iterations=found.iterations + better.iterations), beside.x
     if not flips(problem, found.x):
         return found if x is None or not seen.energies else _told(found, seen, few, x, False)
