@@ -1,0 +1,80 @@
+"""Heavy strips: residuals over the size of forces, coils that begin pulled out, and the sign of a wide spectrum."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ribbon import Clamp, Gravity, Status, Strip, solve
+from ribbon.find import seeds
+from ribbon.find.solve import build
+from ribbon.find.stability import _is_negative
+from ribbon.solvers.problem import force_scale, kkt_residual
+
+UP = Gravity(up=(0.0, 1.0, 0.0))
+
+
+def problem(gamma, curl=0.0, segments=40):
+    return build(Strip(1.0, 0.05, 0.4, curl, gamma), Clamp(), UP, segments=segments)
+
+
+@pytest.mark.parametrize(("gamma", "curl", "scale"), [(1e5, 0.0, 1.0), (1e9, 0.0, 1e3), (0.0, 1e4, 100.0)])
+def test_residuals_are_over_a_millionth_of_weight_and_curl(gamma, curl, scale):
+    assert force_scale(problem(gamma, curl)) == pytest.approx(scale)
+
+
+def test_the_residual_is_the_gradient_over_its_scale():
+    heavy = problem(1e8)
+    x = heavy.state(np.zeros(41), np.zeros(41))
+    free = heavy.bounds()[0] < heavy.bounds()[1]
+    largest = np.abs(heavy.gradient(x)[free]).max()
+    assert kkt_residual(heavy, x, np.zeros_like(x)) == pytest.approx(largest / 100.0, rel=1e-12)
+
+
+def test_a_coil_begins_pulled_out_where_the_weight_can_pull_it_out():
+    assert seeds.hanging(problem(1e3, curl=100.0)) is None
+    omega = seeds.hanging(problem(1e6, curl=100.0))
+    s = seeds.joints(problem(1e6, curl=100.0).lengths)
+    assert omega[-1] == pytest.approx(100.0, rel=1e-3)
+    assert np.abs(omega[(s > 0.2) & (s < 0.9)]).max() < 1.0
+    turned = np.sum((0.5 * (omega[1:] + omega[:-1]) * np.diff(s))[s[1:] < 0.5])
+    assert turned == pytest.approx(math.pi / 2, rel=0.05)  # down
+
+
+def test_graded_segments_end_short_at_a_curled_end():
+    flat, curled = (seeds.graded(problem(1e6, curl=curl)) for curl in (0.0, 100.0))
+    assert flat.sum() == pytest.approx(1.0)
+    assert curled.sum() == pytest.approx(1.0)
+    assert curled[-1] < 0.3 * flat[-1]
+    assert flat[0] == pytest.approx(curled[0], rel=0.2)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e6, 1e13])
+@pytest.mark.parametrize(("soft", "negative"), [(1e-3, False), (-1e-3, True)])
+def test_the_sign_of_a_wide_spectrum_is_told(size, soft, negative):
+    rng = np.random.default_rng(3)
+    spread = np.diag(np.concatenate([np.full(5, math.sqrt(size)), np.ones(5)]))
+    turn = np.linalg.qr(rng.normal(size=(10, 10)))[0]
+    core = turn @ np.diag([soft, *np.ones(9)]) @ turn.T
+    assert _is_negative(spread @ core @ spread) is negative
+
+
+def test_rounding_is_not_a_negative_direction():
+    rng = np.random.default_rng(4)
+    factor = rng.normal(size=(30, 10))
+    assert not _is_negative(factor @ factor.T)  # twenty eigenvalues are zero
+    assert not _is_negative(np.zeros((3, 3)))
+
+
+def test_a_heavy_coil_leaves_its_plane():
+    lengths = seeds.graded(problem(1e5, 30.0, 20))
+    strip = Strip(1.0, 0.05, 0.4, 30.0, 1e5)
+    plane = solve(strip, Clamp(), UP, segments=lengths)
+    assert plane.status is Status.SADDLE
+    assert plane.residual < 1e-8
+    found = solve(strip, Clamp(), UP, segments=lengths, leave_saddle=True)
+    assert found.ok
+    assert found.energy.total < plane.energy.total
+    assert found.end.position[1] < -0.9  # it hangs
