@@ -218,7 +218,7 @@ def state_of(scene: Scene | None, shape: RodShape, stability: Stability | None) 
         status=status,
         word=status.value if status is not Status.UNSTABLE else "saddle",
         stable=stable,
-        message=found.message,
+        message=found.message if status is not Status.UNSTABLE else "an equilibrium, unstable",
         energy=Energy(
             elastic=float(parts.sum()) - constant,
             gravity=shape.weight,

@@ -23,14 +23,17 @@ class Ended(Protocol):
 
 #: (model, its word for the end) -> what is said after the solver's message.
 REMEDIES = {
-    ("ribbon", "saddle"): ": use --leave-saddle to follow the unstable direction, or start from another [seed], e.g. "
-    "ruling = 0.01",
+    ("ribbon", "saddle"): ": use --leave-saddle to follow the unstable direction, or start from another [seed]: "
+    "a bent one, e.g. curvature = 0.5, or out of its plane, e.g. ruling = 0.01",
     ("ribbon", "not_converged"): "; try another [seed], more segments, or a smaller load first",
     ("ribbon", "failed"): "; try another [seed] or a smaller load",
     ("ribbon", "infeasible"): ", or declare a [[path]] that leads there",
     ("ribbon", "flipped"): "; start from a nearer [seed] or a [[path]]",
     ("elastica", "limit_point"): ": go past it by arc length: --set model.arc_length=always",
-    ("antman", "unstable"): ": use --leave-saddle to go down to a stable one, or start from another [seed]",
+    ("antman", "unstable"): ": use --leave-saddle to go down to a stable one",
+    ("curve_angle", "saddle"): ": use --leave-saddle to go down to a stable one, or start from a bent [seed], e.g. "
+    "curvature = 0.5",
+    ("elastica", "unstable"): ": start from a bent [seed], e.g. curvature = 0.5, or tilt the clamp a little",
     ("antman", "limit_point"): ": choose another [seed], or go there by a [[path]]",
     ("elastica", "not_converged"): ": choose another [seed], or go there by a [[path]]",
 }

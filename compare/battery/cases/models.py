@@ -283,6 +283,56 @@ def many_edges(rung: Rung) -> Iterator[Check]:
     yield from _planar_twin(scene, state, max(4.0 / edges**2, 2e-6))
 
 
+STANDING = {"gravity.up": [0.0, 0.0, 1.0], "strip.gamma": 20.0, "strip.thickness": 5e-4}
+"""A strip that stands on its clamp, above the weight under which it buckles."""
+
+CURLED = {"gravity.up": [0.0, 0.0, -1.0], "strip.gamma": 1000.0, "strip.natural_curvature": 10.0}
+"""A curl pulled back over its clamp: its path has limit points."""
+
+#: (model.energy and the word it ends with) -> the scene's keys, and what its remedy says, done: keys, --leave-saddle.
+FOLLOWED: dict[str, tuple[dict[str, Any], dict[str, Any], bool]] = {
+    "wunderlich saddle, --leave-saddle": (STANDING, {}, True),
+    "wunderlich saddle, a bent [seed]": (STANDING, {"seed.curvature": 0.5}, False),
+    "antman unstable, --leave-saddle": (STANDING, {}, True),
+    "curve_angle saddle, --leave-saddle": (STANDING, {}, True),
+    "curve_angle saddle, a bent [seed]": (STANDING, {"seed.curvature": 0.5}, False),
+    "elastica unstable, a bent [seed]": (STANDING, {"seed.curvature": 0.5}, False),
+    "elastica limit_point, arc length": (
+        {**CURLED, "model.arc_length": "never"}, {"model.arc_length": "always"}, False,
+    ),
+}  # fmt: skip
+
+
+def followed(rung: Rung) -> Iterator[Check]:
+    """A scene that ends in a status, and its remedy (`compare.page.remedies`) done literally."""
+    from compare.models.base import Options
+    from compare.page.remedies import REMEDIES, message
+
+    begin, _, _ = str(rung).partition(",")
+    energy, word = begin.split(" ")
+    keys, remedy, leave = FOLLOWED[str(rung)]
+    scene = load(SHARED).replace({**keys, "model.energy": energy})
+    first = solve(scene)
+    yield holds(f"ends as {word}", first.word == word, f"{first.word}: {first.message}")
+    said = REMEDIES.get((registry.name_for(energy), word), "")
+    yield holds("its remedy is said", bool(said) and message(first).endswith(said), message(first))
+    if leave:
+        yield holds("--leave-saddle is what it says", "--leave-saddle" in said, said)
+    elif "seed.curvature" in remedy:
+        yield holds("a bent [seed] is what it says", "curvature = 0.5" in said, said)
+    then = solve(scene.replace(remedy) if remedy else scene, options=Options(leave_saddle=leave))
+    yield ends_as(then, "converged")
+    yield holds("stable", then.stable is True, then.message)
+    if keys is STANDING:
+        assert then.energy is not None
+        assert first.energy is not None
+        assert then.energy.total is not None
+        assert first.energy.total is not None
+        yield Check("energy above that of the saddle (D w / l)", then.energy.total - first.energy.total, -1.0)
+    if registry.name_for(energy) != "curve_angle":
+        yield from _planar_twin(scene, then, 2e-4)
+
+
 def _cases() -> tuple[Case, ...]:
     found = []
     for name in registry.names():
@@ -302,8 +352,8 @@ def _cases() -> tuple[Case, ...]:
             "models/said otherwise", "turned, 1e4 l away, mirrored, in other units",
             "the state goes with the scene to 1e-9; its energy and lowest eigenvalue stay", "model and way", framed,
             ("antman mirrored",), tuple(way for way in ways if way != "antman mirrored"),
-            {"curve_angle far": "its unknowns are positions, whose third differences lose the four digits of the shift: "
-             "it ends as not converged, with no wrong state"},
+            {"curve_angle far": "its unknowns are positions, whose third differences lose the digits of the shift: it "
+             "ends as not converged, with no wrong state"},
         ),
         Case(
             "models/one plane", "a planar cantilever, which every energy of the registry reads or refuses",
@@ -314,6 +364,12 @@ def _cases() -> tuple[Case, ...]:
             "models/slender rod", "shear and stretch of the Antman rod are 1/h^2 stiffer than its bending",
             "no locking and no loss: the elastica to 2e-5 l and the rod's own h^2", "h / l", slender, (1e-3,),
             (1e-1, 1e-2, 1e-4, 1e-5, 1e-6),
+        ),
+        Case(
+            "models/remedy followed", "scenes that end in a status which is no stable equilibrium",
+            "the remedy that the tool says, done literally, leads to a stable equilibrium, the elastica's",
+            "model, its word, remedy", followed, ("curve_angle saddle, --leave-saddle",),
+            tuple(name for name in FOLLOWED if name != "curve_angle saddle, --leave-saddle"),
         ),
         Case(
             "models/many edges", "bending stiffness of the curve-angle rod grows with the cube of the number of edges",
