@@ -234,13 +234,15 @@ def starting_shapes(
     if problem.end is None:
         layer = seeds.hanging(problem)
         return [(natural if layer is None else layer, eta)]
-    shapes = [(natural, eta)] if problem.has_natural_curvature else seeds.guesses(glued)
+    shapes = seeds.guesses(glued)
+    if problem.has_natural_curvature:  # which coils, and may end far above what the arcs do
+        shapes = [(natural, eta), *shapes]
     return _fitted_in_turn(glued, shapes)
 
 
 #: Mismatch (l, rad) up to which a fitted shape is a promising one, and most shapes to start from.
 _FITS = 1e-2
-_MOST_STARTS = 4
+_MOST_STARTS = 5
 
 
 def _fitted_in_turn(

@@ -109,6 +109,27 @@ def test_of_the_built_in_starts_the_lowest_state_is_kept():
     assert "lowest of 2 minima" in found.message
 
 
+def test_a_curled_strip_is_not_left_in_its_coil():
+    """The natural shape was its only start, whatever that ended in."""
+    from ribbon.find.solve import starting_shapes
+
+    end = Clamp((0.3, 0, 0), tangent=(1, 0, 0), normal=(0, -np.sin(2.6), np.cos(2.6)))
+    scene = {
+        "strip": Strip(1.0, 0.04, 0.4, 4.0, gamma=1.0),
+        "clamp": Clamp((0, 0, 0), tangent=(1, 0, 0), normal=(0, 0, 1)),
+        "gravity": UP,
+        "end": end,
+    }
+    found = solve(**scene)
+    problem = build(**scene)
+    each = [solve_shape(problem, *shape) for shape in starting_shapes(problem, "natural", 0.0)]
+    assert len(each) > 3
+    assert found.ok
+    assert found.minima.lowest
+    assert len(found.minima.energies) > 1
+    assert found.energy.total <= min(one.energy.total for one in each if one.ok) + 1e-9
+
+
 def test_equal_energies_are_the_first_start():
     scene = {"strip": Strip(1.0, 0.05), "clamp": Clamp(), "end": Clamp((0, 0, 0.9))}
     found = solve(**scene)
