@@ -35,8 +35,14 @@ def field(cell: Cell) -> str:
 
 
 def inert(text: str) -> str:
-    """A text as no spreadsheet takes it for a formula."""
-    return f"'{text}" if text.lstrip()[:1] in _FORMULA else text
+    """A text as no spreadsheet takes it for a formula; numbers stay what they are."""
+    if text.lstrip()[:1] not in _FORMULA:
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}"
+    return text
 
 
 _FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")

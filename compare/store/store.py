@@ -369,6 +369,9 @@ def occupied(folder: str | os.PathLike[str], waiting: Callable[[], object] | Non
     """
     busy = Path(folder) / _BUSY
     handle = _locked(busy, waiting)
+    for partial in Path(folder).glob(".*.tmp"):  # of a run that was killed while it wrote
+        with contextlib.suppress(OSError):
+            partial.unlink()
     try:
         yield
     finally:

@@ -110,3 +110,11 @@ def test_markdown_and_its_sides():
     assert lines[-1] == TABLE.explanation()
     plain = Table("T", (Column("a", "a|b"), Column("n", "n")), (("<b>\nx|y", "1e3"), ("2", 5)))
     assert as_markdown(plain).splitlines() == ["| a\\|b | n |", "|---|---:|", "| &lt;b> x\\|y | 1e3 |", "| 2 | 5 |"]
+
+
+def test_no_text_is_a_formula():
+    """A spreadsheet computes what begins with =, +, - or @; numbers stay numbers."""
+    texts = ("=1+1", "+SUM(A1)", "@x", "-cmd|' /c calc'!A1", " =1", "-0.5", "+1e3", "plain", "a=b")
+    table = Table("T", (Column("a", "A"),), tuple((text,) for text in texts))
+    found = [row[0] for row in csv.reader(io.StringIO(as_csv(table)))][1:]
+    assert found == ["'=1+1", "'+SUM(A1)", "'@x", "'-cmd|' /c calc'!A1", "' =1", "-0.5", "+1e3", "plain", "a=b"]

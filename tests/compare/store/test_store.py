@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import enum
 import json
@@ -382,3 +383,31 @@ def test_source_digest_changes_with_the_source(tmp_path, monkeypatch):
     provenance.source_digest.cache_clear()
     assert provenance.source_digest("ribbon/a.py") == of_one  # another wing is not its affair
     provenance.source_digest.cache_clear()
+
+
+def test_what_a_killed_run_was_writing_goes_with_the_next_one(tmp_path):
+    (tmp_path / ".surfaces.png.req1vp20.tmp").write_bytes(b"half of a picture")
+    (tmp_path / "surfaces.png").write_bytes(b"whole")
+    with store.occupied(tmp_path):
+        pass
+    assert [path.name for path in tmp_path.iterdir()] == ["surfaces.png"]
+
+
+def test_a_clock_that_jumps_takes_nobodys_work(tmp_path, monkeypatch):
+    """What another one works on stays, however old the clock says it is; what nobody works on goes."""
+    cases, mine, left = CaseStore(tmp_path), case_key("mine"), case_key("left")
+    with contextlib.suppress(ZeroDivisionError), cases.unfinished(left) as unfinished:
+        (unfinished.folder / "checkpoint").write_text("x")
+        raise ZeroDivisionError
+    with cases.unfinished(mine) as unfinished:
+        (unfinished.folder / "checkpoint").write_text("x")
+        monkeypatch.setattr(store.time, "time", lambda: 1e12)
+        cases.put(case_key("another"), lambda folder: (folder / "x").write_text("x"))
+        assert (unfinished.folder / "checkpoint").exists()
+        assert [path.name for path in (tmp_path / ".unfinished").iterdir()] == [mine]
+
+
+def test_words_of_an_error_move_no_cursor():
+    shown = str(BadInput("\x1b[31mkey\u202e", "\x07", "is wrong\nthere", "mend it"))
+    assert shown.isprintable()
+    assert shown == "\\u001b[31mkey\\u202e = '\\x07': is wrong there; mend it"

@@ -130,3 +130,53 @@ def test_compilations_are_told(tmp_path):
     )
     assert first > 1
     assert second == 0
+
+
+def test_a_kept_kernel_that_is_damaged_or_anothers_is_none(tmp_path):
+    from ribbon.element.kept import _File
+
+    kernel = _File(str(tmp_path), "kernel", "source")
+    keys = ["float64", "int64"]
+    for key in keys:
+        kernel.save(key, {"code": key})
+    paths = {key: kernel._path(key)[0] for key in keys}
+    assert [kernel.load(key) for key in keys] == [{"code": key} for key in keys]
+    whole = paths["int64"].read_bytes()
+    for damaged in (whole[:-1], whole[:20], b"", whole[:40] + bytes([whole[40] ^ 1]) + whole[41:]):
+        paths["int64"].write_bytes(damaged)
+        assert kernel.load("int64") is None
+    paths["int64"].write_bytes(paths["float64"].read_bytes())
+    assert kernel.load("int64") is None
+    assert _File(str(tmp_path), "kernel", "another source").load("float64") is None
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_who_may_write_a_folder_may_run_code(tmp_path):
+    from ribbon.element.trusted import fault, made
+
+    place = made(tmp_path / "a" / "b")
+    assert fault(place) is None
+    assert fault(tmp_path / "not there") is None
+    (place / "kernel").write_bytes(b"x")
+    (place / "kernel").chmod(0o600)
+    assert fault(place) is None
+    for path, mode in ((place / "kernel", 0o666), (place / "kernel", 0o620), (place, 0o770), (place.parent, 0o777)):
+        before = path.stat().st_mode
+        path.chmod(mode)
+        assert fault(place) is not None
+        path.chmod(before)
+    assert fault(place) is None
+    (place / "link").symlink_to(place / "kernel")
+    assert "link" in (fault(place) or "")
+    if os.geteuid() == 0:
+        (place / "link").unlink()
+        os.chown(place / "kernel", 12345, 12345)
+        assert "another user" in (fault(place) or "")
+
+
+def test_every_place_of_the_same_sources_shares_its_kernels(tmp_path):
+    """An installed wheel, a second checkout: nothing is compiled again."""
+    for name in ("one", "two"):
+        shutil.copytree(ROOT / "ribbon", tmp_path / name / "ribbon", ignore=shutil.ignore_patterns("__pycache__"))
+    first, second = (run(tmp_path / name, tmp_path / "cache") for name in ("one", "two"))
+    assert second == [first[0], "1"]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ribbon import Clamp, Gravity, Strip, gradients, solve
+from ribbon import Clamp, Closure, Gravity, Strip, gradients, solve
 from ribbon.element.element import free_jet
 from ribbon.errors import NotDifferentiable
 from ribbon.result import Status
@@ -90,3 +90,15 @@ def test_a_chained_strip_keeps_its_energy_and_its_bending_in_the_plane():
 def test_what_is_no_equilibrium_is_refused():
     with pytest.raises(NotDifferentiable):
         pulled(replace(held(), status=Status.NOT_CONVERGED), [np.zeros((16, 4))])
+
+
+def test_a_closed_band_that_bends_in_its_plane_has_a_row_more():
+    """The seam holds the curvature in the plane too, and exerts nothing on the band that has none."""
+    band = solve(
+        Strip(1.0, 0.05, 0.35, 5.0, 0.0, thickness=1e-3), closure=Closure("circle"), energy="finite", segments=8
+    )
+    assert band.problem.fields.count == 2
+    slope = elastic_slope(band)
+    moved = pulled(band, [0.0 * slope])
+    assert moved.in_plane.problem.row_count == band.problem.row_count + 1
+    assert np.abs(moved.terms[0].omega(S) - band.omega(S)).max() < 1e-9
