@@ -24,7 +24,7 @@ PATIENCE = 600.0
 _ROOT = Path(__file__).resolve().parents[2]
 #: What may differ between two runs that give the same answer: times, and how far the first one came.
 _APART = {"seconds", "provenance", "time", "iterations", "evaluations", "timing", "warm", "first", "reused", "new"}
-_APART |= {"rate", "ratio", "resumed", "slowest"}
+_APART |= {"rate", "ratio", "resumed", "slowest", "workers"}
 
 
 @dataclass(frozen=True)
