@@ -58,6 +58,7 @@ NAMES = (
     "shell_formulation",
     "curl",
     "battery",
+    "stability_notes",
     "gallery",
     "readme_picture",
 )
