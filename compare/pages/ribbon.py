@@ -266,6 +266,12 @@ def _limit(state: State) -> str:
     return f"; of finer segments {limit['value']:.4g} within {limit['error']:.2g}{order}"
 
 
+def _lowest(state: State) -> str:
+    """The lowest eigenvalue with its limit; in words where nothing is free."""
+    lowest = state.native.lowest_eigenvalue
+    return "none: no freedom is left" if lowest == np.inf else f"{lowest:.4g}{_limit(state)}"
+
+
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out; of a state
     that is no equilibrium nothing about its place. units: in which all that has a unit is told first;
@@ -298,7 +304,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))
     found += [
         ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
-        ("lowest eigenvalue", f"{e.lowest_eigenvalue:.4g}{_limit(state)}"),
+        ("lowest eigenvalue", _lowest(state)),
     ]
     found.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
     if "auto" in state.numbers:

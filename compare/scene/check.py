@@ -26,6 +26,9 @@ STRETCHED = 1e-9
 THROUGH_WALL = 1e-9
 """How far a held point may stand behind a wall, in units of l: rounding."""
 
+INTO_WALL = 1e-6
+"""How far, over one length, a clamp that stands on a wall may point into it: rounding."""
+
 UNSUPPORTED = 1e-8
 """Part of the weight's direction that walls may leave without support: rounding of unit vectors."""
 
@@ -100,6 +103,7 @@ def check_geometry(scene: SceneData) -> None:
     with np.errstate(over="ignore", invalid="ignore"):  # points at the end of the range of numbers
         _check_distance(scene)
         _check_room(scene)
+        _check_common_room(scene)
         for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
             _check_clamp_and_walls(scene, name, clamp)
     _check_tip(scene)
@@ -224,6 +228,36 @@ def _check_room(scene: SceneData) -> None:
             )
 
 
+def _check_common_room(scene: SceneData) -> None:
+    """Some point is on the side of all rigid walls: otherwise some of their normals cancel at places that contradict
+    (Farkas' lemma)."""
+    rigid = [
+        (wall_name(k, wall), normal, float(normal @ point))
+        for k, (wall, normal, point) in enumerate(
+            zip(scene.walls, scene.wall_normals, scene.wall_points, strict=True)
+        )
+        if wall.stiffness is None
+    ]  # fmt: skip
+    if len(rigid) < 3:
+        return
+    from scipy.optimize import linprog  # not before it is needed: it loads half of scipy
+
+    normals = np.array([normal for _, normal, _ in rigid])
+    offsets = np.array([offset for *_, offset in rigid])
+    # the deepest point: t at most 1, N x >= offset + t
+    found = linprog(
+        [0.0, 0.0, 0.0, -1.0], A_ub=np.hstack([-normals, np.ones((len(rigid), 1))]), b_ub=-offsets,
+        bounds=[(None, None)] * 3 + [(None, 1.0)],
+    )  # fmt: skip
+    if found.status == 0 and -found.fun < -THROUGH_WALL:
+        last = rigid[-1][0]
+        raise BadInput(
+            f"{last}.point", None,
+            f"leaves no room: no point is on the side of all {len(rigid)} walls (each would have to give way by "
+            f"{found.fun:.6g} of the length)", "move the walls apart, or turn a normal round",
+        )  # fmt: skip
+
+
 def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None) -> None:
     """No rigid wall goes through a held point or, with the frame held, through the edge across it."""
     if clamp is None or clamp.position is None:
@@ -245,6 +279,16 @@ def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None)
                 f"is on the wrong side of {wall_key}: {part} stands {-lowest:.6g} behind the wall",
                 f"move it by {-lowest:.6g} along {wall_key}.normal, or move the wall back",
             )
+        if frame is not None and wall.stiffness is None and lowest <= THROUGH_WALL * length:
+            into = float(frame[:, 2] @ unit(wall.normal)) * (1.0 if name == "clamp.start" else -1.0)
+            if into < -INTO_WALL:
+                wall_key = wall_name(index, wall)
+                raise BadInput(
+                    f"{name}.tangent",
+                    list(frame[:, 2]),
+                    f"points the strip into {wall_key}, on which it is held: it would have to turn round on the spot",
+                    f"turn it along {wall_key}, or move {name}.position off the wall",
+                )
 
 
 def _check_support(scene: SceneData) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ from ribbon.find.seeds import joints
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.solvers import ipopt
+from ribbon.solvers.budget import spent
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
@@ -31,6 +34,8 @@ MOST_SEGMENTS = 120
 #: eta of the twist that breaks the circle's symmetry.
 _TWIST = 1e-2
 _ITERATIONS = 300
+#: w / l from which a Moebius band is made wider step by step, and the steps.
+WIDE, _WIDER = 0.45, 0.02
 
 
 def circle(problem: Problem) -> tuple[FloatArray, FloatArray]:
@@ -48,16 +53,46 @@ def moebius(problem: MixedProblem, progress: Progress | None = None) -> tuple[Fl
     while lengths.size > MOST_SEGMENTS:
         lengths = relax.merged(lengths)
     coarse = problem.with_changes(lengths=lengths)
+    if problem.strip.relative_width > WIDE:
+        wide = _widened(coarse, progress)
+        if wide is not None:
+            s, there = joints(lengths), joints(problem.lengths)
+            return np.interp(there, s, wide[0]), np.interp(there, s, wide[1])
     steps = TURN_STEPS
     while True:
         found = _turned(coarse, steps, progress)
-        if found is not None or steps >= MOST_STEPS:
+        if found is not None or steps >= MOST_STEPS or spent():
             break
         steps *= 2
     if found is None:
         return circle(problem)
     s, there = joints(lengths), joints(problem.lengths)
     return np.interp(there, s, found[0]), np.interp(there, s, found[1])
+
+
+def _widened(problem: MixedProblem, progress: Progress | None) -> tuple[FloatArray, FloatArray] | None:
+    """A wide band from one of width WIDE, step by step wider: its rulings nearly cross, which no turning end finds."""
+    last = problem.strip.relative_width
+    widths = [*np.arange(WIDE, last - 0.5 * _WIDER, _WIDER), last]
+
+    def of(width: float) -> MixedProblem:
+        strip = replace(problem.strip, width=float(width) * problem.strip.length)
+        return problem.with_changes(strip=strip, walls=(), gravity=None)
+
+    current = of(widths[0])
+    shape = _turned(current, TURN_STEPS, progress)
+    if shape is None:
+        return None
+    for before, width in pairwise(widths):
+        if spent():
+            return None
+        current = of(width)
+        # slopes of rulings keep their distance from the bound 2 / w
+        found = relax.from_near(current, current.state(shape[0], shape[1] * (before / width)), None, progress)
+        if found.residual > relax.RESIDUAL_TOLERANCE:
+            return None
+        shape = current.joint_values(found.x)
+    return shape
 
 
 def _turned(problem: MixedProblem, steps: int, progress: Progress | None) -> tuple[FloatArray, FloatArray] | None:
@@ -73,7 +108,7 @@ def _turned(problem: MixedProblem, steps: int, progress: Progress | None) -> tup
             x = current.state(omega, _TWIST * np.sin(2.0 * math.pi * joints(problem.lengths)))
         found = ipopt.minimise(current, x, {"mu_init": 1e-3, "max_iter": _ITERATIONS}, progress)
         problem.counters.add(current.counters)
-        if found.residual > relax.RESIDUAL_TOLERANCE:
+        if found.residual > relax.RESIDUAL_TOLERANCE or spent():
             return None
         x = found.x
     assert x is not None

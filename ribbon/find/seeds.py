@@ -35,6 +35,8 @@ _FIRST_IN_LAYER = 0.3
 #: Weight over K^2 from which a naturally curved strip begins pulled out: most of its coils are.
 _PULLED_OUT = 2.0
 _IN_PLANE = 0.5
+#: Distance (l) of held ends below which they are at one place.
+_MEETS = 1e-12
 #: Largest |eta'| w / 2 of a seed beside a clamp that holds the ruling straight.
 _STEEP = 0.5
 
@@ -225,6 +227,9 @@ def guesses(problem: MixedProblem) -> list[tuple[FloatArray, FloatArray]]:
     distance = 1.0
     if problem.start_position is not None and problem.end_position is not None:
         distance = float(np.linalg.norm(problem.end_position - problem.start_position))
-    arc = scipy.optimize.brentq(lambda c: math.sin(0.5 * c) / (0.5 * c) - min(distance, 0.999), 1e-3, 2 * math.pi)
+    arc = 2.0 * math.pi  # ends at one place: a whole circle
+    if distance > _MEETS:
+        chord = min(distance, 0.999)
+        arc = scipy.optimize.brentq(lambda c: math.sin(0.5 * c) / (0.5 * c) - chord, 1e-3, 2.0 * math.pi)
     bend = arc * np.cos(2.0 * math.pi * s)
     return [(sign * shape, none + 0.02) for shape in (np.full(s.size, arc), bend) for sign in (1.0, -1.0)]

@@ -152,6 +152,7 @@ def build(
     if closure is not None and lengths.size < 3:
         raise RibbonInputError("segments", lengths.size, "a closed band needs at least three segments")
     stretched.check_distance(strip, start, end)
+    check_walls(strip, start, end, walls)
     if chosen == "matrix" and gravity is not None and gravity.exact:
         raise RibbonInputError("formulation", chosen, 'the weight of the surface needs "mixed"')
     if force is not None:
@@ -173,6 +174,23 @@ def build(
 
 
 _formulation = formulation.choose
+
+
+def check_walls(strip: Strip, start: Clamp | None, end: Clamp | None, walls: tuple[Wall, ...]) -> None:
+    """`RibbonInputError` where a held point, or an edge of a held frame, stands behind a rigid wall."""
+    for key, clamp in (("clamp", start), ("end", end)):
+        if clamp is None or clamp.position is None:
+            continue
+        points = [np.asarray(clamp.position)]
+        if clamp.holds_frame:
+            points += [points[0] + side * 0.5 * strip.width * clamp.frame[:, 0] for side in (1.0, -1.0)]
+        for k, wall in enumerate(walls):
+            deepest = -min(float((point - np.asarray(wall.point)) @ np.asarray(wall.normal)) for point in points)
+            if wall.stiffness is None and deepest > penetration.TOLERANCE * strip.length:
+                raise RibbonInputError(
+                    f"{key}.position", clamp.position, f"it holds the strip {deepest:.6g} behind wall {k}: move it, "
+                    "or the wall back",
+                )  # fmt: skip
 
 
 def _check_pulled(
@@ -408,6 +426,8 @@ def _solve_once(
     known = status in (Status.CONVERGED, Status.SADDLE)
     why = SPENT if spent() else f"Ipopt: {minimum.message}"
     message = status.value if known else f"{status.value} ({why})"
+    if known and check is not None and check.eigenvalue == np.inf:
+        message += "; what holds the strip leaves these segments no freedom: nothing can be unstable there"
     if known and beyond is not None and not beyond <= penetration.TOLERANCE:
         deep = f"the strip reaches {beyond:.2g} l beyond a wall between its joints"
         if hold:

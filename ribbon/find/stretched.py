@@ -48,7 +48,10 @@ def straight(problem: Problem) -> Equilibrium:
     missing = violation(problem, x)
     fits = missing <= STRETCHED_MISMATCH
     status = Status.CONVERGED if fits else Status.INFEASIBLE
-    message = "stretched straight: the only shape there is; its tension is undetermined, no forces are given"
+    message = (
+        "stretched straight: the only shape there is, no freedom is left to be unstable; its tension is undetermined, "
+        "no forces are given"
+    )
     return Equilibrium(
         problem=problem,
         status=status,

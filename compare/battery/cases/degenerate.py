@@ -11,10 +11,13 @@ import numpy as np
 from compare.battery.case import Case, Check, Rung, ends_as, holds, near
 from compare.battery.judge.ribbon import judged
 from compare.battery.scenes import changed, solved
+from ribbon import Clamp, Strip, solve
 
 #: Most CPU seconds for a strip without any load, and how far from its critical load nothing is said of stability.
 _NOTHING = 2.0
 _CRITICAL = 1e-4
+#: Time for a solve, s of the processor.
+_BUDGET = 30.0
 
 
 def _straight(width: Rung) -> Iterator[Check]:
@@ -114,6 +117,31 @@ def _compressed(shortening: Rung) -> Iterator[Check]:
 
 
 _LOADS = (0.9, 0.999, 1.001, 1.1)
+def _meeting(rung: Rung) -> Iterator[Check]:
+    found = solve(Strip(1.0, 0.05), Clamp(), end=Clamp((0.0, 0.0, float(rung))), budget=_BUDGET)
+    yield holds("converged", found.status.code == "converged", f"{found.status.code}: {found.message}")
+    yield from judged(found)
+    if float(rung) <= 1e-9:
+        yield near("energy", found.energy.total, 2.0 * math.pi**2, 1e-6)
+
+
+def _taut(rung: Rung) -> Iterator[Check]:
+    found = solve(Strip(1.0, 0.05), Clamp(), end=Clamp((0.0, 0.0, 1.0 - float(rung))), budget=_BUDGET)
+    yield holds("converged", found.status.code == "converged", f"{found.status.code}: {found.message}")
+    # an arch that is too short by d has the energy 4 pi^2 d of two clamped ends, to first order in d
+    yield Check("energy beyond that of the arch", abs(found.energy.total - 4.0 * math.pi**2 * float(rung)), 1e-7)
+    if found.lowest_eigenvalue == math.inf:
+        yield holds("says that no freedom is left", "no freedom is left" in found.message, found.message)
+
+
+def _few(rung: Rung) -> Iterator[Check]:
+    found = solve(Strip(1.0, 0.05), Clamp(), end=Clamp((0.0, 0.1, 0.8)), segments=int(rung), budget=_BUDGET)
+    code = found.status.code
+    yield holds("converged, or not", code in ("converged", "saddle", "not_converged", "infeasible"), found.message)
+    if found.lowest_eigenvalue == math.inf:
+        yield holds("says that no freedom is left", "no freedom" in found.message, found.message)
+
+
 CASES: tuple[Case, ...] = (
     Case(
         "degenerate/straight",
@@ -151,4 +179,30 @@ CASES: tuple[Case, ...] = (
         "Euler's strut: energy 4 pi^2 d",
         "d", _compressed, (0.1, 1e-3), (1e-2, 1e-4, 1e-6, 1e-8),
     ),
-)  # fmt: skip
+)  # fmt: ski
+    Case(
+        "degenerate/clamps_that_meet",
+        "both ends clamped at one place: the chord has no direction, no arc subtends it",
+        "a whole circle, 2 pi^2, whose lowest eigenvalue is positive",
+        "distance of the clamps / l",
+        _meeting,
+        (1e-3, 1e-9, 0.0),
+    ),
+    Case(
+        "degenerate/taut_clamps",
+        "clamps as far apart as the strip is long, or hardly less: the rows' derivatives become dependent",
+        "straight, or the shallow arch of energy 4 pi^2 d; no freedom left is said in words",
+        "shortening / l",
+        _taut,
+        (1e-6, 1e-8, 1e-12, 0.0),
+        (1e-9, 1e-10),
+    ),
+    Case(
+        "degenerate/few_segments",
+        "two clamps and one to three segments: as many rows as unknowns, or more",
+        "a status that is true; where no freedom is left nothing can be unstable, and that is said",
+        "segments",
+        _few,
+        (1, 2, 3, 4),
+    ),
+)
