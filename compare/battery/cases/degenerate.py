@@ -117,6 +117,8 @@ def _compressed(shortening: Rung) -> Iterator[Check]:
 
 
 _LOADS = (0.9, 0.999, 1.001, 1.1)
+
+
 def _meeting(rung: Rung) -> Iterator[Check]:
     found = solve(Strip(1.0, 0.05), Clamp(), end=Clamp((0.0, 0.0, float(rung))), budget=_BUDGET)
     yield holds("converged", found.status.code == "converged", f"{found.status.code}: {found.message}")
@@ -179,7 +181,6 @@ CASES: tuple[Case, ...] = (
         "Euler's strut: energy 4 pi^2 d",
         "d", _compressed, (0.1, 1e-3), (1e-2, 1e-4, 1e-6, 1e-8),
     ),
-)  # fmt: ski
     Case(
         "degenerate/clamps_that_meet",
         "both ends clamped at one place: the chord has no direction, no arc subtends it",
@@ -205,4 +206,4 @@ CASES: tuple[Case, ...] = (
         _few,
         (1, 2, 3, 4),
     ),
-)
+)  # fmt: skip
