@@ -30,6 +30,8 @@ INDIFFERENT = 1e-11
 #: The same for a glued problem, whose multipliers carry rounding of their own.
 GLUED_INDIFFERENT = 1e-10
 _MOST_TOLERANCE = 1e-5
+#: Diagonal entry of a Hessian (D w / l) that is zero: contacts that hold all of omega leave rulings alone.
+_NULL = 1e-12
 #: Eigenvalue of the Hessian with a unit diagonal (`_is_negative`) below which it is negative, over its largest one.
 _SCALED_NEGATIVE = 1e-12
 #: |omega| l below which a joint counts as straight.
@@ -103,7 +105,7 @@ def _is_negative(hessian: FloatArray) -> bool:
     diagonal = np.diag(hessian)
     if diagonal.size == 0:
         return False
-    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    size = np.sqrt(np.where(diagonal > _NULL, diagonal, 1.0))  # what is zero to rounding is not made large
     values = np.linalg.eigvalsh(hessian / np.outer(size, size))
     return bool(values[0] < -_SCALED_NEGATIVE * max(1.0, float(values[-1])) * diagonal.size)
 
