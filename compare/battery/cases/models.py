@@ -354,9 +354,6 @@ def _cases() -> tuple[Case, ...]:
             ("antman mirrored",), tuple(way for way in ways if way != "antman mirrored"),
             {"curve_angle far": "its unknowns are positions, whose third differences lose the digits of the shift: it "
              "ends as not converged, with no wrong state"},
-
-            {"curve_angle far": "its unknowns are positions, whose third differences lose four digits to the shift: "
-             "it ends as not converged, with no wrong state"},
         ),
         Case(
             "models/one plane", "a planar cantilever, which every energy of the registry reads or refuses",
