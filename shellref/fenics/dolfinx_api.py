@@ -10,15 +10,15 @@ Importing this module without dolfinx raises `DolfinxMissing` with the remedy.
 from __future__ import annotations
 
 import fcntl
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from shellref.fenics.cache import cache_folder
 
 REMEDY = "dolfinx is missing: run `apt-get install python3-dolfinx python3-slepc4py`, then `make setup`"
 
@@ -119,14 +119,6 @@ def versions() -> dict[str, str]:
 
 
 # --- compiled forms --------------------------------------------------------------------------------------------------
-def cache_folder() -> Path:
-    """Where compiled forms are kept between runs: $RIBBONBENCH_CACHE, or $XDG_CACHE_HOME, or ~/.cache."""
-    own = os.environ.get("RIBBONBENCH_CACHE")
-    if own:
-        return Path(own).expanduser() / "forms"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ribbonbench" / "forms"
-
-
 @contextmanager
 def _jit(comm: Any) -> Iterator[dict[str, Any]]:
     """Options of the form compiler's C stage, for one compilation.
@@ -140,7 +132,7 @@ def _jit(comm: Any) -> Iterator[dict[str, Any]]:
     if comm.rank > 0:
         yield {JIT_KEYWORD: options}
         return
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with open(folder / "lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         for source in folder.glob("libffcx_*.c"):

@@ -158,7 +158,7 @@ def test_weight_is_the_area_times_gamma(model):
 
 def test_forms_are_compiled_once():
     """Another mesh, thickness, material or load reuses the cached forms."""
-    from shellref.fenics.dolfinx_api import cache_folder
+    from shellref.fenics.cache import cache_folder
 
     _model()
     before = {p.name for p in cache_folder().glob("*.c")}
