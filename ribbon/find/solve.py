@@ -89,6 +89,7 @@ def solve(
         strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
         formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip,
     )  # fmt: skip
+    check_walls(strip, problem.start, problem.end, problem.walls)
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
     best: Equilibrium | None = None
@@ -152,7 +153,6 @@ def build(
     if closure is not None and lengths.size < 3:
         raise RibbonInputError("segments", lengths.size, "a closed band needs at least three segments")
     stretched.check_distance(strip, start, end)
-    check_walls(strip, start, end, walls)
     if chosen == "matrix" and gravity is not None and gravity.exact:
         raise RibbonInputError("formulation", chosen, 'the weight of the surface needs "mixed"')
     if force is not None:
@@ -177,7 +177,10 @@ _formulation = formulation.choose
 
 
 def check_walls(strip: Strip, start: Clamp | None, end: Clamp | None, walls: tuple[Wall, ...]) -> None:
-    """`RibbonInputError` where a held point, or an edge of a held frame, stands behind a rigid wall."""
+    """`RibbonInputError` where a held point, or an edge of a held frame, stands behind a rigid wall.
+
+    Not asked of a way, which stops at the last scene that can be.
+    """
     for key, clamp in (("clamp", start), ("end", end)):
         if clamp is None or clamp.position is None:
             continue

@@ -192,7 +192,7 @@ def test_a_wall_is_the_same_and_pushes_as_hard():
     }
     mixed, matrix, one, two = agree(scene, lambda s: 0.5 + 0 * s, lambda s: 1e-3 + 0 * s)
     mine, other = two.rows[matrix.block_slices()["wall_0"]], one.rows[mixed.block_slices()["wall_0"]]
-    assert mine.size == other.size == 26
+    assert (mine.size, other.size) == (26, 24)  # what a level clamp gives at its own joint the mixed model leaves out
     assert other.sum() < -1.0
     assert mine.sum() == pytest.approx(other.sum(), rel=1e-6)
 

@@ -41,7 +41,16 @@ def pushes(found: Equilibrium) -> tuple[FloatArray, FloatArray, FloatArray]:
     ruling = problem.half_width * (frames[:, :, 0] + eta[:, None] * frames[:, :, 2])
     edges = np.stack([points + ruling, points - ruling], axis=1)[joints]
     touching = push > 1e-6
-    return edges[touching], push[touching], np.repeat(s[joints][:, None], 2, axis=1)[touching]
+    found_at = [edges[touching], push[touching], np.repeat(s[joints][:, None], 2, axis=1)[touching]]
+    if problem.touching:  # between the joints
+        at = np.array([touch.s for touch in problem.touching])
+        side = problem.half_width * np.array([[touch.side] for touch in problem.touching])
+        frames = found.frame(at)
+        between = found.position(at) + side * (frames[:, :, 0] + found.eta(at)[:, None] * frames[:, :, 2])
+        force = -found.rows[problem.block_slices()["touch_0"]]
+        more = [part[force > 1e-6] for part in (between, force, at)]
+        found_at = [np.concatenate(pair) for pair in zip(found_at, more, strict=True)]
+    return found_at[0], found_at[1], found_at[2]
 
 
 def heights(found: Equilibrium) -> tuple[float, float]:
