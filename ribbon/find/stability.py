@@ -32,8 +32,10 @@ GLUED_INDIFFERENT = 1e-10
 _MOST_TOLERANCE = 1e-5
 #: Diagonal entry of a Hessian (D w / l) that is zero: contacts that hold all of omega leave rulings alone.
 _NULL = 1e-12
-#: Eigenvalue of the Hessian with a unit diagonal (`_is_negative`) below which it is negative, over its largest one.
-_SCALED_NEGATIVE = 1e-12
+#: Eigenvalue of the scaled Hessian (`_is_negative`) below which it is negative, and least part of the metric's diagonal
+#: that its own is not taken for rounding with. True ones were found at -700 and beyond, rounding at -1e-6.
+_SCALED_NEGATIVE = 1e-2
+_LEAST_STIFFNESS = 1e-6
 #: |omega| l below which a joint counts as straight.
 _STRAIGHT = 1e-7
 #: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
@@ -95,19 +97,29 @@ def _lowest(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: Fl
     return float(scipy.linalg.eigh(hessian, metric, eigvals_only=True, subset_by_index=[0, 0])[0])
 
 
-def _is_negative(hessian: FloatArray) -> bool:
-    """Whether a Hessian (k, k) has a negative direction, told where its spectrum is too wide for its own eigenvalues.
+def _is_negative(problem: ChainedProblem, x: FloatArray) -> bool:
+    """Whether the Hessian has a negative direction, told where its spectrum is too wide for its own eigenvalues.
 
     A heavy strip's short segments are 1e13 times as stiff as its long ones, and a negative eigenvalue is lost among the
-    rounding of the largest. Scaled to a diagonal of 1 the matrix has the same inertia (Sylvester), and its eigenvalues
-    are known to the rounding of its entries (Demmel and Veselic 1992, doi:10.1137/0613074).
+    rounding of the largest. In omega and eta at the joints, scaled to a diagonal of 1, the matrix has the same inertia
+    (Sylvester), and its eigenvalues are known to the rounding of its entries (Demmel and Veselic 1992,
+    doi:10.1137/0613074). Not told (False) with an in-plane curvature.
     """
-    diagonal = np.diag(hessian)
-    if diagonal.size == 0:
+    if problem.fields.count == 3:
         return False
-    size = np.sqrt(np.where(diagonal > _NULL, diagonal, 1.0))  # what is zero to rounding is not made large
-    values = np.linalg.eigvalsh(hessian / np.outer(size, size))
-    return bool(values[0] < -_SCALED_NEGATIVE * max(1.0, float(values[-1])) * diagonal.size)
+    lower, upper = problem.bounds()
+    units = np.eye(2 * (problem.lengths.size + 1))
+    count = len(units) // 2
+    chain = np.array([problem.state(unit[:count], unit[count:]) for unit in units]).T
+    chain = chain[:, ~np.any(chain[lower == upper] != 0.0, axis=0)]
+    return negative(chain.T @ problem.hessian(x) @ chain, np.diag(chain.T @ problem.metric() @ chain))
+
+
+def negative(hessian: FloatArray, weights: FloatArray) -> bool:
+    """Whether the Hessian (k, k), scaled to a diagonal of 1, is clearly negative somewhere; weights (k,): the metric's
+    diagonal, of which a direction has to have some part as its stiffness."""
+    size = np.sqrt(np.maximum(np.diag(hessian), _LEAST_STIFFNESS * weights))
+    return bool(np.linalg.eigvalsh(hessian / np.outer(size, size))[0] < -_SCALED_NEGATIVE)
 
 
 def judge(problem: Problem, found: Minimum) -> Stability:
@@ -181,8 +193,6 @@ def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: re
     values, modes = small.spectrum()
     lowest, mode = float(values[0]), modes[:, 0]
     tolerance = min(GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max())), _MOST_TOLERANCE)
-    if -tolerance <= lowest < 0.0 and _is_negative(small.hessian):
-        tolerance = 0.0
     return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
 
 
@@ -246,7 +256,7 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     lowest = float(spectrum.values[0])
     mode[free] = spectrum.vectors[:, 0]
     tolerance = spectrum.tolerance
-    if -tolerance <= lowest < 0.0 and _is_negative(problem.hessian(at)[np.ix_(free, free)]):
+    if -tolerance <= lowest < 0.0 and not active and _is_negative(problem, at):
         tolerance = 0.0
     if lowest >= -tolerance and spent():  # the search for a worse ruling may have been cut short
         return Stability(lowest, mode, at, None, abs(lowest) <= tolerance, active)

@@ -115,6 +115,14 @@ def _hanging(gamma: Rung) -> Iterator[Check]:
         yield from (Check(f"{c.what}, clamp at {angle:g} rad", c.value, c.bound, c.timed, c.said) for c in checks)
 
 
+_SHORT: dict[Rung, str] = dict.fromkeys(
+    (1e8, 1e12),
+    "joints 1e-9 l apart and nearer: forces on one of them are differences of rounding over that distance",
+)
+_LAYERS = (
+    "two layers of 1e-4 l, or one out of the clamp's plane, are not reached from a plane seed; said: not converged, or "
+    "infeasible"
+)
 CASES: tuple[Case, ...] = (
     Case(
         "size/elements",
@@ -126,7 +134,7 @@ CASES: tuple[Case, ...] = (
         "size/grading",
         "neighbouring segments of very different lengths make matrices of the fourth power of their ratio",
         "a stable equilibrium in balance, with the eigenvalue of the same problem stated apart",
-        "longest over shortest", _graded, (1.0, 1e4), (1e2, 1e6, 1e8, 1e12),
+        "longest over shortest", _graded, (1.0, 1e4), (1e2, 1e6, 1e8, 1e12), _SHORT,
     ),
     Case(
         "size/curl",
@@ -144,7 +152,7 @@ CASES: tuple[Case, ...] = (
         "size/heavy_coil_100",
         "weight pulls the coils of K = 100 out, from none of them to all but the last",
         "a stable equilibrium in balance within a minute, saddles left",
-        "Gamma", _heavy_coil(100.0), (1e3,), (1e2, 1e5, 1e6, 1e7, 1e8),
+        "Gamma", _heavy_coil(100.0), (1e3,), (1e2, 1e5, 1e6, 1e7, 1e8), {1e8: _LAYERS},
     ),
     Case(
         "size/heavy_coil_500",
@@ -156,6 +164,6 @@ CASES: tuple[Case, ...] = (
         "size/hanging",
         "clamps level, rising, upright, turned over, rolled: the layer is not in the clamp's plane of bending",
         "a stable equilibrium in balance from each",
-        "Gamma", _hanging, (), (1e2, 1e4, 1e6),
+        "Gamma", _hanging, (), (1e2, 1e4, 1e6, 1e8), {1e8: _LAYERS},
     ),
 )  # fmt: skip

@@ -9,8 +9,9 @@ import pytest
 
 from ribbon import Clamp, Gravity, Status, Strip, solve
 from ribbon.find import seeds
+from ribbon.find.adaptive import solve_to_tolerance
 from ribbon.find.solve import build
-from ribbon.find.stability import _is_negative
+from ribbon.find.stability import negative
 from ribbon.solvers.problem import force_scale, kkt_residual
 
 UP = Gravity(up=(0.0, 1.0, 0.0))
@@ -52,20 +53,26 @@ def test_graded_segments_end_short_at_a_curled_end():
 
 
 @pytest.mark.parametrize("size", [1.0, 1e6, 1e13])
-@pytest.mark.parametrize(("soft", "negative"), [(1e-3, False), (-1e-3, True)])
-def test_the_sign_of_a_wide_spectrum_is_told(size, soft, negative):
+@pytest.mark.parametrize(("soft", "below"), [(1e-3, False), (-0.1, True)])
+def test_the_sign_of_a_wide_spectrum_is_told(size, soft, below):
     rng = np.random.default_rng(3)
     spread = np.diag(np.concatenate([np.full(5, math.sqrt(size)), np.ones(5)]))
     turn = np.linalg.qr(rng.normal(size=(10, 10)))[0]
     core = turn @ np.diag([soft, *np.ones(9)]) @ turn.T
-    assert _is_negative(spread @ core @ spread) is negative
+    assert negative(spread @ core @ spread, np.ones(10)) is below
 
 
 def test_rounding_is_not_a_negative_direction():
     rng = np.random.default_rng(4)
     factor = rng.normal(size=(30, 10))
-    assert not _is_negative(factor @ factor.T)  # twenty eigenvalues are zero
-    assert not _is_negative(np.zeros((3, 3)))
+    assert not negative(factor @ factor.T, np.ones(30))  # twenty eigenvalues are zero
+    assert not negative(1e-17 * rng.normal(size=(30, 30)), np.full(30, 1e-3))  # nothing but rounding
+
+
+def test_a_heavy_strip_that_hangs_out_of_its_clamps_plane_is_no_saddle():
+    up = Gravity(up=tuple(np.array([0.17, 0.825, 0.565]) / np.linalg.norm([0.17, 0.825, 0.565])))
+    found = solve_to_tolerance(Strip(1.0, 0.05, 0.4, 0.0, 1e4), Clamp(), up, tolerance=1e-3)
+    assert found.ok, found.message
 
 
 def test_a_heavy_coil_leaves_its_plane():
