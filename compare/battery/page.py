@@ -62,6 +62,15 @@ def listed(cases: Sequence[Case]) -> Table:
     return Table.of(TITLE, _CASES, cases)
 
 
+def write_list(out: Path, cases: Sequence[Case], again: str) -> Page:
+    """Writes the list of the cases into `out`."""
+    found = listed(cases)
+    told = Verdict(f"{len(cases)} hard cases with {sum(len(c.ladder(True)) for c in cases)} rungs")
+    files = {"result.json": "every case", "cases.csv": "one row for each case"}
+    study = Study("battery", TITLE, tables=(found,), verdict=told, data={"cases.csv": found}, files=files)
+    return study.write(out, {"cases": found.records(), "provenance": versions()}, again)
+
+
 def table(outcomes: Sequence[Outcome]) -> Table:
     """One row for each case."""
     return Table.of(TITLE, _OUTCOMES, outcomes)

@@ -25,6 +25,8 @@ _ROOT = Path(__file__).resolve().parents[2]
 #: What may differ between two runs that give the same answer: times, and how far the first one came.
 _APART = {"seconds", "provenance", "time", "iterations", "evaluations", "timing", "warm", "first", "reused", "new"}
 _APART |= {"rate", "ratio", "resumed", "slowest", "workers"}
+#: How a way was gone: a step that was killed is gone again, another one long.
+_APART |= {"log"}
 
 
 @dataclass(frozen=True)

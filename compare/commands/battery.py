@@ -36,14 +36,15 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.sweep.journal import Journal
 
     cases = chosen(options.pattern)
-    if options.list:
-        found = page.listed(cases)
-        options.result = found.records()
-        if common.spoken(options):
-            print_table(console, found, wide=options.wide)
-        return common.DONE
     out = check_writable(options.out if options.out is not None else common.OUT / options.command)
     options.results = out
+    if options.list:
+        with common.held(out):
+            page.write_list(out, cases, options.line)
+        if common.spoken(options):
+            print_table(console, page.listed(cases), wide=options.wide)
+            console.print(f"Results: {out}")
+        return common.DONE
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         software = battery.software()
         with Journal(out, software, options.fresh) as journal:

@@ -30,8 +30,6 @@ INDIFFERENT = 1e-11
 #: The same for a glued problem, whose multipliers carry rounding of their own.
 GLUED_INDIFFERENT = 1e-10
 _MOST_TOLERANCE = 1e-5
-#: Diagonal entry of a Hessian (D w / l) that is zero: contacts that hold all of omega leave rulings alone.
-_NULL = 1e-12
 #: Eigenvalue of the scaled Hessian (`_is_negative`) below which it is negative, and least part of the metric's diagonal
 #: that its own is not taken for rounding with. True ones were found at -700 and beyond, rounding at -1e-6.
 _SCALED_NEGATIVE = 1e-2

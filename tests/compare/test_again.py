@@ -85,6 +85,10 @@ LINES = {
         ("check", "curl_4_3", *MESH, "--pin", *OUT),
         ("check", "own pins.toml", "--all", *OUT),
     ],
+    "battery": [
+        ("battery", "functions/rounded", "--long", "--fresh", *PLACE),
+        ("battery", "functions", "--list", *PLACE),
+    ],
 }  # fmt: skip
 
 

@@ -32,6 +32,10 @@ STIFFNESSES = (1e-12, 1e12)
 #: Scenes with several states that rounding or the frame chooses among, and why; elastic energies (D w / l) of them all,
 #: None: mirror images of each other.
 MULTISTABLE: Mapping[str, tuple[str, tuple[float, ...] | None]] = {
+    "figure_4_1": (
+        "a coil that hangs in several ways: held at its end several starts are compared, at its start one is gone from",
+        (-33.308797534, 8.488712081016),
+    ),
     "curl_4_4_long": ("begun in its plane, which it leaves to either side by rounding", None),
     "moebius_table_edge": (
         "a free band is begun in the frame of the scene, whatever the table: on edge, or falling over",

@@ -126,5 +126,7 @@ def test_the_command_runs_and_goes_on(tmp_path, capsys):
     assert main(command) == 0
     again = json.loads(capsys.readouterr().out)
     assert [t["seconds"] for t in again["cases"][0]["tried"]] == [t["seconds"] for t in first["cases"][0]["tried"]]
-    assert main(["battery", "--list", "--quiet"]) == 0
+    assert main(["battery", "--list", "--quiet", "--out", str(tmp_path / "list")]) == 0
+    names = [case["case"] for case in json.loads((tmp_path / "list" / "result.json").read_text())["cases"]]
+    assert names == [case.name for case in chosen()]
     assert main(["battery", "nonsense", "--out", str(tmp_path)]) == 2

@@ -167,8 +167,8 @@ def sizes(scene):
 #: Effect, scene with it, change of (unknowns, rows, entries of Jacobian and Hessian) when it is off; p = 3.
 SIZES = {
     "clamp at the end": (HELD, (0, -6, -15, 0)),
-    "contact": (FLOOR, (0, -8, -64, -56)),
-    "pressure plates": (PLATE, (-1, 0, -8, -1)),
+    "contact": (FLOOR, (0, -6, -48, -42)),
+    "pressure plates": (PLATE, (-1, 0, -6, -1)),
     "straight rulings": (CIRCLE.replace({"closure.ruling": "straight"}), (2, 1, 2, 0)),
     "gravity over the surface": (HELD.replace({"gravity.exact": True}), (0, 0, 0, -30)),
     "gravity": (HELD, (0, 0, 0, 0)),
