@@ -43,6 +43,7 @@ CASES: tuple[Case, ...] = (
         (0.1, 0.4),
         (0.2, 0.3, 0.45, 0.5, 0.52, 0.53, 0.55),
         {
+            0.52: "its forces balance to 2e-7 of the largest only, as the judge finds them",
             0.53: "its forces balance to 7e-7 of the largest only, as the judge finds them",
             0.55: "wider than the elements reach: " + _NARROW,
         },

@@ -61,7 +61,7 @@ def _on_edge(share: Rung) -> Iterator[Check]:
     critical = 6.0 * brentq(lambda z: jv(-1.0 / 6.0, z), 1.5, 2.5) * math.sqrt(twist)
     keys = {
         "strip.gamma": factor * critical, "strip.poisson": nu, "shell.width_to_thickness": [1.0 / slenderness],
-        "model.energy": "kirchhoff", "model.in_plane": False, "model.elements": 40, "gravity.up": [1.0, 0.0, 0.0],
+        "model.energy": "kirchhoff", "model.in_plane": False, "model.elements": 80, "gravity.up": [1.0, 0.0, 0.0],
         "seed.curvature": 0.0, "clamp.start.ruling": None,
     }  # fmt: skip
     state = solved(changed("cantilever", keys))
