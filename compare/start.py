@@ -28,6 +28,9 @@ _AGAIN = 0.02  # s until a signal that came inside an import is tried again
 _PR_SET_PDEATHSIG = 1
 
 
+#: Variables that limit threads; the first one is looked at by all but numba.
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
 #: Exit code of a command that memory does not suffice for (something is missing on this machine).
 NO_MEMORY = 3
 _NO_MEMORY = (
@@ -46,8 +49,16 @@ def one_thread() -> None:
     """One thread for BLAS and OpenMP, which read this when they are loaded; what the user has set stays.
 
     The matrices are small: threads only wait for each other, and on a busy machine for long (docs/decisions.md).
+    OpenBLAS and MKL look at OMP_NUM_THREADS where their own variable is not set. `ribbon.solvers.threads` holds a
+    solve to one thread in programs that have loaded them already.
     """
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ.setdefault(THREADS[0], "1")
+
+
+def one_thread_each() -> None:
+    """One thread in this process's children, whatever this process has: as many of them as cores are at work."""
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
 
 
 def said(stop: KeyboardInterrupt) -> int:

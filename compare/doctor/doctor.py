@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.doctor.probes import APT, ELASTICA, MARK, PICTURES, SETUP, SHELL
+from compare.start import THREADS
 from compare.store.shared import CASES, STORE, cache_root
 from compare.store.store import CaseStore
 
@@ -274,8 +275,7 @@ def _interpreter() -> Row:
 
 def _cores() -> Row:
     """Cores this process may use, and the variables that limit threads."""
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-    limits = [f"{name}={os.environ[name]}" for name in names if name in os.environ]
+    limits = [f"{name}={os.environ[name]}" for name in THREADS if name in os.environ]
     return Row("cores", ", ".join([str(len(os.sched_getaffinity(0))), *limits]), True)
 
 

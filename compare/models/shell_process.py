@@ -21,6 +21,7 @@ import numpy as np
 
 from compare.errors import BadInput, Missing
 from compare.models.shell_build import DEFAULT_ELEMENTS, shell_elements, shell_options, shell_problem
+from compare.start import THREADS
 from compare.store.provenance import software
 from compare.store.store import CaseStore, Unfinished, case_key, read_json
 from shellref.shell.options import ShellOptions
@@ -178,7 +179,7 @@ def _work(
             data["start"] = "start.npz"
         request = scratch / "request.json"
         request.write_text(json.dumps(data))
-        environment = {**os.environ, "OMP_NUM_THREADS": os.environ.get("OMP_NUM_THREADS", "1")}
+        environment = {THREADS[0]: "1", **os.environ}
         root = str(Path(__file__).resolve().parents[2])
         environment["PYTHONPATH"] = os.pathsep.join(p for p in (root, os.environ.get("PYTHONPATH", "")) if p)
         with (scratch / "stderr").open("w+") as errors:

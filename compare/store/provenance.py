@@ -16,6 +16,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from compare.start import THREADS
+
 # Packages whose version goes into a result's provenance (distribution names).
 _PACKAGES = (
     "ribbonbench",
@@ -169,8 +171,7 @@ def now() -> str:
 
 
 def _threads() -> dict[str, str]:
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-    return {name: os.environ[name] for name in names if name in os.environ}
+    return {name: os.environ[name] for name in THREADS if name in os.environ}
 
 
 def _system() -> str:

@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
 
-from compare.start import end_with, shielded
+from compare.start import end_with, one_thread_each, shielded
 from compare.sweep.case import Record, Task, crashed, run_case
 
 #: Tries of a case whose worker dies.
@@ -41,12 +41,6 @@ class Crew(Protocol):
 def usable_cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0))
-
-
-def single_threaded() -> None:
-    """One thread in this process's children, whatever this process has: as many of them as cores are at work."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
 
 
 class Died(Exception):
@@ -124,7 +118,7 @@ class LocalCrew:
 
     def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
         """Runs all tasks; a worker that dies is replaced."""
-        single_threaded()
+        one_thread_each()
         waiting = list(range(len(tasks)))[::-1]
         tries = [0] * len(tasks)
         crew: dict[int, Worker] = {}
@@ -172,7 +166,7 @@ def run_beside(task: Task) -> Record:
     """Runs a case in the worker beside this process, which is made when absent or dead."""
     from compare.store.world import placed
 
-    single_threaded()
+    one_thread_each()
     death = ""
     for _ in range(TRIES):
         if not _BESIDE:

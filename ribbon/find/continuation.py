@@ -21,6 +21,7 @@ from ribbon.find import relax
 from ribbon.find.solve import solve_from, starting_shapes
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
+from ribbon.solvers.threads import alone
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
@@ -91,6 +92,7 @@ def anchored(problem: Problem, found: Equilibrium) -> Problem:
     return problem.anchored(found.problem.anchor(found.x))
 
 
+@alone
 def switch(
     problem: Problem,
     start: Equilibrium,
@@ -150,6 +152,7 @@ def _corrected(
     return switch(problem, found, options=options, **keywords)
 
 
+@alone
 def follow(
     problem_at: Callable[[float], Problem],
     start: Equilibrium,

@@ -25,6 +25,7 @@ from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import ipopt
 from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, violation
+from ribbon.solvers.threads import alone
 from ribbon.strip import Strip, finite
 from ribbon.thesis import other_models
 
@@ -36,6 +37,7 @@ _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
 
 
+@alone
 def solve(
     strip: Strip,
     clamp: Clamp | None = None,
@@ -295,6 +297,7 @@ def solve_shape(problem: Problem, omega: FloatArray, eta: FloatArray, **keywords
     return solve_from(problem, relax.placed(problem, omega, eta), **keywords)
 
 
+@alone
 def solve_from(
     problem: Problem,
     x: np.ndarray,
@@ -497,6 +500,7 @@ def split_state(lengths: np.ndarray, x: np.ndarray, parts: int) -> tuple[np.ndar
     return finer, np.concatenate([by_segment[0], np.repeat(by_segment[1:], parts, axis=0).ravel()])
 
 
+@alone
 def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilibrium:
     """The same scene on segments cut into `parts`, started from `equilibrium`: the same branch, a smaller error.
 

@@ -20,6 +20,7 @@ from ribbon.result import Equilibrium
 from ribbon.sensitivity import parameters
 from ribbon.sensitivity.parameters import Load
 from ribbon.sensitivity.system import Point, System, point
+from ribbon.solvers.threads import alone
 
 FloatArray = NDArray[np.float64]
 #: Name of a parameter -> derivative, its shape that of the output followed by that of the parameter.
@@ -235,6 +236,7 @@ def _solved(system: System, names: tuple[str, ...], loads: tuple[Load, ...]) -> 
     return Gradients(names, system.condition, dx, drows, system, loads)
 
 
+@alone
 def gradients(result: Equilibrium, wrt: Sequence[str], *, unstable: bool = False) -> Gradients:
     """First derivatives of an equilibrium by parameters, from one factorisation of its tangent.
 
