@@ -27,6 +27,7 @@ import numpy as np
 
 from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
+from shellref.path.linear import Linear, linear_system
 from shellref.shell.body import Control, Stage, Supports
 from shellref.shell.director import Bases, Increments, retract
 from shellref.shell.naghdi import NaghdiModel, Stress
@@ -76,13 +77,9 @@ class Equilibrium:
         self.held = self.increments.held
         self.length = self._size()
         self.iterations = self.factorisations = 0
-        self.seconds: dict[str, float] = {}
         self.last_bases, self.last_sway = Bases(np.zeros(0)), np.zeros(0)
         self.trouble = ""  # why a factorisation failed last
-        self._full = model.create_tangent()
-        self._projection: Any = None
-        self._reduced: Any = None
-        self._factor: Any = None
+        self.linear: Linear = linear_system(model, self.increments, self._offset)
         weights = model.nodal_areas[:, None] * np.ones(3)
         weights[model.owned :] = 0.0
         self._weights = weights / float(api.sum_over(model.comm, weights[:, 0].sum()))
@@ -166,10 +163,8 @@ class Equilibrium:
         Returns the bases of its unknowns. Raises petsc_api.FactorisationFailed.
         """
         bases = self.assemble(state, stress, force, shift)
-        start = time.perf_counter()
-        self._factor.factor()
+        self.linear.factor()
         self.factorisations += 1
-        self.spend("factor", time.perf_counter() - start)
         return bases
 
     def assemble(
@@ -181,55 +176,35 @@ class Equilibrium:
         bases: Bases | None = None,
     ) -> Bases:
         """The reduced tangent, not factored; as `factor`. bases: other tangent vectors than usual."""
-        start = time.perf_counter()
-        self.model.tangent(self._full, state, stress)
-        tangent = time.perf_counter()
         bases = self._bases(state) if bases is None else bases
-        csr = self.increments.projection(bases, self._offset)
-        if self._projection is None:
-            shape = (6 * self.model.owned, self.increments.unknowns)
-            self._projection = petsc.sparse_matrix(self.model.comm, shape, csr)
-            self._reduced = petsc.ptap(self._full, self._projection)
-            self._factor = petsc.SymmetricFactor(self._reduced)
-        else:
-            petsc.refill(self._projection, csr)
-            petsc.ptap(self._full, self._projection, self._reduced)
         diagonal = self.increments.constraint_curvature(state, force, self.model.control)
-        petsc.add_diagonal(self._reduced, diagonal + shift * self.mass)
-        self.spend("tangent", tangent - start)
-        self.spend("reduce", time.perf_counter() - tangent)
+        self.linear.assemble(state, stress, bases, diagonal + shift * self.mass)
         return bases
 
-    def spend(self, part: str, seconds: float) -> None:
-        """Count seconds under a name."""
-        self.seconds[part] = self.seconds.get(part, 0.0) + seconds
+    @property
+    def seconds(self) -> dict[str, float]:
+        """What was spent, by part."""
+        return self.linear.seconds
 
     @property
     def matrix(self) -> Any:
         """The reduced tangent last assembled (PETSc)."""
-        return self._reduced
+        return self.linear.matrix
 
     @property
     def factors(self) -> Any:
-        """Its factors (petsc_api.SymmetricFactor)."""
-        return self._factor
+        """Its factors (petsc_api.Factor)."""
+        return self.linear.factors
 
     def back(self, full: np.ndarray, bases: Bases) -> np.ndarray:
         """Nodal increments (nodes, 6) = P K^-1 P^T full."""
-        return self.expand(self._factor.solve(self.increments.reduce(full, bases)), bases)
+        return self.expand(self.factors.solve(self.increments.reduce(full, bases)), bases)
 
     def expand(self, reduced: np.ndarray, bases: Bases) -> np.ndarray:
         """P q on all local nodes, ghosts included (nodes, 6)."""
         step = self.increments.expand(reduced, bases)
         api.update_ghosts(self.model.space, step)
         return step
-
-    def _stiff(self, step: np.ndarray) -> np.ndarray:
-        """K step, (nodes, 6), with the full tangent last assembled."""
-        out = np.zeros_like(step)
-        owned = self.model.owned
-        out[:owned] = petsc.multiply(self._full, step[:owned].ravel()).reshape(-1, 6)
-        return out
 
     def solve(
         self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None = None
@@ -263,12 +238,12 @@ class Equilibrium:
             actual = model.stress(state)
             residual = model.force(state, actual)
             used, force = (stress, model.force(state, stress)) if mixed else (actual, residual)
-            self.spend("forces", time.perf_counter() - start)
+            self.linear.spend("forces", start)
             bases = self.factor(state, used, force)
-            negative = self._factor.inertia()[0]
+            negative = self.factors.inertia()[0]
             self.iterations += 1
             moving = self.largest(gap) > 0.0
-            right = residual + (self._stiff(gap) if moving else 0.0)
+            right = residual + (self.linear.stiff(gap) if moving else 0.0)
             step = gap - self.back(right, bases)
             change = 0.0
             if plane is not None:
@@ -304,7 +279,7 @@ class Equilibrium:
         step = np.zeros_like(state)
         if rate.move:
             step = self._held_rate(state, stage, load)
-            force = force + self._stiff(step)
+            force = force + self.linear.stiff(step)
         return step - self.back(force, bases)
 
     def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray | None, int | None]:
@@ -340,5 +315,5 @@ class Equilibrium:
         except petsc.FactorisationFailed as error:
             self.trouble = str(error) + self.thin()
             return None
-        negative, zero, _ = self._factor.inertia()
+        negative, zero, _ = self.factors.inertia()
         return negative + zero

@@ -42,7 +42,7 @@ class Solver:
         from shellref.shell.naghdi import NaghdiModel
 
         begin = time.perf_counter()
-        self.model = NaghdiModel(self.strip.body, self.options.stabilisation, self.comm)
+        self.model = NaghdiModel(self.strip.body, self.options.stabilisation, self.comm, self.options.engine)
         self.equilibrium = Equilibrium(self.model, self.options)
         seconds = time.perf_counter() - begin
         self.report({"event": "built", "unknowns": self.equilibrium.unknowns, "seconds": seconds})

@@ -33,39 +33,19 @@ On several processes every nodal array holds the owned nodes, then the ghosts; s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import ufl
 
 from shellref.fenics import dolfinx_api as api
 from shellref.shell.body import Body, Control
-from shellref.shell.material import plane_stress, plane_stress_rows, stiffness_factors
+from shellref.shell.forms import BENDING, MEMBRANE, SHEAR, Forms
+from shellref.shell.material import plane_stress, stiffness_factors
 
-BENDING, MEMBRANE, SHEAR = slice(0, 3), slice(3, 6), slice(6, 8)
+if TYPE_CHECKING:
+    from shellref.kernels.cells import Cells
 
-
-def _dot(a, b):
-    """Sum of products, written out: with free indices, names of forms depend on running numbers."""
-    return sum(x * y for x, y in zip(a, b, strict=True))
-
-
-def bilinear_strains(u, v, scale) -> list:
-    """T(u, v): eight UFL scalars, bending (11, 22, 2*12), membrane (11, 22, 2*12), shear (1, 2).
-
-    u, v: 6-vectors; scale: (1 / |phi_0,S|, 1 / |phi_0,v|).
-    """
-    a, b = ([[scale[k] * w[i].dx(k) for i in range(3)] for k in (0, 1)] for w in (u, v))  # a_k of u and of v
-    p, q = ([[scale[k] * w[i].dx(k) for i in (3, 4, 5)] for k in (0, 1)] for w in (u, v))  # d_k
-    d, e = ([w[i] for i in (3, 4, 5)] for w in (u, v))
-
-    def bend(i, j):
-        return _dot(a[i], q[j]) + _dot(b[i], p[j])
-
-    bending = [bend(0, 0), bend(1, 1), bend(0, 1) + bend(1, 0)]
-    membrane = [_dot(a[0], b[0]), _dot(a[1], b[1]), _dot(a[0], b[1]) + _dot(a[1], b[0])]
-    shear = [_dot(a[k], e) + _dot(b[k], d) for k in (0, 1)]
-    return bending + membrane + shear
+__all__ = ["BENDING", "MEMBRANE", "SHEAR", "Energies", "NaghdiModel", "Stress"]
 
 
 @dataclass(frozen=True)
@@ -111,7 +91,8 @@ class Energies:
 class NaghdiModel:
     """The discrete shell of one body: residual, tangent, stresses and energies of nodal states (nodes, 6)."""
 
-    def __init__(self, body: Body, stabilisation: float = 0.01, comm: Any = None):
+    def __init__(self, body: Body, stabilisation: float = 0.01, comm: Any = None, engine: str = "kernels"):
+        """engine: "kernels" (compiled loops, on one process) or "forms" (dolfinx's; always on several)."""
         self.body = body
         self.comm = api.communicator("self") if comm is None else comm
         grid = self.grid = body.grid
@@ -121,27 +102,29 @@ class NaghdiModel:
         self.space = api.lagrange_space(self.mesh, k, 6)
         self.nodes = api.node_coordinates(self.space)
         self.owned, self.ghosts, self.offset = api.node_ranges(self.space)
-        spaces = [
-            api.quadrature_space(self.mesh, degree, size)
-            for degree, size in zip(self.degrees * 2, (8, 5, 3, 3), strict=True)
-        ]
-        points = ((k + 1) ** 2, k**2)
-        self._order = [api.quadrature_order(space, points[i % 2]) for i, space in enumerate(spaces)]
-        self._stress = [api.function(space) for space in spaces[:2]]
-        self._scale = [api.function(space) for space in spaces[2:]]
         self.midpoints = api.cell_midpoints(self.mesh)
         self._factors = stiffness_factors(body.thickness)
-        self._u, self._step = api.function(self.space), api.function(self.space)
-        # one constant for all parameters: several are ordered by the text of their running number, not always alike
-        numbers = [body.poisson, 1.0 / body.normaliser]
-        numbers += list(self._factors)
-        self._numbers = api.constant(self.mesh, numbers)
         self._geometry(stabilisation)
-        self._build()
+        self.cells: Cells | None = None
+        self._made: Forms | None = None
+        if engine == "kernels" and self.comm.size == 1:
+            from shellref.kernels.cells import Cells
+
+            self.cells = Cells(self)
+        self._sums = self.forms if self.cells is None else self.cells
         self.reference = np.hstack(body.surface.place(*self.nodes.T))
         self._loads()
         self.control = Control()
         self.set_control(Control(load=1.0))
+
+    @property
+    def forms(self) -> Forms:
+        """dolfinx's, compiled when they are first asked for."""
+        if self._made is None:
+            self._made = Forms(self.mesh, self.space, self.body, self.degrees, self._factors)
+            for rule, scale in enumerate(self.scales):
+                self._made.place(rule, scale)
+        return self._made
 
     def _geometry(self, stabilisation: float) -> None:
         """Gauss points in material coordinates, Lame factors there, areas and stabilisation of cells."""
@@ -151,7 +134,7 @@ class NaghdiModel:
         j = np.searchsorted(grid.v_knots, self.midpoints[:, 1]) - 1
         size = np.stack([np.diff(grid.s_knots)[i], np.diff(grid.v_knots)[j]], axis=1)
         corner = np.stack([grid.s_knots[i], grid.v_knots[j]], axis=1)
-        self.gauss_points, self._weights = [], []
+        self.gauss_points, self.weights, self.scales, self.sizes = [], [], [], size
         middle = self.body.surface.lame(*self.midpoints.T) * size
         length = middle[:, 0] if self.body.bends_along else np.sqrt(middle[:, 0] * middle[:, 1])
         self.alpha = np.minimum(1.0, stabilisation * (self.body.thickness / length) ** 2)  # (cells,)
@@ -160,50 +143,16 @@ class NaghdiModel:
             points, weights = api.gauss_rule(degree)
             place = corner[:, None] + size[:, None] * points  # (cells, points, 2)
             lame = self.body.surface.lame(*place.reshape(-1, 2).T).reshape(cells, len(points), 2)
-            scale = api.values(self._scale[k], 3)
-            scale[:] = 1.0  # ghost cells are not integrated over
             share = np.broadcast_to((1.0 - self.alpha if k else self.alpha)[:, None, None], (*lame.shape[:2], 1))
-            scale[self._order[2 + k]] = np.concatenate([1.0 / lame, share], axis=2)
+            self.scales.append(np.concatenate([1.0 / lame, share], axis=2))
             self.gauss_points.append(place)
-            self._weights.append(np.prod(size, axis=1)[:, None] * weights * np.prod(lame, axis=2))
-        self.areas = self._weights[0].sum(axis=1)
-
-    def _build(self) -> None:
-        """Compile the forms and the point evaluations."""
-        mesh, u, step = self.mesh, self._u, self._step
-        nu, over, membrane_factor, shear_factor = (self._numbers[i] for i in range(4))
-        test, trial = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        law = plane_stress_rows(nu)
-
-        def plane(strains):
-            return [_dot(row, strains) for row in law]
-
-        def stretch(strains, share):
-            n = [share * membrane_factor * x for x in plane(strains[MEMBRANE])]
-            return n + [share * (1.0 - nu) * shear_factor * x for x in strains[SHEAR]]
-
-        self._force, self._tangent, self._strain, self._area = [], [], [], []
-        for rule, (degree, first) in enumerate(zip(self.degrees, (0, 3), strict=True)):
-            # one form per rule: ffcx 0.5 cannot compare two quadrature elements of different size inside one form
-            dx = ufl.dx(domain=mesh, metadata={"quadrature_degree": degree})
-            scale, s = self._scale[rule], [self._stress[rule][i] for i in range(8 - first)]
-            area = over / (scale[0] * scale[1])
-            now, virtual, change = (bilinear_strains(a, b, scale) for a, b in ((u, test), (trial, test), (u, trial)))
-            self._force.append(api.compile_form(area * _dot(s, now[first:]) * dx))
-            stiff = stretch(change, scale[2]) if rule else plane(change[BENDING]) + stretch(change, scale[2])
-            whole = _dot(stiff, now[first:]) + _dot(s, virtual[first:])
-            self._tangent.append(api.compile_form(area * whole * dx))
-            if not rule:
-                self._area.append(api.compile_form(area * test[0] * dx))
-            # 1/2 T(u, u) + T(u, step) = T(u, u / 2 + step)
-            half = [0.5 * u[i] + step[i] for i in range(6)]
-            strain = bilinear_strains(u, half, scale)[first:]
-            self._strain.append(api.PointValues(mesh, ufl.as_vector(strain), degree, 8 - first))
+            self.weights.append(np.prod(size, axis=1)[:, None] * weights * np.prod(lame, axis=2))
+        self.areas = self.weights[0].sum(axis=1)
 
     def _loads(self) -> None:
         """Reference strains, natural curvatures, nodal weights and forces."""
         body, n = self.body, len(self.nodes)
-        self._base = self._raw_strains(self.reference, None)
+        self._base = self._sums.strains(self.reference, None)
         shape = (*self.gauss_points[0].shape[:2], 3)
         self._natural = []
         for law in (body.natural_start, body.natural):
@@ -211,7 +160,7 @@ class NaghdiModel:
             if law is not None:
                 field[:] = law(*self.gauss_points[0].reshape(-1, 2).T).reshape(shape)
             self._natural.append(field)
-        self.nodal_areas = api.assemble_vector(self._area, self.space, 6)[:, 0]  # over the normaliser
+        self.nodal_areas = self._sums.areas()  # over the normaliser
         self.dead_forces = np.zeros((n, 3)) if body.forces is None else body.forces(self.grid, self.nodes)
         self.dead_forces = self.dead_forces / body.normaliser
         self.couples = None if body.couples is None else body.couples(self.grid, self.nodes) / body.normaliser
@@ -225,21 +174,15 @@ class NaghdiModel:
         full[..., BENDING] += start + control.natural * (end - start)
         self._reference = [full, self._base[1]]
 
-    def _raw_strains(self, state: np.ndarray, step: np.ndarray | None) -> list[np.ndarray]:
-        """1/2 T(u, u) + T(u, step) at the Gauss points."""
-        api.values(self._u, 6)[:] = state
-        api.values(self._step, 6)[:] = 0.0 if step is None else step
-        return [evaluate() for evaluate in self._strain]
-
     def strains(self, state: np.ndarray, step: np.ndarray | None = None) -> list[np.ndarray]:
         """E(u) + E'(u)[step] at the Gauss points: (cells, (k + 1)^2, 8), without bending (cells, k^2, 5); both are
         (nodes, 6).
         """
-        return [raw - base for raw, base in zip(self._raw_strains(state, step), self._reference, strict=True)]
+        return [raw - base for raw, base in zip(self._sums.strains(state, step), self._reference, strict=True)]
 
     def curvatures(self, state: np.ndarray) -> np.ndarray:
         """Normal curvature along S, (cells, (k + 1)^2), natural curvature included."""
-        return (self._raw_strains(state, None)[0] - self._base[0])[..., 0]
+        return (self._sums.strains(state, None)[0] - self._base[0])[..., 0]
 
     def law(self) -> np.ndarray:
         """(8, 8) stress from strain, without stabilisation factors."""
@@ -261,19 +204,24 @@ class NaghdiModel:
         """Stress of a state, or linearised along a step from it."""
         return self._stress_of(*self.strains(state, step))
 
+    @property
+    def stiffness(self) -> np.ndarray:
+        """(nu, factor of the membrane's, of the shear's stiffness)."""
+        return np.array([self.body.poisson, *self._factors])
+
     def no_stress(self) -> Stress:
         """Zeros."""
         return self._stress_of(np.zeros_like(self._base[0]), np.zeros_like(self._base[1]))
 
-    def _load_stress(self, state: np.ndarray, stress: Stress) -> None:
-        api.values(self._u, 6)[:] = state
-        for item, order, field in zip(self._stress, self._order, (stress.full, stress.reduced), strict=False):
-            api.values(item, field.shape[-1])[order] = field
-
     def internal(self, state: np.ndarray, stress: Stress) -> np.ndarray:
         """int sigma . T(u, .), (nodes, 6)."""
-        self._load_stress(state, stress)
-        return api.assemble_vector(self._force, self.space, 6)
+        return self._sums.internal(state, stress.full, stress.reduced)
+
+    def stiff(self, state: np.ndarray, stress: Stress, step: np.ndarray) -> np.ndarray:
+        """[int T(u, .) C T(u, .) + sigma . T(., .)] step, (nodes, 6), by the kernels."""
+        assert self.cells is not None
+        change = self._stress_of(*self.cells.strains(state, step, 0.0))
+        return self.internal(state, change) + self.internal(step, stress)
 
     def external(self, state: np.ndarray, control: Control) -> np.ndarray:
         """Forces that act on the nodes, (nodes, 6): weight, dead forces, couples; linear in the control."""
@@ -311,18 +259,17 @@ class NaghdiModel:
 
     def create_tangent(self):
         """An empty PETSc matrix for `tangent`, (6 nodes, 6 nodes)."""
-        return api.create_matrix(self._tangent[0])
+        return self.forms.create_tangent()
 
     def tangent(self, matrix, state: np.ndarray, stress: Stress) -> None:
         """Assemble int T(u, .) C T(u, .) + sigma . T(., .) into `matrix`."""
-        self._load_stress(state, stress)
-        api.assemble_matrix(matrix, self._tangent)
+        self.forms.tangent(matrix, state, stress.full, stress.reduced)
 
     def energies(self, state: np.ndarray) -> Energies:
         """Energies of a state, from the strains, rules and weights of the forms."""
         full, reduced = self.strains(state)
         law = self.law()
-        wf, wr = self._weights
+        wf, wr = self.weights
 
         def integrate(strain, part, weights):
             return 0.5 * np.einsum("cqi,ij,cqj,cq->c", strain, law[part, part], strain, weights, optimize=True)

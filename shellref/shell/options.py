@@ -10,6 +10,7 @@ from shellref.inputs import ShellInputError, build, choice, integer, number, pla
 NATURAL_PATHS = ("exact", "stepped")
 ITERATIONS = ("mixed", "plain")
 ARC_LENGTH = ("auto", "always", "never")
+ENGINES = ("kernels", "forms")
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,8 @@ class ShellOptions:
     max_strain: a path stops where the membrane strain exceeds it (the shell's law is for small strains).
     accuracy: refine the mesh until the estimated error of the surface is below this (over l); None: the mesh as given.
     max_cells: limit of that refinement.
+    engine: "kernels" (elements in compiled loops; bodies that they do not know, and several processes, take forms all
+    the same) or "forms" (dolfinx's and MUMPS, the definition by which the kernels are judged).
     """
 
     tolerance: float = 1e-8
@@ -56,6 +59,7 @@ class ShellOptions:
     max_strain: float = 0.05
     accuracy: float | None = None
     max_cells: int = 20000
+    engine: str = "kernels"
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -80,6 +84,7 @@ class ShellOptions:
         put("natural_path", choice("natural_path", self.natural_path, NATURAL_PATHS))
         put("iteration", choice("iteration", self.iteration, ITERATIONS))
         put("arc_length", choice("arc_length", self.arc_length, ARC_LENGTH))
+        put("engine", choice("engine", self.engine, ENGINES))
         put("max_strain", positive("max_strain", self.max_strain))
         if self.accuracy is not None:
             put("accuracy", positive("accuracy", self.accuracy))

@@ -1,0 +1,140 @@
+"""The elements of a shell on one process: strains, forces and reduced tangents by the compiled kernels."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+from shellref.fenics import dolfinx_api as api
+from shellref.kernels import element
+from shellref.shell import lagrange
+from shellref.shell.body import Body
+from shellref.shell.grid import Grid
+
+PIECE = 256  # elements
+Rule = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+class Discrete(Protocol):
+    """What the elements are made from, of a model (`shellref.shell.naghdi.NaghdiModel`); cells in its order."""
+
+    body: Body
+    grid: Grid
+    nodes: np.ndarray
+    midpoints: np.ndarray
+    sizes: np.ndarray
+    degrees: tuple[int, int]
+    scales: list[np.ndarray]
+    weights: list[np.ndarray]
+    alpha: np.ndarray
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """(nu, factor of the membrane's, of the shear's stiffness)."""
+        ...
+
+
+def shapes(degree: int, points: np.ndarray) -> np.ndarray:
+    """(q, 3, (k + 1)^2): values and slopes along S and v of the nodes' functions at points (q, 2) of the unit square.
+
+    Nodes along S outside, across inside.
+    """
+    (s, ds), (v, dv) = ((lagrange.values(degree, x), lagrange.slopes(degree, x)) for x in (points[:, 0], points[:, 1]))
+    products = [np.einsum("qi,qj->qij", a, b).reshape(len(points), -1) for a, b in ((s, v), (ds, v), (s, dv))]
+    return np.ascontiguousarray(np.stack(products, axis=1))
+
+
+class Cells:
+    """Elements of a model (cells in its order): nodes (c, (k + 1)^2) of each, and the two rules."""
+
+    def __init__(self, model: Discrete):
+        grid, k = model.grid, model.grid.degree
+        order = grid.order(model.nodes)
+        self.along = np.searchsorted(grid.s_knots, model.midpoints[:, 0]) - 1
+        self.across = np.searchsorted(grid.v_knots, model.midpoints[:, 1]) - 1
+        near = np.arange(k + 1)
+        rows, columns = k * self.along[:, None] + near, k * self.across[:, None] + near
+        self.nodes = order[rows[:, :, None], columns[:, None, :]].reshape(len(rows), -1)
+        self.count = len(model.nodes)
+        self.alpha, self.law = model.alpha, model.stiffness
+        self.rules: list[Rule] = []
+        for degree, scale, weights in zip(model.degrees, model.scales, model.weights, strict=True):
+            points, _ = api.gauss_rule(degree)
+            slopes = scale[..., :2] / model.sizes[:, None]
+            over = np.ascontiguousarray(weights / model.body.normaliser)
+            self.rules.append((shapes(k, points), np.ascontiguousarray(slopes), over))
+
+        self._all = [
+            np.concatenate(pair, axis=k) for k, pair in zip((0, 1, 1), zip(*self.rules, strict=True), strict=True)
+        ]
+
+    def strains(self, state: np.ndarray, step: np.ndarray | None, own: float = 0.5) -> list[np.ndarray]:
+        """As `Forms.strains`: own T(u, u) + T(u, step)."""
+        found, step = [], np.zeros_like(state) if step is None else step
+        for first, (shape, slopes, weights) in zip((0, 3), self.rules, strict=True):
+            out = np.empty((*weights.shape, 8 - first))
+            element.strains(state, step, own, self.nodes, shape, slopes, first, out)
+            found.append(out)
+        return found
+
+    def internal(self, state: np.ndarray, full: np.ndarray, reduced: np.ndarray) -> np.ndarray:
+        """As `Forms.internal`."""
+        out = np.zeros_like(state)
+        for first, stress, (shape, slopes, weights) in zip((0, 3), (full, reduced), self.rules, strict=True):
+            element.forces(state, stress, self.nodes, shape, slopes, weights, first, out)
+        return out
+
+    def areas(self) -> np.ndarray:
+        """As `Forms.areas`."""
+        out = np.zeros(self.count)
+        shape, _, weights = self.rules[0]
+        np.add.at(out, self.nodes, weights @ shape[:, 0])
+        return out
+
+    def pattern(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(indptr, indices, number): compressed rows over the unknowns, and the number of each element's (c, 5 n), -1
+        for what is held; active (nodes, 5).
+        """
+        number = np.where(active, np.cumsum(active.ravel()).reshape(active.shape) - 1, -1).astype(np.int64)
+        cells = np.repeat(np.arange(len(self.nodes)), self.nodes.shape[1])
+        shape = (len(self.nodes), self.count)
+        own = sparse.csr_matrix((np.ones(len(cells), np.int32), (cells, self.nodes.ravel())), shape=shape)
+        joined = (own.T @ own).tocsr()
+        joined.sort_indices()
+        indptr, indices = element.rows(joined.indptr, joined.indices, number)
+        return indptr, indices, np.ascontiguousarray(np.swapaxes(number[self.nodes], 1, 2)).reshape(len(self.nodes), -1)
+
+    def assembled(
+        self,
+        pattern: tuple[np.ndarray, np.ndarray, np.ndarray],
+        state: np.ndarray,
+        full: np.ndarray,
+        reduced: np.ndarray,
+        bases: np.ndarray,
+        diagonal: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """P^T K P + diagonal (unknowns,) in compressed rows of a `pattern`."""
+        indptr, indices, number = pattern
+        values = np.zeros(len(indices))
+        for some in self.pieces():
+            element.scattered(self.tangents(state, full, reduced, bases, some), number[some], indptr, indices, values)
+        element.on_diagonal(diagonal, indptr, indices, values)
+        return indptr, indices, values
+
+    def pieces(self) -> list[np.ndarray]:
+        """All elements, PIECE at a time, so that their tangents need little memory."""
+        return np.array_split(np.arange(len(self.nodes)), -(-len(self.nodes) // PIECE))
+
+    def tangents(
+        self, state: np.ndarray, full: np.ndarray, reduced: np.ndarray, bases: np.ndarray, some: np.ndarray
+    ) -> np.ndarray:
+        """P^T K P of the elements `some` (m,): (m, 5 n, 5 n), increment outside, node inside; bases (nodes, 3, 2)."""
+        n = 5 * self.nodes.shape[1]
+        out = np.empty((len(some), n, n))
+        stress = np.zeros((*self._all[2].shape, 8))
+        stress[:, : full.shape[1]], stress[:, full.shape[1] :, 3:] = full, reduced
+        u, alpha, law, points = np.ascontiguousarray(state), self.alpha, self.law, full.shape[1]
+        element.tangents(u, bases, some, self.nodes, *self._all, stress, points, alpha, law, out)
+        return out

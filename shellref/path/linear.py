@@ -1,0 +1,146 @@
+"""The reduced tangent of a shell: assembled and factored, by dolfinx's forms and MUMPS or by the shell's own kernels.
+
+Both give P^T K P + diagonal (director.py) over the unknowns of a process, its factors and their inertia.
+"""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from shellref.fenics import petsc_api as petsc
+from shellref.shell.director import Bases, Increments
+from shellref.shell.naghdi import NaghdiModel, Stress
+
+
+class Linear(ABC):
+    """A tangent with its factors; seconds: spent on each part so far."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    def spend(self, part: str, start: float) -> None:
+        """Count the seconds since `start` under a name."""
+        self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start
+
+    @property
+    @abstractmethod
+    def matrix(self) -> Any:
+        """The tangent last assembled (PETSc)."""
+
+    @property
+    @abstractmethod
+    def factors(self) -> Any:
+        """The factors of the tangent last factored (petsc_api.Factor)."""
+
+    @abstractmethod
+    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray) -> None:
+        """The tangent at a state (nodes, 6), with diagonal (unknowns,) added."""
+
+    @abstractmethod
+    def factor(self) -> None:
+        """Factorise it. Raises petsc_api.FactorisationFailed."""
+
+    @abstractmethod
+    def stiff(self, step: np.ndarray) -> np.ndarray:
+        """K step, (nodes, 6), with the full tangent last assembled, nothing held."""
+
+
+class FormsLinear(Linear):
+    """dolfinx's full tangent, P^T K P by PETSc, MUMPS; on any number of processes."""
+
+    def __init__(self, model: NaghdiModel, increments: Increments, offset: int):
+        super().__init__()
+        self._model, self._increments, self._offset = model, increments, offset
+        self._full = model.create_tangent()
+        self._projection: Any = None
+        self._reduced: Any = None
+        self._factor: Any = None
+
+    @property
+    def matrix(self) -> Any:
+        return self._reduced
+
+    @property
+    def factors(self) -> Any:
+        return self._factor
+
+    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray) -> None:
+        start = time.perf_counter()
+        self._model.tangent(self._full, state, stress)
+        self.spend("tangent", start)
+        start = time.perf_counter()
+        csr = self._increments.projection(bases, self._offset)
+        if self._projection is None:
+            shape = (6 * self._model.owned, self._increments.unknowns)
+            self._projection = petsc.sparse_matrix(self._model.comm, shape, csr)
+            self._reduced = petsc.ptap(self._full, self._projection)
+            self._factor = petsc.SymmetricFactor(self._reduced)
+        else:
+            petsc.refill(self._projection, csr)
+            petsc.ptap(self._full, self._projection, self._reduced)
+        petsc.add_diagonal(self._reduced, diagonal)
+        self.spend("reduce", start)
+
+    def factor(self) -> None:
+        start = time.perf_counter()
+        self._factor.factor()
+        self.spend("factor", start)
+
+    def stiff(self, step: np.ndarray) -> np.ndarray:
+        out = np.zeros_like(step)
+        owned = self._model.owned
+        out[:owned] = petsc.multiply(self._full, step[:owned].ravel()).reshape(-1, 6)
+        return out
+
+
+class CellsLinear(Linear):
+    """Reduced tangents of the elements (shellref.kernels), put together over the unknowns; MUMPS."""
+
+    def __init__(self, model: NaghdiModel, increments: Increments):
+        super().__init__()
+        assert model.cells is not None
+        self._model, self._cells = model, model.cells
+        self._pattern = self._cells.pattern(increments.active)
+        self._matrix: Any = None
+        self._factor: Any = None
+
+    @property
+    def matrix(self) -> Any:
+        return self._matrix
+
+    @property
+    def factors(self) -> Any:
+        return self._factor
+
+    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray) -> None:
+        start = time.perf_counter()
+        self._at = state, stress
+        csr = self._cells.assembled(self._pattern, state, stress.full, stress.reduced, bases.directors, diagonal)
+        self.spend("tangent", start)
+        start = time.perf_counter()
+        if self._matrix is None:
+            size = len(diagonal)
+            self._matrix = petsc.sparse_matrix(self._model.comm, (size, size), csr)
+            self._factor = petsc.SymmetricFactor(self._matrix)
+        else:
+            petsc.refill(self._matrix, csr)
+        self.spend("reduce", start)
+
+    def factor(self) -> None:
+        start = time.perf_counter()
+        self._factor.factor()
+        self.spend("factor", start)
+
+    def stiff(self, step: np.ndarray) -> np.ndarray:
+        return self._model.stiff(*self._at, step)
+
+
+def linear_system(model: NaghdiModel, increments: Increments, offset: int) -> Linear:
+    """The shell's own where it knows the model: on one process, without edges that have unknowns of their own."""
+    if model.cells is None or increments.edges:
+        return FormsLinear(model, increments, offset)
+    return CellsLinear(model, increments)
