@@ -6,17 +6,16 @@ REQUEST.json
     states_for_error  [[along, across], ...]: more meshes for the same problem, from which the discretisation error of
                       the first can be judged (may be absent)
     start             .npz of a ShellSurface of the same strip, on any mesh, near the state at the full load: the solve
-                      settles there, if need be by way of thicker strips, and walks the path only when it cannot (may be
-                      absent). Its path is relative to the request
+                      settles there, and walks the path only when it cannot, or when the option `begin` refuses that
+                      (shellref.path.begin; may be absent). Its path is relative to the request
     folder            where checkpoints of the path are kept; the same request with the same folder goes on where a
-    killed
-                      worker stopped (may be absent). Relative to the request
+                      killed worker stopped (may be absent). Relative to the request
 
 OUT_DIR (made when absent; files appear whole, by rename)
-    shell.json        ShellResult.to_dict(), `start` (see `Settled.how`), and `error_states` when asked for: for each
-    extra
-                      mesh its elements, status, file, energy, and the distances |x - x'| to the first state at equal
-                      material points: `largest` on a 201 x 9 grid, `centreline`, `end` (units l)
+    shell.json        ShellResult.to_dict(), `start` and `begun` (`how` and `notes` of shellref.path.begin.Begun), and
+                      `error_states` when asked for: for each extra mesh its elements, status, file, energy, and the
+                      distances |x - x'| to the first state at equal material points: `largest` on a 201 x 9 grid,
+                      `centreline`, `end` (units l)
     shell.npz         s_nodes, v_nodes, points, directors (ShellSurface), cell_midpoints, energy_density
     shell_AxB.json, shell_AxB.npz   the extra states
 
@@ -28,11 +27,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import os
 import sys
 import zipfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,6 +37,7 @@ from typing import Any
 import numpy as np
 
 from shellref.inputs import ShellInputError
+from shellref.path.begin import begun
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 from shellref.shell.result import ShellResult, ShellStatus
@@ -47,13 +45,6 @@ from shellref.shell.surface import ShellSurface
 
 DONE, BAD_REQUEST, MISSING = 0, 2, 3
 KEYS = ("problem", "options", "states_for_error", "start", "folder")
-
-#: Factor on the thickness when a start is too far for the strip's own (membrane and shear strains of a start that is no
-#: equilibrium cost h^-2 of the bending energy), and the most solves on the way down.
-THICKER = 2.0
-MOST_SOLVES = 24
-
-Say = Callable[[dict[str, Any]], None]
 
 
 @dataclass(frozen=True)
@@ -123,70 +114,6 @@ def distances(first: ShellSurface, other: ShellSurface) -> dict[str, float]:
     return {"largest": float(gap.max()), "centreline": float(gap[:, 4].max()), "end": float(gap[-1, 4])}
 
 
-@dataclass(frozen=True)
-class Settled:
-    """A solve and how it began: "path", "given", "given, by way of thicker strips", or "path (none near the start)"."""
-
-    result: ShellResult
-    how: str
-
-
-def solved(
-    problem: ShellProblem,
-    options: ShellOptions,
-    say: Say,
-    start: ShellSurface | None = None,
-    folder: Path | None = None,
-    processes: str = "self",
-) -> Settled:
-    """Settle near `start`, by way of thicker strips where it is too far for this one; walk the path otherwise.
-
-    The seconds of the result are those of all attempts.
-    """
-    from shellref.path.solve import solve
-
-    if start is None:
-        return Settled(solve(problem, options, say, processes=processes, folder=folder), "path")
-    spent = {"import": 0.0, "compile": 0.0, "total": 0.0}
-
-    def counted(result: ShellResult) -> ShellResult:
-        for name in spent:
-            spent[name] += result.seconds[name]
-        return result.with_seconds({**result.seconds, **spent})
-
-    def settled(thickness: float, near: ShellSurface) -> ShellResult:
-        own = thickness == problem.thickness
-        chosen = options if own else dataclasses.replace(options, accuracy=None)
-        thicker = problem if own else dataclasses.replace(problem, thickness=thickness)
-        return counted(solve(thicker, chosen, say, start=near, processes=processes))
-
-    result = settled(problem.thickness, start)
-    count, thickness, how = 1, problem.thickness, "given"
-    while result.status is ShellStatus.NOT_CONVERGED and count < MOST_SOLVES:
-        how = "given, by way of thicker strips"
-        thickness *= THICKER
-        if thickness >= 0.5 * problem.width:
-            break
-        say({"event": "thicker", "width_to_thickness": problem.width / thickness})
-        result = settled(thickness, start)
-        count += 1
-    factor = THICKER
-    while result.status is not ShellStatus.NOT_CONVERGED and thickness > problem.thickness and count < MOST_SOLVES:
-        near, thinner = result.surface, max(problem.thickness, thickness / factor)
-        say({"event": "thinner", "width_to_thickness": problem.width / thinner})
-        attempt = settled(thinner, near)
-        count += 1
-        if attempt.status is ShellStatus.NOT_CONVERGED:
-            factor = math.sqrt(factor)
-        else:
-            result, thickness = attempt, thinner
-    if thickness == problem.thickness and result.status is not ShellStatus.NOT_CONVERGED:
-        return Settled(result, how)
-    say({"event": "path"})
-    result = counted(solve(problem, options, say, processes=processes, folder=folder))
-    return Settled(result, "path (none near the start)")
-
-
 def _say(event: dict[str, Any]) -> None:
     print(json.dumps(event), flush=True)
 
@@ -194,12 +121,12 @@ def _say(event: dict[str, Any]) -> None:
 def run(request: Request, folder: Path) -> ShellResult:
     """Solve, write the files, print progress."""
     problem, options, keep = request.problem, request.options, request.folder
-    settled = solved(problem, options, _say, request.start, None if keep is None else keep / "path")
-    first = settled.result
+    found = begun(problem, options, _say, request.start, None if keep is None else keep / "path")
+    first = found.result
     rows = []
     for other in request.extra:
         name = "shell_{}x{}".format(*other.elements)
-        result = solved(other, options, _say, request.start, None if keep is None else keep / name).result
+        result = begun(other, options, _say, request.start, None if keep is None else keep / name).result
         result.save(folder, name)
         rows.append(
             {
@@ -212,7 +139,8 @@ def run(request: Request, folder: Path) -> ShellResult:
                 "distance": distances(first.surface, result.surface),
             }
         )
-    first.save(folder, "shell", {"start": settled.how, **({"error_states": rows} if rows else {})})
+    extra = {"error_states": rows} if rows else {}
+    first.save(folder, "shell", {"start": found.how, "begun": found.notes, **extra})
     return first
 
 

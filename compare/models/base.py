@@ -207,7 +207,8 @@ class Options:
     leave_saddle: follow the unstable direction of a saddle. error: estimate the discretisation error, on `grid` (None:
     one that fits the shape). repeats: timed solves beside the first; None: as many as a short budget allows. store:
     where finished cases and interrupted ways are kept and found. fallback: where the scene's own path cannot be gone,
-    the state itself is looked for.
+    the state itself is looked for. selects: a shape `near` says which of several states is asked for; otherwise it is a
+    mere beginning, and the state is the one that the model finds on its own.
     """
 
     leave_saddle: bool = False
@@ -216,6 +217,7 @@ class Options:
     store: CaseStore | None = None
     fallback: bool = False
     grid: Grid | None = None
+    selects: bool = True
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,7 @@ from compare.store.store import CaseStore
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
+    from shellref.shell.options import ShellOptions
     from shellref.shell.problem import ShellProblem
     from shellref.shell.surface import ShellSurface
 
@@ -53,6 +54,8 @@ FloatArray = NDArray[np.float64]
 #: Usual meshes.
 MESHES = ((25, 2), (50, 4), (100, 4), (100, 8))
 LADDER = "shell"
+#: The same meshes, each begun at the ribbon's surface.
+NEAR_LADDER = "shell near"
 
 _STATUS = {
     "converged": Status.CONVERGED,
@@ -64,12 +67,15 @@ _STATUS = {
     "crashed": Status.CRASHED,
 }
 
-#: How a shell's solve began, from the worker's words (shellref.worker.Settled).
+#: How a shell's solve began, from the worker's words (shellref.path.begin.Begun).
 START = {
     "path": "path",
+    "coarse path": "coarse path",
     "given": BESIDE,
+    "given, as the coarse path": f"{BESIDE} (as the coarse path)",
     "given, by way of thicker strips": f"{BESIDE} (thicker first)",
     "path (none near the start)": "path (none near the ribbon)",
+    "path (the start is refused)": "path (the ribbon's is refused)",
 }
 
 _RIBBON = "how the ribbon beside it is discretised and solved"
@@ -183,10 +189,13 @@ class ShellModel:
         )
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
-        """Meshes of degree 2."""
+        """Meshes of degree 2, on their own and, where that is another beginning, from the ribbon's surface."""
         if not scene.has_shell():
             return (Ladder(LADDER, why="the scene has no thickness, or its supports are not a shell's"),)
-        return (Ladder(LADDER, tuple(mesh_size(mesh) for mesh in MESHES)),)
+        own = Ladder(LADDER, tuple(mesh_size(mesh) for mesh in MESHES))
+        if scene.several_equilibria or scene.shell.start in ("coarse", "path"):
+            return (own,)
+        return own, Ladder(NEAR_LADDER, tuple(replace(size, ladder=NEAR_LADDER) for size in own.sizes))
 
     def solve(
         self,
@@ -197,8 +206,11 @@ class ShellModel:
         options: Options | None = None,
         say: Reporter | None = None,
     ) -> State:
-        """The scene's shell at its (first) w/h, along its path, or settled at the surface `near`."""
+        """The scene's shell at its (first) w/h, begun as `begin` says; a size of `LADDER` begins at `near` only where
+        that selects."""
         options = options or Options()
+        if size is not None and size.ladder == LADDER and not options.selects:
+            near = None
         ratio = scene.require_shell()[0]
         if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
             scene = scene.replace({"shell.tolerance": None})
@@ -208,15 +220,18 @@ class ShellModel:
         problem = problem_of(scene, ratio, elements, options.fallback)
         if size is not None and size.degree is not None:
             problem = replace(problem, degree=size.degree)
+        near, how = begin(scene, near, options.selects)
+        if size is not None and size.ladder == NEAR_LADDER and near is not None and not options.selects:
+            how = replace(how, begin="stable")
         with contextlib.ExitStack() as stack:
             store = options.store
             if store is None:  # nothing is kept: the files live as long as the state's arrays take to load
                 place = stack.enter_context(tempfile.TemporaryDirectory(prefix="ribbonbench-shell-"))
                 store = CaseStore(Path(place))
-            case, wall = _run(scene, problem, store, near, say)
+            case, wall = _run(how, problem, store, near, say)
             found = state_of(scene, case, wall)
             if options.error and scene.shell.tolerance is None:
-                found = self._with_error(scene, found, elements, ratio, store, near, options, say)
+                found = self._with_error(scene, found, elements, ratio, store, near, how, options, say)
             if options.store is None and case.folder is not None:
                 _ = case.surface, case.density()
         return found
@@ -229,20 +244,23 @@ class ShellModel:
         ratio: float,
         store: CaseStore,
         near: Shape | None,
+        how: ShellOptions,
         options: Options,
         say: Reporter | None,
     ) -> State:
         """Errors by the distance to, and the change of the share from, a mesh with half as many elements each way.
 
         That bounds the finer mesh's own error from above as long as halving the elements more than halves the error. A
-        mesh that cannot have the held corners' knots leaves the errors unknown.
+        mesh that cannot have the held corners' knots leaves the errors unknown. It begins at the finer mesh's state,
+        the same branch, unless the scene asks for its path.
         """
         check = coarser(elements)
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
-        begin = found.shape if near is not None and found.ok else near
+        if scene.shell.start != "path" and found.ok:
+            near, how = found.shape, replace(how, begin="given")
         with contextlib.suppress(BadInput):
-            case, _ = _run(scene, problem_of(scene, ratio, check, options.fallback), store, begin, say)
+            case, _ = _run(how, problem_of(scene, ratio, check, options.fallback), store, near, say)
             if case.ok and found.ok and found.shape is not None:
                 own = found.native
                 assert isinstance(own, ShellCase)
@@ -314,14 +332,28 @@ def problem_of(scene: Scene, ratio: float, elements: tuple[int, int], fallback: 
         return shell_problem(scene, ratio, elements, way=False)
 
 
+def begin(scene: Scene, near: Shape | None, selects: bool) -> tuple[Shape | None, ShellOptions]:
+    """Where a shell begins, as `shell.start` says, with the options that believe as much of it (shellref.path.begin).
+
+    near: the surface of a state beside it; selects: that says which of several states is asked for.
+    """
+    options = shell_options(scene)
+    start = scene.shell.start
+    if near is None or start in ("coarse", "path"):
+        return None, options
+    if selects:
+        return near, replace(options, begin="given")
+    return near, replace(options, begin="checked" if start == "auto" else "stable")
+
+
 def _run(
-    scene: Scene, problem: ShellProblem, store: CaseStore, near: Shape | None, say: Reporter | None
+    options: ShellOptions, problem: ShellProblem, store: CaseStore, near: Shape | None, say: Reporter | None
 ) -> tuple[ShellCase, float | None]:
     """The case, and the wall time (s) of its process; None for one that was found."""
     progress = None if say is None else say.detail
     start = None if near is None else starting_surface(near, problem)
     clock = time.perf_counter()
-    case = run_shell(problem, store, shell_options(scene), progress=progress, start=start)
+    case = run_shell(problem, store, options, progress=progress, start=start)
     return case, None if case.reused else time.perf_counter() - clock
 
 

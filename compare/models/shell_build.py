@@ -19,6 +19,7 @@ from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec
 from compare.scene.stages import stage_name
 from shellref.inputs import ShellInputError
+from shellref.path.begin import coarse_meshes
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import Pose, ShellProblem, Waypoint
 
@@ -60,9 +61,15 @@ def shell_elements(scene: Scene) -> tuple[int, int]:
 
 
 def shell_options(scene: Scene, **changes: Any) -> ShellOptions:
-    """How the scene's shell is solved: a tape spring by arc length in small steps, since it folds and snaps."""
+    """How the scene's shell is solved: a tape spring by arc length in small steps, since it folds and snaps.
+
+    Alone a shell begins with the path on a coarse mesh where the scene has one equilibrium (or says so); where it may
+    have several, states on the way matter and the path is walked on the mesh itself.
+    """
     if scene.transverse_curvature:
         changes = {**TAPE_OPTIONS, **changes}
+    start = scene.shell.start
+    changes = {"coarse": start == "coarse" or (start != "path" and not scene.several_equilibria), **changes}
     return ShellOptions(accuracy=scene.shell.tolerance, **changes)
 
 
@@ -179,16 +186,14 @@ def shell_words(scene: Scene) -> str:
         names += ["gravity"] if problem.loaded else []
         names += ["tip"] if problem.pulled else []
         way = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
-    if starts_at_ribbon(scene):
+    start = shell.start
+    if start in ("auto", "ribbon"):
         words.append(f"compare begins at the ribbon's surface, ribbonbench shell does not know it: {way}")
     else:
         words.append(way)
+    if shell_options(scene).coarse and coarse_meshes(shell_elements(scene)):
+        words.append("on a coarse mesh first")
     return "; ".join(words)
-
-
-def starts_at_ribbon(scene: Scene, leave_saddle: bool = False) -> bool:
-    """Whether the scene may have several equilibria, so that the shell beside a ribbon begins at the ribbon's."""
-    return scene.clamp_end is not None or bool(scene.path) or leave_saddle
 
 
 def _both(problem: ShellProblem) -> bool:

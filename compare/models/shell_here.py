@@ -18,6 +18,7 @@ from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.store.world import World
 from shellref.inputs import ShellInputError
+from shellref.path.begin import begun
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 
@@ -74,19 +75,18 @@ def _solve(
 ) -> ShellCase:
     """Solves, with checkpoints in `folder`, and keeps the case."""
     try:
-        from shellref.path.solve import solve
-
-        result = solve(
+        found = begun(
             problem,
             options,
             lambda event: reporter.detail(event_text(event) or ""),
-            processes="world" if world.size > 1 else "self",
             folder=folder / "path",
+            processes="world" if world.size > 1 else "self",
         )
     except ShellInputError as error:
         raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
     except ImportError as error:
         raise Missing(str(error), "") from None
-    kept = world.on_first(lambda: store.put(key, lambda place: result.save(place, "shell", {"start": "path"})))
-    data = world.on_first(lambda: {**result.to_dict(), "start": "path"})
+    result, extra = found.result, {"start": found.how, "begun": found.notes}
+    kept = world.on_first(lambda: store.put(key, lambda place: result.save(place, "shell", extra)))
+    data = world.on_first(lambda: {**result.to_dict(), **extra})
     return ShellCase(data, kept, False)

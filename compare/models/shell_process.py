@@ -66,7 +66,7 @@ class ShellCase:
 
     @property
     def start(self) -> str | None:
-        """How the solve began: "path", or near a given surface (shellref.worker.Settled)."""
+        """How the solve began (shellref.path.begin.Begun.how)."""
         return self.data.get("start")
 
     @property
@@ -234,6 +234,8 @@ def event_text(event: dict[str, Any]) -> str | None:
         how = "" if event.get("method", "load") == "load" else f" ({event['method']})"
         load = float(event.get("load", 0))
         return f"{event.get('stage', 'load')}{how} {load:.0%}, {event.get('iterations')} it{word}"
+    if kind == "coarse":
+        return f"path on {' x '.join(map(str, event['elements']))}"
     if kind in ("thicker", "thinner"):
         return f"settles at w/h = {event['width_to_thickness']:g}"
     if kind == "mesh":

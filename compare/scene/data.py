@@ -149,6 +149,11 @@ class SceneData(Sections):
         return self.end_frame is not None and self.end_position is None
 
     @property
+    def several_equilibria(self) -> bool:
+        """Whether there may be several: a model beside another then begins at that one's shape, to be on its branch."""
+        return self.clamp_end is not None or bool(self.path)
+
+    @property
     def up(self) -> NDArray[np.float64] | None:
         """Unit vector against the weight, shape (3,), normalised to rounding; None without gravity."""
         return None if self.gravity is None else unit(self.gravity.up)

@@ -475,6 +475,15 @@ class ShellSpec:
         "0 < layer < width / 2", '"auto"', words={"auto": ("sqrt(h / curvature)", "auto")}, default=None, newer=True,
         note="instead of grading"
     )
+    start: str = key(
+        Kind.CHOICE, "where the solve begins; \"path\" is what is left of all when a beginning is refused",
+        example='"path"',
+        choices={"auto": "at the ribbon's surface where compare has one and, of a scene with one equilibrium, the path "
+                         "on a coarse mesh leads to the same state, else as coarse",
+                 "ribbon": "at the ribbon's surface, where that settles in a stable state",
+                 "coarse": "at the end of the path on a coarse mesh", "path": "with the path on the mesh itself"},
+        default="auto", newer=True
+    )
     start_curvature: float | None = key(
         Kind.NUMBER, "curvature of the unstressed planar arc where the shell's path begins", "1/length",
         example="0.0", default=None, newer=True,

@@ -7,8 +7,10 @@ its solution and that on a mesh with half as many elements each way, which bound
 as long as halving the elements more than halves the error; where `shell.tolerance` refines the mesh, the estimate that
 comes with it. A difference between the models is claimed only when the distance exceeds the sum of both errors.
 
-Where a scene has several equilibria (two clamps, a path, a saddle left), the shell begins at the ribbon's surface and
-settles at the full load: both are then on one branch. The shell's equilibrium satisfies its own equations all the same.
+The shell begins at the ribbon's surface and settles at the full load (`shell.start`). Where a scene has several
+equilibria (two clamps, a path, a saddle left), both are then on one branch; where it has one, the beginning is refused
+unless the shell's own path, on a coarse mesh, leads to the same state. The shell's equilibrium satisfies its own
+equations all the same, wherever it began.
 """
 
 from __future__ import annotations
@@ -128,11 +130,6 @@ def fit_slope(rows: tuple[Row, ...]) -> Slope | None:
     return Slope(float(np.polyfit(x, y, 1)[0]), len(pairs), (float(steps.min()), float(steps.max())))
 
 
-def several_equilibria(scene: Scene, leave_saddle: bool = False) -> bool:
-    """Whether the scene may have several equilibria, so that a model beside another begins at that one's shape."""
-    return scene.clamp_end is not None or bool(scene.path) or leave_saddle
-
-
 def compare(
     scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle: bool = False, bare: bool = False
 ) -> Comparison:
@@ -160,13 +157,13 @@ def compare(
         begin = fast.shape if fast.ok else None
         elastica = third.solve(scene, near=begin, options=Options(error=True, repeats=None), say=reporter)
     planar = None if elastica is None or elastica.shape is None else elastica.shape.centreline(grid.s)
-    several = several_equilibria(scene, leave_saddle)
+    several = scene.several_equilibria or leave_saddle
     rows: list[Row] = []
     shells: list[State] = []
     for k, variant in enumerate(shell.variants(scene)):
         k = min(k, len(beside) - 1)  # one for all, or one for each
-        near = beside[k].shape if beside[k].ok and several else None
-        options = Options(error=True, store=store, fallback=True, grid=grid)
+        near = beside[k].shape if beside[k].ok else None
+        options = Options(error=True, store=store, fallback=True, grid=grid, selects=several)
         state = shell.solve(variant.scene, near=near, options=options, say=reporter)
         rows.append(_row(beside[k], grid, *lines[k], planar, variant, state))
         shells.append(state)

@@ -22,13 +22,14 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.shared import shared_store
-from compare.studies.compare import several_equilibria
 from compare.studies.cost_plan import Entry, Plan, Reference, Start, family
 from compare.studies.cost_runs import Finest, Kept, Run, finest, run_of, together
 from compare.studies.cost_start import request, seconds_of_first
 
 #: How many times longer than the last size of a ladder the next one may take, all its repetitions together.
 GROWTH = 8.0
+#: The model that always begins at the shape of `base`.
+SHELL = "shell"
 #: Our own sources beside the models' that kept runs depend on.
 _OWN = ("compare/studies/cost_runs.py", "compare/registry.py")
 
@@ -69,16 +70,21 @@ class Bench:
         return self.plan.budget - (time.perf_counter() - self.began)
 
     def near(self, model: Model) -> Shape | None:
-        """The shape on whose branch a model's answer is to be, as in `compare.studies.compare.compare`: that of `base`,
-        for every other model where the scene may have several equilibria, for the third opinion always."""
+        """The shape near which a model begins, as in `compare.studies.compare.compare`: that of `base`, for the shell
+        and the third opinion always, for every other model where the scene may have several equilibria."""
         if model.name == self.base.model or not self.base.ok:
             return None
-        needed = model.name == self._third or several_equilibria(self.scene, self.plan.leave_saddle)
-        return self.base.shape if needed else None
+        return self.base.shape if model.name in (self._third, SHELL) or self._several else None
+
+    @property
+    def _several(self) -> bool:
+        return self.scene.several_equilibria or self.plan.leave_saddle
 
     def _options(self, model: Model, **more: Any) -> Options:
+        """selects: the shell of a scene with one equilibrium finds its own."""
         leave = self.plan.leave_saddle and model.name == self.base.model
-        return Options(leave_saddle=leave, fallback=True, grid=self.grid, **more)
+        selects = self._several or model.name != SHELL
+        return Options(leave_saddle=leave, fallback=True, grid=self.grid, selects=selects, **more)
 
     def _parts(self, model: Model, scene: Scene, *parts: Any) -> list[Any]:
         """What determines a kept run, its model's sources and those of `base` included."""

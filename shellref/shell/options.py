@@ -11,6 +11,7 @@ NATURAL_PATHS = ("exact", "stepped")
 ITERATIONS = ("mixed", "plain")
 ARC_LENGTH = ("auto", "always", "never")
 ENGINES = ("kernels", "forms")
+BEGIN = ("given", "stable", "checked")
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class ShellOptions:
     max_cells: limit of that refinement.
     engine: "kernels" (elements in compiled loops; bodies that they do not know, and several processes, take forms all
     the same) or "forms" (dolfinx's and MUMPS, the definition by which the kernels are judged).
+    begin: "given", "stable" or "checked", what is believed of a given start; coarse: walk the path on a coarse mesh and
+    begin there, where no given start serves (both: shellref.path.begin; they are the worker's, not `solve`'s).
     """
 
     tolerance: float = 1e-8
@@ -60,6 +63,8 @@ class ShellOptions:
     accuracy: float | None = None
     max_cells: int = 20000
     engine: str = "kernels"
+    begin: str = "given"
+    coarse: bool = False
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -85,11 +90,12 @@ class ShellOptions:
         put("iteration", choice("iteration", self.iteration, ITERATIONS))
         put("arc_length", choice("arc_length", self.arc_length, ARC_LENGTH))
         put("engine", choice("engine", self.engine, ENGINES))
+        put("begin", choice("begin", self.begin, BEGIN))
         put("max_strain", positive("max_strain", self.max_strain))
         if self.accuracy is not None:
             put("accuracy", positive("accuracy", self.accuracy))
         put("max_cells", integer("max_cells", self.max_cells, 1))
-        for name in ("predict", "stability", "kick", "switch"):
+        for name in ("predict", "stability", "kick", "switch", "coarse"):
             if not isinstance(getattr(self, name), bool):
                 raise ShellInputError(name, getattr(self, name), "must be true or false")
 

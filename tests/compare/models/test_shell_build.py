@@ -19,7 +19,6 @@ from compare.models.shell_build import (
     shell_options,
     shell_problem,
     shell_words,
-    starts_at_ribbon,
 )
 from compare.scene.scene import load, loads
 from compare.store.store import case_key
@@ -47,7 +46,7 @@ def test_keys_become_fields_in_units_of_the_length():
     assert problem.edge_layer is None
     assert problem.start_curvature == pytest.approx(2.0)
     assert problem.thickness == pytest.approx(0.03 / 50)
-    assert shell_options(scene) == ShellOptions(accuracy=2e-3)
+    assert shell_options(scene) == ShellOptions(accuracy=2e-3, coarse=True)
     layered = loads(text(SI, {"shell.edge_layer": "0.001"}))
     assert shell_problem(layered, 50.0).edge_layer == pytest.approx(0.002)
     assert shell_problem(loads(text(SI, {"shell.edge_layer": '"auto"'})), 50.0).edge_layer == "auto"
@@ -223,6 +222,26 @@ def test_words():
     assert "planar arc" in shell_words(load("shift_7_2"))
     assert "a cell of 0.01 l at both corners at s = 0" in shell_words(load("limits_7_3"))
     assert "its natural shape" in shell_words(load("curl_4_3"))
-    assert starts_at_ribbon(load("shift_7_2"))
-    assert starts_at_ribbon(load("lateral_7_1"))
-    assert not starts_at_ribbon(load("curl_4_3"))
+    assert "on a coarse mesh first" in shell_words(load("curl_4_3"))
+    assert "on a coarse mesh first" not in shell_words(load("shift_7_2"))
+    for start, beside in (("auto", True), ("ribbon", True), ("coarse", False), ("path", False)):
+        words = shell_words(load("curl_4_3").replace({"shell.start": start}))
+        assert ("begins at the ribbon's surface" in words) is beside
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "several", "coarse"),
+    [
+        ("curl_4_3", "auto", False, True),
+        ("curl_4_3", "ribbon", False, True),
+        ("curl_4_3", "path", False, False),
+        ("shift_7_2", "auto", True, False),
+        ("shift_7_2", "coarse", True, True),
+        ("lateral_7_1", "auto", True, False),
+        ("tape_4_1", "auto", True, False),
+    ],
+)
+def test_a_shell_alone_begins_on_a_coarse_mesh_where_there_is_one_equilibrium(name, start, several, coarse):
+    scene = load(name).replace({"shell.start": start})
+    assert scene.several_equilibria is several
+    assert shell_options(scene).coarse is coarse

@@ -22,6 +22,7 @@ from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, case_key
 from compare.studies.compare import compare
+from shellref.path.begin import PATH_AGAIN
 from shellref.shell.options import ShellOptions
 from shellref.shell.surface import ShellSurface
 from tests.patience import PATIENCE
@@ -161,13 +162,26 @@ def flat(width):
     return ShellSurface(s, v, points, np.broadcast_to([0.0, 1.0, 0.0], points.shape).copy())
 
 
-@pytest.mark.parametrize(("name", "keys", "started"), [("shift_7_2", {}, True), ("curl_4_3", {}, False)])
-def test_compare_begins_at_the_ribbon_where_there_may_be_several_equilibria(tmp_path, monkeypatch, name, keys, started):
-    """And the coarse mesh, for the error, at the finer mesh's state: both are on one branch."""
+@pytest.mark.parametrize(
+    ("name", "start", "believed", "coarse"),
+    [
+        ("shift_7_2", "auto", "given", False),
+        ("shift_7_2", "path", None, False),
+        ("curl_4_3", "auto", "checked", True),
+        ("curl_4_3", "ribbon", "stable", True),
+        ("curl_4_3", "coarse", None, True),
+        ("curl_4_3", "path", None, False),
+    ],
+)
+def test_compare_begins_at_the_ribbon_and_believes_it_where_it_selects(
+    tmp_path, monkeypatch, name, start, believed, coarse
+):
+    """And the coarse mesh, for the error, at the finer mesh's state: both are on one branch, unless the path is asked
+    for."""
     asked = []
 
     def fake(problem, store, options=None, progress=None, start=None):
-        asked.append((problem.elements, start))
+        asked.append((problem.elements, options, start))
         surface = start or flat(problem.width)
         folder = tmp_path / f"{len(asked)}"
         folder.mkdir()
@@ -176,14 +190,18 @@ def test_compare_begins_at_the_ribbon_where_there_may_be_several_equilibria(tmp_
         return ShellCase(data, folder, False)
 
     monkeypatch.setattr("compare.models.shell.run_shell", fake)
-    scene = load(name).replace({**SMALL, "model.elements": 20, **keys})
+    scene = load(name).replace({**SMALL, "model.elements": 20, "shell.start": start})
     found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
-    assert [elements for elements, _ in asked] == [(12, 2), (6, 1)]
-    assert [start is not None for _, start in asked] == [started] * 2
-    assert found.rows[0].start == ("ribbon" if started else "path")
-    if started:
-        assert found.rows[0].hausdorff < 2e-2  # the stand-in is the ribbon itself, biquadratic on twelve elements
-        assert asked[1][1].points.shape == asked[0][1].points.shape
+    (fine, first, surface), (check, second, again) = asked
+    assert (fine, check) == ((12, 2), (6, 1))
+    assert (first.begin if surface is not None else None) == believed
+    assert first.coarse is coarse
+    assert (again is None) == (start == "path")
+    assert second.begin == "given"
+    assert found.rows[0].start == ("ribbon" if believed else "path")
+    if believed:
+        assert found.rows[0].hausdorff < 5e-2  # the stand-in is the ribbon itself, biquadratic on twelve elements
+        assert again.points.shape == surface.points.shape
 
 
 def test_a_tolerance_brings_its_own_estimate(tmp_path, monkeypatch):
@@ -205,7 +223,8 @@ def test_a_tolerance_brings_its_own_estimate(tmp_path, monkeypatch):
 
 def test_every_word_of_the_worker_about_its_start_is_known():
     assert set(START) == {
-        "path", "given", "given, by way of thicker strips", "path (none near the start)",
+        "path", "coarse path", "given", "given, as the coarse path", "given, by way of thicker strips",
+        *PATH_AGAIN.values(),
     }  # fmt: skip
 
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from shellref import ShellOptions, ShellProblem, ShellStatus, ShellSurface
-from shellref.worker import distances, solved
+from shellref.path.begin import begun as solved
+from shellref.worker import distances
 from tests.patience import PATIENCE
 
 PROBLEM = {
