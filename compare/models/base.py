@@ -34,6 +34,9 @@ _NONE: Mapping[str, Any] = MappingProxyType({})
 #: `State.start` begins with this word where the solve began at the shape that it was given as `near`.
 BESIDE = "ribbon"
 
+#: Last word of a ladder all of whose sizes begin at the shape given as `near`, even where that selects no state.
+NEAR = "near"
+
 
 class Status(Enum):
     """How a solve ended, in the words that all models share; `State.word` is the solver's own, more precise one."""

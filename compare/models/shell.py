@@ -20,6 +20,7 @@ from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import (
     BESIDE,
+    NEAR,
     Effect,
     Energy,
     Force,
@@ -55,7 +56,7 @@ FloatArray = NDArray[np.float64]
 MESHES = ((25, 2), (50, 4), (100, 4), (100, 8))
 LADDER = "shell"
 #: The same meshes, each begun at the ribbon's surface.
-NEAR_LADDER = "shell near"
+NEAR_LADDER = f"{LADDER} {NEAR}"
 
 _STATUS = {
     "converged": Status.CONVERGED,

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.grades import GOOD, POOR, UNKNOWN, grade
+from compare.models.base import BESIDE
 from compare.models.elastica_start import PLANAR, out_of_plane
+from compare.models.shell import START
 from compare.models.shell_build import line_weight
 from compare.page.remedies import message
 from compare.page.table import Column, ColumnOf, Table
@@ -47,7 +49,8 @@ _COLUMNS: tuple[ColumnOf[Row], ...] = (
     (Column("width_to_thickness", "w/h", kind="digits", rank=0), lambda r: r.width_to_thickness),
     (Column("status", "shell", kind="word", rank=3), lambda r: r.status),
     (Column("start", "start", kind="word", legend="where the shell's solve began, its path or the ribbon's surface (it "
-            "then settles at the full load)", rank=6), lambda r: r.start),
+            "then settles at the full load, and may be checked by the path on a coarse mesh)", rank=6),
+     lambda r: r.start),
     (Column("hausdorff", "distance", "l", "exponent:2", legend="symmetric Hausdorff distance of the surfaces", rank=1),
      lambda r: r.hausdorff),
     (Column("centreline", "centreline", "l", "exponent:2", legend="largest distance at equal s"),
@@ -65,7 +68,7 @@ _COLUMNS: tuple[ColumnOf[Row], ...] = (
     (Column("total", "total", "D w / l", "digits:6", rank=6), _energy("total")),
     (Column("seconds_ribbon", "ribbon s", "s", "seconds:2"), lambda r: r.seconds["ribbon"]),
     (Column("seconds_shell", "shell s", "s", "seconds:3", rank=4), lambda r: r.seconds["shell"]),
-    (Column("ratio", "ratio", kind="decimals:0", legend="shell time over ribbon time", rank=4), lambda r: r.ratio),
+    (Column("ratio", "ratio", kind="digits:3", legend="shell time over ribbon time", rank=4), lambda r: r.ratio),
 )  # fmt: skip
 _ELASTICA = (
     Column("elastica", "to elastica", "l", "exponent:2", legend="distance of the centreline to the elastica's"),
@@ -83,12 +86,23 @@ def columns(*keys: str) -> tuple[ColumnOf[Row], ...]:
     return tuple(by_key[key] for key in keys)
 
 
+def _named(column: Column, model: str) -> Column:
+    """A column whose heading and legend are about another model than the ribbon."""
+    heading, legend = (text.replace(BESIDE, model) for text in (column.heading, column.legend))
+    words = {word: word.replace(BESIDE, model) for word in START.values()} if column.key == "start" else column.words
+    return replace(column, heading=heading, legend=legend, words=words)
+
+
 def table(comparison: Comparison) -> Table:
     """One row per shell; below it the model beside them, for the ribbon the limit h/w = 0. The elastica's column is
     absent where there is none."""
     columns = _COLUMNS if comparison.elastica is None else (*_COLUMNS, _ELASTICA)
-    found = Table.of("Ribbon against shell", columns, comparison.rows, LEGEND)
     fast = comparison.fast
+    if fast.model != "ribbon":  # the keys are the contract's, the headings name the model
+        columns = tuple((_named(column, fast.model), value) for column, value in columns)
+    name = fast.model.replace("_", " ")
+    legend = LEGEND if fast.model == "ribbon" else LEGEND.replace("the ribbon, the limit h/w = 0", f"the {name}")
+    found = Table.of(f"{name[:1].upper()}{name[1:]} against shell", columns, comparison.rows, legend)
     cells = {
         "width_to_thickness": fast.model,
         "status": fast.word,
@@ -184,9 +198,8 @@ def verdict(comparison: Comparison) -> list[str]:
         said.append(
             f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
             f"{last.shell_error:.1e} l), the {fast.model} {fast.seconds.warm:.2g} s (error {last.ribbon_error:.1e} l): "
-            f"a factor {last.ratio:.0f}"
-            + ("; the shell's time is from the run that stored it" if last.reused else "")
-            + ("." if last.start.startswith("path") else "; the shell began at the ribbon's surface.")
+            + _factor(last.ratio or 0.0, fast.model, last.start)
+            + ("; the shell's time is from the run that stored it." if last.reused else ".")
         )
     weight = line_weight(comparison.scene)
     said += [weight] if weight else []
@@ -203,6 +216,19 @@ def verdict(comparison: Comparison) -> list[str]:
         if row.status != "converged"
     ]
     return said
+
+
+def _factor(ratio: float, fast: str, start: str) -> str:
+    """Which of the two is the faster one and by how much, and where the shell began: that is part of its time."""
+    factor = f"a factor {ratio:.3g}" if ratio >= 1.0 else f"the shell is the faster one, by a factor {1.0 / ratio:.3g}"
+    surface = f"the shell begun at the surface of the {fast}"
+    began = {
+        "path": "the shell on its own, along its path",
+        "coarse path": "the shell on its own, its path on a coarse mesh first",
+        BESIDE: surface,
+        START["given, as the coarse path"]: f"{surface} and checked by its own path on a coarse mesh",
+    }
+    return f"{factor} ({began.get(start, f'the shell begun at: {start}')})"
 
 
 def _left_plane(comparison: Comparison) -> str:

@@ -18,7 +18,7 @@ from compare.page.table import Column, ColumnOf, Table
 from compare.page.verdict import Verdict
 from compare.pages.result import state_result
 from compare.scene.units import Units
-from compare.studies.cost_plan import Cost, Reference, Row
+from compare.studies.cost_plan import Cost, Party, Reference, Row
 
 #: Colour and marker of each solver's curve.
 STYLES = {
@@ -30,6 +30,7 @@ STYLES = {
     "elastica 3": ("#7d3c12", ">"),
     "elastica 4": ("#4a220a", "<"),
     "shell": ("#4d4d4d", "P"),
+    "shell near": ("#9a6bb0", "X"),
 }
 #: Colour of what lies below the error of a model's reference.
 SHADES = {"ribbon": "#1f5fa8", "elastica": "#c2662d", "shell": "#4d4d4d"}
@@ -39,6 +40,7 @@ NAMES = {
     "placed": "ribbon placed",
     **{f"elastica {q}": f"elastica degree {q}" for q in range(1, 5)},
     "shell": "shell Q2",
+    "shell near": "shell Q2 from the ribbon",
 }
 _COLUMNS: tuple[ColumnOf[Row], ...] = (
     (Column("solver", "solver", kind="word", words=NAMES, rank=0), lambda r: r.run.solver),
@@ -90,20 +92,34 @@ def _models(cost: Cost) -> list[str]:
     return list(dict.fromkeys(row.model for row in cost.rows))
 
 
+def _reached(cost: Cost, target: float, common: bool) -> dict[Party, Reach]:
+    """What the target takes, by party."""
+    found = {party: reach(cost.marks(party.model, common, party.near), target) for party in cost.parties}
+    return {party: value for party, value in found.items() if value is not None}
+
+
+def _factor(quick: str, slow: str, ratio: float) -> str:
+    """How much faster one party is than another, whichever that is; ratio: of the times, slow over quick."""
+    if ratio < 1.0:
+        return f"the {slow} is faster than the {quick}, by a factor {1.0 / ratio:.3g}"
+    return f"a factor {ratio:.3g} from {quick} to {slow}"
+
+
 def _said(cost: Cost, target: float, common: bool) -> str | None:
     """One sentence for one target: what each model needs, and the factor where two reach it."""
-    found = {m: r for m in _models(cost) if (r := reach(cost.marks(m, common), target)) is not None}
+    found = _reached(cost, target, common)
     if not found:
         return None
-    parts = [_reach_text(f"the {model}", value) for model, value in found.items()]
+    parts = [_reach_text(f"the {party.words}", value) for party, value in found.items()]
     text = f"to {_target(target)} " + "; ".join(parts)
-    fast = {m: r.seconds for m, r in found.items() if r.seconds is not None}
-    slow = fast.get("shell")
-    for model in fast:
-        if slow is not None and model != "shell" and fast[model]:
-            bounded = found["shell"].bound or found[model].bound
-            ratio = slow / fast[model]
-            text += f"; a factor {ratio:.3g} from {model} to shell" + (", between the runs named" if bounded else "")
+    reached = {party: value for party, value in found.items() if value.seconds}
+    for party, value in reached.items():
+        for slow, other in reached.items():
+            if slow.model == "shell" != party.model:
+                assert value.seconds is not None
+                assert other.seconds is not None
+                text += "; " + _factor(party.words, slow.words, other.seconds / value.seconds)
+                text += ", between the runs named" if other.bound or value.bound else ""
     return text
 
 
@@ -132,14 +148,19 @@ def answer(cost: Cost) -> Verdict:
     for target in sorted({YARDSTICK, *cost.plan.targets}):
         if target < YARDSTICK:
             continue
-        found = {m: r.seconds for m in _models(cost) if (r := reach(cost.marks(m, False), target)) is not None}
-        known = {model: seconds for model, seconds in found.items() if seconds is not None}
+        known = {p: r.seconds for p, r in _reached(cost, target, False).items() if r.seconds}
         if not known:
             continue
-        each = ", ".join(f"the {model} {seconds_text(seconds)}" for model, seconds in known.items())
-        slow, quick = known.get("shell"), min(known.values())
-        factor = f", a factor {slow / quick:.3g}" if slow and quick and slow > quick else ""
-        return Verdict(f"To {_target(target)} of discretisation error {each}{factor}", grade("error", target))
+        each = ", ".join(f"the {party.words} {seconds_text(seconds)}" for party, seconds in known.items())
+        quick = min((seconds for party, seconds in known.items() if party.model != "shell"), default=None)
+        slow = [seconds for party, seconds in known.items() if party.model == "shell"]
+        factors = [seconds / quick for seconds in slow] if quick else []
+        factor = f", factors {' and '.join(f'{f:.3g}' for f in factors)}" if len(factors) > 1 else ""
+        factor = f", a factor {factors[0]:.3g}" if len(factors) == 1 else factor
+        return Verdict(
+            f"To {_target(target)} of discretisation error {each}{factor if min(factors, default=0.0) > 1.0 else ''}",
+            grade("error", target),
+        )
     return Verdict("No run reaches an error of 1 permille of l", POOR)
 
 
@@ -150,6 +171,8 @@ def sentences(cost: Cost) -> list[str]:
         text = _said(cost, target, common=False)
         if text is not None:
             said.append(f"Discretisation, each model against its own reference: {text}.")
+    if any(row.near for row in cost.rows):
+        said.append(_near_text(cost))
     said.append(f"Errors of the references (/ l): {_own_errors(cost)}.")
     if cost.common is not None:
         targets = (YARDSTICK,) if YARDSTICK in cost.plan.targets else cost.plan.targets  # the table has them all
@@ -178,6 +201,23 @@ def sentences(cost: Cost) -> list[str]:
         said.append(f"Without a stable solution: {', '.join(failed)}.")
     said += [f"Left out: {text}." for text in cost.left_out]
     return said
+
+
+def _near_text(cost: Cost) -> str:
+    """What it means to begin at the surface of the model beside, and where runs on their own began."""
+    base = cost.base
+    beside = "the ribbon's" if base is None else f"the {base.model}'s"
+    warm = "" if base is None else f" ({seconds_text(base.seconds.warm)} more)"
+    own = {row.run.begun for row in cost.rows if row.model == "shell" and not row.near and row.run.begun}
+    refused = [row.label for row in cost.rows if row.near and row.run.begun.startswith("path")]
+    text = (
+        f"The shell from {beside} surface{warm} settles there at the full load, its inertia checked; on its own it "
+        f"knows no ribbon and begins with {' or '.join(_BEGUN.get(word, word) for word in sorted(own)) or 'its path'}"
+    )
+    return text + (f". Refused, and the path walked: {', '.join(refused)}." if refused else ".")
+
+
+_BEGUN = {"path": "its path", "coarse path": "its path on a coarse mesh"}
 
 
 def _common_text(reference: Reference) -> str:
@@ -212,17 +252,14 @@ def reach_table(cost: Cost) -> Table:
     rows = []
     for common in (False, True) if cost.common is not None else (False,):
         for target in cost.plan.targets:
-            for model in _models(cost):
-                found = reach(cost.marks(model, common), target)
-                if found is None:
-                    continue
+            for party, found in _reached(cost, target, common).items():
                 how = (
                     " to ".join(mark.label for mark in found.between)
                     if found.seconds is not None
                     else f"best: {found.best.label}"
                 )
                 kind = "distance to the common reference" if common else "discretisation"
-                rows.append((kind, target, model, found.seconds, found.bound, how, found.best.error))
+                rows.append((kind, target, party.words, found.seconds, found.bound, how, found.best.error))
     return Table("Time to reach an error", _REACHED, tuple(rows))
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.front import Mark
 from compare.measure.grid import Grid
-from compare.models.base import Ladder, Model, Size, State
+from compare.models.base import NEAR, Ladder, Model, Size, State
 from compare.registry import model, names
 from compare.scene.scene import Scene
 from compare.studies.cost_runs import Run
@@ -135,10 +135,26 @@ class Row:
     distance_shown: bool | None
 
     @property
+    def near(self) -> bool:
+        """Whether it began at the shape of `Cost.base`, as all of its ladder did."""
+        return self.run.solver.endswith(f" {NEAR}")
+
+    @property
     def label(self) -> str:
         """Solver and size."""
         solver, _, degree = self.run.solver.partition(" ")
+        if self.near:
+            return f"{solver} {self.run.label} {NEAR}"
         return f"{solver} {self.run.label}" + (f" of degree {degree}" if degree else "")
+
+
+@dataclass(frozen=True)
+class Party:
+    """Whose times are compared: a model, and of one that was begun in two ways which (near: at the shape of `base`)."""
+
+    model: str
+    near: bool | None
+    words: str
 
 
 @dataclass(frozen=True)
@@ -174,8 +190,24 @@ class Cost:
         wanted = {row.model for row in self.rows}
         return self.base.ok and known and wanted == {r.model for r in self.references} and bool(wanted)
 
-    def marks(self, model: str | None = None, common: bool = False) -> list[Mark]:
-        """The converged runs of a model (None: of all) as marks; common: by distance instead of error.
+    @property
+    def parties(self) -> tuple[Party, ...]:
+        """The models in the order of their rows; one that was also begun at the shape of `base` is two."""
+        found = []
+        beside = "ribbon" if self.base is None else self.base.model
+        for name in dict.fromkeys(row.model for row in self.rows):
+            if len({row.near for row in self.rows if row.model == name}) > 1:
+                found += [
+                    Party(name, False, f"{name} on its own"),
+                    Party(name, True, f"{name} from the {beside}'s surface"),
+                ]
+            else:
+                found.append(Party(name, None, name))
+        return tuple(found)
+
+    def marks(self, model: str | None = None, common: bool = False, near: bool | None = None) -> list[Mark]:
+        """The converged runs of a model (None: of all) as marks; common: by distance instead of error; near: those that
+        began at the shape of `base` (False: the others).
 
         An error below its reference's own counts as that (nothing finer is known). A distance counts at least as much
         as the run's own discretisation error: a coarse run may be near another model by accident.
@@ -188,7 +220,7 @@ class Cost:
                 continue
             if common:
                 value = max(value, row.error or 0.0)
-            if model is None or row.model == model:
+            if (model is None or row.model == model) and near in (None, row.near):
                 found.append(Mark(row.label, row.run.warm, max(value, own.error, 1e-15)))
         return found
 

@@ -118,6 +118,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "shell.grading": ({}, None, [0.5, 0.5]),
     "shell.edge_layer": ({}, None, 0.001),
     "shell.start_curvature": ({}, None, 1.0),
+    "shell.start": ({}, None, "path"),
 }
 #: Keys without a pair: they name things, check other keys, or belong to another test.
 APART = {

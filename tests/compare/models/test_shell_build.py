@@ -59,7 +59,7 @@ def test_defaults():
     assert problem.elements == shell_elements(scene) == DEFAULT_ELEMENTS
     assert problem.grading == GRADING
     assert problem.start_curvature is None
-    assert shell_options(scene) == ShellOptions()
+    assert shell_options(scene) == ShellOptions(coarse=True)
     assert shell_elements(loads(text({"shell.tolerance": "1e-3"}))) == FIRST_ELEMENTS
 
 

@@ -175,6 +175,31 @@ def test_slope_uses_claimed_rows_only():
     assert coarser((1, 1)) == (1, 1)
 
 
+@pytest.mark.parametrize(
+    ("shell", "start", "words"),
+    [
+        (70.0, "path", "a factor 70 (the shell on its own, along its path)"),
+        (70.0, "ribbon", "a factor 70 (the shell begun at the surface of the tape)"),
+        (70.0, "ribbon (as the coarse path)", "tape and checked by its own path on a coarse mesh)"),
+        (0.02, "coarse path", "the shell is the faster one, by a factor 50 (the shell on its own"),
+    ],
+)
+def test_the_factor_says_who_is_faster_and_where_the_shell_began(made, shell, start, words):
+    """And tables of another model than the ribbon are not headed ribbon."""
+    found = made()
+    seconds = {"ribbon": 1.0, "shell": shell}
+    rows = tuple(replace(r, seconds=seconds, start=start, shell_error=1e-4, reused=False) for r in found.rows)
+    fast = replace(found.fast, model="tape")
+    tape = replace(found, fast=fast, rows=rows)
+    assert any(words in text and text.startswith("Time:") for text in tables.verdict(tape))
+    table = tables.table(tape)
+    assert table.title == "Tape against shell"
+    assert not any("ribbon" in column.heading for column in table.columns)
+    assert "tape s" in [column.heading for column in table.columns]
+    assert as_csv(table).splitlines()[0] == as_csv(tables.table(found)).splitlines()[0]  # keys stay
+    assert tables.table(found).title == "Ribbon against shell"
+
+
 def test_natural_constant():
     scene = load("curl_4_3").replace({"strip.natural_curvature": [2.0, -1.0]})
     s = (np.arange(100000) + 0.5) / 100000

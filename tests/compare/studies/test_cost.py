@@ -81,7 +81,7 @@ def made(rows, plan=QUICK, common="shell") -> Cost:
 
 
 def row(solver, label, seconds, error, distance, ok=True) -> Row:
-    model = "shell" if solver == "shell" else "ribbon"
+    model = "shell" if solver.startswith("shell") else "ribbon"
     return Row(run(solver, label, seconds, ok=ok), model, error, error, error > 1e-5, distance, distance, True)
 
 
@@ -111,6 +111,33 @@ def test_the_sentence_names_times_sizes_and_the_factor():
     assert any("chained 40 (not_converged)" in text for text in said)
     assert any("OMP_NUM_THREADS=1" in text and "a cpu" in text for text in said)
     assert any("not planar" in text for text in said)
+
+
+def test_a_shell_on_its_own_and_from_the_ribbons_surface_are_told_apart():
+    near = (row("shell near", "25 x 2", (0.1,), 1e-2, 1e-2), row("shell near", "50 x 4", (0.4,), 1e-4, 1e-4))
+    cost = made((*ROWS, *near), replace(QUICK, targets=(1e-3,)))
+    assert [party.words for party in cost.parties] == ["ribbon", "shell on its own", "shell from the ribbon's surface"]
+    said = cost_write.sentences(cost)
+    own = next(text for text in said if text.startswith("Discretisation"))
+    assert "a factor 70.7 from ribbon to shell on its own" in own
+    assert "a factor 7.07 from ribbon to shell from the ribbon's surface" in own
+    assert any("its inertia checked" in text for text in said)
+    assert "factors 70.7 and 7.07" in cost_write.answer(cost).text
+    reached = {
+        r["model"]: r["seconds"] for r in cost_write.reach_table(cost).records() if r["kind"] == "discretisation"
+    }
+    assert reached["shell on its own"] == pytest.approx(10.0 * reached["shell from the ribbon's surface"])
+
+
+def test_a_shell_that_is_the_faster_one_is_said_to_be():
+    """No "factor 0"."""
+    cost = made(
+        [row("chained", "10", (40.0,), 1e-3, 1e-3), row("shell", "a", (0.1,), 1e-3, 1e-3)],
+        replace(QUICK, targets=(1e-3,)),
+    )
+    own = next(text for text in cost_write.sentences(cost) if text.startswith("Discretisation"))
+    assert "shell is faster than the ribbon, by a factor 400" in own
+    assert "factor" not in cost_write.answer(cost).text
 
 
 def test_a_coarse_run_near_another_model_by_accident_does_not_count():
@@ -252,6 +279,7 @@ def test_sizes_of_the_plan_are_those_of_its_ladders():
     assert values == {
         "chained": [(5,), (20,)], "mixed": [(5,), (20,)], "placed": [(1e-2,), (1e-4,)],
         "elastica 1": [(7,)], "elastica 2": [(7,)], "elastica 3": [(7,)], "shell": [(10, 2), (50, 4)],
+        "shell near": [(10, 2), (50, 4)],
     }  # fmt: skip
     assert [e.ladder.sizes[0].degree for e in found if e.model.name == "elastica"] == [1, 2, 3]
     assert found[-1].scene.require_shell() == (50.0,)
@@ -441,7 +469,10 @@ def test_cost_from_the_command_line(tmp_path, capsys):
     assert cost["common"] == "shell"
     shells = [r for r in cost["rows"] if r["solver"] == "shell"]
     assert [r["size"] for r in shells] == ["10 x 2", "20 x 2", "30 x 3"]
-    starts = [r["seconds"]["start"] for r in shells]
+    near = [r for r in cost["rows"] if r["solver"] == "shell near"]
+    assert [r["size"] for r in near] == ["10 x 2", "20 x 2"]
+    assert [r["error"] for r in near] == pytest.approx([r["error"] for r in shells[:2]], rel=1e-6)
+    starts = [r["seconds"]["start"] for r in (*shells, *near)]
     assert cost["starts"][-1] == {"solver": "shell", "seconds": pytest.approx(np.median(starts)), "compiled": None}
     assert all(0.1 < start < 60.0 for start in starts)  # Python, dolfinx and the forms: never none
     reference = next(r for r in cost["references"] if r["model"] == "shell")
