@@ -21,6 +21,7 @@ pytestmark = pytest.mark.shell
 
 from shellref.fenics import petsc_api as petsc  # noqa: E402
 from shellref.path.arc import Point, follow  # noqa: E402
+from shellref.path.begin import begun as solved  # noqa: E402
 from shellref.path.buckling import buckling  # noqa: E402
 from shellref.path.newton import Equilibrium  # noqa: E402
 from shellref.path.solve import Solver, solve  # noqa: E402
@@ -31,7 +32,6 @@ from shellref.shell.grid import Grid  # noqa: E402
 from shellref.shell.midsurface import Cylinder  # noqa: E402
 from shellref.shell.naghdi import NaghdiModel  # noqa: E402
 from shellref.shell.strip import build_strip  # noqa: E402
-from shellref.worker import solved  # noqa: E402
 
 OPAQUE = {
     "factor",
