@@ -13,7 +13,7 @@ from shellref.shell import lagrange
 from shellref.shell.body import Body
 from shellref.shell.grid import Grid
 
-PIECE = 256  # elements
+Pattern = tuple[np.ndarray, np.ndarray]
 Rule = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -57,7 +57,7 @@ class Cells:
         near = np.arange(k + 1)
         rows, columns = k * self.along[:, None] + near, k * self.across[:, None] + near
         self.nodes = order[rows[:, :, None], columns[:, None, :]].reshape(len(rows), -1)
-        self.count = len(model.nodes)
+        self.count, self.degree, self.elements = len(model.nodes), k, grid.elements
         self.alpha, self.law = model.alpha, model.stiffness
         self.rules: list[Rule] = []
         for degree, scale, weights in zip(model.degrees, model.scales, model.weights, strict=True):
@@ -93,48 +93,36 @@ class Cells:
         np.add.at(out, self.nodes, weights @ shape[:, 0])
         return out
 
-    def pattern(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(indptr, indices, number): compressed rows over the unknowns, and the number of each element's (c, 5 n), -1
-        for what is held; active (nodes, 5).
-        """
+    def numbers(self, active: np.ndarray) -> np.ndarray:
+        """(c, 5 n) number of each element's unknowns, increment outside, node inside, -1: held; active (nodes, 5)."""
+        number = np.where(active, np.cumsum(active.ravel()).reshape(active.shape) - 1, -1).astype(np.int64)
+        return np.ascontiguousarray(np.swapaxes(number[self.nodes], 1, 2)).reshape(len(self.nodes), -1)
+
+    def pattern(self, active: np.ndarray) -> Pattern:
+        """Compressed rows (indptr, indices) over the unknowns."""
         number = np.where(active, np.cumsum(active.ravel()).reshape(active.shape) - 1, -1).astype(np.int64)
         cells = np.repeat(np.arange(len(self.nodes)), self.nodes.shape[1])
         shape = (len(self.nodes), self.count)
         own = sparse.csr_matrix((np.ones(len(cells), np.int32), (cells, self.nodes.ravel())), shape=shape)
         joined = (own.T @ own).tocsr()
         joined.sort_indices()
-        indptr, indices = element.rows(joined.indptr, joined.indices, number)
-        return indptr, indices, np.ascontiguousarray(np.swapaxes(number[self.nodes], 1, 2)).reshape(len(self.nodes), -1)
+        found: Pattern = element.rows(joined.indptr, joined.indices, number)
+        return found
 
-    def assembled(
-        self,
-        pattern: tuple[np.ndarray, np.ndarray, np.ndarray],
-        state: np.ndarray,
-        full: np.ndarray,
-        reduced: np.ndarray,
-        bases: np.ndarray,
-        diagonal: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """P^T K P + diagonal (unknowns,) in compressed rows of a `pattern`."""
-        indptr, indices, number = pattern
-        values = np.zeros(len(indices))
-        for some in self.pieces():
-            element.scattered(self.tangents(state, full, reduced, bases, some), number[some], indptr, indices, values)
-        element.on_diagonal(diagonal, indptr, indices, values)
-        return indptr, indices, values
+    def stresses(self, full: np.ndarray, reduced: np.ndarray) -> np.ndarray:
+        """(c, q, 8) at the points of both rules, the full ones first."""
+        points = full.shape[1]
+        stress = np.zeros((len(full), points + reduced.shape[1], 8))
+        stress[:, :points], stress[:, points:, 3:] = full, reduced
+        return stress
 
-    def pieces(self) -> list[np.ndarray]:
-        """All elements, PIECE at a time, so that their tangents need little memory."""
-        return np.array_split(np.arange(len(self.nodes)), -(-len(self.nodes) // PIECE))
-
-    def tangents(
-        self, state: np.ndarray, full: np.ndarray, reduced: np.ndarray, bases: np.ndarray, some: np.ndarray
-    ) -> np.ndarray:
-        """P^T K P of the elements `some` (m,): (m, 5 n, 5 n), increment outside, node inside; bases (nodes, 3, 2)."""
+    def tangents(self, state: np.ndarray, stress: np.ndarray, bases: np.ndarray, some: np.ndarray) -> np.ndarray:
+        """P^T K P of the elements `some` (m,): (m, 5 n, 5 n) as in `numbers`; stress (c, q, 8), bases (nodes, 3, 2)."""
         n = 5 * self.nodes.shape[1]
         out = np.empty((len(some), n, n))
-        stress = np.zeros((*self._all[2].shape, 8))
-        stress[:, : full.shape[1]], stress[:, full.shape[1] :, 3:] = full, reduced
-        u, alpha, law, points = np.ascontiguousarray(state), self.alpha, self.law, full.shape[1]
-        element.tangents(u, bases, some, self.nodes, *self._all, stress, points, alpha, law, out)
+        shapes, slopes, weights = self._all
+        points = len(self.rules[0][0])
+        element.tangents(
+            state, bases, some, self.nodes, shapes, slopes, weights, stress, points, self.alpha, self.law, out
+        )
         return out

@@ -202,7 +202,7 @@ def tangents(u, bases, some, cells, shapes, slopes, weights, stress, full, alpha
                     row[j] = p * f[j] + q * f[5 * n + j] + r * f[10 * n + j]
 
 
-@kernel("UniTuple(i8[::1], 2)(i4[::1], i4[::1], i8[:, ::1])")
+@kernel("Tuple((i8[::1], i4[::1]))(i4[::1], i4[::1], i8[:, ::1])")
 def rows(joined, neighbours, number):
     """(indptr, indices) over the unknowns: those of all neighbours (compressed rows of nodes), ascending.
 
@@ -219,7 +219,7 @@ def rows(joined, neighbours, number):
             if number[i, a] >= 0:
                 indptr[number[i, a] + 1] = width[i]
     indptr = np.cumsum(indptr)
-    indices = np.empty(indptr[-1], np.int64)
+    indices = np.empty(indptr[-1], np.int32)
     for i in range(len(number)):
         for a in range(5):
             if number[i, a] >= 0:
@@ -232,7 +232,7 @@ def rows(joined, neighbours, number):
     return indptr, indices
 
 
-@kernel("void(f8[:, :, ::1], i8[:, ::1], i8[::1], i8[::1], f8[::1])")
+@kernel("void(f8[:, :, ::1], i8[:, ::1], i8[::1], i4[::1], f8[::1])")
 def scattered(tangents, number, indptr, indices, values):
     """values += tangents (c, 5 n, 5 n) of elements whose unknowns are `number` (c, 5 n)."""
     for c in range(len(tangents)):
@@ -246,7 +246,7 @@ def scattered(tangents, number, indptr, indices, values):
                     values[low + np.searchsorted(indices[low:high], number[c, j])] += tangents[c, i, j]
 
 
-@kernel("void(f8[::1], i8[::1], i8[::1], f8[::1])")
+@kernel("void(f8[::1], i8[::1], i4[::1], f8[::1])")
 def on_diagonal(diagonal, indptr, indices, values):
     """values += diag(diagonal)."""
     for i in range(len(diagonal)):

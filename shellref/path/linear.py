@@ -12,12 +12,18 @@ from typing import Any
 import numpy as np
 
 from shellref.fenics import petsc_api as petsc
+from shellref.kernels.ldl import Tangent
 from shellref.shell.director import Bases, Increments
 from shellref.shell.naghdi import NaghdiModel, Stress
 
+#: Growth of the factors' bound over the diagonal, above which MUMPS searches for pivots: ten digits are left.
+MOST_GROWTH = 1e5
+
 
 class Linear(ABC):
-    """A tangent with its factors; seconds: spent on each part so far."""
+    """A tangent with its factors; name: how it is factored; seconds: spent on each part so far."""
+
+    name = ""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -51,6 +57,8 @@ class Linear(ABC):
 
 class FormsLinear(Linear):
     """dolfinx's full tangent, P^T K P by PETSc, MUMPS; on any number of processes."""
+
+    name = "MUMPS L D L^T"
 
     def __init__(self, model: NaghdiModel, increments: Increments, offset: int):
         super().__init__()
@@ -97,43 +105,85 @@ class FormsLinear(Linear):
         return out
 
 
+class MeshFactor:
+    """Factors along the mesh, or MUMPS's where those are not safe; as petsc_api.SymmetricFactor."""
+
+    def __init__(self, tangent: Tangent, linear: Linear):
+        self.tangent, self._linear = tangent, linear
+        self._mumps: Any = None
+        self.safe = False  # whether the factors last made are those along the mesh
+
+    @property
+    def matrix(self) -> Any:
+        """The matrix last assembled (PETSc)."""
+        return self._linear.matrix
+
+    def factor(self) -> None:
+        """Factorise the tangent. Raises petsc_api.FactorisationFailed."""
+        self.safe = self.tangent.factor(self._linear.spend) and self.tangent.growth < MOST_GROWTH
+        if not self.safe:
+            start = time.perf_counter()
+            matrix = self.matrix  # with its present values
+            if self._mumps is None:
+                self._mumps = petsc.SymmetricFactor(matrix)
+            self._mumps.factor()
+            self._linear.spend("mumps", start)
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """matrix^-1 right (unknowns,); FactorisationFailed when what comes out is not finite."""
+        if not self.safe:
+            return np.asarray(self._mumps.solve(right))
+        x = self.tangent.solve(right)
+        if not np.all(np.isfinite(x)):
+            raise petsc.FactorisationFailed("the solution is not finite: the matrix is singular, or its right side")
+        return x
+
+    def inertia(self) -> tuple[int, int, int]:
+        """Numbers of (negative, zero, positive) eigenvalues of the matrix last factored."""
+        found: tuple[int, int, int] = self.tangent.inertia() if self.safe else self._mumps.inertia()
+        return found
+
+    def memory_mb(self) -> int:
+        """Megabytes of the factors."""
+        found: int = self.tangent.memory // 2**20 if self.safe else self._mumps.memory_mb()
+        return found
+
+
 class CellsLinear(Linear):
-    """Reduced tangents of the elements (shellref.kernels), put together over the unknowns; MUMPS."""
+    """Reduced tangents of the elements (shellref.kernels), factored along the mesh."""
+
+    name = "L D L^T along the mesh"
 
     def __init__(self, model: NaghdiModel, increments: Increments):
         super().__init__()
         assert model.cells is not None
-        self._model, self._cells = model, model.cells
-        self._pattern = self._cells.pattern(increments.active)
-        self._matrix: Any = None
-        self._factor: Any = None
+        self._model = model
+        self._tangent = Tangent(model.cells, increments.active)
+        self._matrix: Any = None  # PETSc's, made when it is asked for
+        self._made = False
+        self._factors = MeshFactor(self._tangent, self)
 
     @property
     def matrix(self) -> Any:
+        if not self._made:
+            csr = self._tangent.compressed()
+            if self._matrix is None:
+                self._matrix = petsc.sparse_matrix(self._model.comm, (len(csr[0]) - 1,) * 2, csr)
+            else:
+                petsc.refill(self._matrix, csr)
+            self._made = True
         return self._matrix
 
     @property
     def factors(self) -> Any:
-        return self._factor
+        return self._factors
 
     def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray) -> None:
-        start = time.perf_counter()
-        self._at = state, stress
-        csr = self._cells.assembled(self._pattern, state, stress.full, stress.reduced, bases.directors, diagonal)
-        self.spend("tangent", start)
-        start = time.perf_counter()
-        if self._matrix is None:
-            size = len(diagonal)
-            self._matrix = petsc.sparse_matrix(self._model.comm, (size, size), csr)
-            self._factor = petsc.SymmetricFactor(self._matrix)
-        else:
-            petsc.refill(self._matrix, csr)
-        self.spend("reduce", start)
+        self._at, self._made = (state, stress), False
+        self._tangent.assemble(state, stress.full, stress.reduced, bases.directors, diagonal)
 
     def factor(self) -> None:
-        start = time.perf_counter()
-        self._factor.factor()
-        self.spend("factor", start)
+        self._factors.factor()
 
     def stiff(self, step: np.ndarray) -> np.ndarray:
         return self._model.stiff(*self._at, step)

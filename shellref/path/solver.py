@@ -174,7 +174,7 @@ class Solver:
             memory_mb=api.sum_over(model.comm, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0),
             provenance={
                 "versions": api.versions(),
-                "linear_solver": "MUMPS L D L^T",
+                "linear_solver": equilibrium.linear.name,
                 "processes": model.comm.size,
                 "threads": os.environ.get("OMP_NUM_THREADS", "default"),
             },

@@ -23,6 +23,7 @@ from shellref.fenics import petsc_api as petsc  # noqa: E402
 from shellref.path.arc import Point, follow  # noqa: E402
 from shellref.path.begin import begun as solved  # noqa: E402
 from shellref.path.buckling import buckling  # noqa: E402
+from shellref.path.linear import MeshFactor  # noqa: E402
 from shellref.path.newton import Equilibrium  # noqa: E402
 from shellref.path.solve import Solver, solve  # noqa: E402
 from shellref.path.stability import lowest_mode  # noqa: E402
@@ -44,7 +45,7 @@ OPAQUE = {
     "expand",
     "mult",
     "<lambda>",
-}  # ways from a place to MUMPS
+}  # ways from a place to the factors
 CALLS = ("factor", "solve")
 
 
@@ -67,21 +68,24 @@ def factors(monkeypatch, fails=lambda place, number: False, how="raises"):
     """
     seen: Counter[tuple[str, ...]] = Counter()
     with monkeypatch.context() as patch:
-        for call in CALLS:
-            original = getattr(petsc.SymmetricFactor, call)
+        for kind in (petsc.SymmetricFactor, MeshFactor):
+            for call in CALLS:
+                original = getattr(kind, call)
 
-            def injected(self, *arguments, call=call, original=original):
-                where = place(call)
-                seen[where] += 1
-                if not fails(where, seen[where]):
-                    return original(self, *arguments)
-                if how == "raises":
-                    raise petsc.FactorisationFailed("injected")
-                if call == "factor":
-                    self.matrix.scale(np.nan)
-                return original(self, *(np.full_like(right, np.nan) for right in arguments))
+                def injected(self, *arguments, call=call, original=original):
+                    where = place(call)
+                    seen[where] += 1
+                    if not fails(where, seen[where]):
+                        return original(self, *arguments)
+                    if how == "raises":
+                        raise petsc.FactorisationFailed("injected")
+                    if call == "factor" and isinstance(self, MeshFactor):
+                        self.tangent.diagonal[:] = np.nan
+                    elif call == "factor":
+                        self.matrix.scale(np.nan)
+                    return original(self, *(np.full_like(right, np.nan) for right in arguments))
 
-            patch.setattr(petsc.SymmetricFactor, call, injected)
+                patch.setattr(kind, call, injected)
         yield seen
 
 
