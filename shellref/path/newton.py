@@ -1,7 +1,7 @@
 """One equilibrium of the discrete shell: Newton on the free increments, at fixed load or on a plane of the path.
 
 The reduced tangent is P^T K P + constraint curvature (see director.py), over the free increments only: what is held is
-not in it, so its inertia counts the unstable directions of the supported shell. It is factored as L D L^T (MUMPS).
+not in it, so its inertia counts the unstable directions of the supported shell. It is factored as L D L^T (linear.py).
 
 Mixed integration point Newton (docs/theory.md, eq. (7.10)): at state u_j with stress sigma_j (an unknown of its own)
 solve

@@ -34,8 +34,8 @@ class ShellOptions:
     max_strain: a path stops where the membrane strain exceeds it (the shell's law is for small strains).
     accuracy: refine the mesh until the estimated error of the surface is below this (over l); None: the mesh as given.
     max_cells: limit of that refinement.
-    engine: "kernels" (elements in compiled loops; bodies that they do not know, and several processes, take forms all
-    the same) or "forms" (dolfinx's and MUMPS, the definition by which the kernels are judged).
+    engine: "kernels" (elements in compiled loops, factored along the mesh; bodies that they do not know, and several
+    processes, take forms all the same) or "forms" (dolfinx's and MUMPS, the definition that judges the kernels).
     begin: "given", "stable" or "checked", what is believed of a given start; coarse: walk the path on a coarse mesh and
     begin there, where no given start serves (both: shellref.path.begin; they are the worker's, not `solve`'s).
     """
