@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 
-from ribbon.find import reduction, relax
+from ribbon.find import reduction
+from ribbon.find.spectrum import SecondVariation
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.layout import at_joints
 from ribbon.problems.mixed import MixedProblem
@@ -38,8 +39,6 @@ _LEAST_STIFFNESS = 1e-6
 _STRAIGHT = 1e-7
 #: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
 _CHAINED_LIMIT = 400
-#: Segments up to which the dense check of a glued ribbon is made; more are joined first.
-GLUED_LIMIT = 600
 #: Change of the energy (relative, at least 1) below which a move along null modes is no change of shape.
 _SAME_ENERGY = 1e-11
 #: Largest component of the gradient there: still a stationary point.
@@ -131,7 +130,8 @@ def judge(problem: Problem, found: Minimum) -> Stability:
 def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
     """Second-order check of a stationary point of the mixed model on the tangent of its active constraints.
 
-    x, multipliers (n,); rows (m,). A ribbon held at s = 0 only is checked in the unknowns of the chained model, null
+    x, multipliers (n,); rows (m,); by the inertia of a factor along the strip (`ribbon.find.spectrum`), not known where
+    none was found. A ribbon held at s = 0 only is checked in the unknowns of the chained model, null
     modes of the ruling included.
     """
     plain = problem.start is not None and problem.start.is_whole and problem.end is None and problem.closure is None
@@ -147,8 +147,6 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
             return replace(found, mode=mode, at=at)
         at[problem.layout.eta] = at_joints(twin.parameters(found.at), problem.lengths)[1]
         return replace(found, mode=mode, at=at)
-    if problem.lengths.size > GLUED_LIMIT:
-        return _on_fewer(problem, x, reduction.tangent(problem, x, multipliers, rows).bounds)
     held = reduction.tangent(problem, x, multipliers, rows)
     best = _glued_once(problem, x, rows, held)
     if best.stable is True:
@@ -161,36 +159,14 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
     return best
 
 
-def _on_fewer(problem: MixedProblem, x: FloatArray, active: int) -> Stability:
-    """The check on neighbouring segments joined until they are few enough for dense matrices, the shape relaxed there.
-
-    Eigenvalues hardly depend on the segments. Where the joined ones do not converge stability stays open (None).
-    """
-    lengths = problem.lengths
-    while lengths.size > GLUED_LIMIT:
-        lengths = relax.merged(lengths)
-    few = problem.anchored(problem.anchor(x)).with_changes(lengths=lengths)
-    start = relax.transferred(problem, x, few)
-    found = relax.from_near(few, start)
-    if found.residual > relax.RESIDUAL_TOLERANCE:
-        return Stability(np.nan, np.zeros(problem.size), x, None, False, active)
-    check = check_glued(few, found.x, found.multipliers, found.rows)
-    mode = np.zeros(problem.size)
-    s, there = np.concatenate([[0.0], np.cumsum(lengths)]), np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    at = x.copy()
-    bent, turned = few.joint_values(check.mode)
-    mode[problem.layout.omega], mode[problem.layout.eta] = np.interp(there, s, bent), np.interp(there, s, turned)
-    at[problem.layout.eta] = np.interp(there, s, few.joint_values(check.at)[1])
-    return replace(check, mode=mode, at=at, active=active)
-
-
 def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
-    small = reduction.reduce(problem, x, rows, held)
-    if small.basis.shape[1] == 0:
-        return Stability(np.inf, np.zeros(problem.size), x, True, False, held.bounds)
-    values, modes = small.spectrum()
-    lowest, mode = float(values[0]), modes[:, 0]
-    tolerance = min(GLUED_INDIFFERENT * max(1.0, float(np.abs(values).max())), _MOST_TOLERANCE)
+    second = SecondVariation(problem, x, rows, held)
+    lowest, mode = second.lowest()
+    if not np.isfinite(lowest):
+        return Stability(lowest, mode, x, None if np.isnan(lowest) else True, False, held.bounds)
+    tolerance = 0.0
+    if abs(lowest) <= _MOST_TOLERANCE:
+        tolerance = min(GLUED_INDIFFERENT * max(1.0, second.largest()), _MOST_TOLERANCE)
     return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
 
 

@@ -17,7 +17,7 @@ import scipy  # its parts are loaded where they are first used
 from ribbon import supports
 from ribbon.element import quaternion
 from ribbon.element.kinematics import body_jets_many
-from ribbon.problems import chained_kernels
+from ribbon.problems import chained_kernels, order
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.chained import too_far
 from ribbon.problems.held import HALF_TURN, FloatArray, Held, IntArray
@@ -200,6 +200,12 @@ class MixedProblem(Held):
         parts.append(factor * np.array([self.walls[k].stiffness for k in self.plates], dtype=float))
         parts.extend(factor * second for *_, second in self._oblique_ends(x))
         return np.concatenate(parts)
+
+    def elimination(self) -> tuple[IntArray, IntArray]:
+        """Groups of the unknowns (size,) and of the rows (m,) in the order of their elimination along the strip."""
+        if "order" not in self._cache:
+            self._cache["order"] = order.elimination(self)
+        return self._cache["order"]  # type: ignore[no-any-return]
 
     # -- as sparse matrices -------------------------------------------------------------------------------------------
 

@@ -1,0 +1,144 @@
+"""Factors of sparse symmetric indefinite matrices along a strip, with their inertia; time and memory linear in length.
+
+The elimination is `ribbon.solvers.frontal_kernels`'. Nothing here calls a BLAS: the same digits on any number of
+threads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.solvers import frontal_kernels as kernels
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Least size of a pivot over what stands beside it (u of the kernels). Fronts are refined: 1e-6 delays next to nothing.
+THRESHOLD = 1e-6
+#: Size of a pivot of the scaled matrix that counts as zero.
+_TINY = 1e-20
+#: What is taken off the diagonal of soft unknowns of the scaled matrix: rounding of what they may repeat.
+SOFT = 3e-14
+_ROUNDS = 2
+
+
+class Pattern:
+    """Where the entries of a symmetric matrix stand, and in which order its unknowns are eliminated.
+
+    one, other (k,): places of the entries of one triangle, those of one place are added; an entry with a negative place
+    is left out. group (n,): when each unknown is eliminated, 0, 1, ...
+    """
+
+    def __init__(self, one: IntArray, other: IntArray, group: IntArray) -> None:
+        kept = np.nonzero((one >= 0) & (other >= 0))[0]
+        first = np.minimum(group[one[kept]], group[other[kept]])
+        order = np.argsort(first, kind="stable")
+        first = first[order]
+        n, groups = group.size, int(group.max(initial=-1)) + 1
+        self.group = group
+        self.taken = kept[order]
+        self.one, self.other = one[self.taken], other[self.taken]
+        self.entries = np.searchsorted(first, np.arange(groups + 1))
+        touched = np.unique(np.concatenate([first * n + self.one, first * n + self.other, group * n + np.arange(n)]))
+        self.touched = touched % max(n, 1)
+        self.touches = np.searchsorted(touched // max(n, 1), np.arange(groups + 1))
+        self._room, self._capacity = 64, 20 * n + 64
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns n."""
+        return self.group.size
+
+    def factor(self, values: FloatArray, soft: IntArray | None = None, threshold: float = THRESHOLD) -> Factor:
+        """The factor of the matrix with these entries (k,); soft: unknowns whose diagonal is made smaller by `SOFT`.
+
+        Values that are not finite give a factor that says so.
+        """
+        n = self.size
+        scaled = values[self.taken]
+        scale = np.ones(n)
+        one, other, entries, touched = self.one, self.other, self.entries, self.touched
+        finite = bool(np.all(np.isfinite(scaled)))
+        if not finite:
+            scaled = np.zeros_like(scaled)
+        kernels.equilibrate(one, other, scaled, _ROUNDS, scale)
+        if soft is not None and soft.size:
+            diagonal = self._diagonals()[soft]
+            scaled[diagonal] -= SOFT
+        pivot = np.empty((n, 2), dtype=np.int64)
+        inverse = np.empty((n, 3))
+        first = np.empty(n + 1, dtype=np.int64)
+        while True:
+            column = np.empty(self._capacity, dtype=np.int64)
+            left, right = np.empty(self._capacity), np.empty(self._capacity)
+            said, pivots, negative, zero, delayed = kernels.eliminate(
+                self.group, entries, one, other, scaled, touched, self.touches, threshold, _TINY, self._room,
+                pivot, inverse, first, column, left, right,
+            )  # fmt: skip
+            if said == kernels.DONE:
+                break
+            if said == kernels.FRONT_FULL:
+                self._room = 2 * max(self._room, int(pivots))
+            else:
+                self._capacity *= 2
+        return Factor(
+            self, scaled, scale, int(pivots), int(negative) if finite else -1, int(zero), int(delayed), finite,
+            pivot, inverse, first, column, left, right,
+        )  # fmt: skip
+
+    def _diagonals(self) -> IntArray:
+        """Place among the entries of a diagonal one of every unknown (n,), -1 where there is none."""
+        found = np.full(self.size, -1)
+        on = np.nonzero(self.one == self.other)[0]
+        found[self.one[on]] = on
+        return found
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factorised matrix: pivots of one or two unknowns, in order; so many eigenvalues are negative and zero.
+
+    delayed: unknowns left to a later front, summed over the fronts. Solutions are those of the matrix with its soft
+    unknowns.
+    """
+
+    pattern: Pattern
+    values: FloatArray
+    scale: FloatArray
+    pivots: int
+    negative: int
+    zero: int
+    delayed: int
+    finite: bool
+    pivot: IntArray
+    inverse: FloatArray
+    first: IntArray
+    column: IntArray
+    left: FloatArray
+    right: FloatArray
+
+    def solve(self, b: FloatArray, refinements: int = 2) -> FloatArray:
+        """x with K x = b, (n,) or (n, k), refined as long as the residual falls."""
+        scale = self.scale.reshape(-1, 1)
+        right = scale * b.reshape(self.scale.size, -1)
+        x = right.copy()
+        self._substitute(x)
+        product = np.empty_like(x)
+        last = np.inf
+        least = np.finfo(float).eps * float(np.abs(right).max(initial=0.0))
+        for _ in range(refinements):
+            kernels.times(self.pattern.one, self.pattern.other, self.values, x, product)
+            product = right - product
+            worst = float(np.abs(product).max(initial=0.0))
+            if not least < worst < last:
+                break
+            last = worst
+            self._substitute(product)
+            x += product
+        return (scale * x).reshape(b.shape)
+
+    def _substitute(self, b: FloatArray) -> None:
+        kernels.substitute(self.pivots, self.pivot, self.inverse, self.first, self.column, self.left, self.right, b)

@@ -1,0 +1,328 @@
+"""Symmetric indefinite elimination along a strip: fronts of a few dozen unknowns, pivoted, with delays (numba).
+
+The unknowns of a sparse symmetric matrix K stand in groups 0, 1, ... in the order in which they are eliminated; an
+entry is added to the front of the earlier of its two groups (Duff and Reid 1983, doi:10.1145/356044.356047, on a tree
+that is a chain). A front holds what earlier fronts left and all that its group touches. Of those whose groups have
+come, pivots of one or two unknowns are taken::
+
+    K_rr <- K_rr - K_rk D^-1 K_kr ,   D = K_kk of size 1 or 2,
+
+chosen among them as Ashcraft, Grimes and Lewis 1998 (doi:10.1137/S0895479896296921, bounded Bunch-Kaufman, "rook")
+and accepted only if ``|D^-1| |K_kr|`` stays below 1/u over the rest of the front; what is not accepted waits for the
+next front, so that the last one takes all. A pivot that is small but allowed ties all others to what comes, and they
+wait in ever larger fronts (rulings that move nothing, next to a shift): u is large first, and small only where many
+wait; those that wait are tried first, with a partner of a tenth of the greatest there is. By Sylvester the signs of the
+pivots are the inertia of K.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+#: Bunch and Kaufman's constant, (1 + sqrt 17) / 8.
+ALPHA = 0.6403882032022076
+#: What `eliminate` says: done; a front, or the factor, was larger than the room given.
+DONE, FRONT_FULL, FACTOR_FULL = 0, 1, 2
+#: The u that is asked for as long as no more than so many unknowns have to wait for it.
+FIRM, WAITING = 1e-2, 12
+
+
+@njit(cache=True, error_model="numpy")
+def equilibrate(one, other, values, rounds, scale):
+    """Scales the entries `values` of one triangle in place, ``K <- scale K scale``, so that the greatest of every row
+    comes near 1 (D. Ruiz 2001, Rutherford Appleton Laboratory RAL-TR-2001-034); fills scale (n,)."""
+    n = scale.size
+    most = np.empty(n)
+    scale[:] = 1.0
+    for _ in range(rounds):
+        most[:] = 0.0
+        for e in range(values.size):
+            i, j = one[e], other[e]
+            v = abs(values[e]) * scale[i] * scale[j]
+            if v > most[i]:
+                most[i] = v
+            if v > most[j]:
+                most[j] = v
+        for i in range(n):
+            if most[i] > 0.0:
+                scale[i] /= np.sqrt(most[i])
+    for e in range(values.size):
+        values[e] *= scale[one[e]] * scale[other[e]]
+
+
+@njit(cache=True)
+def _partner(front, t, low, m):
+    """Place in [low, m) of the greatest entry of row t beside the diagonal, and its size; -1 where all are zero."""
+    best, place = 0.0, -1
+    for j in range(low, m):
+        v = abs(front[t, j])
+        if v > best and j != t:
+            best, place = v, j
+    return place, best
+
+
+@njit(cache=True)
+def _greatest(front, t, high):
+    best = 0.0
+    for j in range(high):
+        v = abs(front[t, j])
+        if v > best:
+            best = v
+    return best
+
+
+@njit(cache=True)
+def _swap(front, ids, where, s, t, m):
+    """Exchanges the unknowns at places s and t of a front of m."""
+    if s == t:
+        return
+    for j in range(m):
+        v = front[s, j]
+        front[s, j] = front[t, j]
+        front[t, j] = v
+    for j in range(m):
+        v = front[j, s]
+        front[j, s] = front[j, t]
+        front[j, t] = v
+    ids[s], ids[t] = ids[t], ids[s]
+    where[ids[s]], where[ids[t]] = s, t
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def eliminate(
+    group, entries, one, other, values, touched, touches, threshold, tiny, room, pivot, inverse, first, column, left,
+    right,
+):  # fmt: skip
+    """Eliminates all; returns (DONE or what was full, pivots, negative, zero, delayed).
+
+    group (n,); entries (G + 1,): where each group's begin in one, other, values, those of one place are added up;
+    touched, touches (G + 1,): the unknowns that each group has or touches, every one once. threshold u,
+    tiny: size of what counts as zero; room: largest front. Filled: pivot (n, 2), the second -1 in a pivot of one;
+    inverse (n, 3): of D, by pivots; first (n + 1,): where a pivot's entries begin; column, left, right: the unknown and
+    the one or two multipliers of each.
+    """
+    groups = entries.size - 1
+    n = group.size
+    where = np.full(n, -1, dtype=np.int64)
+    front = np.zeros((room, room))
+    rest = np.zeros((room, room))
+    ids = np.empty(room, dtype=np.int64)
+    old = np.empty(room, dtype=np.int64)
+    row1 = np.empty(room)
+    row2 = np.empty(room)
+    remain = 0
+    pivots, negative, zero, delayed = 0, 0, 0, 0
+    at = 0
+    for g in range(groups):
+        # the front: those still to come first, then those to eliminate
+        m = remain
+        for k in range(touches[g], touches[g + 1]):
+            if where[touched[k]] < 0:
+                m += 1
+        if m > room:
+            return FRONT_FULL, m, 0, 0, 0
+        low = 0
+        high = m
+        for k in range(remain):
+            if group[ids[k]] > g:
+                old[k] = low
+                low += 1
+            else:
+                high -= 1
+                old[k] = high
+        for k in range(touches[g], touches[g + 1]):
+            i = touched[k]
+            if where[i] < 0:
+                if group[i] > g:
+                    where[i] = low
+                    low += 1
+                else:
+                    high -= 1
+                    where[i] = high
+        for r in range(m):
+            for c in range(m):
+                rest[r, c] = 0.0
+        for r in range(remain):
+            for c in range(remain):
+                rest[old[r], old[c]] = front[r, c]
+        for r in range(m):
+            for c in range(m):
+                front[r, c] = rest[r, c]
+        for k in range(remain):
+            where[ids[k]] = old[k]
+        for k in range(remain):
+            row1[k] = ids[k]
+        for k in range(remain):
+            ids[old[k]] = int(row1[k])
+        for k in range(touches[g], touches[g + 1]):
+            ids[where[touched[k]]] = touched[k]
+        for e in range(entries[g], entries[g + 1]):
+            i, j = where[one[e]], where[other[e]]
+            front[i, j] += values[e]
+            if i != j:
+                front[j, i] += values[e]
+        # pivots from the places [low + failed, m), swapped to the end
+        failed = 0
+        taken = 0
+        needed = FIRM
+        while True:
+            if low + failed >= m:
+                if low >= m:
+                    break
+                if taken == 0:
+                    if needed <= threshold or m - low <= WAITING:
+                        break
+                    needed = threshold
+                failed, taken = 0, 0
+            k = m - 1
+            r, size = _partner(front, k, low, m)
+            two = False
+            if abs(front[k, k]) < ALPHA * size:
+                while True:
+                    s, across = _partner(front, r, low, m)
+                    if abs(front[r, r]) >= ALPHA * across:
+                        k = r
+                        break
+                    together = abs(front[k, k] * front[r, r]) <= 0.5 * size * size
+                    if s == k or (0.1 * across <= size and together):
+                        two = True
+                        break
+                    k, r, size = r, s, across
+            if not two:
+                d = front[k, k]
+                beyond = _greatest(front, k, low)
+                if abs(d) <= tiny:
+                    # nothing of its own: zero for good once nothing is beyond it either
+                    if beyond <= tiny:
+                        _swap(front, ids, where, k, m - 1, m)
+                        pivot[pivots, 0], pivot[pivots, 1] = ids[m - 1], -1
+                        inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = 0.0, 0.0, 0.0
+                        first[pivots] = at
+                        pivots += 1
+                        zero += 1
+                        where[ids[m - 1]] = -2
+                        m -= 1
+                        taken += 1
+                    else:
+                        _swap(front, ids, where, k, low + failed, m)
+                        failed += 1
+                    continue
+                if abs(d) < needed * beyond:
+                    _swap(front, ids, where, k, low + failed, m)
+                    failed += 1
+                    continue
+                _swap(front, ids, where, k, m - 1, m)
+                m -= 1
+                if at + m > column.size:
+                    return FACTOR_FULL, at, 0, 0, 0
+                pivot[pivots, 0], pivot[pivots, 1] = ids[m], -1
+                inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = 1.0 / d, 0.0, 0.0
+                first[pivots] = at
+                pivots += 1
+                negative += d < 0.0
+                where[ids[m]] = -2
+                for j in range(m):
+                    row1[j] = front[m, j]
+                for i in range(m):
+                    v = row1[i]
+                    if v != 0.0:
+                        v /= d
+                        column[at] = ids[i]
+                        left[at] = v
+                        at += 1
+                        for j in range(m):
+                            front[i, j] -= v * row1[j]
+                taken += 1
+                continue
+            a, b, c = front[k, k], front[k, r], front[r, r]
+            det = a * c - b * b
+            u, v, w = c / det, -b / det, a / det
+            beyond = _greatest(front, k, low)
+            other_beyond = _greatest(front, r, low)
+            growth = max(abs(u) * beyond + abs(v) * other_beyond, abs(v) * beyond + abs(w) * other_beyond)
+            if growth * needed > 1.0:
+                _swap(front, ids, where, k, low + failed, m)
+                failed += 1
+                continue
+            _swap(front, ids, where, k, m - 1, m)
+            if r == m - 1:
+                r = k
+            _swap(front, ids, where, r, m - 2, m)
+            m -= 2
+            if at + m > column.size:
+                return FACTOR_FULL, at, 0, 0, 0
+            pivot[pivots, 0], pivot[pivots, 1] = ids[m + 1], ids[m]
+            inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = u, v, w
+            first[pivots] = at
+            pivots += 1
+            if det < 0.0:
+                negative += 1
+            elif a < 0.0:
+                negative += 2
+            where[ids[m]] = -2
+            where[ids[m + 1]] = -2
+            for j in range(m):
+                row1[j], row2[j] = front[m + 1, j], front[m, j]
+            for i in range(m):
+                x, y = row1[i], row2[i]
+                if x != 0.0 or y != 0.0:
+                    p = u * x + v * y
+                    q = v * x + w * y
+                    column[at] = ids[i]
+                    left[at] = p
+                    right[at] = q
+                    at += 1
+                    for j in range(m):
+                        front[i, j] -= p * row1[j] + q * row2[j]
+            taken += 1
+        remain = m
+        delayed += m - low
+    first[pivots] = at
+    return DONE, pivots, negative, zero, delayed
+
+
+@njit(cache=True)
+def substitute(pivots, pivot, inverse, first, column, left, right, b):
+    """Solves K x = b in place, b (n, k); zero pivots give zero."""
+    for t in range(b.shape[1]):
+        for k in range(pivots):
+            i, j = pivot[k, 0], pivot[k, 1]
+            x = b[i, t]
+            if j < 0:
+                if x != 0.0:
+                    for e in range(first[k], first[k + 1]):
+                        b[column[e], t] -= left[e] * x
+            else:
+                y = b[j, t]
+                for e in range(first[k], first[k + 1]):
+                    b[column[e], t] -= left[e] * x + right[e] * y
+        for k in range(pivots - 1, -1, -1):
+            i, j = pivot[k, 0], pivot[k, 1]
+            x = b[i, t]
+            if j < 0:
+                x *= inverse[k, 0]
+                for e in range(first[k], first[k + 1]):
+                    x -= left[e] * b[column[e], t]
+                b[i, t] = x
+            else:
+                y = b[j, t]
+                p = inverse[k, 0] * x + inverse[k, 1] * y
+                q = inverse[k, 1] * x + inverse[k, 2] * y
+                for e in range(first[k], first[k + 1]):
+                    v = b[column[e], t]
+                    p -= left[e] * v
+                    q -= right[e] * v
+                b[i, t], b[j, t] = p, q
+
+
+@njit(cache=True)
+def times(one, other, values, x, out):
+    """out = K x for the entries of one triangle; x, out (n, k)."""
+    out[:] = 0.0
+    for t in range(x.shape[1]):
+        for e in range(values.size):
+            i, j = one[e], other[e]
+            out[i, t] += values[e] * x[j, t]
+            if i != j:
+                out[j, t] += values[e] * x[i, t]
