@@ -53,6 +53,7 @@ NAMES = (
     "shell_cost",
     "shell_size",
     "cost",
+    "cost_over_commits",
     "converge",
     "sze",
     "shell_formulation",
