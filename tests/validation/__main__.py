@@ -15,6 +15,7 @@ NAMES = (
     "minimisers",
     "strong_form",
     "shooting",
+    "peers",
     "claims",
     "formulations",
     "start_clamp",

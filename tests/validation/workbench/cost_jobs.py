@@ -1,8 +1,9 @@
 """The main jobs of this workbench, each timed beside a calibration kernel; a script that needs no other file of ours.
 
-`python cost_jobs.py [JOB ...]` with a checkout's packages on the path (PYTHONPATH) prints one line of JSON a job: its name
-and the median over its repetitions of CPU time over that of the calibration just before and after it. Nothing is imported
-of the tests, so that the same script measures any revision. Processes that a job starts count by their own CPU time.
+`python cost_jobs.py [JOB ...]` with a checkout's packages on the path (PYTHONPATH) prints one line of JSON a job: its
+name and the median over its repetitions of CPU time over that of the calibration just before and after it. Nothing is
+imported of the tests, so that the same script measures any revision. Processes that a job starts count by their own
+CPU time.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUM
     os.environ[_name] = "1"
 os.environ["MPLBACKEND"] = "Agg"
 
-import numpy as np
-from numba import njit
+import numpy as np  # noqa: E402 (reads the threads above)
+from numba import njit  # noqa: E402
 
 #: Times a job is repeated, fewer once this much CPU time (s) is spent.
 REPEATS, BUDGET = 7, 12.0

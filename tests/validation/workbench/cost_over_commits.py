@@ -30,7 +30,7 @@ NOISE = 1.25
 
 @dataclass(frozen=True)
 class Row:
-    """A job at a commit: its CPU time over that of the calibration kernel; ratio "" where it could not be run."""
+    """A job at a commit of this time (ISO): its CPU time over the calibration kernel's; None: it could not be run."""
 
     commit: str
     date: str
@@ -75,7 +75,7 @@ def _git(*words: str) -> str:
 
 def measured(checkout: Path, revision: str, jobs: Sequence[str] = ()) -> list[Row]:
     """The rows of a checkout that stands at `revision`."""
-    commit, date = _git("log", "-1", "--format=%h %cs", revision).split()
+    commit, date = _git("log", "-1", "--format=%h %cI", revision).split()
     if checkout == ROOT and _git(
         "status", "--porcelain", "--untracked-files=no", "--", "ribbon", "shellref", "compare"
     ):
@@ -131,7 +131,7 @@ def _table(rows: Sequence[Row]) -> str:
         first, last = ratios[0], ratios[-1]
         gain = f"{first / last:.3g}" if first and last else "-"
         lines.append([job, *map(cell, ratios), gain])
-    return page.table(["job", *(f"{commit} ({date})" for commit, date in commits), "first / last"], lines)
+    return page.table(["job", *(f"{commit} ({date[:10]})" for commit, date in commits), "first / last"], lines)
 
 
 def _picture(rows: Sequence[Row], path: Path) -> None:
@@ -163,11 +163,12 @@ def report(out: Path, rows: Sequence[Row]) -> None:
     )  # fmt: skip
     page.write(
         out / PAGE, "Cost over commits", "python -m tests.validation cost_over_commits",
-        "CPU time of the main jobs, processes that they start included, over the CPU time of a fixed kernel (a compiled "
-        "loop, dense factorisations, plain Python; about 15 ms) that runs in the same process just before and after each "
-        f"repetition; medians of up to {cost_jobs.REPEATS}, one thread, kernels and forms compiled before. Ratios can be "
-        "set beside those of other days on one machine, and roughly beside other machines. Older revisions: `python -m "
-        "tests.validation.workbench.cost_over_commits REV ...`; a `+` after a commit: with changes that are not committed.",
+        "CPU time of the main jobs, processes that they start included, over the CPU time of a fixed kernel (a "
+        "compiled loop, dense factorisations, plain Python; about 15 ms) that runs in the same process just before and "
+        f"after each repetition; medians of up to {cost_jobs.REPEATS}, one thread, kernels and forms compiled before. "
+        "Ratios can be set beside those of other days on one machine, and roughly beside other machines. Older "
+        "revisions: `python -m tests.validation.workbench.cost_over_commits REV ...`; a `+` after a commit: with "
+        "changes that are not committed.",
         last, _table(rows), f"![Ratios over commits]({PICTURE})", f"All rows: [{TABLE}]({TABLE}).",
     )  # fmt: skip
 
