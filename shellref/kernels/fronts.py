@@ -15,13 +15,27 @@ on, L^T in the end.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba import types
 
 from shellref.kernels.kept import kernel, part
 
-PANEL = 32  # pivots that are eliminated at once
-TILE = 64  # rows of a product
+LEAST, MOST, MANY = 16, 32, 200  # pivots that are eliminated at once, and of how many they are the more
+TILE = 128  # rows of a product
 ROUNDING = 8.0 * np.finfo(float).eps
+
+# C <- alpha A B + beta C with leading dimensions, by the function of which numba makes np.dot: in place, no copies
+_POINTER: Any = types.CPointer(types.float64)
+gemm: Any = types.ExternalFunction(
+    "numba_xxgemm",
+    types.intc(
+        *[types.char] * 3, *[types.intp] * 3, _POINTER, _POINTER, types.intp, _POINTER, types.intp, _POINTER, _POINTER,
+        types.intp,
+    ),
+)  # fmt: skip
+DOUBLE, PLAIN, TURNED = (np.int8(ord(letter)) for letter in "dnt")
 
 
 @kernel("Tuple((i8[::1], i8[::1], i8[::1], i8[::1], i8[::1]))(i8[:, ::1], i8[::1], i8[:, ::1], i8[::1])")
@@ -89,14 +103,15 @@ def structured(children, cells, number, shared):
 
 
 @part
-def eliminated(f, pivots, panel, product):
+def eliminated(f, pivots, left, minus, one):
     """The first `pivots` rows of the upper triangle of f (n, n) become d L^T, the rest its Schur complement.
 
-    panel (PANEL * n,), product (TILE * n,): work space. False: a pivot is zero or not finite.
+    left (MOST * n,): work space; minus, one (1,): -1 and 1. False: a pivot is zero or not finite.
     """
     n = len(f)
-    for low in range(0, pivots, PANEL):
-        high = min(low + PANEL, pivots)
+    panel = LEAST if pivots < MANY else MOST
+    for low in range(0, pivots, panel):
+        high = min(low + panel, pivots)
         for i in range(low, high):
             row = f[i]
             k = low
@@ -114,23 +129,19 @@ def eliminated(f, pivots, panel, product):
                 k += 1
             if not (np.abs(f[i, i]) > 0.0 and np.abs(f[i, i]) < np.inf):
                 return False
-        wide = high - low
+        wide, rest = high - low, n - high
+        l = left[: wide * rest].reshape(wide, rest)
+        for k in range(wide):
+            row, over = f[low + k], 1.0 / f[low + k, low + k]
+            for i in range(rest):
+                l[k, i] = over * row[high + i]
+        # f[i, first:] -= l[:, i] . f[low:high, first:] in tiles of rows; columns in BLAS are rows here
         for first in range(high, n, TILE):
-            last = min(first + TILE, n)
-            columns = n - first
-            left = panel[: (last - first) * wide].reshape(last - first, wide)
-            right = panel[TILE * PANEL : TILE * PANEL + wide * columns].reshape(wide, columns)
-            out = product[: (last - first) * columns].reshape(last - first, columns)
-            for k in range(wide):
-                right[k] = f[low + k, first:]
-                over = 1.0 / f[low + k, low + k]
-                for i in range(last - first):
-                    left[i, k] = over * right[k, i]
-            np.dot(left, right, out)
-            for i in range(last - first):
-                row, minus = f[first + i], out[i]
-                for j in range(i, columns):
-                    row[first + j] -= minus[j]
+            rows = min(TILE, n - first)
+            gemm(
+                DOUBLE, PLAIN, TURNED, n - first, rows, wide, minus.ctypes, f[low, first:].ctypes, n,
+                l[0, first - high :].ctypes, rest, one.ctypes, f[first, first:].ctypes, n,
+            )  # fmt: skip
     return True
 
 
@@ -151,7 +162,7 @@ def factored(
     most = 0
     for t in range(begin, end):
         most = max(most, start[t + 1] - start[t])
-    panel, product = np.empty(TILE * PANEL + PANEL * most), np.empty(TILE * most)
+    space, minus, one = np.empty(MOST * most), np.array([-1.0]), np.array([1.0])
     element = 0
     for t in range(begin, end):
         n, p = start[t + 1] - start[t], pivots[t]
@@ -194,7 +205,7 @@ def factored(
         for i in range(p):
             f[i, i] += diagonal[own[i]]
             size[own[i]] += np.abs(diagonal[own[i]])
-        if not eliminated(f, p, panel, product):
+        if not eliminated(f, p, space, minus, one):
             return -1
         keep = factors[rows[t] : rows[t + 1]].reshape(p, n)
         for k in range(p):

@@ -9,6 +9,7 @@ import numpy as np
 
 from shellref.kernels import element, fronts
 from shellref.kernels.cells import Cells
+from shellref.kernels.threads import one_thread
 from shellref.kernels.tree import Structure, Tree
 
 AT_ONCE = 64  # elements whose tangents are made before they are used, at least
@@ -48,10 +49,17 @@ class Tangent:
 
     def factor(self, spend: Spend) -> bool:
         """Make the factors; False: a pivot is zero, lost in rounding or not finite, there are none."""
-        s, top = self.structure, 0
+        s = self.structure
         stack, work = np.empty(s.most_kept), np.empty(s.most_size**2)
         size, growth = np.zeros(s.unknowns), np.zeros(s.unknowns)
         self.growth = np.inf
+        with one_thread():
+            return self._factored(spend, stack, work, size, growth)
+
+    def _factored(
+        self, spend: Spend, stack: np.ndarray, work: np.ndarray, size: np.ndarray, growth: np.ndarray
+    ) -> bool:
+        s, top = self.structure, 0
         for begin, end in self._batches:
             start = time.perf_counter()
             some = self._elements[begin:end]

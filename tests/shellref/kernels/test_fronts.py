@@ -153,6 +153,22 @@ def test_mumps_is_taken_where_the_factors_are_not_safe(monkeypatch):
     assert other.newton_iterations == clean.newton_iterations
 
 
+def test_the_blas_takes_one_thread_while_factors_are_made(monkeypatch):
+    """Where the user has set nothing, and as many as before afterwards."""
+    from shellref.kernels import threads
+
+    count = [4]
+    monkeypatch.setattr(threads, "_libraries", lambda: ((lambda: count[0], lambda n: count.__setitem__(0, n)),))
+    for name in threads.SET:
+        monkeypatch.delenv(name, raising=False)
+    with threads.one_thread():
+        assert count == [1]
+    assert count == [4]
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    with threads.one_thread():
+        assert count == [4]
+
+
 def test_inertia_along_a_path_is_that_of_mumps():
     """Random states of a strip, far from balance, with shifts through its spectrum."""
     from shellref.fenics import dolfinx_api as api
