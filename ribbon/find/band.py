@@ -20,7 +20,7 @@ from ribbon.find import relax
 from ribbon.find.seeds import joints
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
-from ribbon.solvers import ipopt
+from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
 
 FloatArray = NDArray[np.float64]
@@ -106,7 +106,7 @@ def _turned(problem: MixedProblem, steps: int, progress: Progress | None) -> tup
         if x is None:
             omega, _ = circle(problem)
             x = current.state(omega, _TWIST * np.sin(2.0 * math.pi * joints(problem.lengths)))
-        found = ipopt.minimise(current, x, {"mu_init": 1e-3, "max_iter": _ITERATIONS}, progress)
+        found = choose.minimise(current, x, {"mu_init": 1e-3, "max_iter": _ITERATIONS}, progress)
         problem.counters.add(current.counters)
         if found.residual > relax.RESIDUAL_TOLERANCE or spent():
             return None

@@ -19,7 +19,7 @@ from ribbon import penetration
 from ribbon.find import relax
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
-from ribbon.solvers import ipopt
+from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import Minimum, kkt_residual
 
@@ -104,7 +104,7 @@ def _again(
     for name, where in old.block_slices().items():
         first = slices[name].start
         rows[first : first + where.stop - where.start] = found.rows[where]
-    warm = ipopt.minimise(
+    warm = choose.minimise(
         fresh, found.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, found.multipliers)
     )
     if warm.residual <= relax.RESIDUAL_TOLERANCE:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
-from ribbon.solvers import budget, ipopt
+from ribbon.solvers import budget, choose
 from ribbon.solvers.problem import Minimum
 
 FloatArray = NDArray[np.float64]
@@ -133,12 +133,12 @@ def minimum(
 ) -> Minimum:
     """Stationary point from x; `warm`: multipliers of rows and bounds of a neighbouring problem, same structure."""
     if warm is not None:
-        return ipopt.minimise(problem, x, options, progress, warm)
+        return choose.minimise(problem, x, options, progress, warm)
     if not is_far(problem):
         plain = problem.start is not None and problem.start.is_whole
         if plain and problem.lengths.size > CHAINED_START:
             return _through_chained(problem, x, options, progress)
-        direct = ipopt.minimise(problem, x, options, progress)
+        direct = choose.minimise(problem, x, options, progress)
         if plain and direct.residual > RESIDUAL_TOLERANCE:
             other = _through_chained(problem, x, options, progress)
             return other if other.residual < direct.residual else direct
@@ -171,12 +171,12 @@ def _through_chained(
     assert problem.start is not None
     few = ChainedProblem.twin(problem, lengths)
     shape = resample(problem, x, lengths)
-    first = ipopt.minimise(few, few.state(*shape), options, progress)
+    first = choose.minimise(few, few.state(*shape), options, progress)
     if first.residual > RESIDUAL_TOLERANCE and not np.any(shape[1]):
-        first = ipopt.minimise(replace(few, planar=True, _cache={}), few.state(*shape), options, progress)
+        first = choose.minimise(replace(few, planar=True, _cache={}), few.state(*shape), options, progress)
     problem.counters.add(few.counters)
     if first.residual > RESIDUAL_TOLERANCE:
-        return ipopt.minimise(problem, x, options, progress)
+        return choose.minimise(problem, x, options, progress)
     s = np.concatenate([[0.0], np.cumsum(lengths)])
     there = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     omega, eta = few.joint_values(first.x)
@@ -185,7 +185,7 @@ def _through_chained(
     shape = np.interp(there, s, omega), np.interp(there, s, eta)
     near = from_near(problem, problem.state(*shape, sideways), options, progress)
     if near.residual > RESIDUAL_TOLERANCE:
-        return ipopt.minimise(problem, x, options, progress)
+        return choose.minimise(problem, x, options, progress)
     return replace(near, iterations=near.iterations + first.iterations, seconds=near.seconds + first.seconds)
 
 
@@ -219,9 +219,9 @@ def once(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress
     omega, eta = (float(np.abs(values).max()) for values in problem.joint_values(x))
     steepest = max(OMEGA_BOX, 3.0 * eta) if problem.fields.free else max(ETA_BOX, 2.0 * eta)
     boxed = problem.with_changes(box=(max(OMEGA_BOX, 3.0 * omega), steepest))
-    found = ipopt.minimise(boxed, x, options, progress)
+    found = choose.minimise(boxed, x, options, progress)
     problem.counters.add(boxed.counters)
     if not touches_box(boxed, found.x):
         return found
-    free = ipopt.minimise(problem, found.x, {**options, "mu_init": 1e-4}, progress)
+    free = choose.minimise(problem, found.x, {**options, "mu_init": 1e-4}, progress)
     return replace(free, iterations=free.iterations + found.iterations, seconds=free.seconds + found.seconds)
