@@ -152,8 +152,8 @@ def find(walker: Walker, walk: Walk, factor: float = 1.0, closeness: float = 1e-
         if before.load > 0.0 and step == walker.options.first_step:
             estimates += [e for e in [linearised(walker, walk)[0]] if e is not None]
         load = min(1.0, before.load + step)
-        state, stress = walker.predict(walk, load)
-        attempt = walker.equilibrium.solve(state, stress, stage, load)
+        begin = walker.predict(walk, load)
+        attempt = walker.equilibrium.solve(begin.state, begin.stress, stage, load)
         negative = None
         if attempt.converged:
             negative = walker.equilibrium.negative_eigenvalues(attempt.state, stage, load)

@@ -36,6 +36,9 @@ from shellref.shell.options import ShellOptions
 THINNEST = 5e-6  # thickness over length at which rounding of the membrane stiffness hides the bending stiffness
 SOFT = 1.0  # shift of a singular tangent, D / (areal mass l^4): a clamped-free strip's lowest eigenvalue is 12.4
 STEP = 1e-5  # of a stage's load, for the rate of moving supports
+WIDE = 0.1  # growing corrections above this are those of a lost iteration
+QUADRATIC = 0.1  # a correction below this part of the one before it, and below NEAR, is in the quadratic regime
+NEAR = 1e-3
 LARGEST_CORRECTION = 3.0  # a larger component (in the length of the surface, or radians) is a failed solve
 
 
@@ -63,6 +66,13 @@ class Attempt:
     reason: str = ""  # why it failed, when more is known than that it did not converge
 
 
+def _remaining(before: float, correction: float) -> float:
+    """The next correction, by quadratic convergence from the last two; infinite where that is not seen."""
+    if not (correction <= NEAR and correction <= QUADRATIC * before < np.inf):
+        return np.inf
+    return correction * (correction / before) ** 2
+
+
 class Equilibrium:
     """Newton for one model; counts iterations, factorisations and seconds by part."""
 
@@ -78,6 +88,7 @@ class Equilibrium:
         self.length = self._size()
         self.iterations = self.factorisations = 0
         self.last_bases, self.last_sway = Bases(np.zeros(0)), np.zeros(0)
+        self._found: tuple[np.ndarray | None, Bases] = (None, self.last_bases)  # the state to which the factors belong
         self.trouble = ""  # why a factorisation failed last
         self.linear: Linear = linear_system(model, self.increments, self._offset)
         weights = model.nodal_areas[:, None] * np.ones(3)
@@ -176,6 +187,7 @@ class Equilibrium:
         bases: Bases | None = None,
     ) -> Bases:
         """The reduced tangent, not factored; as `factor`. bases: other tangent vectors than usual."""
+        self._found = (None, self.last_bases)
         bases = self._bases(state) if bases is None else bases
         diagonal = self.increments.constraint_curvature(state, force, self.model.control)
         self.linear.assemble(state, stress, bases, diagonal + shift * self.mass)
@@ -207,11 +219,21 @@ class Equilibrium:
         return step
 
     def solve(
-        self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None = None
+        self,
+        state: np.ndarray,
+        stress: Stress | None,
+        stage: Stage,
+        load: float,
+        plane: Plane | None = None,
+        passing: bool = False,
     ) -> Attempt:
-        """Newton from `state` (with a stress of its own, when mixed) to equilibrium at `load`, or on a plane."""
+        """Newton from `state` (with a stress of its own, when mixed) to equilibrium at `load`, or on a plane.
+
+        passing: on the way, where the state counts as found as soon as the next correction would be within the
+        tolerance by quadratic convergence, and as lost when wide corrections grow.
+        """
         try:
-            return self._solve(state, stress, stage, load, plane)
+            return self._solve(state, stress, stage, load, plane, passing)
         except petsc.FactorisationFailed as error:
             self.trouble = str(error) + self.thin()
             return Attempt(False, state, stress or self.model.stress(state), 1, np.inf, None, load, self.trouble)
@@ -223,7 +245,7 @@ class Equilibrium:
         return f"; thinner than about {THINNEST:g} of its length a shell is beyond double precision"
 
     def _solve(
-        self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None
+        self, state: np.ndarray, stress: Stress | None, stage: Stage, load: float, plane: Plane | None, passing: bool
     ) -> Attempt:
         model = self.model
         mixed = self.options.iteration == "mixed"
@@ -254,18 +276,35 @@ class Equilibrium:
                     raise petsc.FactorisationFailed("the path lies in the plane that it should cross")
                 change = -miss / across
                 step = step + change * sway
-            correction = max(self.largest(step), abs(change))
-            if not correction <= LARGEST_CORRECTION:
+            before, correction = correction, max(self.largest(step), abs(change))
+            lost = passing and iteration > 2 and correction > max(before, WIDE)
+            if lost or not correction <= LARGEST_CORRECTION:
                 return Attempt(False, state, stress, iteration, correction, negative, load)
             if change:
                 model.set_control(stage.at(load + change))
             stress = model.stress(state, step)
             state = retract(state, step)
             load += change
-            if correction <= self.options.tolerance:
+            tolerance = self.options.tolerance
+            if correction <= tolerance or (passing and _remaining(before, correction) <= tolerance):
                 state = self._settled(state, stage, load)
+                self._found = (state, bases)
                 return Attempt(True, state, stress, iteration, correction, negative, load)
         return Attempt(False, state, stress, self.options.max_newton, correction, negative, load)
+
+    def rate(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, Stress] | None:
+        """(du/dload (nodes, 6), dstress/dload) at the equilibrium found last, with its factors; None at any other."""
+        found, bases = self._found
+        if found is not state:
+            return None
+        model = self.model
+        model.set_control(stage.at(load))
+        sway = self._sway(state, stage, load, bases)
+        actual = model.stress(state)
+        model.set_control(stage.at(load + 1.0))  # the stress is linear in the natural curvature
+        change = model.stress(state, sway)
+        model.set_control(stage.at(load))
+        return sway, Stress(change.full - actual.full, change.reduced - actual.reduced)
 
     def _settled(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
         """The state with held values exact (an arc step's last change of load moved them to first order)."""

@@ -16,12 +16,14 @@ from shellref.shell.result import LoadStep, ShellStatus
 
 @dataclass
 class Point:
-    """An equilibrium: load of its stage, nodal values (nodes, 6), stress, negative eigenvalues of its tangent."""
+    """An equilibrium: load of its stage, nodal values (nodes, 6), stress, negative eigenvalues of its tangent; rate: of
+    nodal values and stress by the load of the present stage, None where it is not known."""
 
     load: float
     state: np.ndarray
     stress: Stress
     negative: int | None = None
+    rate: tuple[np.ndarray, Stress] | None = None
 
 
 @dataclass

@@ -17,14 +17,13 @@ from shellref.fenics import dolfinx_api as api
 from shellref.path.arc import follow, switch
 from shellref.path.newton import Attempt, Equilibrium
 from shellref.path.point import Journal, Point, Walk
+from shellref.path.predictor import Predicted, next_step, predicted
 from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
 from shellref.shell.body import Control, Stage
-from shellref.shell.director import retract
 from shellref.shell.naghdi import MEMBRANE, Stress
 from shellref.shell.options import ShellOptions
 from shellref.shell.result import LoadStep, ShellStatus
 
-EASY_ITERATIONS = 7
 MOST_KICKS = 20
 STILL = 1e-3  # mean displacement of a stage, over the size of the surface, below which it is walked in load steps
 ARC_BELOW = 0.01  # load steps smaller than this (of a stage) are left to arc length, when that is allowed
@@ -140,7 +139,7 @@ class Walker:
                 return
             walk.stage, walk.older, walk.step, walk.arc = walk.stage + 1, None, None, False
             if walk.stage < len(self.stages):
-                walk.point.load = 0.0
+                walk.point.load, walk.point.rate = 0.0, None
                 self.journal.point(walk)
 
     def _moves(self, walk: Walk) -> bool:
@@ -163,8 +162,8 @@ class Walker:
             load = min(1.0, walk.point.load + step)
             if 1.0 - load < 0.2 * step:
                 load = 1.0
-            state, stress = self.predict(walk, load)
-            attempt = self.equilibrium.solve(state, stress, stage, load)
+            begin = self.predict(walk, load)
+            attempt = self.equilibrium.solve(begin.state, begin.stress, stage, load, passing=load < 1.0)
             if not attempt.converged:
                 self.log(walk, "load", attempt.load, attempt, False)
                 walk.older = None
@@ -172,9 +171,11 @@ class Walker:
                 if step < smallest:
                     self._stuck(walk, attempt)
                 continue
+            step = load - walk.point.load
+            off = self.equilibrium.largest(attempt.state - begin.state)
             self.accept(walk, "load", attempt)
-            if walk.status is None and attempt.iterations <= EASY_ITERATIONS:
-                step = min(o.max_step, o.growth * step)
+            if walk.status is None:
+                step = min(o.max_step, next_step(step, off, begin.order, o.growth, o.cut))
             walk.step = step
             self.journal.point(walk)
 
@@ -192,14 +193,11 @@ class Walker:
             ' arc_length = "auto" passes limit points',
         )
 
-    def predict(self, walk: Walk, load: float) -> tuple[np.ndarray, Stress]:
-        """Linear extrapolation of the last two points to `load`."""
-        point, older = walk.point, walk.older
-        if older is None or not self.options.predict or older.load == point.load:
-            return point.state, point.stress
-        ratio = (load - point.load) / (point.load - older.load)
-        state = retract(point.state, ratio * (point.state - older.state))
-        return state, point.stress.extrapolate(older.stress, ratio)
+    def predict(self, walk: Walk, load: float) -> Predicted:
+        """The walk's state at `load`, from its last points and their rates."""
+        if not self.options.predict:
+            return Predicted(walk.point.state, walk.point.stress, 1)
+        return predicted(self.equilibrium, walk, self._stage(walk), load)
 
     def accept(self, walk: Walk, method: str, attempt: Attempt, note: str = "", settle: bool = True) -> None:
         """Take a converged attempt as the walk's new point; look at its strain, and at its stability when it should
