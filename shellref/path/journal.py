@@ -1,7 +1,7 @@
 """What a walk leaves on disk while it goes on: every step as a line, and a checkpoint from which it can be resumed.
 
 FOLDER/steps.jsonl: one JSON object per attempt (LoadStep). FOLDER/checkpoint.npz: the last good point and the one
-before it on the grid, the place in the path, and a digest of problem and options; written whole, by rename.
+before it on the grid, their rates, the place in the path, a digest of problem and options; written whole, by rename.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from shellref.path.arc import Point
+from shellref.path.newton import stress_rate
 from shellref.path.walk import Walk
 from shellref.shell import archive
 from shellref.shell.body import Stage
@@ -63,13 +64,16 @@ class FolderJournal:
         if not due:
             return
         older = walk.point if walk.older is None else walk.older
-        fields = np.stack([self.model.on_grid(point.state) for point in (walk.point, older)])
+        points = (walk.point, older)
+        rates = [np.zeros_like(point.state) if point.rate is None else point.rate[0] for point in points]
+        fields = np.stack([self.model.on_grid(field) for field in (*(point.state for point in points), *rates)])
         meta = {
             "key": self.key,
             "stage": walk.stage,
             "loads": [walk.point.load, older.load],
             "negative": [walk.point.negative, older.negative],
             "has_older": walk.older is not None,
+            "has_rate": [point.rate is not None for point in points],
             "step": walk.step,
             "arc": walk.arc,
             "kicks": walk.kicks,
@@ -89,11 +93,20 @@ class FolderJournal:
         if data is None:
             return None
         meta, points = data["meta"], []
-        for field, load, negative in zip(data["fields"], meta["loads"], meta["negative"], strict=True):
-            state = self.model.from_grid(field)
+        known = zip(
+            data["fields"][:2], data["fields"][2:], meta["loads"], meta["negative"], meta["has_rate"], strict=True
+        )
+        for field, sway, load, negative, has_rate in known:
+            state, rate = self.model.from_grid(field), None
             if self.stages:
-                self.model.set_control(self.stages[min(meta["stage"], len(self.stages) - 1)].at(load))
-            points.append(Point(load, state, self.model.stress(state), negative))
+                stage = self.stages[min(meta["stage"], len(self.stages) - 1)]
+                self.model.set_control(stage.at(load))
+                if has_rate:
+                    rate = (
+                        self.model.from_grid(sway),
+                        stress_rate(self.model, state, self.model.from_grid(sway), stage, load),
+                    )
+            points.append(Point(load, state, self.model.stress(state), negative, rate))
         walk = Walk(points[0], points[1] if meta["has_older"] else None, meta["stage"], meta["step"], meta["arc"])
         walk.kicks, walk.left, walk.steps = meta["kicks"], meta["left"], data["steps"]
         return walk

@@ -66,6 +66,16 @@ class Attempt:
     reason: str = ""  # why it failed, when more is known than that it did not converge
 
 
+def stress_rate(model: NaghdiModel, state: np.ndarray, sway: np.ndarray, stage: Stage, load: float) -> Stress:
+    """The rate of the stress that belongs to a rate of nodal values (nodes, 6): C T(u, u') - C k_nat'."""
+    model.set_control(stage.at(load))
+    actual = model.stress(state)
+    model.set_control(stage.at(load + 1.0))  # the stress is linear in the natural curvature
+    change = model.stress(state, sway)
+    model.set_control(stage.at(load))
+    return Stress(change.full - actual.full, change.reduced - actual.reduced)
+
+
 def _remaining(before: float, correction: float) -> float:
     """The next correction, by quadratic convergence from the last two; infinite where that is not seen."""
     if not (correction <= NEAR and correction <= QUADRATIC * before < np.inf):
@@ -297,14 +307,13 @@ class Equilibrium:
         found, bases = self._found
         if found is not state:
             return None
-        model = self.model
-        model.set_control(stage.at(load))
-        sway = self._sway(state, stage, load, bases)
-        actual = model.stress(state)
-        model.set_control(stage.at(load + 1.0))  # the stress is linear in the natural curvature
-        change = model.stress(state, sway)
-        model.set_control(stage.at(load))
-        return sway, Stress(change.full - actual.full, change.reduced - actual.reduced)
+        self.model.set_control(stage.at(load))
+        try:
+            sway = self._sway(state, stage, load, bases)
+        except petsc.FactorisationFailed as error:
+            self.trouble = str(error) + self.thin()
+            return None
+        return sway, stress_rate(self.model, state, sway, stage, load)
 
     def _settled(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
         """The state with held values exact (an arc step's last change of load moved them to first order)."""

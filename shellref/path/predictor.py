@@ -19,14 +19,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shellref.path.newton import Equilibrium
 from shellref.path.point import Walk
-from shellref.shell.body import Stage
 from shellref.shell.director import retract
 from shellref.shell.naghdi import Stress
 
 #: Largest component (positions in l, directors) by which a predictor may be off: about four Newton iterations.
 AIM = 0.1
+#: Largest component of a move that is nobody's concern.
+SMALL = 1e-3
+#: How many times further than the last step the next one may be foreseen to move.
+FURTHER = 2.5
 
 
 @dataclass(frozen=True)
@@ -38,11 +40,9 @@ class Predicted:
     order: int
 
 
-def predicted(equilibrium: Equilibrium, walk: Walk, stage: Stage, load: float) -> Predicted:
-    """The state at a load of the stage, from the walk's last points and their rates."""
+def predicted(walk: Walk, load: float) -> Predicted:
+    """The state at a load of the present stage, from the walk's last points and their rates."""
     point, older = walk.point, walk.older
-    if point.rate is None:
-        point.rate = equilibrium.rate(point.state, stage, point.load)
     if older is None or older.load == point.load:
         if point.rate is None:
             return Predicted(point.state, point.stress, 1)
@@ -60,6 +60,17 @@ def predicted(equilibrium: Equilibrium, walk: Walk, stage: Stage, load: float) -
         return Predicted(retract(point.state, x * late + x**2 * (late - chord)), stress, 3)
     third = h * older.rate[0] + late - 2.0 * chord
     return Predicted(retract(point.state, x * late + x**2 * (late - chord + third) + x**3 * third), stress, 4)
+
+
+def jumped(moved: float, foreseen: float, order: int) -> bool:
+    """Whether a state lies on another branch: it moved (largest components) more than twice as far as was foreseen."""
+    return order > 1 and moved > max(SMALL, 2.0 * foreseen)
+
+
+def hasty(foreseen: float, last: float, order: int) -> bool:
+    """Whether a step is too long for what is foreseen: much further (largest components) than the last one moved. Near
+    a limit point the extrapolated path runs away, and Newton's iteration from there finds the state beyond it."""
+    return order > 2 and foreseen > max(SMALL, FURTHER * last)
 
 
 def next_step(step: float, off: float, order: int, growth: float, cut: float) -> float:

@@ -17,7 +17,7 @@ from shellref.fenics import dolfinx_api as api
 from shellref.path.arc import follow, switch
 from shellref.path.newton import Attempt, Equilibrium
 from shellref.path.point import Journal, Point, Walk
-from shellref.path.predictor import Predicted, next_step, predicted
+from shellref.path.predictor import Predicted, hasty, jumped, next_step, predicted
 from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
 from shellref.shell.body import Control, Stage
 from shellref.shell.naghdi import MEMBRANE, Stress
@@ -97,6 +97,7 @@ class Walker:
     def start(self, walk: Walk) -> None:
         """Newton on the starting shape at the first stage's beginning."""
         if self._begin(walk, 0.0, START_FAILED):
+            self.know_rate(walk)
             self.journal.point(walk)
 
     def settle_at_end(self, walk: Walk) -> None:
@@ -140,6 +141,7 @@ class Walker:
             walk.stage, walk.older, walk.step, walk.arc = walk.stage + 1, None, None, False
             if walk.stage < len(self.stages):
                 walk.point.load, walk.point.rate = 0.0, None
+                self.know_rate(walk)
                 self.journal.point(walk)
 
     def _moves(self, walk: Walk) -> bool:
@@ -163,7 +165,11 @@ class Walker:
             if 1.0 - load < 0.2 * step:
                 load = 1.0
             begin = self.predict(walk, load)
+            if self._hasty(walk, begin) and o.cut * (load - walk.point.load) >= smallest:
+                step = o.cut * (load - walk.point.load)
+                continue
             attempt = self.equilibrium.solve(begin.state, begin.stress, stage, load, passing=load < 1.0)
+            off = self._off(walk, begin, attempt)
             if not attempt.converged:
                 self.log(walk, "load", attempt.load, attempt, False)
                 walk.older = None
@@ -172,11 +178,11 @@ class Walker:
                     self._stuck(walk, attempt)
                 continue
             step = load - walk.point.load
-            off = self.equilibrium.largest(attempt.state - begin.state)
             self.accept(walk, "load", attempt)
             if walk.status is None:
                 step = min(o.max_step, next_step(step, off, begin.order, o.growth, o.cut))
             walk.step = step
+            self.know_rate(walk)
             self.journal.point(walk)
 
     def _stuck(self, walk: Walk, attempt: Attempt) -> None:
@@ -197,7 +203,31 @@ class Walker:
         """The walk's state at `load`, from its last points and their rates."""
         if not self.options.predict:
             return Predicted(walk.point.state, walk.point.stress, 1)
-        return predicted(self.equilibrium, walk, self._stage(walk), load)
+        return predicted(walk, load)
+
+    def _hasty(self, walk: Walk, begin: Predicted) -> bool:
+        """Whether a prediction is further away than the last step bears out."""
+        if walk.older is None or begin.order < 3:
+            return False
+        e, here = self.equilibrium, walk.point.state
+        return hasty(e.largest(begin.state - here), e.largest(here - walk.older.state), begin.order)
+
+    def _off(self, walk: Walk, begin: Predicted, attempt: Attempt) -> float:
+        """How far an attempt ended from its prediction; one that ended on another branch did not converge."""
+        if not attempt.converged:
+            return 0.0
+        e, here = self.equilibrium, walk.point.state
+        moved, foreseen = e.largest(attempt.state - here), e.largest(begin.state - here)
+        if jumped(moved, foreseen, begin.order):
+            attempt.converged = False
+            attempt.reason = f"it moved by {moved:.2g} where {foreseen:.2g} was foreseen: another branch"
+        return e.largest(attempt.state - begin.state)
+
+    def know_rate(self, walk: Walk) -> None:
+        """The rate at the walk's point, where predictors may use it and the last factors belong to the point."""
+        point = walk.point
+        if self.options.predict and self.stages and walk.stage < len(self.stages) and point.load < 1.0:
+            point.rate = self.equilibrium.rate(point.state, self._stage(walk), point.load)
 
     def accept(self, walk: Walk, method: str, attempt: Attempt, note: str = "", settle: bool = True) -> None:
         """Take a converged attempt as the walk's new point; look at its strain, and at its stability when it should

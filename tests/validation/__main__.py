@@ -52,6 +52,7 @@ NAMES = (
     "hit_table",
     "sweep",
     "shell_cost",
+    "shell_start",
     "shell_size",
     "cost",
     "cost_over_commits",

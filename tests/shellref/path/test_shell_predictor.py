@@ -1,19 +1,15 @@
 """Predictors of the shell's path: exact for polynomials, rates against differences, the same states in fewer steps."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from shellref import ShellOptions
 from shellref.path.point import Point, Walk
-from shellref.path.predictor import AIM, next_step, predicted
+from shellref.path.predictor import AIM, hasty, jumped, next_step, predicted
 from shellref.path.solve import Solver, solve
 from shellref.shell.naghdi import Stress
 from shellref.shell.strip import build_strip
 from tests.shellref.path.test_shell_begin import CURL
-
-NOTHING = SimpleNamespace(rate=lambda state, stage, load: None)
 
 
 def polynomial(degree):
@@ -43,7 +39,7 @@ def test_a_predictor_of_order_p_is_exact_for_polynomials_below_it(order, points,
             return Point(t, value(t), none, 0, (rate(t), none) if known else None)
 
         walk = Walk(point(0.4, late), point(0.1, early) if points == 2 else None)
-        found = predicted(NOTHING, walk, None, 0.9)
+        found = predicted(walk, 0.9)
         assert found.order == order
         assert bool(np.abs(found.state - value(0.9)).max() < 1e-12) is exact
 
@@ -53,6 +49,16 @@ def test_steps_follow_the_error_of_the_predictor():
     assert next_step(0.1, AIM * 16.0, 4, 3.0, 0.4) == pytest.approx(0.05)
     assert next_step(0.1, 0.0, 4, 1.5, 0.4) == pytest.approx(0.15)
     assert next_step(0.1, 1e3, 2, 1.5, 0.4) == pytest.approx(0.04)
+
+
+def test_a_state_that_was_not_foreseen_is_on_another_branch():
+    assert jumped(0.05, 0.02, 4)
+    assert not jumped(0.05, 0.2, 2)  # a tangent foresees too much where the strip stiffens
+    assert not jumped(5e-4, 0.0, 4)
+    assert not jumped(0.5, 0.0, 1)  # nothing was foreseen
+    assert hasty(0.18, 0.023, 4)  # a roof at its limit load
+    assert not hasty(0.05, 0.023, 4)
+    assert not hasty(0.18, 0.023, 2)
 
 
 @pytest.mark.shell
