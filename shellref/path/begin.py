@@ -83,6 +83,18 @@ def coarse_meshes(elements: tuple[int, int]) -> list[tuple[int, int]]:
     return sorted({mesh for mesh in found if math.prod(mesh) <= MOST_CELLS * along * across}, key=math.prod)
 
 
+def _after(coarse: ShellResult, result: ShellResult) -> ShellResult:
+    """The result with the way to it: the steps of the coarse path, each with its mesh, and what they took."""
+    mesh = "on " + " x ".join(map(str, coarse.elements))
+    steps = [dataclasses.replace(s, note=f"{mesh}; {s.note}" if s.note else mesh) for s in coarse.steps]
+    return dataclasses.replace(
+        result,
+        steps=(*steps, *result.steps),
+        newton_iterations=coarse.newton_iterations + result.newton_iterations,
+        factorisations=coarse.factorisations + result.factorisations,
+    )
+
+
 class Beginning:
     """Finds the state of a problem from the places where it may begin; counts the seconds of all attempts."""
 
@@ -137,7 +149,7 @@ class Beginning:
             if self.options.coarse:
                 result = self.settled(coarse.result.surface)
                 if result is not None and self.agrees(result, coarse):
-                    return Begun(result, "coarse path", self.notes)
+                    return Begun(_after(coarse.result, result), "coarse path", self.notes)
         return self.walk(none)
 
     def walk(self, how: str) -> Begun:

@@ -65,6 +65,7 @@ def test_every_beginning_ends_in_the_state_of_the_path():
     coarse = find(CURL, coarse=True)
     assert (coarse.how, coarse.notes["coarse"]) == ("coarse path", [16, 2])
     assert 1e-5 < coarse.notes["gap"] < begin.FAR
+    assert {step.note for step in coarse.result.steps[:-1]} == {"on 16 x 2"}
     moved = path.result.surface.points + 1e-3 * np.sin(3.0 * path.result.surface.points)
     near = ShellSurface(path.result.surface.s_nodes, path.result.surface.v_nodes, moved, path.result.surface.directors)
     checked, stable = (find(CURL, near, begin=how, coarse=True) for how in ("checked", "stable"))
@@ -74,7 +75,10 @@ def test_every_beginning_ends_in_the_state_of_the_path():
         assert other.result.energy["total"] == pytest.approx(path.result.energy["total"], abs=1e-10)
         assert other.result.lowest_eigenvalue == pytest.approx(path.result.lowest_eigenvalue, rel=1e-5)
         assert other.result.stable is True
-        assert other.result.newton_iterations < 0.4 * path.result.newton_iterations
+        last = other.result.steps[-1]
+        assert (last.method, last.load) == ("start", 1.0)
+        assert last.iterations < 0.4 * path.result.newton_iterations
+        assert other.result.newton_iterations == sum(step.iterations for step in other.result.steps)
         assert other.result.options.kick is True
 
 
