@@ -12,8 +12,9 @@ the mesh (position and director); that end is believed as little as a given surf
 
 Same state on two meshes, without a tolerance between meshes: the fine state, interpolated to the coarse mesh, must
 settle there, at the full load, in the very state where the coarse path ended (to `SAME`). A coarse path that left an
-unstable state took one of several branches: it is not believed, and the path is walked on the mesh itself. So it is
-where a coarse state is further than `FAR` from the fine one and no finer coarse mesh is left.
+unstable state took one of several branches, or its mesh is too coarse: it is not believed, nor is one that ends further
+than `FAR` from the fine state. The next finer coarse mesh is tried; where none is left, the path is walked on the mesh
+itself.
 """
 
 from __future__ import annotations
@@ -136,14 +137,18 @@ class Beginning:
             result, how = self.given(start)
             if result is not None:
                 return Begun(result, how, self.notes)
-        elif start is not None:
+        elif start is not None and begin == "stable":
             first = self.settled(start)
-            if first is not None and begin == "stable":
+            if first is not None:
                 return Begun(first, "given", self.notes)
-        while self.options.coarse or first is not None:
+        checked = start is not None and begin == "checked"
+        while self.options.coarse or checked:
             coarse = self.next_coarse()
             if coarse is None:
                 break
+            if checked and first is None:  # only now: without a coarse path there is nothing to check by
+                first = self.settled(start)
+                checked = first is not None
             if first is not None and self.agrees(first, coarse):
                 return Begun(first, "given, as the coarse path", self.notes)
             if self.options.coarse:
@@ -158,7 +163,7 @@ class Beginning:
             self.say({"event": "path"})
         return Begun(self.solve(folder=self.folder), how, self.notes)
 
-    def settled(self, start: ShellSurface) -> ShellResult | None:
+    def settled(self, start: ShellSurface | None) -> ShellResult | None:
         """The stable state where Newton's iteration from a surface settles without a kick; None: there is none."""
         result = self.solve(start, kick=False, accuracy=None)
         if result.status is not ShellStatus.CONVERGED or result.stable is not True:
@@ -179,7 +184,6 @@ class Beginning:
                 self.refuse(str(error))
                 continue
             if any(step.method == "relax" for step in result.steps):
-                self.meshes.clear()
                 self.refuse(f"coarse path {problem.elements}: it left an unstable state")
             elif result.status is not ShellStatus.CONVERGED or result.stable is not True:
                 self.refuse(f"coarse path {problem.elements}: {result.status.value}: {result.message}")
