@@ -50,7 +50,7 @@ _GAMMA_THETA, _GAMMA_PHI, _S_PHI, _S_THETA, _ETA, _GAMMA_ALPHA, _KAPPA_SOC, _SOC
     1e-5, 1e-8, 2.3, 1.1, 1e-8, 0.05, 0.99, 4,
 )  # fmt: skip
 _DELTA_FIRST, _DELTA_LEAST, _DELTA_MOST, _MOST_MULTIPLIER = 1e-4, 1e-20, 1e20, 1e3
-_TINY_STEP = 10.0 * _EPS
+_TINY_STEP, _LEAST = 10.0 * _EPS, 1e-20
 #: Shifts delta that are tried where no step is accepted: they turn it to the nearest point that satisfies the rows.
 _SHORTER = (1e-2, 1.0, 1e2, 1e4)
 
@@ -92,6 +92,10 @@ class _Problem:
         high[self.right] -= np.minimum(push * np.maximum(1.0, np.abs(self.u)), width[self.right])
         return np.clip(w, low, high)
 
+    def distances(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Distances from lower and upper bounds; where rounding leaves none, a little."""
+        return np.maximum(w[self.left] - self.l, _LEAST), np.maximum(self.u - w[self.right], _LEAST)
+
     def rows_of(self, x: FloatArray, w: FloatArray) -> FloatArray:
         """c(w) (m,)."""
         c: FloatArray = self.problem.constraints(x) - self.target
@@ -100,7 +104,7 @@ class _Problem:
 
     def barrier(self, w: FloatArray, x: FloatArray, mu: float) -> float:
         """phi(w), with the small term that keeps one-sided unknowns bounded (section 3.7)."""
-        a, b = w[self.left] - self.l, self.u - w[self.right]
+        a, b = self.distances(w)
         damping = float(a[self.only_left].sum() + b[self.only_right].sum())
         return float(self.problem.value(x) - mu * (np.log(a).sum() + np.log(b).sum()) + _KAPPA_D * mu * damping)
 
@@ -140,7 +144,7 @@ class _Iteration:
         self.slope[: p.n] = p.problem.gradient(self.xx)[p.free]
         self.jacobian = p.problem.jacobian(self.xx)
         self.values = self.jacobian[p.kept]
-        self.a, self.b = self.w[p.left] - p.l, p.u - self.w[p.right]
+        self.a, self.b = p.distances(self.w)
 
     def error(self, mu: float) -> float:
         """E_mu (5)."""
