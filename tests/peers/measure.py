@@ -11,7 +11,7 @@ from tests.peers.ours import Ribbon, scaling
 
 OURS = "ribbon.solve"
 #: Timed in turn this many times.
-ROUNDS = 7
+ROUNDS = 5
 #: Up to this many segments the default solve is asked how it grows.
 LARGEST = 100_000
 
@@ -48,8 +48,13 @@ def compared(found: Case, present: dict[str, Any]) -> dict[str, Run | str]:
     return {name: out[name] for name in present}
 
 
-def measure(words: list[str]) -> tuple[list[tuple[str, dict[str, Run | str]]], list[tuple[int, float, str]]]:
-    """All cases whose name has one of the words, in this process."""
+def measure(words: list[str]) -> dict[str, dict[str, Run | str]]:
+    """The cases whose name has one of the words, in this process."""
     present = {name: peer for name, peer in peers().items() if peer.absent() is None}
     chosen = [found for found in cases() if not words or any(word in found.name for word in words)]
-    return [(found.name, compared(found, present)) for found in chosen], scaling(chosen[0], LARGEST)
+    return {found.name: compared(found, present) for found in chosen}
+
+
+def grown() -> list[tuple[int, float, str]]:
+    """`scaling` of the lightest coil, in this process."""
+    return scaling(cases()[1], LARGEST)

@@ -16,7 +16,7 @@ from tests.peers.cases import TARGET, Case, Run
 SCRIPT = Path(__file__).with_name("control.py")
 #: Tolerance of Ipopt; searched: intervals, degree of the collocation.
 TOLERANCE = 1e-9
-SEARCH = tuple((n, d) for d in (3, 4, 5) for n in (6, 10, 15, 20, 30, 45, 65, 100))
+SEARCH = tuple((n, d) for d in (4, 5) for n in (10, 15, 20, 30, 45, 65, 90, 130, 180))
 
 
 def _python() -> str:

@@ -157,11 +157,7 @@ def _sweep() -> float:
     return (spent[1] - spent[0]) / (SWEEPS[1] - SWEEPS[0])
 
 
-_STEP: list[float] = []
-"""CPU s per Newton iteration of every shell that was run."""
-
-
-def _shell(per_step: bool) -> Callable[[], float]:
+def _shell() -> Callable[[], float]:
     def whole() -> float:
         import resource
 
@@ -177,8 +173,7 @@ def _shell(per_step: bool) -> Callable[[], float]:
         seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         if state.shape is None:
             raise RuntimeError(state.message)
-        _STEP.append(seconds / state.iterations)
-        return _STEP[-1] if per_step else seconds
+        return seconds
 
     return whole
 
@@ -188,8 +183,7 @@ JOBS: dict[str, Callable[[], Callable[[], float]]] = {
     "chained solve, p = 500": lambda: _chained(500),
     "glued two clamps, p = 40": lambda: _glued(40),
     "glued two clamps, p = 1000": lambda: _glued(1000),
-    "shell 50 x 4, an iteration": lambda: _shell(per_step=True),
-    "shell 50 x 4, whole": lambda: _shell(per_step=False),
+    "shell 50 x 4, whole": _shell,
     "sweep, a case": lambda: _sweep,
     "import ribbon": lambda: lambda: _python("import ribbon"),
     "ribbonbench --help": lambda: lambda: _command("--help"),
