@@ -22,6 +22,7 @@ with kernel_cache.in_use():
     from ribbon.contact import Wall
     from ribbon.errors import NotDifferentiable, RibbonInputError
     from ribbon.find.continuation import follow, switch
+    from ribbon.find.many import Many, solve_many
     from ribbon.find.solve import refine, solve
     from ribbon.forces import WallForce
     from ribbon.loads import Gravity
@@ -37,6 +38,7 @@ __all__ = [
     "Force",
     "Gradients",
     "Gravity",
+    "Many",
     "Move",
     "NotDifferentiable",
     "Pose",
@@ -51,6 +53,7 @@ __all__ = [
     "gradients",
     "refine",
     "solve",
+    "solve_many",
     "switch",
 ]
 

@@ -129,7 +129,8 @@ class Equilibrium:
     "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of
     many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way;
     penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls;
-    minima: what was seen where several were looked for, None: nowhere.
+    minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
+    moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first.
     """
 
     problem: Problem
@@ -154,6 +155,8 @@ class Equilibrium:
     penetration: float | None = None
     refinements: tuple[Refinement, ...] = ()
     minima: Minima | None = None
+    solver: str = "Ipopt"
+    moved: float | None = None
 
     @property
     def ok(self) -> bool:

@@ -123,6 +123,7 @@ class AntmanModel:
         "model.budget": _RIBBON,
         "model.formulation": _RIBBON,
         "model.held_by": _RIBBON,
+        "model.solver": _RIBBON,
         "shell.*": "how the shell beside it is made and held",
     }
     wing: tuple[str, ...] = ("shellref/rod", "compare/scene", "compare/models", "compare/measure")

@@ -116,6 +116,7 @@ class CurveAngleModel:
         "model.tolerance": "edges are not placed",
         "model.formulation": "how the ribbon beside it is discretised",
         "model.held_by": "how the ribbon beside it is held",
+        "model.solver": "the minimiser of the ribbon beside it",
         "model.arc_length": "how the elastica beside it passes limit points",
         "shell.*": "how the shell beside it is made and held",
     }

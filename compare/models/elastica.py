@@ -132,6 +132,7 @@ class ElasticaModel:
         "model.budget": _RIBBON,
         "model.formulation": _RIBBON,
         "model.held_by": _RIBBON,
+        "model.solver": _RIBBON,
         "shell.*": "how the shell beside it is made and held",
     }
     wing: tuple[str, ...] = ("shellref/elastica", "compare/scene", "compare/models", "compare/measure")

@@ -39,6 +39,9 @@ FILES = {
     "centreline.csv": "centreline, curvature, ruling or twist, and frame",
 }
 
+#: What solves the linear systems of each minimiser.
+LINEAR_SOLVERS = {"Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "Riccati recursion along the strip"}
+
 
 def result(scene: Scene, state: State) -> dict[str, Any]:
     """Keys of result.json that only a ribbon has."""
@@ -58,7 +61,7 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
             "unknowns": state.unknowns,
             "constraints": int(e.problem.row_count),
         },
-        "provenance": {**provenance(scene, e.options), "linear_solver": "MUMPS (sequential, in Ipopt)"},
+        "provenance": {**provenance(scene, e.options), "solver": e.solver, "linear_solver": LINEAR_SOLVERS[e.solver]},
     }
     if "auto" in state.numbers:
         found["auto"] = state.numbers["auto"]

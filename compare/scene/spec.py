@@ -374,6 +374,12 @@ class ModelSpec:
                  "matrix": "glued, the thesis's 16 unknowns"},
         default="auto"
     )
+    solver: str = key(
+        Kind.CHOICE, "minimiser of the ribbon", example='"auto"',
+        choices={"auto": "Newton's where there is one for the scene, else Ipopt", "newton": "nothing else has a try",
+                 "ipopt": "the judge of the other"},
+        default="auto", newer=True
+    )
     held_by: str = key(
         Kind.CHOICE, "how glued elements hold the start clamp (thesis, 5.3.3)", example='"elimination"',
         choices=("elimination", "constraints"), default="elimination", newer=True

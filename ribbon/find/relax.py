@@ -124,6 +124,14 @@ def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatA
     return y
 
 
+def on_joints(old: ChainedProblem, x: FloatArray, fresh: ChainedProblem) -> FloatArray:
+    """The fields of the shape x of `old` at the joints of `fresh`, linear between them, as its unknowns."""
+    s, there = (np.concatenate([[0.0], np.cumsum(each.lengths)]) for each in (old, fresh))
+    bent = old.in_plane_values(x)
+    omega, eta = (np.interp(there, s, values) for values in old.joint_values(x))
+    return fresh.state(omega, eta, None if bent is None else np.interp(there, s, bent))
+
+
 def minimum(
     problem: MixedProblem,
     x: FloatArray,

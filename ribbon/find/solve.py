@@ -14,7 +14,7 @@ from ribbon import penetration
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, contacts, minima, relax, seeds, stability, stretched
+from ribbon.find import band, contacts, minima, nested, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems import formulation
@@ -22,7 +22,7 @@ from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
-from ribbon.solvers import ipopt
+from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, violation
 from ribbon.solvers.threads import alone
@@ -57,6 +57,7 @@ def solve(
     tip: ArrayLike | None = None,
     leave_saddle: bool = False,
     budget: float | None = None,
+    solver: str | None = None,
     options: dict[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> Equilibrium:
@@ -82,20 +83,23 @@ def solve(
     leave_saddle: follow the unstable direction of a saddle to a stable state.
     budget: time in s on the processor, without compiling; when it is spent the result is what there is then, "not
         converged" in general. None: none.
-    options: Ipopt's options, over `ribbon.solvers.ipopt.DEFAULT_OPTIONS`.
+    solver: "auto", "newton" (the recursion of `ribbon.solvers.riccati`, where there is one for the problem) or "ipopt";
+        None: as `ribbon.solvers.choose.using` says around it, else "auto".
+    options: Ipopt's options, over `ribbon.solvers.ipopt.DEFAULT_OPTIONS`; with some, "auto" is Ipopt.
     progress: called with (iteration, energy, dual infeasibility).
 
     Raises `RibbonInputError` on bad input. Whatever the minimiser meets is a status of the result.
     """
-    problem = build(
-        strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
-        formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip,
-    )  # fmt: skip
+    with choose.using(solver):
+        problem = build(
+            strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
+            formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip,
+        )  # fmt: skip
     check_walls(strip, problem.start, problem.end, problem.walls)
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
     best: Equilibrium | None = None
-    with within(budget):
+    with within(budget), choose.using(solver):
         shapes = iter(starting_shapes(problem, seed_curvature, seed_ruling, progress))
         for omega, eta in shapes:
             found = solve_shape(problem, omega, eta, options=options, progress=progress, leave_saddle=leave_saddle)
@@ -144,7 +148,7 @@ def build(
     end = None if _nothing(end) else end
     walls = tuple(walls)
     force = tip_force(tip)
-    chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size)
+    chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size, choose.asked())
     if chosen == "chained" and end is None:
         assert start is not None
         chain = ChainedProblem(
@@ -374,7 +378,7 @@ def _minimum(
 def _without_rows(
     problem: ChainedProblem, x: FloatArray, options: dict[str, Any] | None, progress: Progress | None
 ) -> Minimum:
-    minimum = ipopt.minimise(problem, x, options, progress)
+    minimum = nested.minimum(problem, x, options, progress)
     if not minimum.finished and minimum.residual > RESIDUAL_TOLERANCE and np.all(np.isfinite(minimum.x)):
         none = np.zeros_like(minimum.x)
         polished = polish(problem, minimum.x)
@@ -384,7 +388,7 @@ def _without_rows(
     if minimum.residual > RESIDUAL_TOLERANCE and not np.any(problem.joint_values(x)[1]):
         # a start without torsion stays without it to rounding: the planar state is stationary, if hardly a minimum
         none = np.zeros_like(x)
-        flat = ipopt.minimise(problem.with_changes(planar=True), x, options, progress)
+        flat = choose.minimise(problem.with_changes(planar=True), x, options, progress)
         residual = kkt_residual(problem, flat.x, none)
         if residual <= RESIDUAL_TOLERANCE:
             return replace(flat, multipliers=none, residual=residual, iterations=flat.iterations + minimum.iterations)
@@ -430,7 +434,7 @@ def _solve_once(
     status = _status(problem, minimum, check, parts, steepest, want_check)
     beyond = penetration.deepest(problem, minimum.x)
     known = status in (Status.CONVERGED, Status.SADDLE)
-    why = SPENT if spent() else f"Ipopt: {minimum.message}"
+    why = SPENT if spent() else f"{minimum.solver}: {minimum.message}"
     message = status.value if known else f"{status.value} ({why})"
     if known and check is not None and check.eigenvalue == np.inf:
         message += "; what holds the strip leaves these segments no freedom: nothing can be unstable there"
@@ -462,7 +466,9 @@ def _solve_once(
         active_bounds=check.active if check is not None else 0,
         seconds={"solve": minimum.seconds, "stability": time.perf_counter() - clock},
         penetration=beyond,
-        options={**ipopt.DEFAULT_OPTIONS, **(options or {})},
+        options={**ipopt.DEFAULT_OPTIONS, **(options or {})} if minimum.solver == "Ipopt" else {},
+        solver=minimum.solver,
+        moved=minimum.moved,
     )
 
 
@@ -514,12 +520,20 @@ def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilib
         fresh = old.with_changes(lengths=lengths)
         # a few steps of Newton's from so near; a minimiser with a barrier loses the start
         clock = time.perf_counter()
-        x, steps = approach(fresh, x, 0.01 * RESIDUAL_TOLERANCE * force_scale(fresh))
+        x, steps = _approached(fresh, x)
         spent = time.perf_counter() - clock
         found = solve_from(fresh, x, near=True, **keywords)
         seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}
         return replace(found, iterations=found.iterations + steps, seconds=seconds)
     return on_segments(equilibrium, np.repeat(old.lengths / parts, parts), **keywords)
+
+
+def _approached(problem: ChainedProblem, x: FloatArray) -> tuple[FloatArray, int]:
+    """The stationary point close to x (n,) and the steps there; x itself, or near it, where there is none."""
+    if choose.asked() == "ipopt":
+        return approach(problem, x, 0.01 * RESIDUAL_TOLERANCE * force_scale(problem))
+    found = newton.minimise(problem, x, near=True)
+    return (found.x, found.iterations) if found.residual <= RESIDUAL_TOLERANCE else (x, found.iterations)
 
 
 def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equilibrium:

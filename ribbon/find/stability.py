@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 
-from ribbon.find import reduction
+from ribbon.find import reduction, relax
+from ribbon.find.inertia import BoolArray, Pencil
 from ribbon.find.spectrum import SecondVariation
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.layout import at_joints
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
+from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import FloatArray, Minimum
 
@@ -35,6 +37,10 @@ _MOST_TOLERANCE = 1e-5
 #: that its own is not taken for rounding with. True ones were found at -700 and beyond, rounding at -1e-6.
 _SCALED_NEGATIVE = 1e-2
 _LEAST_STIFFNESS = 1e-6
+#: Unknowns up to which all eigenvalues of a chained ribbon are found at once (dense); segments up to which they are
+#: where one of them is zero to rounding, more are joined first.
+_AT_ONCE = 120
+_DENSE_LIMIT = 400
 #: |omega| l below which a joint counts as straight.
 _STRAIGHT = 1e-7
 #: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
@@ -216,6 +222,12 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     mode = np.zeros(x.size)
     if not free.any():
         return Stability(np.inf, mode, x, True, False, active)
+    if problem.size > _AT_ONCE:
+        clear = _by_inertia(problem, x, held, active)
+        if clear is not None:
+            return clear
+        if problem.lengths.size > _DENSE_LIMIT:
+            return _on_fewer_chained(problem, x, active)
     metric = problem.metric()[np.ix_(free, free)]
     spectrum = _spectrum(problem, metric, x, free)
     at = x
@@ -235,6 +247,32 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     if lowest >= -tolerance and spent():  # the search for a worse ruling may have been cut short
         return Stability(lowest, mode, at, None, abs(lowest) <= tolerance, active)
     return Stability(lowest, mode, at, lowest >= -tolerance, abs(lowest) <= tolerance, active)
+
+
+def _by_inertia(problem: ChainedProblem, x: FloatArray, held: BoolArray, active: int) -> Stability | None:
+    """The check in O(p); None where an eigenvalue is zero to rounding."""
+    pencil = Pencil(problem, x, held)
+    tolerance = INDIFFERENT * max(1.0, pencil.bracket[1])
+    negative = pencil.below(-tolerance) > 0
+    if not negative and pencil.below(tolerance) > 0:
+        return None
+    lowest, mode = pencil.lowest()
+    return Stability(lowest, mode, x, not negative, False, active)
+
+
+def _on_fewer_chained(problem: ChainedProblem, x: FloatArray, active: int) -> Stability:
+    """The check on neighbouring segments joined until they are few enough for all eigenvalues; open (None) where the
+    shape does not converge there."""
+    lengths = problem.lengths
+    while lengths.size > _DENSE_LIMIT:
+        lengths = relax.merged(lengths)
+    few = problem.with_changes(lengths=lengths)
+    found = choose.minimise(few, relax.on_joints(problem, x, few))
+    if not found.residual <= relax.RESIDUAL_TOLERANCE:
+        return Stability(np.nan, np.zeros(problem.size), x, None, False, active)
+    few_check = check(few, found.x)
+    mode, at = (relax.on_joints(few, y, problem) for y in (few_check.mode, few_check.at))
+    return replace(few_check, mode=mode, at=at, active=active)
 
 
 def _is_least(problem: ChainedProblem, x: FloatArray) -> bool:

@@ -275,7 +275,14 @@ class ChainedProblem:
         """Total energy, units D w / l."""
         return float(self.energy_parts(x).sum())
 
-    def _derivatives(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    @property
+    def is_loaded(self) -> bool:
+        """Whether weight or an end force acts: segments then know of each other."""
+        return self.has_gravity or self.tip is not None
+
+    def jets(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Jets (p, 15 or 28) of the segments' energies, loads among them, and the factors u, v (p, 4 or 6, 3) of the
+        second derivatives by two segments (`ribbon.problems.chained_kernels`)."""
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if self._cache.get("key") != key:
             p = self.lengths.size
@@ -304,7 +311,7 @@ class ChainedProblem:
     def gradient(self, x: FloatArray) -> FloatArray:
         """Gradient (2 p + 2,) of the total energy."""
         self.counters.gradient += 1
-        local, _, _ = self._derivatives(x)
+        local, _, _ = self.jets(x)
         gradient = np.empty(self.size)
         kernels.assemble_gradient(self.lengths, local, gradient)
         return gradient
@@ -312,9 +319,9 @@ class ChainedProblem:
     def hessian(self, x: FloatArray) -> FloatArray:
         """Exact Hessian (2 p + 2, 2 p + 2) of the total energy, symmetric."""
         self.counters.hessian += 1
-        local, u, v = self._derivatives(x)
+        local, u, v = self.jets(x)
         hessian = np.empty((self.size, self.size))
-        kernels.assemble_hessian(self.lengths, local, self.has_gravity or self.tip is not None, u, v, hessian)
+        kernels.assemble_hessian(self.lengths, local, self.is_loaded, u, v, hessian)
         return hessian
 
     def metric(self) -> FloatArray:

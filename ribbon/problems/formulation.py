@@ -1,4 +1,4 @@
-"""Which formulation a scene gets, and why (thesis, 5.3: the chained model is faster for few segments)."""
+"""Which formulation a scene gets, and why (thesis, 5.3: with Ipopt the chained model is faster for few segments)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 
-#: Segments from which the mixed model is faster on a ribbon held at s = 0 only (results/formulations.md).
+#: Segments from which the mixed model is faster with Ipopt on a ribbon held at s = 0 only (results/formulations.md).
 CHAINED_BELOW = 110
 #: The formulations a user may ask for; "matrix" is the mixed model in the thesis's own unknowns.
 FORMULATIONS = ("auto", "chained", "mixed", "matrix")
@@ -38,8 +38,12 @@ def choose(
     walls: tuple[Wall, ...],
     gravity: Gravity | None,
     segments: int,
+    solver: str = "auto",
 ) -> tuple[str, str]:
-    """The formulation ("chained", "mixed", "matrix") and why. Raises `RibbonInputError` where it cannot be had."""
+    """The formulation ("chained", "mixed", "matrix") for a solver of `ribbon.solvers.choose`, and why.
+
+    Raises `RibbonInputError` where it cannot be had.
+    """
     if asked not in FORMULATIONS:
         raise RibbonInputError("formulation", asked, f"use one of {', '.join(FORMULATIONS)}")
     obstacle = chained_obstacle(start, end, closure, walls, gravity)
@@ -51,6 +55,8 @@ def choose(
         return asked, "asked for"
     if obstacle is not None:
         return "mixed", f"{obstacle} is a constraint, which the mixed model handles robustly"
+    if solver != "ipopt":
+        return "chained", "held at s = 0 only: no constraint needed, the cost is linear in the segments"
     if segments < CHAINED_BELOW:
         return "chained", f"held at s = 0 only: no constraint needed, faster below {CHAINED_BELOW} segments"
     return "mixed", f"{segments} segments: sparse, faster from {CHAINED_BELOW} segments on"

@@ -1,4 +1,8 @@
-"""Which minimiser a problem gets: Newton's iteration along the strip, or Ipopt, the judge of both."""
+"""Which minimiser a problem gets: Newton's iteration along the strip, or Ipopt, the judge of both.
+
+`using("ipopt")` around a solve makes Ipopt do all of it; "newton" lets nothing else have a try; "auto" is Newton's
+where there is one for the problem, and Ipopt where it does not arrive or is given options that it does not know.
+"""
 
 from __future__ import annotations
 
@@ -9,24 +13,40 @@ from dataclasses import replace
 from typing import Any
 
 from ribbon.errors import RibbonInputError
-from ribbon.solvers import ipopt, newton_rows
+from ribbon.problems.chained import ChainedProblem
+from ribbon.solvers import ipopt, newton, newton_rows
+from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained
 
 #: The minimisers that may be asked for.
 SOLVERS = ("auto", "newton", "ipopt")
+#: Residual (over `force_scale`) up to which a minimum of a problem without rows is taken as found.
+FOUND = 1e-8
 _asked: ContextVar[str] = ContextVar("solver", default="auto")
 
 
 @contextlib.contextmanager
-def using(solver: str) -> Iterator[None]:
-    """What is minimised inside is minimised by this one. Raises `RibbonInputError` for another name."""
-    if solver not in SOLVERS:
+def using(solver: str | None) -> Iterator[None]:
+    """What is minimised inside is minimised by this one; None: as around it. Raises `RibbonInputError` for another
+    name."""
+    if solver is not None and solver not in SOLVERS:
         raise RibbonInputError("solver", solver, f"use one of {', '.join(SOLVERS)}")
-    token = _asked.set(solver)
+    token = _asked.set(_asked.get() if solver is None else solver)
     try:
         yield
     finally:
         _asked.reset(token)
+
+
+def asked() -> str:
+    """The solver asked for."""
+    return _asked.get()
+
+
+def by_recursion(problem: object, options: dict[str, Any] | None = None) -> bool:
+    """Whether the problem, with options of Ipopt's, goes to the recursion for problems without rows."""
+    fits = isinstance(problem, ChainedProblem) and set(options or {}) <= set(newton.OPTIONS)
+    return fits and _asked.get() != "ipopt"
 
 
 def minimise(
@@ -35,20 +55,28 @@ def minimise(
     options: dict[str, Any] | None = None,
     progress: Callable[[int, float, float], None] | None = None,
     warm: tuple[FloatArray, FloatArray] | None = None,
+    **how: bool,
 ) -> Minimum:
     """As `ribbon.solvers.ipopt.minimise`, by what is asked for (`using`) or fits.
 
-    Problems with rows that can be eliminated along the strip go to `newton_rows`; where that finds no step, and for
-    options that it does not know, Ipopt begins at the same start, and the message says so.
+    Problems without rows go to `newton` (how: its `near`, `rough`), those with rows that can be eliminated along the
+    strip to `newton_rows`; where that finds no step, and for options that it does not know, Ipopt begins at the same
+    start, and the message says so.
     """
-    known = set(options or {}) <= set(newton_rows.OPTIONS)
-    fits = is_constrained(problem) and hasattr(problem, "elimination")
-    if _asked.get() == "ipopt" or not fits or not known:
-        return ipopt.minimise(problem, start, options, progress, warm)
-    rows: Any = problem
-    found = newton_rows.minimise(rows, start, options, progress, warm)
-    if found.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST):
-        return found  # after as many steps as it was given Ipopt, which makes the same ones, has not arrived either
+    asked: Any = problem
+    if by_recursion(problem, options):
+        found = newton.minimise(asked, start, options, progress, **how)
+        arrived = found.residual <= FOUND or spent()
+    else:
+        known = set(options or {}) <= set(newton_rows.OPTIONS)
+        fits = is_constrained(problem) and hasattr(problem, "elimination")
+        if _asked.get() == "ipopt" or not fits or not known:
+            return ipopt.minimise(problem, start, options, progress, warm)
+        found = newton_rows.minimise(asked, start, options, progress, warm)
+        # after as many steps as it was given Ipopt, which makes the same ones, has not arrived either
+        arrived = found.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST)
+    if arrived or _asked.get() == "newton":
+        return found
     other = ipopt.minimise(problem, start, options, progress, warm)
     if found.residual <= other.residual:
         return found

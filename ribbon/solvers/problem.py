@@ -76,7 +76,8 @@ class Minimum:
     x: unknowns (n,); multipliers: of the bounds, (n,), lower minus upper: gradient = multipliers at a KKT point;
     rows: multipliers of the constraints (m,): gradient + Jacobian^T rows = multipliers; residual: largest violation of
     stationarity, of the rows and of complementarity; iterations; code and message of the minimiser; `finished` when it
-    met its own tolerance; seconds of wall time.
+    met its own tolerance; seconds of wall time; solver: which it was; moved: how far (l) the joints went
+    in the last doubling of the segments, None where there was none.
     """
 
     x: FloatArray
@@ -88,6 +89,8 @@ class Minimum:
     message: str
     finished: bool
     seconds: float
+    solver: str = "Ipopt"
+    moved: float | None = None
 
 
 def polish(problem: BoundedProblem, x: FloatArray, steps: int = 12) -> FloatArray:

@@ -11,6 +11,7 @@ from ribbon import Clamp, Closure, Gravity, Strip, Wall
 from ribbon.energies.names import FREE
 from ribbon.find.solve import Problem, build
 from ribbon.problems import formulation as _formulation
+from ribbon.solvers import choose
 
 #: The energy behind "auto", and beside an elastica: the one that is exact in the width (thesis, eq. 2.11).
 AUTO_ENERGY = "wunderlich"
@@ -137,7 +138,8 @@ def ribbon_arguments(scene: Scene) -> dict[str, Any]:
 def ribbon_problem(scene: Scene, formulation: str | None = None) -> Problem:
     """The ribbon's minimisation problem of a scene; `formulation`: another one than the scene asks for."""
     arguments = build_arguments(scene)
-    return build(**(arguments if formulation is None else {**arguments, "formulation": formulation}))
+    with choose.using(scene.model.solver):
+        return build(**(arguments if formulation is None else {**arguments, "formulation": formulation}))
 
 
 def formulation_why(scene: Scene, used: str) -> str:
@@ -151,5 +153,5 @@ def formulation_why(scene: Scene, used: str) -> str:
     start = None if clamp is None or (clamp.position is None and not clamp.holds_frame) else clamp
     segments = len(scene.model.lengths)
     arguments = start, end, ribbon_closure(scene), ribbon_walls(scene), ribbon_gravity(scene), segments
-    chosen, why = _formulation.choose(scene.model.formulation, *arguments)
+    chosen, why = _formulation.choose(scene.model.formulation, *arguments, scene.model.solver)
     return why if chosen == used else f"{chosen} ({why}) cannot solve this scene; {used} can"

@@ -58,7 +58,7 @@ class RibbonModel:
             "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.*", "clamp.*", "closure.*", "wall.*",
             "model.energy", "model.accuracy", "model.stiffness", "model.in_plane", "model.elements", "model.grading",
             "model.element_lengths", "model.tolerance", "model.formulation", "model.held_by", "model.budget",
-            "seed.*", "path",
+            "model.solver", "seed.*", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
@@ -155,10 +155,11 @@ class RibbonModel:
     ) -> State:
         """With the energy of the scene; done: what is solved already."""
         from compare.models.ribbon.build import ribbon_energy
+        from ribbon.solvers import choose
         from ribbon.solvers.budget import within
 
         scene = scene if size is None else sized(scene, size)
-        with self._admitted(scene):
+        with self._admitted(scene), choose.using(scene.model.solver):
             tolerance = scene.model.tolerance
             if say is not None:
                 what = f"tolerance {tolerance:g}" if tolerance is not None else f"{len(scene.model.lengths)} segments"
@@ -169,7 +170,7 @@ class RibbonModel:
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
         if not options.error:
             return state
-        with within(scene.model.budget):
+        with within(scene.model.budget), choose.using(scene.model.solver):
             state = judged(state, say, options.grid, scene)
             if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
                 state = left(scene, state, say, options)

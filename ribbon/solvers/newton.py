@@ -1,0 +1,104 @@
+"""Newton's method for problems without rows: the recursion of `ribbon.solvers.riccati`, globalised."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ribbon.energies import dispatch
+from ribbon.problems.chained import ChainedProblem
+from ribbon.solvers import budget, chained_newton
+from ribbon.solvers.problem import FloatArray, Minimum, force_scale, kkt_residual
+
+#: Residual (over `force_scale`) to which the iteration goes on at least; it ends where rounding lets it fall no more.
+TOLERANCE = 1e-10
+#: Part of it that is exact enough, and the residual of a state that is a start for another only.
+EXACT = 1e-3
+ROUGH = 1e-8
+#: Options of Ipopt's that are known here too.
+OPTIONS = ("max_iter",)
+#: Most steps, and steps between looks at the clock.
+MOST = 500
+_TOGETHER = 8
+#: Share of the way to a bound that a step may go where the energy is infinite on it.
+_REACH = 0.95
+_descend: Any = chained_newton.descend
+
+
+def reach(problem: ChainedProblem) -> float:
+    """1 where the energy is finite on the bound |eta'| = 2 l / w, else a share of the way there."""
+    if problem.fields.free:
+        return 1.0
+    out = np.empty(1)
+    one, none = np.ones(1), np.zeros(1)
+    dispatch.values(problem.fields.code, one, none, one, problem.fields.section, out)
+    return 1.0 if np.isfinite(out[0]) and out[0] < 1e6 else _REACH
+
+
+def arguments(problem: ChainedProblem) -> tuple[Any, ...]:
+    """What `chained_newton.descend` asks of a problem, between the unknowns and the tolerance."""
+    lower, upper = problem.bounds()
+    gamma, up = problem.strip.gamma if problem.has_gravity else 0.0, np.zeros(3)
+    if problem.gravity is not None:
+        up = np.asarray(problem.gravity.up, dtype=float)
+    fields = problem.fields
+    return (
+        problem.lengths, fields.code, fields.section, problem.has_natural_curvature,
+        np.asarray(problem.strip.curvature), problem.strip.poisson, float(gamma), up,
+        np.asarray(problem.tip or (0.0, 0.0, 0.0)), problem.tip is not None, problem.clamp.frame,
+        problem.exponent_limit, lower, upper, reach(problem),
+    )  # fmt: skip
+
+
+def minimise(
+    problem: ChainedProblem,
+    start: FloatArray,
+    options: dict[str, Any] | None = None,
+    progress: Callable[[int, float, float], None] | None = None,
+    near: bool = False,
+    rough: bool = False,
+) -> Minimum:
+    """Stationary point of `problem` from `start` (n,), moved inside its bounds.
+
+    options: "max_iter"; `progress` is called with (iteration, energy, residual). near: the start is close to it; rough:
+    only what comes after from here has to be exact.
+    """
+    most = int((options or {}).get("max_iter", MOST))
+    clock = time.perf_counter()
+    x = np.array(start, dtype=float)
+    state, gradient = np.zeros(chained_newton.STATE), np.full(x.size, np.nan)
+    below, above = np.zeros((2, x.size))
+    given = arguments(problem)
+    if near:
+        state[chained_newton.BARRIER] = -1.0
+    tolerance = (ROUGH if rough else TOLERANCE) * force_scale(problem)
+    good = tolerance if rough else EXACT * tolerance
+    ended = chained_newton.GOING
+    together = 1 if progress is not None else _TOGETHER
+    while ended == chained_newton.GOING and state[chained_newton.ITERATIONS] < most and not budget.spent():
+        _descend(x, *given, tolerance, good, together, state, gradient, below, above)
+        ended = int(state[chained_newton.ENDED])
+        if progress is not None:
+            numbers = state[[chained_newton.ITERATIONS, chained_newton.ENERGY, chained_newton.RESIDUAL]]
+            progress(int(numbers[0]), float(numbers[1]), float(numbers[2]))
+    lower, upper = given[-3], given[-2]
+    held = (x <= lower) & (gradient > 0.0) | (x >= upper) & (gradient < 0.0)
+    multipliers = np.where(held, gradient, 0.0)
+    problem.counters.value += int(state[chained_newton.VALUES])
+    problem.counters.gradient += int(state[chained_newton.DERIVATIVES])
+    problem.counters.hessian += int(state[chained_newton.DERIVATIVES])
+    return Minimum(
+        x=x,
+        multipliers=multipliers,
+        rows=np.empty(0),
+        residual=kkt_residual(problem, x, multipliers) if np.all(np.isfinite(gradient)) else np.nan,
+        iterations=int(state[chained_newton.ITERATIONS]),
+        code=ended,
+        message=("stationary", "steps or time are spent", "no lower energy along the step", "no energy")[ended],
+        finished=ended == chained_newton.CONVERGED,
+        seconds=time.perf_counter() - clock,
+        solver="Newton",
+    )
