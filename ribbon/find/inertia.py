@@ -16,12 +16,13 @@ import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.problems.chained import ChainedProblem
-from ribbon.solvers import chained_many, riccati
+from ribbon.solvers import eigen, riccati
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_bracket: Any = chained_many.bracket
+_bracket: Any = eigen.bracket
+_lowest: Any = eigen.lowest
 
 
 @dataclass
@@ -82,7 +83,14 @@ class Pencil:
     def lowest(self) -> tuple[float, FloatArray]:
         """The lowest eigenvalue and its mode (n,), of unit length in the metric."""
         low = self.bracket[0]
-        self.below(low)
+        local, u, v = self._jets
+        found, converged = _lowest(
+            low, self.problem.lengths, local, self.problem.is_loaded, u, v, self._none, self.held, *self._work,
+            mode := np.empty(self.x.size),
+        )  # fmt: skip
+        if converged:
+            return float(found), mode
+        self.below(low)  # two of about the same size: Lanczos's iteration tells them apart
         where = np.flatnonzero(~self.held)
 
         def spread(y: FloatArray) -> FloatArray:

@@ -1,4 +1,8 @@
-"""Many ribbons that are held at s = 0 only, of one energy and one set of segments, solved as one batch."""
+"""Many ribbons that are held at s = 0 only, of one energy and one set of segments, solved as one batch.
+
+No process, no file and no picture for a case: threads take slices of the cases, and nearly all of their time is spent
+in kernels that release the interpreter's lock (`ribbon.solvers.chained_newton`, `ribbon.solvers.eigen`).
+"""
 
 from __future__ import annotations
 
@@ -14,20 +18,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
+from ribbon.find import nested, stability
+from ribbon.find.inertia import Pencil
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.find.solve import build, solve, solve_from, starting_shapes
-from ribbon.find.stability import ACTIVE_DISTANCE, INDIFFERENT
 from ribbon.loads import Gravity
 from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Status
-from ribbon.solvers import chained_many, newton
-from ribbon.solvers.problem import force_scale
+from ribbon.solvers import newton
+from ribbon.solvers.problem import Minimum
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
 #: Cases that a thread takes at a time.
 TOGETHER = 64
-_run: Any = chained_many.run
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ def solve_many(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Many:
-    """Equilibria of many ribbons that are held at s = 0 only, from their stress-free shapes, in one kernel.
+    """Equilibria of many ribbons that are held at s = 0 only, from their stress-free shapes, several at once.
 
     Parameters
     ----------
@@ -93,7 +97,7 @@ def solve_many(
     energy, segments, stiffness, in_plane: the same for all.
     warm: a case begins at the solution of the one before it, in the order given. Quicker along a curve of states, but
         where there are several states the answer then depends on the neighbours; without, each case is solved as
-        `ribbon.solve` does (which begins with fewer segments where there are 80 or more).
+        `ribbon.solve` does.
     threads: how many at once; None: the usable cores. progress: called with (finished, all).
 
     What does not plainly converge to a stable state goes to `ribbon.solve`. Raises `RibbonInputError` on bad input,
@@ -104,35 +108,65 @@ def solve_many(
     problems = _problems(strips, clamp, gravity, tip, {**shared, "formulation": "chained"})
     if not problems:
         return Many((), np.empty((0, 0)), (), np.empty(0), np.empty(0, dtype=np.int64), np.empty(0), {}, 0.0)
-    starts = np.array([_start(problem) for problem in problems])
-    xs, found = starts.copy(), np.zeros((len(problems), chained_many.FOUND))
-    given = _arguments(problems)
-    gradients = np.empty_like(xs)
-    slices = np.array_split(np.arange(len(problems)), max(1, -(-len(problems) // TOGETHER)))
-    done = 0
+    ends: list[_End] = []
+    slices = [problems[i : i + TOGETHER] for i in range(0, len(problems), TOGETHER)]
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
-        rest = (xs, *given, newton.MOST, INDIFFERENT, ACTIVE_DISTANCE, warm, gradients, found)
-        for cases, _ in zip(slices, pool.map(lambda cases: _run(cases, *rest), slices), strict=True):
-            done += cases.size
+        for part in pool.map(lambda some: _solved(some, warm), slices):
+            ends += part
             if progress is not None:
-                progress(done, len(problems))
-    status = [Status.CONVERGED] * len(problems)
-    again: dict[int, Equilibrium] = {}
-    residual, eigenvalue = found[:, chained_many.RESIDUAL].copy(), found[:, chained_many.LOWEST].copy()
-    iterations = found[:, chained_many.ITERATIONS].astype(np.int64)
-    scale = np.array([force_scale(problem) for problem in problems])
-    residual /= scale
-    for i in np.flatnonzero((found[:, chained_many.STABLE] == 0.0) | ~(residual <= RESIDUAL_TOLERANCE)):
-        problem = problems[i]
-        other = solve(
-            problem.strip, problem.clamp, problem.gravity, tip=problem.tip, formulation="chained", **shared,
-        )  # fmt: skip
-        again[int(i)] = other
-        xs[i], status[i], residual[i] = other.x, other.status, other.residual
-        eigenvalue[i], iterations[i] = other.lowest_eigenvalue, other.iterations
+                progress(len(ends), len(problems))
+    again = {}
+    for i, end in enumerate(ends):
+        if not end.plain:
+            problem = problems[i]
+            again[i] = found = solve(
+                problem.strip, problem.clamp, problem.gravity, tip=problem.tip, formulation="chained", **shared
+            )  # fmt: skip
+            ends[i] = _End(found.x, found.residual, found.iterations, found.lowest_eigenvalue, False)
     return Many(
-        tuple(problems), xs, tuple(status), residual, iterations, eigenvalue, again, time.perf_counter() - clock
+        tuple(problems),
+        np.array([end.x for end in ends]),
+        tuple(again[i].status if i in again else Status.CONVERGED for i in range(len(ends))),
+        np.array([end.residual for end in ends]),
+        np.array([end.iterations for end in ends]),
+        np.array([end.eigenvalue for end in ends]),
+        again,
+        time.perf_counter() - clock,
     )
+
+
+@dataclass(frozen=True)
+class _End:
+    """Where a case ended; plain: converged, and its lowest eigenvalue is clearly positive."""
+
+    x: FloatArray
+    residual: float
+    iterations: int
+    eigenvalue: float
+    plain: bool
+
+
+def _solved(problems: Sequence[ChainedProblem], warm: bool) -> list[_End]:
+    """The cases one after the other; almost all of it in kernels that release the interpreter's lock."""
+    ends: list[_End] = []
+    before: FloatArray | None = None
+    for problem in problems:
+        end = None if before is None else _end(problem, newton.minimise(problem, before, near=True))
+        if end is None or not end.plain:
+            end = _end(problem, nested.minimum(problem, _start(problem)))
+        before = end.x if warm and end.plain else None
+        problem._cache.clear()
+        ends.append(end)
+    return ends
+
+
+def _end(problem: ChainedProblem, found: Minimum) -> _End:
+    eigenvalue, plain = np.nan, found.residual <= RESIDUAL_TOLERANCE
+    if plain:
+        pencil = Pencil(problem, found.x, stability.held_at(problem, found.x))
+        eigenvalue = pencil.lowest()[0] if pencil.free else np.inf
+        plain = eigenvalue > stability.INDIFFERENT * max(1.0, pencil.bracket[1])
+    return _End(found.x, found.residual, found.iterations, eigenvalue, plain)
 
 
 def _each(key: str, value: Any, count: int, several: bool) -> list[Any]:
@@ -166,18 +200,3 @@ def _problems(
 def _start(problem: ChainedProblem) -> FloatArray:
     omega, eta = next(iter(starting_shapes(problem, "natural", 0.0)))
     return problem.state(omega, eta)
-
-
-def _arguments(problems: Sequence[ChainedProblem]) -> tuple[Any, ...]:
-    """The arguments of `chained_many.run` between the unknowns and the number of steps, a row for each problem."""
-    each = [newton.arguments(problem) for problem in problems]
-    lengths, code = each[0][0], each[0][1]
-    sections, natural, curvatures, poissons, gammas, ups, forces, pulled, frames = (
-        np.array([row[k] for row in each]) for k in range(2, 11)
-    )
-    lowers, uppers = (np.array([row[k] for row in each]) for k in (12, 13))
-    tolerances = np.array([newton.TOLERANCE * force_scale(problem) for problem in problems])
-    return (
-        lengths, code, sections, natural, curvatures, poissons, gammas, ups, forces, pulled, frames, each[0][11],
-        lowers, uppers, each[0][14], tolerances, newton.EXACT * tolerances,
-    )  # fmt: skip

@@ -89,12 +89,12 @@ class _Spectrum:
         return self.vectors[:, np.abs(self.values) <= self.tolerance]
 
 
-def _spectrum(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: FloatArray) -> _Spectrum:
+def _spectrum(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: BoolArray) -> _Spectrum:
     values, vectors = scipy.linalg.eigh(problem.hessian(x)[np.ix_(free, free)], metric)
     return _Spectrum(values, vectors, INDIFFERENT * max(1.0, float(np.abs(values).max())))
 
 
-def _lowest(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: FloatArray) -> float:
+def _lowest(problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: BoolArray) -> float:
     """The lowest eigenvalue alone, which is found in a fraction of the time of all."""
     hessian = problem.hessian(x)[np.ix_(free, free)]
     return float(scipy.linalg.eigh(hessian, metric, eigvals_only=True, subset_by_index=[0, 0])[0])
@@ -211,12 +211,18 @@ def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
     return found
 
 
+def held_at(problem: ChainedProblem, x: FloatArray) -> BoolArray:
+    """Which unknowns (n,) are fixed, or stand on a bound at x (n,)."""
+    lower, upper = problem.bounds()
+    reach = np.where(np.isfinite(upper), ACTIVE_DISTANCE * np.maximum(np.abs(upper), np.abs(lower)), -1.0)
+    return np.asarray((lower == upper) | (np.minimum(x - lower, upper - x) <= reach))
+
+
 def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     """Lowest eigenvalue at the stationary point x (n,)."""
     lower, upper = problem.bounds()
     fixed = lower == upper
-    reach = np.where(np.isfinite(upper), ACTIVE_DISTANCE * np.maximum(np.abs(upper), np.abs(lower)), -1.0)
-    held = fixed | (np.minimum(x - lower, upper - x) <= reach)
+    held = held_at(problem, x)
     free = ~held
     active = int(held.sum() - fixed.sum())
     mode = np.zeros(x.size)
@@ -298,7 +304,7 @@ def _is_least(problem: ChainedProblem, x: FloatArray) -> bool:
 
 
 def _worst_ruling(
-    problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: FloatArray, spectrum: _Spectrum
+    problem: ChainedProblem, metric: FloatArray, x: FloatArray, free: BoolArray, spectrum: _Spectrum
 ) -> tuple[FloatArray, _Spectrum]:
     """Among points of the same energy along the null modes, the one with the lowest eigenvalue found, and its spectrum.
 

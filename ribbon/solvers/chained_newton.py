@@ -210,7 +210,8 @@ def descend(
     first = np.empty((fields, fields))
     held = np.empty(x.size, dtype=np.bool_)
     extra = np.zeros(x.size)
-    step, right, y, kept, slopes, jump = np.empty((6, x.size))
+    step, right, y = np.empty(x.size), np.empty(x.size), np.empty(x.size)
+    kept, slopes, jump = np.empty(x.size), np.empty(x.size), np.empty(x.size)
     turned = np.empty(3)
     free = code >= FREE_CODE
     if state[VALUES] == 0.0:
@@ -228,7 +229,9 @@ def descend(
     if not np.isfinite(value):
         state[ENDED] = UNDEFINED
         return
-    bounded = np.any(np.isfinite(upper) & (lower < upper))
+    bounded = False
+    for i in range(x.size):
+        bounded = bounded or (np.isfinite(upper[i]) and lower[i] < upper[i])
     blind = False  # whether the last step was taken by the gradient, its energy being rounding or a saddle's
     before = np.inf
     negative = 0

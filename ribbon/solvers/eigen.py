@@ -1,0 +1,84 @@
+"""Lowest eigenvalue of a chained problem's Hessian in O(p), by the factors of `ribbon.solvers.riccati` (numba)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ribbon.solvers import riccati
+
+#: Powers of four tried for a bracket; its width over its size; steps of the inverse iteration and its tolerance.
+_POWERS = 40
+_BRACKET = 0.25
+_STEPS = 100
+_SAME = 1e-12
+
+
+@njit(cache=True)
+def _count(sigma, lengths, local, coupled, u, v, none, held, gains, inverses, first):
+    return riccati.factor(lengths, local, coupled, u, v, -sigma, none, held, gains, inverses, first)
+
+
+@njit(cache=True, nogil=True)
+def bracket(lengths, local, coupled, u, v, none, held, gains, inverses, first):
+    """A number that no eigenvalue is below, close to the lowest, and a bound of the largest, at most four times it."""
+    moving = 0
+    for i in range(held.size):
+        moving += not held[i]
+    largest = 1.0
+    for _ in range(_POWERS):
+        if _count(largest, lengths, local, coupled, u, v, none, held, gains, inverses, first) == moving:
+            break
+        largest *= 4.0
+    low, high = 0.0, 1.0
+    if _count(0.0, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:
+        low, high = -1.0, 0.0
+        while _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:
+            low, high = 4.0 * low, low
+    else:
+        while _count(high, lengths, local, coupled, u, v, none, held, gains, inverses, first) == 0:
+            low, high = high, 4.0 * high
+    while high - low > _BRACKET * max(1e-3, max(abs(low), abs(high))):
+        middle = 0.5 * (low + high)
+        if _count(middle, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:
+            high = middle
+        else:
+            low = middle
+    while _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:  # rounding
+        low -= _BRACKET * max(1.0, abs(low))
+    return low, largest
+
+
+@njit(cache=True, nogil=True)
+def lowest(low, lengths, local, coupled, u, v, none, held, gains, inverses, first, mode):
+    """The lowest eigenvalue by inverse iteration from `low` (`bracket`), and whether it converged; `mode` (n,), filled
+    with its mode, of unit length in the metric where it did."""
+    n = held.size
+    fields = inverses.shape[1]
+    right = np.empty(n)
+    turned = np.empty(3)
+    _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first)
+    for i in range(n):
+        mode[i] = 0.0 if held[i] else 1.0 + (i * 0.6180339887498949) % 1.0
+    found = before = np.nan
+    for _ in range(_STEPS):
+        riccati.mass_times(lengths, fields, mode, right)
+        size = 0.0
+        for i in range(n):
+            right[i] = 0.0 if held[i] else right[i]
+            size += right[i] * mode[i]
+        size = np.sqrt(size)
+        for i in range(n):
+            right[i] /= size
+            mode[i] /= size
+        if abs(found - before) <= _SAME * max(abs(found), 1e-3):
+            return found, True
+        before = found
+        riccati.solve(lengths, coupled, u, gains, inverses, first, right, mode, turned)
+        # at a mode of unit length y = (H - low M)^-1 M mode has the length 1 / (eigenvalue - low)
+        product = 0.0
+        riccati.mass_times(lengths, fields, mode, right)
+        for i in range(n):
+            product += 0.0 if held[i] else right[i] * mode[i]
+        found = low + 1.0 / np.sqrt(product)
+    return found, False
