@@ -40,7 +40,7 @@ FILES = {
 }
 
 #: What solves the linear systems of each minimiser.
-LINEAR_SOLVERS = {"Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "Riccati recursion along the strip"}
+LINEAR_SOLVERS = {"Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "L D L^T along the strip"}
 
 
 def result(scene: Scene, state: State) -> dict[str, Any]:

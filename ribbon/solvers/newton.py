@@ -76,14 +76,15 @@ def minimise(
         state[chained_newton.BARRIER] = -1.0
     tolerance = (ROUGH if rough else TOLERANCE) * force_scale(problem)
     good = tolerance if rough else EXACT * tolerance
-    ended = chained_newton.GOING
-    together = 1 if progress is not None else _TOGETHER
-    while ended == chained_newton.GOING and state[chained_newton.ITERATIONS] < most and not budget.spent():
+    together = 0  # the start is looked at, whatever time there is
+    while True:
         _descend(x, *given, tolerance, good, together, state, gradient, below, above)
-        ended = int(state[chained_newton.ENDED])
+        ended, steps = int(state[chained_newton.ENDED]), int(state[chained_newton.ITERATIONS])
         if progress is not None:
-            numbers = state[[chained_newton.ITERATIONS, chained_newton.ENERGY, chained_newton.RESIDUAL]]
-            progress(int(numbers[0]), float(numbers[1]), float(numbers[2]))
+            progress(steps, float(state[chained_newton.ENERGY]), float(state[chained_newton.RESIDUAL]))
+        if ended != chained_newton.GOING or steps >= most or budget.spent():
+            break
+        together = 1 if progress is not None else min(_TOGETHER, most - steps)
     lower, upper = given[-3], given[-2]
     held = (x <= lower) & (gradient > 0.0) | (x >= upper) & (gradient < 0.0)
     multipliers = np.where(held, gradient, 0.0)

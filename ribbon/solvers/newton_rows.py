@@ -458,4 +458,5 @@ def minimise(
         message=MESSAGES[code],
         finished=code == SOLVED,
         seconds=time.perf_counter() - clock,
+        solver="Newton",
     )
