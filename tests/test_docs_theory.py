@@ -361,6 +361,25 @@ def test_chain_4_1_and_4_2():
     assert problem.energy_parts(x)[2] == pytest.approx(3.0 * total, rel=1e-13)
 
 
+def test_newtons_step_4_9():
+    """The linear-quadratic model is half the second derivative along any change of the unknowns."""
+    strip = Strip(1.0, 0.1, poisson=0.4, natural_curvature=4.0, gamma=10.0)
+    tip = (0.5, -1.0, 2.0)
+    problem = build(strip, Clamp(), Gravity(up=(0.6, 0.0, 0.8)), segments=5, tip=tip, formulation="chained")
+    rng = np.random.default_rng(5)
+    x, d = rng.standard_normal((2, problem.size))
+    local, u, v = problem.jets(x)
+    change = problem.parameters(x + d) - problem.parameters(x)
+    psi, total = np.zeros(3), 0.0
+    for k in range(5):
+        block = np.zeros((4, 4))
+        block[np.triu_indices(4)] = local[k, 5:]
+        block = block + np.triu(block, 1).T
+        total += 0.5 * change[k] @ block @ change[k] + change[k] @ v[k] @ psi
+        psi = psi + change[k] @ u[k]
+    assert total == pytest.approx(0.5 * d @ problem.hessian(x) @ d, rel=1e-10)
+
+
 def test_glue_4_5_to_4_7():
     strip, up = Strip(1.0, 0.05, gamma=3.0), np.array([0.0, 0.6, 0.8])
     problem = build(strip, Clamp(ruling="free"), Gravity(up, exact=False), segments=3, formulation="mixed")

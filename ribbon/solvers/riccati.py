@@ -4,7 +4,7 @@ The Hessian by the parameters q_k of the segments is semi-separable (`ribbon.pro
 eq. (4.3)): its diagonal blocks are the local ones, and a change of q_j turns all that is behind it by u_j, which meets
 v_k. With the rotation gathered so far as a state, psi_(k+1) = psi_k + sum_c u_kc dq_kc, and the fields' values t_k
 (dq: slopes w_k, and t_k), the quadratic model of the energy is a linear-quadratic control problem of five or six
-states and two or three controls (docs/theory.md, eq. (4.8))::
+states and two or three controls (docs/theory.md, eq. (4.9))::
 
     sum_k g_k dq_k + 1/2 dq_k D_k dq_k + sum_c dq_kc <v_kc, psi_k> ,   t_(k+1) = t_k + L_k w_k ,   psi_0 = 0 .
 

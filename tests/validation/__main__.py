@@ -13,6 +13,7 @@ NAMES = (
     "coils",
     "tape",
     "minimisers",
+    "newton",
     "newton_glued",
     "strong_form",
     "shooting",
