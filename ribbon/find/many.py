@@ -27,6 +27,7 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import newton
 from ribbon.solvers.problem import Minimum
+from ribbon.solvers.threads import alone
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -75,6 +76,7 @@ class Many:
         return solve_from(self.problems[number], self.x[number], near=True)
 
 
+@alone
 def solve_many(
     strips: Sequence[Strip],
     clamp: Clamp | Sequence[Clamp] | None = None,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -83,8 +84,16 @@ def _scenes() -> list[list[str]]:
         v = _pair(problem, relax.placed(problem, *shape), REPEATS + 1)
         (a, b), (c, d), (e, f) = v["iterations"], v["residuals"], v["seconds"]
         rows.append(
-            [name, str(problem.lengths.size), f"{v['apart']:.1e}", f"{a} / {b}", f"{c:.0e} / {d:.0e}"]
-            + [f"{1e3 * e:.2f}", f"{1e3 * f:.1f}", f"{f / e:.1f}"]
+            [
+                name,
+                str(problem.lengths.size),
+                f"{v['apart']:.1e}",
+                f"{a} / {b}",
+                f"{c:.0e} / {d:.0e}",
+                f"{1e3 * e:.2f}",
+                f"{1e3 * f:.1f}",
+                f"{f / e:.1f}",
+            ]
         )
     return rows
 
@@ -105,7 +114,7 @@ def random_problem(seed: int) -> ChainedProblem:
     segments = int(rng.choice([10, 20, 40, 80]))
     return build(  # type: ignore[return-value]
         strip, Clamp(), Gravity(tuple(up)), energy=energy, segments=segments, tip=tip, formulation="chained"
-    )  # fmt: skip
+    )
 
 
 def _random() -> str:
@@ -127,12 +136,12 @@ def _random() -> str:
         neither += not any(good)
     steps = np.median(fewer, axis=0)
     return (
-        f"{RANDOM} random ones (`random_problem`: w / l 0.003 to 0.25, |K| to 40, Gamma to 1e4, end forces to 100 D w / "
-        f"l^2, six energies' choices, 10 to 80 segments), from the stress-free shape: {same} are the same to {SAME:g} l; "
+        f"{RANDOM} random ones (`random_problem`: w / l 0.003 to 0.25, |K| to 40, Gamma to 1e4, end forces to 100 D w "
+        f"/ l^2, four energies, 10 to 80 segments), from the stress-free shape: {same} are the same to {SAME:g} l; "
         f"{lower + higher} are other minima, Newton's the lower in {lower}; Ipopt, begun at those states of Newton's, "
-        f"moves them by at most {judged:.1e} l. Newton alone converges in {only_newton}, Ipopt alone in {missed} (`solve` "
-        f"then asks Ipopt), neither in {neither}. Steps in the median {steps[0]:.0f} and {steps[1]:.0f}, CPU time of Ipopt "
-        f"over Newton's: median {np.median(ratios):.1f}, all together by scene {np.mean(ratios):.1f}."
+        f"moves them by at most {judged:.1e} l. Newton alone converges in {only_newton}, Ipopt alone in {missed} "
+        f"(`solve` then asks Ipopt), neither in {neither}. Steps in the median {steps[0]:.0f} and {steps[1]:.0f}; CPU "
+        f"time of Ipopt over Newton's: median {np.median(ratios):.1f}, mean {np.mean(ratios):.1f}."
     )
 
 
@@ -144,13 +153,22 @@ def _sizes() -> list[list[str]]:
         for p in SIZES:
             problem: Any = build(**{**given, "segments": p, "formulation": "chained"})
             start = problem.natural_state()
-            runs = [_timed(lambda: nested.minimum(problem.with_changes(), start)) for _ in range(1 if p > 2000 else 3)]
+            again = partial(nested.minimum, problem.with_changes(), start)
+            runs = [_timed(again) for _ in range(1 if p > 2000 else 3)]
             found, seconds = runs[-1][0], statistics.median(run[1] for run in runs)
-            check, judged = _timed(lambda: stability.check(problem, found.x))
+            check, judged = _timed(partial(stability.check, problem, found.x))
             rows.append(
-                [name, str(p), str(found.iterations), f"{found.residual:.0e}", f"{1e3 * seconds:.3g}"]
-                + [f"{1e6 * seconds / p:.0f}", f"{1e3 * judged:.3g}", f"{check.eigenvalue:.8f}"]
-                + ["" if found.moved is None else f"{found.moved:.1e}"]
+                [
+                    name,
+                    str(p),
+                    str(found.iterations),
+                    f"{found.residual:.0e}",
+                    f"{1e3 * seconds:.3g}",
+                    f"{1e6 * seconds / p:.0f}",
+                    f"{1e3 * judged:.3g}",
+                    f"{check.eigenvalue:.8f}",
+                    "" if found.moved is None else f"{found.moved:.1e}",
+                ]
             )
     return rows
 
@@ -175,10 +193,10 @@ def _batch() -> str:
         for i, found in zip(singles, one_by_one, strict=True)
     )
     return (
-        f"{BATCH} cantilevers of {SEGMENTS} segments (`cantilevers`) by `ribbon.solve_many`: {wall:.1f} s of wall time on "
-        f"two cores, {1e3 * seconds / BATCH:.2f} ms of CPU a case; {int(many.ok.sum())} are stable, {len(many.again)} went "
-        f"to `solve`. {len(singles)} of them one by one: {1e3 * alone / len(singles):.2f} ms a case, at most {apart:.1e} l "
-        "away."
+        f"{BATCH} cantilevers of {SEGMENTS} segments (`cantilevers`) by `ribbon.solve_many`: {wall:.1f} s of wall time "
+        f"on two cores, {1e3 * seconds / BATCH:.2f} ms of CPU a case; {int(many.ok.sum())} are stable, "
+        f"{len(many.again)} went to `solve`. {len(singles)} of them one by one: {1e3 * alone / len(singles):.2f} ms a "
+        f"case, at most {apart:.1e} l away."
     )
 
 
