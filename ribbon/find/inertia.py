@@ -8,7 +8,6 @@ everything is positive, finds it and its mode. Nothing dense is made.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _bracket: Any = eigen.bracket
+_largest: Any = eigen.largest
 _lowest: Any = eigen.lowest
 
 
@@ -72,22 +72,19 @@ class Pencil:
         out[self.held] = 0.0
         return out
 
-    @cached_property
-    def bracket(self) -> tuple[float, float]:
-        """A number that no eigenvalue is below, close to the lowest, and a bound of the largest, at most four times."""
+    @property
+    def _given(self) -> tuple[Any, ...]:
         local, u, v = self._jets
-        return _bracket(
-            self.problem.lengths, local, self.problem.is_loaded, u, v, self._none, self.held, *self._work
-        )  # fmt: skip
+        return self.problem.lengths, local, self.problem.is_loaded, u, v, self._none, self.held, *self._work
+
+    def largest(self) -> float:
+        """A bound of the largest eigenvalue (at least 1), at most four times it."""
+        return float(_largest(*self._given))
 
     def lowest(self) -> tuple[float, FloatArray]:
         """The lowest eigenvalue and its mode (n,), of unit length in the metric."""
-        low = self.bracket[0]
-        local, u, v = self._jets
-        found, converged = _lowest(
-            low, self.problem.lengths, local, self.problem.is_loaded, u, v, self._none, self.held, *self._work,
-            mode := np.empty(self.x.size),
-        )  # fmt: skip
+        low = _bracket(*self._given)
+        found, converged = _lowest(low, *self._given, mode := np.empty(self.x.size))
         if converged:
             return float(found), mode
         self.below(low)  # two of about the same size: Lanczos's iteration tells them apart

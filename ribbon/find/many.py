@@ -167,7 +167,7 @@ def _end(problem: ChainedProblem, found: Minimum) -> _End:
     if plain:
         pencil = Pencil(problem, found.x, stability.held_at(problem, found.x))
         eigenvalue = pencil.lowest()[0] if pencil.free else np.inf
-        plain = eigenvalue > stability.INDIFFERENT * max(1.0, pencil.bracket[1])
+        plain = eigenvalue > stability.INDIFFERENT * pencil.largest()
     return _End(found.x, found.residual, found.iterations, eigenvalue, plain)
 
 

@@ -258,7 +258,7 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
 def _by_inertia(problem: ChainedProblem, x: FloatArray, held: BoolArray, active: int) -> Stability | None:
     """The check in O(p); None where an eigenvalue is zero to rounding."""
     pencil = Pencil(problem, x, held)
-    tolerance = INDIFFERENT * max(1.0, pencil.bracket[1])
+    tolerance = INDIFFERENT * pencil.largest()
     negative = pencil.below(-tolerance) > 0
     if not negative and pencil.below(tolerance) > 0:
         return None

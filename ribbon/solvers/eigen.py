@@ -20,16 +20,22 @@ def _count(sigma, lengths, local, coupled, u, v, none, held, gains, inverses, fi
 
 
 @njit(cache=True, nogil=True)
-def bracket(lengths, local, coupled, u, v, none, held, gains, inverses, first):
-    """A number that no eigenvalue is below, close to the lowest, and a bound of the largest, at most four times it."""
+def largest(lengths, local, coupled, u, v, none, held, gains, inverses, first):
+    """A bound of the largest eigenvalue (at least 1), at most four times it."""
     moving = 0
     for i in range(held.size):
         moving += not held[i]
-    largest = 1.0
+    bound = 1.0
     for _ in range(_POWERS):
-        if _count(largest, lengths, local, coupled, u, v, none, held, gains, inverses, first) == moving:
+        if _count(bound, lengths, local, coupled, u, v, none, held, gains, inverses, first) == moving:
             break
-        largest *= 4.0
+        bound *= 4.0
+    return bound
+
+
+@njit(cache=True, nogil=True)
+def bracket(lengths, local, coupled, u, v, none, held, gains, inverses, first):
+    """A number that no eigenvalue is below, close to the lowest."""
     low, high = 0.0, 1.0
     if _count(0.0, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:
         low, high = -1.0, 0.0
@@ -46,7 +52,7 @@ def bracket(lengths, local, coupled, u, v, none, held, gains, inverses, first):
             low = middle
     while _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:  # rounding
         low -= _BRACKET * max(1.0, abs(low))
-    return low, largest
+    return low
 
 
 @njit(cache=True, nogil=True)

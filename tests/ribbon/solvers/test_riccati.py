@@ -88,7 +88,7 @@ def test_lowest_eigenvalue_is_that_of_the_dense_pencil(gamma):
         lowest, mode = pencil.lowest()
         assert lowest == pytest.approx(values[0], rel=1e-8, abs=1e-10)
         assert mode @ problem.hessian(x) @ mode == pytest.approx(lowest, rel=1e-7, abs=1e-9)
-        assert values[-1] <= pencil.bracket[1] <= 4.0 * max(1.0, values[-1])
+        assert values[-1] <= pencil.largest() <= 4.0 * max(1.0, values[-1])
 
 
 def test_stability_of_many_segments_is_that_of_all_eigenvalues(monkeypatch):
