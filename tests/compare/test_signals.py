@@ -74,7 +74,7 @@ def test_while_a_module_is_imported(tmp_path, number, module):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
-    "place", ["compare.commands.common:scene_of", "ribbon.solvers.ipopt:minimise", "compare.pages.solve:write"]
+    "place", ["compare.commands.common:scene_of", "ribbon.solvers.newton:minimise", "compare.pages.solve:write"]
 )
 def test_while_it_works(tmp_path, number, place):
     ended_well(signalled(AT_CALL, number, place, "solve", "coil_10_100", "--out", tmp_path, *SMALL), number)

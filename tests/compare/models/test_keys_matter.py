@@ -95,6 +95,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "model.tolerance": ({**OBLIQUE, "model.elements": None}, 1e-2, 1e-5),
     "model.formulation": ({}, "chained", "mixed"),
     "model.held_by": ({"model.formulation": "mixed"}, None, "constraints"),
+    "model.solver": (OBLIQUE, None, "ipopt"),
     "model.budget": (OBLIQUE, None, 1e-9),
     "model.arc_length": ({"model.energy": "elastica", "strip.natural_curvature": -40.0}, None, "always"),
     "tip.moment": (ANTMAN, [1e-5, 0.0, 0.0], [2e-5, 0.0, 0.0]),
