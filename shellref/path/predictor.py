@@ -26,7 +26,7 @@ from shellref.shell.naghdi import Stress
 #: Largest component (positions in l, directors) by which a predictor may be off: about four Newton iterations.
 AIM = 0.1
 #: Largest component of a move that is nobody's concern.
-SMALL = 1e-3
+SMALL = 1e-2
 #: How many times further than the last step the next one may be foreseen to move.
 FURTHER = 2.5
 

@@ -178,11 +178,15 @@ class Walker:
                     self._stuck(walk, attempt)
                 continue
             step = load - walk.point.load
+            misled = off > self.equilibrium.largest(attempt.state - walk.point.state)
             self.accept(walk, "load", attempt)
             if walk.status is None:
                 step = min(o.max_step, next_step(step, off, begin.order, o.growth, o.cut))
             walk.step = step
-            self.know_rate(walk)
+            if misled:  # next to a soft mode a rate is worse than none: from the state as it is
+                walk.older, walk.point.rate = None, None
+            else:
+                self.know_rate(walk)
             self.journal.point(walk)
 
     def _stuck(self, walk: Walk, attempt: Attempt) -> None:

@@ -167,7 +167,7 @@ def test_between_both_critical_weights_only_the_shell_of_7_1_falls(tmp_path):
 def test_the_shell_of_7_3_bulges_between_its_corners(tmp_path):
     found = compared("limits_7_3", tmp_path, {"shell.elements": [40, 6]})
     (row,) = found.rows
-    assert row.start == "path"
+    assert row.start == "ribbon (as the coarse path)"
     assert row.hausdorff == pytest.approx(0.0385, abs=1.5e-3)
     assert row.claimed
     assert row.share["membrane"] + row.share["shear"] == pytest.approx(0.0255, abs=0.003)

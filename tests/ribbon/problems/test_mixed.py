@@ -194,7 +194,8 @@ def test_stability_of_many_segments_is_that_of_few():
     assert many.lowest_eigenvalue < -0.1
     curl = Strip(1.0, 0.03, 0.4, natural_curvature=10.0, gamma=100.0)
     few, more = (
-        solve(curl, CURL, Gravity((1, 0, 0)), segments=p, formulation=kind) for p, kind in ((80, "auto"), (1280, "mixed"))
+        solve(curl, CURL, Gravity((1, 0, 0)), segments=p, formulation=kind)
+        for p, kind in ((80, "auto"), (1280, "mixed"))
     )
     assert more.ok
     assert more.lowest_eigenvalue == pytest.approx(few.lowest_eigenvalue, rel=1e-2)
