@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +26,7 @@ from ribbon.find.solve import build, solve, solve_from, starting_shapes
 from ribbon.loads import Gravity
 from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Status
-from ribbon.solvers import newton
+from ribbon.solvers import choose
 from ribbon.solvers.problem import Minimum
 from ribbon.solvers.threads import alone
 from ribbon.strip import Strip
@@ -113,7 +114,8 @@ def solve_many(
     ends: list[_End] = []
     slices = [problems[i : i + TOGETHER] for i in range(0, len(problems), TOGETHER)]
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
-        for part in pool.map(lambda some: _solved(some, warm), slices):
+        contexts = [copy_context() for _ in slices]  # the solver asked for around this
+        for part in pool.map(lambda some, context: context.run(_solved, some, warm), slices, contexts):
             ends += part
             if progress is not None:
                 progress(len(ends), len(problems))
@@ -153,7 +155,7 @@ def _solved(problems: Sequence[ChainedProblem], warm: bool) -> list[_End]:
     ends: list[_End] = []
     before: FloatArray | None = None
     for problem in problems:
-        end = None if before is None else _end(problem, newton.minimise(problem, before, near=True))
+        end = None if before is None else _end(problem, choose.minimise(problem, before, near=True))
         if end is None or not end.plain:
             end = _end(problem, nested.minimum(problem, _start(problem)))
         before = end.x if warm and end.plain else None

@@ -1,8 +1,8 @@
-"""A chained problem solved on few segments first: every doubling then takes Newton's method a step or two.
+"""A chained problem solved on few segments first: every doubling then takes Newton's method a few steps.
 
 The shapes nest: what is linear on a segment is linear on its halves. The error falls with the fourth power of the
-length of the segments where nothing sudden happens, so that how far the joints move in the last doubling bounds what is
-still missing (`Minimum.moved`).
+length of the segments where nothing sudden happens, so that how far the joints move in the last doubling is more than
+what is still missing (`Minimum.moved`) wherever halving the segments at least halves the error.
 """
 
 from __future__ import annotations

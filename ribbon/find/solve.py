@@ -85,7 +85,8 @@ def solve(
         converged" in general. None: none.
     solver: "auto", "newton" (the recursion of `ribbon.solvers.riccati`, where there is one for the problem) or "ipopt";
         None: as `ribbon.solvers.choose.using` says around it, else "auto".
-    options: Ipopt's options, over `ribbon.solvers.ipopt.DEFAULT_OPTIONS`; with some, "auto" is Ipopt.
+    options: Ipopt's options, over `ribbon.solvers.ipopt.DEFAULT_OPTIONS`; those that Newton's method lacks make
+        it Ipopt.
     progress: called with (iteration, energy, dual infeasibility).
 
     Raises `RibbonInputError` on bad input. Whatever the minimiser meets is a status of the result.

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, RibbonInputError, Status, Strip, solve, solve_many
+from ribbon.solvers import choose
 
 UP = Gravity((0.48, 0.36, 0.8))
 LEVEL = Clamp((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -29,6 +30,15 @@ def test_each_case_is_that_of_solve(energy):
         assert many.energies()[i].sum() == pytest.approx(alone.energy.total, rel=1e-12)
         assert many.lowest_eigenvalue[i] == pytest.approx(alone.lowest_eigenvalue, rel=1e-6, abs=1e-8)
         assert many.equilibrium(i).status is alone.status
+
+
+def test_the_solver_asked_for_around_it_solves():
+    cases = strips(3)
+    with choose.using("ipopt"):
+        many = solve_many(cases, Clamp(), UP)
+    steps = [solve(strip, Clamp(), UP, solver="ipopt").iterations for strip in cases]
+    assert many.iterations.tolist() == steps
+    assert steps != solve_many(cases, Clamp(), UP).iterations.tolist()
 
 
 def test_threads_change_nothing():
