@@ -6,7 +6,10 @@ flipped bit is machine code all the same. Here a file says which kernel it is an
 damaged, or another's, is compiled anew. A file that cannot be written is no fault, the kernel is in memory.
 
 numba makes ready for compiling before it loads a kernel: every registry of what it can compile, which takes longer than
-all kernels of a solve together. `QuickCache` leaves that until something is compiled.
+all kernels of a solve together. `QuickCache` leaves that until something is compiled. A kept kernel also names the
+module of every function that was compiled into it, numba's own among them, for the globals that Python objects would
+be looked up in; in kernels without Python objects nothing is looked up, and these modules (SciPy's linear algebra among
+what they import) are not imported for it.
 """
 
 from __future__ import annotations
@@ -16,14 +19,16 @@ import functools
 import hashlib
 import importlib
 import inspect
+import io
 import os
 import pickle
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from llvmlite import binding
-from numba.core import caching
+from numba.core import caching, environment
 from numba.core import config as _config
 
 from ribbon.element.trusted import made
@@ -52,7 +57,7 @@ class _File:
         with contextlib.suppress(OSError):
             raw = path.read_bytes()
             if hashlib.sha256(raw[_HEAD:]).digest() == raw[:_HEAD]:
-                kept, data = pickle.loads(raw[_HEAD:])
+                kept, data = _Unpickler(io.BytesIO(raw[_HEAD:])).load()
                 if kept == name:
                     return data
         return None
@@ -77,6 +82,28 @@ class _File:
         """Forgets every signature of the kernel."""
         for path in self._folder.glob(f"{self._base}.*.nbc"):
             path.unlink(missing_ok=True)
+
+
+def _environment(module: str, constants: list[Any], name: str) -> Any:
+    """numba's `_rebuild_env`: the environment of a compiled function, without importing the function's module."""
+    found = environment.lookup_environment(name)
+    if found is None:
+        known = sys.modules.get(module)
+        found = environment.Environment({"__name__": module} if known is None else known.__dict__)
+        found.consts[:] = constants
+        found.env_name = name
+        environment.Environment._memo[name] = found
+    return found
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads a kept kernel."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """As pickle finds it, but for environments of compiled functions."""
+        if (module, name) == (environment.__name__, "_rebuild_env"):
+            return _environment
+        return super().find_class(module, name)
 
 
 @functools.cache

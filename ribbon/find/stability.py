@@ -37,9 +37,8 @@ _MOST_TOLERANCE = 1e-5
 #: that its own is not taken for rounding with. True ones were found at -700 and beyond, rounding at -1e-6.
 _SCALED_NEGATIVE = 1e-2
 _LEAST_STIFFNESS = 1e-6
-#: Unknowns up to which all eigenvalues of a chained ribbon are found at once (dense); segments up to which they are
-#: where one of them is zero to rounding, more are joined first.
-_AT_ONCE = 120
+#: Segments up to which all eigenvalues of a chained ribbon are found at once (dense) where one of them is zero to
+#: rounding; more are joined first.
 _DENSE_LIMIT = 400
 #: |omega| l below which a joint counts as straight.
 _STRAIGHT = 1e-7
@@ -228,12 +227,11 @@ def check(problem: ChainedProblem, x: FloatArray) -> Stability:
     mode = np.zeros(x.size)
     if not free.any():
         return Stability(np.inf, mode, x, True, False, active)
-    if problem.size > _AT_ONCE:
-        clear = _by_inertia(problem, x, held, active)
-        if clear is not None:
-            return clear
-        if problem.lengths.size > _DENSE_LIMIT:
-            return _on_fewer_chained(problem, x, active)
+    clear = _by_inertia(problem, x, held, active)
+    if clear is not None:
+        return clear
+    if problem.lengths.size > _DENSE_LIMIT:
+        return _on_fewer_chained(problem, x, active)
     metric = problem.metric()[np.ix_(free, free)]
     spectrum = _spectrum(problem, metric, x, free)
     at = x

@@ -89,6 +89,20 @@ def test_a_kept_kernel_is_loaded_without_what_compiles(tmp_path):
     assert float(first[0]) == float(second[0])
 
 
+def test_a_solve_with_kept_kernels_imports_no_linear_algebra_and_nothing_that_compiles():
+    code = (
+        "import sys\n"
+        "from ribbon import Clamp, Gravity, Strip, solve\n"
+        "found = solve(Strip(1.0, 0.03, 0.4, 10.0, 100.0), Clamp(), Gravity((1, 0, 0)), segments=20)\n"
+        "names = 'scipy.linalg', 'scipy.sparse', 'numba.np.linalg', 'numba.cpython.unicode', 'cyipopt'\n"
+        "print(found.ok, found.stable, [name for name in names if name in sys.modules])\n"
+    )
+    words = [sys.executable, "-c", code]
+    for _ in range(2):  # the first compiles what is not kept yet
+        found = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    assert found.strip() == "True True []"
+
+
 def test_a_state_of_the_sources_is_that_of_the_kernels_and_what_they_use(tmp_path):
     """What only calls kernels belongs to no state; what kernels are made from does, constants included."""
     from ribbon.element.kernel_cache import sources

@@ -223,7 +223,7 @@ def test_exceptions_of_a_callback_surface_with_their_own_traceback(monkeypatch):
     def broken(self, x):
         raise RuntimeError("broken on purpose")
 
-    monkeypatch.setattr(ChainedProblem, "hessian", broken)
+    monkeypatch.setattr(ChainedProblem, "jets", broken)
     with pytest.raises(RuntimeError, match="broken on purpose"):
         coil(10, 100, 10)
 
