@@ -398,8 +398,8 @@ class ModelSpec:
 
     @property
     def can_place(self) -> bool:
-        """Whether the elements can be placed by a tolerance: the ribbon's, in the mixed formulation."""
-        return self.energy in registry.RIBBON_ENERGIES and self.formulation in ("auto", "mixed")
+        """Whether the elements can be placed by a tolerance: the ribbon's, but for the thesis's matrices."""
+        return self.energy in registry.RIBBON_ENERGIES and self.formulation != "matrix"
 
     @property
     def lengths(self) -> tuple[float, ...]:

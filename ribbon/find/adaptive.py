@@ -23,7 +23,6 @@ from ribbon.find import seeds
 from ribbon.find.continuation import switch
 from ribbon.find.solve import build, solve
 from ribbon.find.stretched import is_stretched
-from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Refinement, Status
 from ribbon.solvers.budget import SPENT, spent, within
 
@@ -70,8 +69,6 @@ def _to_tolerance(
     pinned, free_seam = keywords, False
     if closure is not None and closure.ruling == "free" and closure.sign < 0:
         pinned, free_seam = {**keywords, "closure": Closure(closure.kind, "straight", closure.turns)}, True
-    if pinned.get("formulation", "auto") in ("auto", "chained"):
-        pinned = {**pinned, "formulation": "mixed"}
     asked = {key: pinned[key] for key in _OF_THE_PROBLEM if key in pinned}
     segments = seeds.graded(build(*arguments, segments=FIRST_SEGMENTS, **asked))
     first = solve(*arguments, segments=segments, **pinned)
@@ -102,8 +99,6 @@ def refine_to_tolerance(
     if is_stretched(equilibrium.problem):  # straight on any segments
         return replace(equilibrium, tolerance_error=0.0)
     current = equilibrium
-    if not current.problem.row_count:
-        current = switch(_as_mixed(current), current)
     finest: Equilibrium | None = None
     estimate: float | None = None
     tried = [_tried(current, None)]
@@ -148,14 +143,6 @@ def refine_to_tolerance(
 
 def _tried(found: Equilibrium, moved: float | None) -> Refinement:
     return Refinement(found.problem.lengths.size, found.status, found.lowest_eigenvalue, moved)
-
-
-def _as_mixed(equilibrium: Equilibrium) -> Problem:
-    old = equilibrium.problem
-    return build(
-        old.strip, old.start, old.gravity, energy=old.energy, segments=old.lengths, formulation="mixed",
-        stiffness=old.stiffness, in_plane=old.in_plane, tip=old.tip,
-    )  # fmt: skip
 
 
 def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:

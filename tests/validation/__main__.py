@@ -15,6 +15,7 @@ NAMES = (
     "minimisers",
     "newton",
     "newton_glued",
+    "placed",
     "strong_form",
     "shooting",
     "peers",

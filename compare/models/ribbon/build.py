@@ -104,7 +104,7 @@ def asked_formulation(scene: Scene) -> str:
     (Its steps start warm with multipliers, and stages may hold what the chained model cannot.)
     """
     asked = scene.model.formulation
-    return "mixed" if asked == "auto" and (scene.path or scene.model.tolerance is not None) else asked
+    return "mixed" if asked == "auto" and scene.path else asked
 
 
 def build_arguments(scene: Scene) -> dict[str, Any]:
@@ -144,11 +144,8 @@ def ribbon_problem(scene: Scene, formulation: str | None = None) -> Problem:
 
 def formulation_why(scene: Scene, used: str) -> str:
     """Why the ribbon has the formulation `used` ("chained", "mixed", "matrix")."""
-    if scene.model.formulation == "auto" and used == "mixed":
-        if scene.model.tolerance is not None:
-            return "segments placed by an error estimate are many and uneven: the mixed model's cost is linear"
-        if scene.path:
-            return "a [[path]] goes on from multipliers and may hold more on its way than the chained model can"
+    if scene.model.formulation == "auto" and used == "mixed" and scene.path:
+        return "a [[path]] goes on from multipliers and may hold more on its way than the chained model can"
     clamp, end = ribbon_clamp(scene), ribbon_end(scene)
     start = None if clamp is None or (clamp.position is None and not clamp.holds_frame) else clamp
     segments = len(scene.model.lengths)

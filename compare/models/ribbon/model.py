@@ -79,10 +79,10 @@ class RibbonModel:
             return BadInput(beyond[0], None, f"is in the scene: the ribbon {beyond[1]}", remedy)
         if name_for(scene.model.energy) not in (self.name, "elastica"):
             return BadInput("model.energy", scene.model.energy, "is another model's than the ribbon's")
-        if scene.model.tolerance is not None and scene.model.formulation not in ("auto", "mixed"):
+        if scene.model.tolerance is not None and scene.model.formulation == "matrix":
             return BadInput(
                 "model.formulation", scene.model.formulation, "cannot place its segments by model.tolerance",
-                'choose formulation = "mixed" or "auto", or give model.elements',
+                'choose formulation = "auto", "chained" or "mixed", or give model.elements',
             )  # fmt: skip
         from compare.models.ribbon.free import refusal
 
@@ -95,7 +95,7 @@ class RibbonModel:
         return per_thickness(scene) or (Variant({}, scene),)
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
-        """Chained, glued, and glued with segments placed by a tolerance."""
+        """Chained, glued, and with segments placed by a tolerance."""
         glued = Ladder("mixed", tuple(Size("mixed", (p,)) for p in SEGMENTS))
         if scene.path:
             return (

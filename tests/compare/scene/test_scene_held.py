@@ -258,7 +258,7 @@ def test_tolerance_starts_from_twenty_equal_elements():
 def test_formulations(formulation):
     scene = loads(text({"model.formulation": f'"{formulation}"'}, END))
     assert scene.model.formulation == formulation
-    assert (scene.model.tolerance is None) == (formulation in ("chained", "matrix"))  # which cannot place elements
+    assert (scene.model.tolerance is None) == (formulation == "matrix")  # which cannot place elements
     assert again(scene) == scene
 
 

@@ -137,7 +137,9 @@ def test_the_formulation_and_why():
     assert two.evaluation.formulation == "mixed"
     assert "a clamp at the end" in two.evaluation.why
     assert "[[path]]" in explain(loads(held_scenes.PATH)).evaluation.why
-    assert "error estimate" in explain(loads(CASES["tolerance"][0])).evaluation.why
+    placed = load("curl_4_3").replace({"model.tolerance": 1e-3, "model.elements": None, "model.grading": None})
+    placed = explain(placed).evaluation
+    assert (placed.formulation, "held at s = 0 only" in placed.why) == ("chained", True)
     asked = load("curl_4_3").replace({"model.formulation": "mixed"})
     assert explain(asked).evaluation.formulation == "mixed"
     assert explain(asked).evaluation.why == "asked for"
@@ -152,12 +154,12 @@ def test_held_by_constraints_is_counted():
     assert effect.words == "7 constraints"
 
 
-def test_a_tolerance_with_the_chained_model_is_refused(capsys, tmp_path):
+def test_a_tolerance_with_the_thesis_matrices_is_refused(capsys, tmp_path):
     scene = load("curl_4_3").replace({"model.tolerance": 1e-3, "model.elements": None, "model.grading": None})
     with pytest.raises(BadInput, match="tolerance"):
-        explain(scene.replace({"model.formulation": "chained"}))
+        explain(scene.replace({"model.formulation": "matrix"}))
     path = tmp_path / "scene.toml"
-    path.write_text(scene.replace({"model.formulation": "chained"}).to_toml())
+    path.write_text(scene.replace({"model.formulation": "matrix"}).to_toml())
     assert main(["solve", str(path), "--out", str(tmp_path / "o"), "--quiet"]) == BAD_INPUT
     assert "model.formulation" in capsys.readouterr().err
 
