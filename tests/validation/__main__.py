@@ -16,6 +16,7 @@ NAMES = (
     "newton",
     "newton_glued",
     "placed",
+    "judge",
     "strong_form",
     "shooting",
     "peers",

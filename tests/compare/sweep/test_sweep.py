@@ -137,9 +137,7 @@ def test_failures_are_recorded_and_stop_nothing(tmp_path, capsys):
 
 
 def test_what_only_the_solver_refuses_is_a_status():
-    scene = load("cantilever").replace(
-        {"model.elements": None, "model.tolerance": 1e-3, "model.formulation": "matrix"}
-    )
+    scene = load("cantilever").replace({"model.elements": None, "model.tolerance": 1e-3, "model.formulation": "matrix"})
     record = run_case(Task("0" * 64, scene, "ribbon", False, False, "."))
     assert record["status"] == "refused"
     assert "model.formulation" in record["message"]

@@ -67,7 +67,8 @@ def run(out: Path) -> None:
     """Writes placed.md."""
     rows, ratios = one_core.call(_measured)
     heads = [
-        "scene", "energy", "tolerance", "segments", "status", "apart (l)", "chained (CPU ms)", "mixed (CPU ms)", "ratio",
+        "scene", "energy", "tolerance", "segments", "status", "apart (l)", "chained (CPU ms)", "mixed (CPU ms)",
+        "ratio",
     ]  # fmt: skip
     page.write(
         out / "placed.md", "Segments placed by a tolerance, chained and glued", "python -m tests.validation placed",
