@@ -1,7 +1,8 @@
 """Many ribbons that are held at s = 0 only, of one energy and one set of segments, solved as one batch.
 
-No process, no file and no picture for a case: threads take slices of the cases, and nearly all of their time is spent
-in kernels that release the interpreter's lock (`ribbon.solvers.chained_newton`, `ribbon.solvers.eigen`).
+No process, no file and no picture for a case: threads take slices of the cases, and most of their time is spent in
+kernels that release the interpreter's lock (`ribbon.solvers.chained_newton`, `ribbon.solvers.eigen`). Each case goes
+the way of `ribbon.solve`, and ends in the same digits.
 """
 
 from __future__ import annotations
@@ -19,15 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
-from ribbon.find import nested, stability
-from ribbon.find.inertia import Pencil
-from ribbon.find.relax import RESIDUAL_TOLERANCE
-from ribbon.find.solve import build, solve, solve_from, starting_shapes
+from ribbon.find.solve import INDIFFERENT_WORDS, Values, build, found_at, solve_from, starting_shapes
 from ribbon.loads import Gravity
-from ribbon.problems.chained import ChainedProblem
+from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
-from ribbon.solvers.problem import Minimum
+from ribbon.solvers.budget import within
 from ribbon.solvers.threads import alone
 from ribbon.strip import Strip
 
@@ -36,45 +34,75 @@ FloatArray = NDArray[np.float64]
 TOGETHER = 64
 
 
+#: How the starting shape of a case is given: omega in 1/l or "natural", and eta, as to `ribbon.solve`.
+Seed = tuple[Values | str, Values]
+
+
 @dataclass(frozen=True)
 class Many:
     """Equilibria of a batch, case by case; lengths in l, energies in D w / l.
 
-    problems: what was solved; x: unknowns (k, n); status; residual, iterations and lowest_eigenvalue (k,) as of an
-    `Equilibrium`; again: the cases (numbers) that were not plainly stable and were solved by `ribbon.solve`, with what
-    it found; seconds: wall time of all.
+    found: as `ribbon.solve` gives them; x: unknowns (k, n); residual, iterations and lowest_eigenvalue (k,); again: the
+    cases (numbers) that are not plainly stable; seconds: wall time of all.
     """
 
-    problems: tuple[ChainedProblem, ...]
-    x: FloatArray
-    status: tuple[Status, ...]
-    residual: FloatArray
-    iterations: NDArray[np.int64]
-    lowest_eigenvalue: FloatArray
-    again: dict[int, Equilibrium]
+    found: tuple[Equilibrium, ...]
     seconds: float
 
     def __len__(self) -> int:
-        return len(self.problems)
+        return len(self.found)
+
+    @property
+    def problems(self) -> tuple[ChainedProblem, ...]:
+        """What was solved."""
+        return tuple(found.problem for found in self.found)  # type: ignore[misc]
+
+    @property
+    def x(self) -> FloatArray:
+        """Unknowns (k, n)."""
+        return np.array([found.x for found in self.found]).reshape(len(self), -1)
+
+    @property
+    def status(self) -> tuple[Status, ...]:
+        """How each ended."""
+        return tuple(found.status for found in self.found)
+
+    @property
+    def residual(self) -> FloatArray:
+        """KKT residuals (k,)."""
+        return np.array([found.residual for found in self.found])
+
+    @property
+    def iterations(self) -> NDArray[np.int64]:
+        """Steps of the minimiser (k,)."""
+        return np.array([found.iterations for found in self.found], dtype=np.int64)
+
+    @property
+    def lowest_eigenvalue(self) -> FloatArray:
+        """Of the Hessians (k,)."""
+        return np.array([found.lowest_eigenvalue for found in self.found])
+
+    @property
+    def again(self) -> dict[int, Equilibrium]:
+        """The cases (numbers) that are not converged, not stable, or indifferent."""
+        return {i: found for i, found in enumerate(self.found) if not _is_plain(found)}
 
     @property
     def ok(self) -> NDArray[np.bool_]:
         """Which (k,) are converged and stable."""
-        return np.array([status is Status.CONVERGED for status in self.status])
+        return np.array([found.ok for found in self.found], dtype=bool)
 
     def ends(self) -> FloatArray:
         """Positions (k, 3) of the ends s = l."""
-        return np.array([problem.joints(x)[0][-1] for problem, x in zip(self.problems, self.x, strict=True)])
+        return np.array([found.joints[0][-1] for found in self.found])
 
     def energies(self) -> FloatArray:
         """Bending, natural-curvature and gravity energy (k, 3); with an end force 0 and its own too (k, 5)."""
-        return np.array([problem.energy_parts(x) for problem, x in zip(self.problems, self.x, strict=True)])
+        return np.array([found.problem.energy_parts(found.x) for found in self.found])
 
     def equilibrium(self, number: int) -> Equilibrium:
         """A case as `ribbon.solve` gives it."""
-        if number in self.again:
-            return self.again[number]
-        return solve_from(self.problems[number], self.x[number], near=True)
+        return self.found[number]
 
 
 @alone
@@ -88,89 +116,73 @@ def solve_many(
     stiffness: str | None = None,
     in_plane: bool | None = None,
     tip: ArrayLike | Sequence[ArrayLike | None] | None = None,
+    seeds: Sequence[Seed] | None = None,
     warm: bool = False,
+    budget: float | None = None,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Many:
-    """Equilibria of many ribbons that are held at s = 0 only, from their stress-free shapes, several at once.
+    """Equilibria of many ribbons that are held at s = 0 only, several at once.
 
     Parameters
     ----------
     strips: one for each case; clamp, gravity, tip: one for all, or one for each, as in `ribbon.solve`.
     energy, segments, stiffness, in_plane: the same for all.
+    seeds: (seed_curvature, seed_ruling) of each case as in `ribbon.solve`; None: the stress-free shapes.
     warm: a case begins at the solution of the one before it, in the order given. Quicker along a curve of states, but
         where there are several states the answer then depends on the neighbours; without, each case is solved as
-        `ribbon.solve` does.
+        `ribbon.solve` does, to the last digit.
+    budget: time in s on the processor for each case, as in `ribbon.solve`.
     threads: how many at once; None: the usable cores. progress: called with (finished, all).
 
-    What does not plainly converge to a stable state goes to `ribbon.solve`. Raises `RibbonInputError` on bad input,
-    naming the case.
+    Raises `RibbonInputError` on bad input, naming the case.
     """
     clock = time.perf_counter()
-    shared: dict[str, Any] = {"energy": energy, "segments": segments, "stiffness": stiffness, "in_plane": in_plane}
-    problems = _problems(strips, clamp, gravity, tip, {**shared, "formulation": "chained"})
-    if not problems:
-        return Many((), np.empty((0, 0)), (), np.empty(0), np.empty(0, dtype=np.int64), np.empty(0), {}, 0.0)
-    ends: list[_End] = []
-    slices = [problems[i : i + TOGETHER] for i in range(0, len(problems), TOGETHER)]
-    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+    shared: dict[str, Any] = {"energy": energy, "segments": segment_lengths(segments), "stiffness": stiffness}
+    shared |= {"in_plane": in_plane, "formulation": "chained"}
+    if seeds is not None and len(seeds) != len(strips):
+        raise RibbonInputError("seeds", len(seeds), f"one for each of the {len(strips)} strips, or None")
+    problems = _problems(strips, clamp, gravity, tip, shared)
+    starts = [_start(number, problem, seeds) for number, problem in enumerate(problems)]
+    cases = list(zip(problems, starts, strict=True))
+    slices = [cases[i : i + TOGETHER] for i in range(0, len(cases), TOGETHER)]
+    count = threads or len(os.sched_getaffinity(0))
+    found: list[Equilibrium] = []
+
+    def gather(part: list[Equilibrium]) -> None:
+        found.extend(part)
+        if progress is not None:
+            progress(len(found), len(problems))
+
+    if count == 1 or len(slices) < 2:
+        for some in slices:
+            gather(_solved(some, warm, budget))
+        return Many(tuple(found), time.perf_counter() - clock)
+    with ThreadPoolExecutor(count) as pool:
         contexts = [copy_context() for _ in slices]  # the solver asked for around this
-        for part in pool.map(lambda some, context: context.run(_solved, some, warm), slices, contexts):
-            ends += part
-            if progress is not None:
-                progress(len(ends), len(problems))
-    again = {}
-    for i, end in enumerate(ends):
-        if not end.plain:
-            problem = problems[i]
-            again[i] = found = solve(
-                problem.strip, problem.clamp, problem.gravity, tip=problem.tip, formulation="chained", **shared
-            )  # fmt: skip
-            ends[i] = _End(found.x, found.residual, found.iterations, found.lowest_eigenvalue, False)
-    return Many(
-        tuple(problems),
-        np.array([end.x for end in ends]),
-        tuple(again[i].status if i in again else Status.CONVERGED for i in range(len(ends))),
-        np.array([end.residual for end in ends]),
-        np.array([end.iterations for end in ends]),
-        np.array([end.eigenvalue for end in ends]),
-        again,
-        time.perf_counter() - clock,
-    )
+        for part in pool.map(lambda some, context: context.run(_solved, some, warm, budget), slices, contexts):
+            gather(part)
+    return Many(tuple(found), time.perf_counter() - clock)
 
 
-@dataclass(frozen=True)
-class _End:
-    """Where a case ended; plain: converged, and its lowest eigenvalue is clearly positive."""
-
-    x: FloatArray
-    residual: float
-    iterations: int
-    eigenvalue: float
-    plain: bool
-
-
-def _solved(problems: Sequence[ChainedProblem], warm: bool) -> list[_End]:
+def _solved(cases: Sequence[tuple[ChainedProblem, FloatArray]], warm: bool, budget: float | None) -> list[Equilibrium]:
     """The cases one after the other; almost all of it in kernels that release the interpreter's lock."""
-    ends: list[_End] = []
+    done: list[Equilibrium] = []
     before: FloatArray | None = None
-    for problem in problems:
-        end = None if before is None else _end(problem, choose.minimise(problem, before, near=True))
-        if end is None or not end.plain:
-            end = _end(problem, nested.minimum(problem, _start(problem)))
-        before = end.x if warm and end.plain else None
+    for problem, start in cases:
+        with within(budget):
+            found = None if before is None else found_at(problem, choose.minimise(problem, before, near=True))
+            if found is None or not _is_plain(found):
+                found = solve_from(problem, start)
+        before = found.x if warm and _is_plain(found) else None
         problem._cache.clear()
-        ends.append(end)
-    return ends
+        done.append(found)
+    return done
 
 
-def _end(problem: ChainedProblem, found: Minimum) -> _End:
-    eigenvalue, plain = np.nan, found.residual <= RESIDUAL_TOLERANCE
-    if plain:
-        pencil = Pencil(problem, found.x, stability.held_at(problem, found.x))
-        eigenvalue = pencil.lowest()[0] if pencil.free else np.inf
-        plain = eigenvalue > stability.INDIFFERENT * pencil.largest()
-    return _End(found.x, found.residual, found.iterations, eigenvalue, plain)
+def _is_plain(found: Equilibrium) -> bool:
+    """Converged, and the lowest eigenvalue is clearly positive."""
+    return found.ok and found.stable is True and INDIFFERENT_WORDS not in found.message
 
 
 def _each(key: str, value: Any, count: int, several: bool) -> list[Any]:
@@ -201,6 +213,10 @@ def _problems(
     return problems
 
 
-def _start(problem: ChainedProblem) -> FloatArray:
-    omega, eta = next(iter(starting_shapes(problem, "natural", 0.0)))
+def _start(number: int, problem: ChainedProblem, seeds: Sequence[Seed] | None) -> FloatArray:
+    seed: Seed = ("natural", 0.0) if seeds is None else seeds[number]
+    try:
+        omega, eta = next(iter(starting_shapes(problem, *seed)))
+    except RibbonInputError as error:
+        raise RibbonInputError(f"case {number}: {error.key}", error.value, error.remedy) from None
     return problem.state(omega, eta)

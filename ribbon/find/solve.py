@@ -32,6 +32,8 @@ from ribbon.thesis import other_models
 Progress = Callable[[int, float, float], None]
 Values = float | tuple[float, ...] | list[float]
 
+#: What the message of a state says whose stability is open to rounding.
+INDIFFERENT_WORDS = "; indifferent to at least one mode (eigenvalue zero to rounding)"
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
@@ -423,6 +425,17 @@ def _solve_once(
     if problem.walls and hold:
         glued: Any = problem
         problem, minimum = contacts.held(glued, minimum, options, progress)
+    return found_at(problem, minimum, options, want_check, hold)
+
+
+def found_at(
+    problem: Problem,
+    minimum: Minimum,
+    options: dict[str, Any] | None = None,
+    want_check: bool = True,
+    hold: bool = True,
+) -> Equilibrium:
+    """What a minimiser's end is: its status and stability, and what it says of itself; keywords as in `solve_from`."""
     evaluations = {k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")}
     parts = problem.energy_parts(minimum.x)
     clock = time.perf_counter()
@@ -448,7 +461,7 @@ def _solve_once(
     if known and check is not None and check.stable is None:
         message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
-        message += "; indifferent to at least one mode (eigenvalue zero to rounding)"
+        message += INDIFFERENT_WORDS
     return Equilibrium(
         problem=problem,
         status=status,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -59,6 +59,13 @@ def too_far(q: FloatArray, lengths: FloatArray, free: bool = False) -> bool:
         return not bool(np.max(whole * lengths) <= FURTHEST)
     slant = 1.0 + np.abs(q[:, 3]) + np.abs(q[:, 2]) * lengths
     return not bool(np.max(bend * slant * lengths) <= FURTHEST)
+
+
+@cache
+def _gauss_points() -> tuple[Any, Any]:
+    """Eight points and weights on [-1, 1]."""
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    return nodes, weights
 
 
 @dataclass
@@ -364,7 +371,7 @@ class ChainedProblem:
 
     def _first_moment(self, x: FloatArray) -> FloatArray:
         """int (r - r(0)) ds (3,), with eight points a segment."""
-        nodes, weights = np.polynomial.legendre.leggauss(8)
+        nodes, weights = _gauss_points()
         starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = (starts[:-1, None] + self.lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
         w = (self.lengths[:, None] * 0.5 * weights).ravel()

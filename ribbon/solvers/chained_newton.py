@@ -29,16 +29,23 @@ CONVERGED, GOING, STUCK, UNDEFINED = range(4)
 _FURTHEST = 1e4
 #: Part of the largest local stiffness by which the Hessian is always shifted: null rulings stand still.
 _FLOOR = 1e-13
-#: First shift over the largest local stiffness, how shifts grow, and how many times too large the one taken may be.
-_FIRST = 1e-10
-_GROWTH = 4.0
-_NARROW = 1.3
+#: Least shift and the first one tried, over the largest local stiffness; how shifts grow and shrink, and how many times
+#: too large the one taken may be.
+_LEAST, _FIRST = 1e-10, 1e-3
+_STRIDE = 9.0
+_NARROW = 3.0
 #: Sufficient decrease; shortest step; rounding of the energy, over its size and at least 1.
 _ARMIJO = 1e-4
 _SHORTEST = 1e-6
 _ROUNDING = 1e-14
 #: Largest rotation (rad) of the strip in one step.
 _TURN = 2.0
+#: Part of the decrease that its slope promises, above which a step was too short (half: a quadratic energy).
+_TOO_SHORT = 0.6
+#: Part of the way to a bound that a step takes an unknown to, and how often those that would go further are collected.
+_SHARE, _ROUNDS = 0.5, 4
+#: Weight that holds an unknown at a step, over the largest local stiffness.
+_HEAVY = 1e6
 #: A field whose gradient is less than this part of the others' does not move.
 _UNMOVED = 1e-11
 #: The barrier: its parameter at first, at last, and near the end; the part of the range from the
@@ -50,7 +57,7 @@ _NEAR_MU = 1e-7
 _PUSH = 1e-2
 _NEAR_PUSH = 1e-8
 _FAR = 0.02
-_FRACTION = 0.99
+_FRACTION = 0.9
 _KAPPA = 1e10
 #: Distances over its size from which a bound stops a step, and draws what is pressed against it, without a barrier.
 _ON_BOUND, _NEAR_BOUND = 1e-8, 1e-3
@@ -182,6 +189,71 @@ def _next_barrier(x, gradient, lower, upper, below, above, mu):
     return max(_LAST_MU, min(0.2 * mu, mu**1.5)) if mu > _LAST_MU else 0.0
 
 
+@njit(cache=True)
+def _least_shift(last, stiffest, lengths, local, coupled, u, v, extra, held, gains, inverses, first):
+    """A shift of an indefinite Hessian that makes it positive, at most _NARROW times what is needed, beginning at the
+    `last` one (0: none); the factors are those of the Hessian shifted by it."""
+    least = _LEAST * stiffest
+    used = max(last, least) if last > 0.0 else _FIRST * stiffest
+    low = used
+    positive = False
+    while used < 1e12 * stiffest:
+        positive = riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first) == 0
+        if positive:
+            break
+        low, used = used, used * _STRIDE
+    if low == used:
+        while used > least:
+            low = max(used / _STRIDE, least)
+            positive = riccati.factor(lengths, local, coupled, u, v, low, extra, held, gains, inverses, first) == 0
+            if not positive:
+                break
+            used = low
+    while used > _NARROW * low and used > least:
+        shift = np.sqrt(low * used)
+        positive = riccati.factor(lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first) == 0
+        if positive:
+            used = shift
+        else:
+            low = shift
+    if not positive:
+        riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first)
+    return used
+
+
+@njit(cache=True)
+def _inside(
+    lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first, x, slopes, lower, upper, heavy, right,
+    step, turned,
+):  # fmt: skip
+    """What a `step` (n,) takes more than _SHARE of the way to its bound goes so far and no further, and the others step
+    as suits that: one ruling at its bound does not shorten the step of all.
+
+    `right` (n,), the negative `slopes`, and `extra` (n,) of the factors are changed. The step stays where the new one
+    does not lead down.
+    """
+    whole, turns = step.copy(), turned.copy()
+    for _ in range(_ROUNDS):
+        found = False
+        for i in range(x.size):
+            if not held[i] and np.isfinite(upper[i]) and extra[i] < heavy:
+                way = _SHARE * (upper[i] - x[i] if step[i] > 0.0 else lower[i] - x[i])
+                if abs(step[i]) > 1.001 * abs(way):
+                    extra[i] += heavy
+                    right[i] += heavy * way
+                    found = True
+        if not found:
+            break
+        riccati.factor(lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first)
+        riccati.solve(lengths, coupled, u, gains, inverses, first, right, step, turned)
+    slope = 0.0
+    for i in range(x.size):
+        slope += slopes[i] * step[i]
+    if not slope < 0.0:
+        step[:] = whole
+        turned[:] = turns
+
+
 @njit(cache=True, nogil=True)
 def descend(
     x, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, lower, upper, reach,
@@ -212,6 +284,7 @@ def descend(
     extra = np.zeros(x.size)
     step, right, y = np.empty(x.size), np.empty(x.size), np.empty(x.size)
     kept, slopes, jump = np.empty(x.size), np.empty(x.size), np.empty(x.size)
+    longer = np.empty(x.size)
     turned = np.empty(3)
     free = code >= FREE_CODE
     if state[VALUES] == 0.0:
@@ -232,6 +305,7 @@ def descend(
     bounded = False
     for i in range(x.size):
         bounded = bounded or (np.isfinite(upper[i]) and lower[i] < upper[i])
+    steep = bounded and reach < 1.0  # the energy is infinite on a bound
     blind = False  # whether the last step was taken by the gradient, its energy being rounding or a saddle's
     before = np.inf
     negative = 0
@@ -289,19 +363,10 @@ def descend(
         negative = riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first)
         shifted = negative > 0 and (residual > state[SADDLE] or mu > 0.0)
         if shifted:
-            low, used = used, max(state[SHIFT], _FIRST * stiffest)
-            while used < 1e12 * stiffest and (
-                riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first) > 0
-            ):
-                low, used = used, used * _GROWTH
-            while used > _NARROW * low and used > _FIRST * stiffest:
-                shift = np.sqrt(low * used) if low > 0.01 * used else 0.1 * used
-                if riccati.factor(lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first) > 0:
-                    low = shift
-                else:
-                    used = shift
-            riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first)
-        state[SHIFT] = used if shifted else 0.0
+            used = _least_shift(
+                state[SHIFT], stiffest, lengths, local, coupled, u, v, extra, held, gains, inverses, first
+            )
+            state[SHIFT] = used
         for i in range(x.size):
             y[i] = -slopes[i]
         riccati.solve(lengths, coupled, u, gains, inverses, first, y, step, turned)
@@ -311,16 +376,22 @@ def descend(
             riccati.solve(lengths, coupled, u, gains, inverses, first, y, step, turned)
         for i in range(x.size):
             step[i] += jump[i]
-        longest = 1.0
+        if mu > 0.0 or steep:
+            _inside(
+                lengths, local, coupled, u, v, used, extra, held, gains, inverses, first, x, slopes, lower, upper,
+                _HEAVY * stiffest, y, step, turned,
+            )  # fmt: skip
+        most = _FURTHEST
         for r in range(3):
-            if turned[r] > _TURN:
-                longest = min(longest, _TURN / turned[r])
-        if mu > 0.0:
+            if turned[r] * most > _TURN:
+                most = _TURN / turned[r]
+        if mu > 0.0 or steep:
             for i in range(x.size):
                 if not held[i] and np.isfinite(upper[i]):
                     left = upper[i] - x[i] if step[i] > 0.0 else x[i] - lower[i]
-                    if abs(step[i]) * longest > _FRACTION * left:
-                        longest = _FRACTION * left / abs(step[i])
+                    if abs(step[i]) * most > _FRACTION * left:
+                        most = _FRACTION * left / abs(step[i])
+        longest = min(1.0, most)
         right[:] = gradient
         kept[:] = x
         before_value = value
@@ -358,6 +429,24 @@ def descend(
         if not accepted:
             state[ENDED] = CONVERGED if residual <= tolerance and mu == 0.0 else STUCK
             return
+        while (mu > 0.0 or steep) and not blind and length >= longest and merit - total > _TOO_SHORT * abs(slope):
+            if not 1.5 * length < most:
+                break
+            further = min(2.0 * length, most)
+            slope = 0.0
+            for i in range(x.size):
+                longer[i] = x[i] + further * step[i]
+                slope += slopes[i] * (longer[i] - x[i])
+            reached = energy(
+                longer, q, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit,
+                parts,
+            )  # fmt: skip
+            state[VALUES] += 1.0
+            lowered = reached + (_logarithms(longer, lower, upper, mu) if mu > 0.0 else 0.0)
+            if not lowered < total:
+                break
+            total, new, length = lowered, reached, further
+            y[:] = longer
         if mu > 0.0:
             _move_multipliers(x, step, length, lower, upper, held, below, above, mu, y)
         x[:] = y

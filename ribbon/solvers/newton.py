@@ -20,9 +20,9 @@ EXACT = 1e-3
 ROUGH = 1e-8
 #: Options of Ipopt's that are known here too.
 OPTIONS = ("max_iter",)
-#: Most steps, and steps between looks at the clock.
+#: Most steps; between looks at the clock (and at signals) at least so many steps, and so many steps times segments.
 MOST = 500
-_TOGETHER = 8
+_TOGETHER, _WORK = 8, 4000
 #: Share of the way to a bound that a step may go where the energy is infinite on it.
 _REACH = 0.95
 _descend: Any = chained_newton.descend
@@ -76,7 +76,9 @@ def minimise(
         state[chained_newton.BARRIER] = -1.0
     tolerance = (ROUGH if rough else TOLERANCE) * force_scale(problem)
     good = tolerance if rough else EXACT * tolerance
-    together = 0  # the start is looked at, whatever time there is
+    stretch = max(_TOGETHER, _WORK // problem.lengths.size)
+    # where someone looks on, or no time is left, the start is looked at alone
+    together = 0 if progress is not None or budget.spent() else min(stretch, most)
     while True:
         _descend(x, *given, tolerance, good, together, state, gradient, below, above)
         ended, steps = int(state[chained_newton.ENDED]), int(state[chained_newton.ITERATIONS])
@@ -84,7 +86,7 @@ def minimise(
             progress(steps, float(state[chained_newton.ENERGY]), float(state[chained_newton.RESIDUAL]))
         if ended != chained_newton.GOING or steps >= most or budget.spent():
             break
-        together = 1 if progress is not None else min(_TOGETHER, most - steps)
+        together = 1 if progress is not None else min(stretch, most - steps)
     lower, upper = given[-3], given[-2]
     held = (x <= lower) & (gradient > 0.0) | (x >= upper) & (gradient < 0.0)
     multipliers = np.where(held, gradient, 0.0)

@@ -26,10 +26,37 @@ def test_each_case_is_that_of_solve(energy):
     for i, strip in enumerate(cases):
         alone = solve(strip, Clamp(), UP, energy=energy, segments=30)
         assert many.status[i] is alone.status
-        assert np.abs(many.ends()[i] - alone.joints[0][-1]).max() <= 1e-10
-        assert many.energies()[i].sum() == pytest.approx(alone.energy.total, rel=1e-12)
-        assert many.lowest_eigenvalue[i] == pytest.approx(alone.lowest_eigenvalue, rel=1e-6, abs=1e-8)
-        assert many.equilibrium(i).status is alone.status
+        assert np.array_equal(many.x[i], alone.x)
+        assert np.array_equal(many.ends()[i], alone.joints[0][-1])
+        assert many.energies()[i].sum() == alone.energy.total
+        assert many.lowest_eigenvalue[i] == alone.lowest_eigenvalue
+        assert many.iterations[i] == alone.iterations
+        assert many.equilibrium(i).message == alone.message
+
+
+def test_each_case_has_its_own_seed():
+    """A heavy level strip begun downwards and upwards."""
+    strip, seeds = Strip(1.0, 0.05, gamma=500.0), [([-9.0, 0.0, 0.0, 0.0], 0.0), (3.0, [0.0, 0.1])]
+    many = solve_many([strip, strip], LEVEL, Gravity((0.0, 0.0, 1.0)), segments=24, seeds=seeds)
+    for found, (curvature, ruling) in zip(many.found, seeds, strict=True):
+        alone = solve(
+            strip, LEVEL, Gravity((0.0, 0.0, 1.0)), segments=24, seed_curvature=curvature, seed_ruling=ruling
+        )  # fmt: skip
+        assert np.array_equal(found.x, alone.x)
+    assert many.iterations[0] != many.iterations[1]
+    with pytest.raises(RibbonInputError, match="seeds"):
+        solve_many([strip], LEVEL, seeds=seeds)
+    with pytest.raises(RibbonInputError, match="case 1"):
+        solve_many([strip, strip], LEVEL, seeds=[("natural", 0.0), ("straight", 0.0)])
+
+
+def test_a_budget_is_each_case_s():
+    cases = strips(3)
+    many = solve_many(cases, Clamp(), UP, segments=30, budget=1e-9)
+    assert {found.status for found in many.found} == {Status.NOT_CONVERGED}
+    assert not many.ok.any()
+    assert set(many.again) == {0, 1, 2}
+    assert solve_many(cases, Clamp(), UP, segments=30, budget=100.0).ok.all()
 
 
 def test_the_solver_asked_for_around_it_solves():

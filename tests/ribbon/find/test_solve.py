@@ -225,7 +225,7 @@ def test_exceptions_of_a_callback_surface_with_their_own_traceback(monkeypatch):
 
     monkeypatch.setattr(ChainedProblem, "jets", broken)
     with pytest.raises(RuntimeError, match="broken on purpose"):
-        coil(10, 100, 10)
+        coil(10, 100, 10, solver="ipopt")
 
 
 def test_active_bounds_are_left_out_of_the_stability_check():

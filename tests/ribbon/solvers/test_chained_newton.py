@@ -1,0 +1,88 @@
+"""Newton's iteration of chained ribbons: its shifts, and steps that a bound of the rulings would cut short."""
+
+import numpy as np
+import pytest
+
+from ribbon import Clamp, Gravity, Strip
+from ribbon.find.relax import placed
+from ribbon.find.solve import build, starting_shapes
+from ribbon.solvers import chained_newton, newton, riccati
+
+HALF_DOWN = Gravity((0.6, 0.0, 0.8))
+
+
+def heavy(gamma, curl, segments=40):
+    return build(
+        Strip(1.0, 0.05, gamma=gamma, natural_curvature=curl), Clamp(), HALF_DOWN, segments=segments,
+        formulation="chained",
+    )  # fmt: skip
+
+
+def started(problem):
+    return placed(problem, *next(iter(starting_shapes(problem, "natural", 0.0))))
+
+
+def factored(problem, x):
+    """What `riccati.factor` takes at x, but for the shift: before it, and behind it."""
+    local, u, v = problem.jets(x)
+    p, lower, upper = problem.lengths.size, *problem.bounds()
+    behind = np.zeros(x.size), lower == upper, np.empty((p, 2, 5)), np.empty((p, 2, 2)), np.empty((2, 2))
+    return (problem.lengths, local, problem.is_loaded, u, v), behind
+
+
+@pytest.mark.parametrize("last", [0.0, 1e-9, 0.3, 1e6])
+def test_a_shift_is_enough_and_little_more(last):
+    problem = heavy(300.0, 1.0)
+    x = started(problem)
+    before, behind = factored(problem, x)
+    assert riccati.factor(*before, 0.0, *behind) > 0
+    shift = chained_newton._least_shift(last, 10.0, *before, *behind)
+    kept = [array.copy() for array in behind[2:]]
+    assert riccati.factor(*before, shift, *behind) == 0
+    for array, found in zip(kept, behind[2:], strict=True):  # the factors are those of the shift
+        assert np.array_equal(array, found)
+    assert riccati.factor(*before, shift / chained_newton._NARROW, *behind) > 0
+
+
+def test_a_ruling_at_its_bound_does_not_shorten_the_step_of_the_others():
+    """One ruling is put close to its bound and pressed beyond: the step goes half of the way to it there, and is
+    otherwise that of the quadratic energy with this unknown as it is."""
+    problem = heavy(20.0, 1.0, 12)
+    x = newton.minimise(problem, started(problem)).x
+    lower, upper = problem.bounds()
+    place = np.arange(x.size)[problem.layout.eta_slope][4]
+    assert np.isfinite(upper[place])
+    x[place] = upper[place] * (1.0 - 1e-3)
+    slopes = 1e-2 * np.cos(np.arange(x.size))
+    slopes[place] = -1e3
+    before, behind = factored(problem, x)
+    extra, held = behind[:2]
+    step, turned = np.empty(x.size), np.empty(3)
+    shift = chained_newton._least_shift(0.0, 100.0, *before, *behind)
+    right = -slopes
+    riccati.solve(before[0], before[2], before[3], *behind[2:], right, step, turned)
+    assert step[place] > upper[place] - x[place]
+    chained_newton._inside(
+        *before, shift, extra, held, *behind[2:], x, slopes, lower, upper, 1e10, right, step, turned
+    )  # fmt: skip
+    way = chained_newton._SHARE * (upper[place] - x[place])
+    assert step[place] == pytest.approx(way, rel=1e-4)
+    free = ~held
+    free[place] = False
+    hessian = problem.hessian(x) + shift * problem.metric()
+    expected = np.linalg.solve(hessian[np.ix_(free, free)], -slopes[free] - hessian[free, place] * step[place])
+    assert np.abs(step[free] - expected).max() <= 1e-6 * np.abs(expected).max()
+    assert slopes @ step < 0.0
+
+
+def test_heavy_strips_take_few_steps():
+    """Rulings that come to their bound on the way: 50 steps in the mean when one of them cut the step of
+    all, 33 with all but `_inside`, 28 now."""
+    steps = []
+    for gamma in (300.0, 500.0, 700.0, 900.0):
+        for curl in (-1.9, -0.7, 0.4, 1.6):
+            problem = heavy(gamma, curl)
+            found = newton.minimise(problem, started(problem))
+            assert found.residual <= 1e-9
+            steps.append(found.iterations)
+    assert np.mean(steps) <= 31.0
