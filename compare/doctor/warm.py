@@ -1,7 +1,8 @@
 """What a first solve compiles, compiled beforehand: the ribbon's kernels, and the shell's forms where it is installed.
 
 Every kind of ribbon is solved once on a few elements, since a kernel is compiled when it is first called: held at one
-end and at both, closed, at a wall, both energies, weight over the surface, derivatives, the estimate of `limits`.
+end and at both, closed, at a wall, both energies, by Ipopt, as a batch, weight over the surface, derivatives, the
+estimate of `limits`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from compare import registry
 from compare.errors import Missing, RibbonbenchError
 from compare.models.base import Options
 from compare.models.ribbon.compiling import compiled
+from compare.models.ribbon.solving import solved_together, together
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.studies.inputs import input_uncertainty
@@ -27,6 +29,7 @@ ELEMENTS = 6
 RIBBONS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("curl_4_3", {}),
     ("curl_4_3", {"model.energy": "sadowsky"}),
+    ("curl_4_3", {"model.solver": "ipopt"}),
     ("curl_4_3", {"model.formulation": "mixed", "gravity.exact": True}),
     ("curl_4_3", {"model.formulation": "mixed", "model.energy": "sadowsky"}),
     ("two_clamps_5_3_2", {}),
@@ -64,6 +67,8 @@ def ribbons(say: Reporter | None = None) -> None:
         state = found.solve(scene, options=Options(), say=say)
         if state.shape is not None:
             state.shape.fields(np.linspace(0.0, 1.0, 5), scene.width * np.linspace(-0.5, 0.5, 3))
+        if together(scene) is not None:
+            solved_together([scene])
         if name == BESIDE and not keys:
             found.estimate(scene, state, 100.0, say)
             input_uncertainty(scene.replace({"uncertainty.poisson": 0.01, "uncertainty.width": 0.1}), state)

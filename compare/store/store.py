@@ -83,6 +83,11 @@ def canonical_json(value: Any) -> str:
 
 def _plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
     """Recursion of `jsonable`; `nonfinite` says what stands for NaN, inf and -inf."""
+    kind = type(value)
+    if kind is str or kind is int or kind is bool or value is None:  # nearly all
+        return value
+    if kind is float:
+        return value if math.isfinite(value) else nonfinite(value)
     if isinstance(value, enum.Enum):  # before int and str: IntEnum and StrEnum are both
         return value.value if isinstance(value.value, str) else value.name
     if value is None or isinstance(value, bool | str):
@@ -98,7 +103,7 @@ def _plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
     if isinstance(value, Mapping):
         items: dict[str, Any] = {}
         for key, item in value.items():
-            name = _plain(key, nonfinite)
+            name = key if type(key) is str else _plain(key, nonfinite)
             name = name if isinstance(name, str) else json.dumps(name, sort_keys=True)
             if name in items:
                 raise TypeError(f"two keys of a mapping read {name!r} in JSON")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 import time
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,7 +36,10 @@ COMPARE = "compare"
 
 @dataclass(frozen=True)
 class Task:
-    """What a worker gets: the case's key and scene, the solver and its options, the folder of the sweep's results."""
+    """What a worker gets: the case's key and scene, the solver and its options, the folder of the sweep's results.
+
+    slice: number of the slice whose cases are solved together (`run_cases`); None: the case goes alone.
+    """
 
     key: str
     scene: Scene
@@ -44,6 +47,50 @@ class Task:
     errors: bool
     leave_saddle: bool
     folder: str
+    slice: int | None = None
+
+
+def slice_key(task: Task) -> Hashable | None:
+    """What cases have in common that can be solved together; None: the case goes alone.
+
+    Together go ribbons of which nothing is asked but the state of a strip that is held at s = 0 only.
+    """
+    if task.solver != "ribbon" or task.errors or task.leave_saddle:
+        return None
+    from compare.models.ribbon.solving import together
+
+    return together(task.scene)
+
+
+def run_cases(tasks: Sequence[Task]) -> list[Record]:
+    """The records of cases that a worker gets at once, each as `run_case` makes it.
+
+    A slice (`Task.slice`) is solved as one batch, without what is made ready for a case alone; `together` is then
+    true in its records, and `seconds` the solve's own and an equal share of the rest. Where something is raised, the
+    cases go one by one, and each says for itself what it was.
+    """
+    if tasks[0].slice is None:
+        return [run_case(task) for task in tasks]
+    from compare.models.ribbon.solving import solved_together
+
+    clock = time.perf_counter()
+    try:
+        if any(model(task.solver).refusal(task.scene) is not None for task in tasks):
+            return [run_case(task) for task in tasks]
+        states = solved_together([task.scene for task in tasks])
+        rows = [row_of(task.scene, state) for task, state in zip(tasks, states, strict=True)]
+    except Exception:
+        return [run_case(task) for task in tasks]
+    own = [0.0 if state.seconds is None else state.seconds.first for state in states]
+    share = max(0.0, time.perf_counter() - clock - sum(own)) / len(tasks)
+    made = now()
+    return [
+        {
+            "status": _worst([row]), "message": message(state), "rows": [row], "together": True,
+            "seconds": seconds + share, "time": made,
+        }
+        for row, state, seconds in zip(rows, states, own, strict=True)
+    ]  # fmt: skip
 
 
 def run_case(task: Task) -> Record:

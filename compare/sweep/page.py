@@ -209,9 +209,9 @@ def _extreme(rows: Rows, name: str, pick: Any) -> float | None:
     return pick(values) if values else None
 
 
-def quantity(finished: Finished, rows: Rows, name: str, option: str) -> str:
-    """The name of a column that holds numbers; `BadInput` lists them otherwise."""
-    able = [key for key in cases_table(finished, rows).keys if any(is_number(row.get(key)) for row in rows)]
+def quantity(cases: Table, rows: Rows, name: str, option: str) -> str:
+    """The name of a column of the `cases_table` that holds numbers; `BadInput` lists them otherwise."""
+    able = [key for key in cases.keys if any(is_number(row.get(key)) for row in rows)]
     if name not in able and any(row.get("residual") is not None for row in rows):
         raise BadInput(option, name, "is no column of numbers in cases.csv", f"choose from {', '.join(able)}")
     return name
@@ -279,9 +279,9 @@ def _brief(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def tables(finished: Finished, rows: Rows, show: str) -> list[Table]:
-    """The quantity along each axis (smallest, median, largest, failed), and the first rows."""
-    sweep, cases = finished.sweep, cases_table(finished, rows)
+def tables(finished: Finished, cases: Table, rows: Rows, show: str) -> list[Table]:
+    """The quantity along each axis (smallest, median, largest, failed), and the first rows of the `cases_table`."""
+    sweep = finished.sweep
     by_axis: list[tuple[Cell, ...]] = []
     for axis in sweep.axes:
         for value in _ends(axis.values):
@@ -332,8 +332,9 @@ def write(out: Path, finished: Finished, again: str) -> Page:
     rows = rows_of(finished)
     atomic_write_text(out / "cases.json", cases_json(finished))
     data: Mapping[str, Any] = result(finished, rows)
-    show = quantity(finished, rows, sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN), "--show")
-    against = quantity(finished, rows, sweep.against, "--against") if sweep.against else ""
+    cases = cases_table(finished, rows)
+    show = quantity(cases, rows, sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN), "--show")
+    against = quantity(cases, rows, sweep.against, "--against") if sweep.against else ""
     pictures: list[Picture] = []
 
     def draw() -> None:
@@ -353,10 +354,10 @@ def write(out: Path, finished: Finished, again: str) -> Page:
         "sweep",
         sweep.title,
         verdict=answer(finished),
-        tables=tuple(tables(finished, rows, show)),
+        tables=tuple(tables(finished, cases, rows, show)),
         sentences=tuple(verdict(finished)),
         pictures=tuple(pictures),
-        data={"cases.csv": with_si(cases_table(finished, rows), _units_of_rows(finished))},
+        data={"cases.csv": with_si(cases, _units_of_rows(finished))},
         files={
             "cases.csv": "one row per case (and w/h): varied keys, status, what the solver found",
             "cases.json": "the same with provenance per case",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
 from compare.studies.axes import Point, points
-from compare.sweep.case import COMPARE, PASSING, Record, Task
+from compare.sweep.case import COMPARE, PASSING, Record, Task, slice_key
 from compare.sweep.file import Sweep
 from compare.sweep.journal import FORMAT, Journal
 from compare.sweep.workers import Crew
@@ -128,9 +129,10 @@ def run(
         for key, point in todo
     ]
     kept = f", {len(grid) - len(tasks)} of them finished before" if len(tasks) < len(grid) else ""
+    tasks = sliced(tasks, crew.size)
     workers = min(crew.size, len(tasks))
     at_once = f", {workers} at once" if workers else ""
-    reporter.step(f"sweep: {len(grid)} cases, solver {sweep.solver}{kept}{at_once}")
+    reporter.step(f"sweep: {len(grid)} cases, solver {sweep.solver}{kept}{at_once}{_way(tasks)}")
     with journal:
         failed = 0
         with contextlib.closing(crew.run(tasks)) as results:  # type: ignore[type-var]
@@ -148,6 +150,37 @@ def run(
     if missing and len(missing) == len(cases):
         raise Missing(str(missing[0].record["message"]).removesuffix(" is missing"), "")
     return Finished(sweep, cases, time.perf_counter() - clock, workers)
+
+
+#: Most cases of a slice, and how many slices each worker gets at least, where there are enough cases.
+MOST_TOGETHER, ROUNDS = 64, 4
+
+
+def sliced(tasks: Sequence[Task], workers: int) -> list[Task]:
+    """The tasks with the numbers of their slices: cases that can be solved together (`slice_key`), in their order."""
+    groups: dict[Any, list[int]] = {}
+    for index, task in enumerate(tasks):
+        key = slice_key(task)
+        if key is not None:
+            groups.setdefault(key, []).append(index)
+    found, number = list(tasks), 0
+    for members in groups.values():
+        size = min(MOST_TOGETHER, math.ceil(len(members) / (ROUNDS * workers)))
+        for first in range(0, len(members), size):
+            for index in members[first : first + size]:
+                found[index] = replace(tasks[index], slice=number)
+            number += 1
+    return found
+
+
+def _way(tasks: Sequence[Task]) -> str:
+    """How many of the cases are solved together, for the first line of a sweep."""
+    slices = {task.slice for task in tasks if task.slice is not None}
+    count = sum(task.slice is not None for task in tasks)
+    if not count:
+        return ", each case alone" if tasks else ""
+    alone = f", {len(tasks) - count} cases alone" if count < len(tasks) else ""
+    return f", {count} cases together in {len(slices)} slices{alone}"
 
 
 def progress(done: int, total: int, failed: int, seconds: float) -> str:
@@ -191,6 +224,7 @@ def summary(finished: Finished) -> dict[str, Any]:
         "cases": len(finished.cases),
         "ok": sum(case.ok for case in finished.cases),
         "new": new,
+        "together": sum(bool(case.record.get("together")) for case in finished.cases),
         "statuses": statuses,
         "seconds": {
             "wall": finished.seconds,

@@ -2,8 +2,9 @@
 
 A case runs in a worker process of its own making (start method "spawn", one thread), so that a solver that crashes
 takes nothing with it: the worker is known by its pipe, its case is tried once more in a new one, and then recorded as
-crashed. The processes of an mpirun only carry cases: each has such a worker, where no MPI is loaded (Debian's Ipopt
-brings a dummy MPI of its own, and a shell run is a process that starts its own MPI).
+crashed. Light cases go in slices (`compare.sweep.case.run_cases`); those of a slice whose worker dies go alone. The
+processes of an mpirun only carry cases: each has such a worker, where no MPI is loaded (Debian's Ipopt brings a dummy
+MPI of its own, and a shell run is a process that starts its own MPI).
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ import os
 import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
 
 from compare.start import end_with, one_thread_each, shielded
-from compare.sweep.case import Record, Task, crashed, run_case
+from compare.sweep.case import Record, Task, crashed, run_cases
 
 #: Tries of a case whose worker dies.
 TRIES = 2
@@ -57,7 +59,7 @@ def _serve(pipe: Connection, launched: bool, master: int) -> None:
             del os.environ[name]
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
-            pipe.send(run_case(pipe.recv()))
+            pipe.send(run_cases(pipe.recv()))
 
 
 def _stop(*_: object) -> None:
@@ -65,8 +67,21 @@ def _stop(*_: object) -> None:
     raise SystemExit(1)
 
 
+#: Indices of the tasks that a worker gets at once.
+Job = tuple[int, ...]
+
+
+def jobs_of(tasks: Sequence[Task]) -> list[Job]:
+    """The slices of the tasks, and each of the others alone, in their order."""
+    found: dict[tuple[str, int], list[int]] = {}
+    for index, task in enumerate(tasks):
+        key = ("case", index) if task.slice is None else ("slice", task.slice)
+        found.setdefault(key, []).append(index)
+    return [tuple(job) for job in found.values()]
+
+
 class Worker:
-    """A process that runs one case at a time."""
+    """A process that runs one case, or one slice of them, at a time."""
 
     def __init__(self, launched: bool = False) -> None:
         context = multiprocessing.get_context("spawn")
@@ -75,16 +90,16 @@ class Worker:
         with shielded():
             self.process.start()
         theirs.close()
-        self.busy: int | None = None
+        self.busy: Job | None = None
 
-    def give(self, index: int, task: Task) -> None:
-        """Sends a case; a worker that is already dead is found out by `take`."""
-        self.busy = index
+    def give(self, job: Job, tasks: Sequence[Task]) -> None:
+        """Sends the cases of a job; a worker that is already dead is found out by `take`."""
+        self.busy = job
         with contextlib.suppress(OSError):
-            self.pipe.send(task)
+            self.pipe.send(tasks)
 
-    def take(self) -> Record:
-        """The record of the case that was given; `Died` when the process ended instead."""
+    def take(self) -> list[Record]:
+        """The records of the cases that were given; `Died` when the process ended instead."""
         self.busy = None
         try:
             return self.pipe.recv()  # type: ignore[no-any-return]
@@ -119,32 +134,38 @@ class LocalCrew:
     def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
         """Runs all tasks; a worker that dies is replaced."""
         one_thread_each()
-        waiting = list(range(len(tasks)))[::-1]
+        tasks = list(tasks)
+        waiting = jobs_of(tasks)[::-1]
         tries = [0] * len(tasks)
         crew: dict[int, Worker] = {}
         try:
-            for number in range(min(self.size, len(tasks))):
+            for number in range(min(self.size, len(waiting))):
                 crew[number] = Worker()
                 self._next(crew[number], waiting, tasks)
             while any(worker.busy is not None for worker in crew.values()):
                 ready = wait_for([worker.pipe for worker in crew.values() if worker.busy is not None])
                 for number, worker in list(crew.items()):
-                    index = worker.busy
-                    if worker.pipe not in ready or index is None:
+                    job = worker.busy
+                    if worker.pipe not in ready or job is None:
                         continue
                     try:
-                        record = worker.take()
+                        records = worker.take()
                     except Died as death:
                         worker.end()
                         crew[number] = worker = Worker()
-                        tries[index] += 1
-                        if tries[index] < TRIES:
-                            waiting.append(index)
-                            self._next(worker, waiting, tasks)
-                            continue
-                        record = crashed(f"{death}, {TRIES} times")
+                        records = []
+                        for index in reversed(job):
+                            if tasks[index].slice is not None:
+                                tasks[index] = replace(tasks[index], slice=None)
+                            else:
+                                tries[index] += 1
+                            if tries[index] < TRIES:
+                                waiting.append((index,))
+                            else:
+                                records.append(crashed(f"{death}, {TRIES} times"))
                     self._next(worker, waiting, tasks)
-                    yield index, {**record, "worker": number}
+                    for index, record in zip(job, records, strict=bool(records)):
+                        yield index, {**record, "worker": number}
         finally:
             for worker in crew.values():
                 worker.pipe.close() if worker.busy is None else worker.process.terminate()
@@ -152,32 +173,35 @@ class LocalCrew:
                 worker.end()
 
     @staticmethod
-    def _next(worker: Worker, waiting: list[int], tasks: Sequence[Task]) -> None:
+    def _next(worker: Worker, waiting: list[Job], tasks: Sequence[Task]) -> None:
         if waiting:
-            index = waiting.pop()
-            worker.give(index, tasks[index])
+            job = waiting.pop()
+            worker.give(job, [tasks[index] for index in job])
 
 
 _BESIDE: list[Worker] = []
 """The worker beside this process of an mpirun."""
 
 
-def run_beside(task: Task) -> Record:
-    """Runs a case in the worker beside this process, which is made when absent or dead."""
+def run_beside(tasks: Sequence[Task]) -> list[Record]:
+    """Runs cases in the worker beside this process, which is made when absent or dead."""
     from compare.store.world import placed
 
     one_thread_each()
+    alone = tasks[0].slice is None
     death = ""
-    for _ in range(TRIES):
+    for _ in range(TRIES if alone else 1):
         if not _BESIDE:
             _BESIDE.append(Worker(launched=True))
-        _BESIDE[0].give(0, task)
+        _BESIDE[0].give(tuple(range(len(tasks))), tasks)
         try:
-            return {**_BESIDE[0].take(), "worker": placed()[0]}
+            return [{**record, "worker": placed()[0]} for record in _BESIDE[0].take()]
         except Died as died:
             death = str(died)
             _BESIDE.pop().end()
-    return {**crashed(f"{death}, {TRIES} times"), "worker": placed()[0]}
+    if not alone:
+        return [record for task in tasks for record in run_beside([replace(task, slice=None)])]
+    return [{**crashed(f"{death}, {TRIES} times"), "worker": placed()[0]}]
 
 
 def end_beside() -> None:
@@ -195,15 +219,15 @@ class ClusterCrew:
 
     def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
         """Runs all tasks."""
-        waiting = list(range(len(tasks)))[::-1]
-        flying: dict[Future[Any], int] = {}
+        waiting = jobs_of(tasks)[::-1]
+        flying: dict[Future[Any], Job] = {}
         try:
             while flying or waiting:
                 while waiting and len(flying) < AHEAD * self.size:
-                    index = waiting.pop()
-                    flying[self.executor.submit(run_beside, tasks[index])] = index
+                    job = waiting.pop()
+                    flying[self.executor.submit(run_beside, [tasks[index] for index in job])] = job
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
-                    yield flying.pop(future), future.result()
+                    yield from zip(flying.pop(future), future.result(), strict=True)
         finally:
             for future in flying:
                 future.cancel()

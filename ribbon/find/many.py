@@ -22,7 +22,7 @@ from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
 from ribbon.find.solve import INDIFFERENT_WORDS, Values, build, found_at, solve_from, starting_shapes
 from ribbon.loads import Gravity
-from ribbon.problems.chained import ChainedProblem, segment_lengths
+from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
 from ribbon.solvers.budget import within
@@ -138,7 +138,7 @@ def solve_many(
     Raises `RibbonInputError` on bad input, naming the case.
     """
     clock = time.perf_counter()
-    shared: dict[str, Any] = {"energy": energy, "segments": segment_lengths(segments), "stiffness": stiffness}
+    shared: dict[str, Any] = {"energy": energy, "segments": segments, "stiffness": stiffness}
     shared |= {"in_plane": in_plane, "formulation": "chained"}
     if seeds is not None and len(seeds) != len(strips):
         raise RibbonInputError("seeds", len(seeds), f"one for each of the {len(strips)} strips, or None")

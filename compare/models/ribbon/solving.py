@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Hashable, Sequence
+from typing import TYPE_CHECKING, Any
 
-from compare.models.base import Options, Seconds
+from compare.models.base import Options, Seconds, State
 from compare.models.timing import clocked, repeated
 
 if TYPE_CHECKING:
@@ -51,3 +51,44 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     return lambda: solve_to_tolerance(
         *first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle, strict=strict
     )
+
+
+def together(scene: Scene) -> Hashable | None:
+    """What scenes have in common that `solved_together` solves at once; None: the scene asks for more than the state of
+    a ribbon that is held at s = 0 only."""
+    from compare.models.ribbon.build import ribbon_energy
+    from compare.models.ribbon.free import per_thickness
+
+    model = scene.model
+    held = scene.start_clamped and scene.clamp_end is None and scene.closure is None and not scene.walls
+    exact = scene.gravity is not None and scene.gravity.exact
+    if not held or exact or scene.path or model.tolerance is not None or model.accuracy is not None:
+        return None
+    if model.solver == "ipopt" or model.formulation not in ("auto", "chained") or per_thickness(scene):
+        return None
+    return ribbon_energy(scene), model.lengths, model.stiffness, model.in_plane, model.budget, model.solver
+
+
+def solved_together(scenes: Sequence[Scene]) -> list[State]:
+    """States of scenes with the same `together`, each as `RibbonModel.solve` finds it, to the last digit.
+
+    Raises what the solver refuses of one of them (`RibbonInputError`), for all.
+    """
+    from compare.models.ribbon.build import ribbon_arguments
+    from compare.models.ribbon.state import own_size, state_of
+    from ribbon import solve_many
+    from ribbon.solvers import choose
+
+    given = [ribbon_arguments(scene) for scene in scenes]
+    each: dict[str, Any] = {name: [arguments[name] for arguments in given] for name in ("clamp", "gravity", "tip")}
+    same: dict[str, Any] = {name: given[0][name] for name in ("energy", "segments", "stiffness", "in_plane")}
+    with choose.using(scenes[0].model.solver):
+        many = solve_many(
+            [arguments["strip"] for arguments in given], **each, **same,
+            seeds=[(arguments["seed_curvature"], arguments["seed_ruling"]) for arguments in given],
+            budget=scenes[0].model.budget, threads=1,
+        )  # fmt: skip
+    return [
+        state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values())))
+        for scene, found in zip(scenes, many.found, strict=True)
+    ]

@@ -22,6 +22,17 @@ with compiled() as count:
 print(count())
 """
 
+#: Kernels that a batch and a solve by Ipopt compile.
+_COUNT_BESIDE = """
+from compare.models.ribbon.compiling import compiled
+from ribbon import Clamp, Gravity, Strip, solve, solve_many
+strips = [Strip(1.0, 0.05, natural_curvature=curl, gamma=20.0) for curl in (1.0, 2.0)]
+with compiled() as count:
+    solve_many(strips, Clamp(), Gravity((0.6, 0.0, 0.8)), segments=12)
+    solve(strips[0], Clamp(), Gravity((0.6, 0.0, 0.8)), segments=12, solver="ipopt")
+print(count())
+"""
+
 
 def test_the_kinds_of_ribbons_are_scenes_and_warm_twice_compiles_nothing():
     for name, keys in RIBBONS:
@@ -52,3 +63,4 @@ def test_solves_after_it_compile_nothing(tmp_path):
     scenes = ("coil_10_100", "two_clamps_5_3_2", "moebius_6_1", "hanging_5_3_1")
     assert int(run("-c", "from compare.doctor.warm import warm; print(warm(shell=False).kernels)")) > 50
     assert int(run("-c", _COUNT, *scenes)) == 0
+    assert int(run("-c", _COUNT_BESIDE)) == 0
