@@ -214,7 +214,7 @@ class ShellModel:
             near = None
         ratio = scene.require_shell()[0]
         if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
-            scene = scene.replace({"shell.tolerance": None})
+            scene = scene.replace({"shell.tolerance": None, "shell.goal": None})
         elements = shell_elements(scene) if size is None else (int(size.values[0]), int(size.values[1]))
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
@@ -231,7 +231,7 @@ class ShellModel:
                 store = CaseStore(Path(place))
             case, wall = _run(how, problem, store, near, say)
             found = state_of(scene, case, wall)
-            if options.error and scene.shell.tolerance is None:
+            if options.error and (scene.shell.tolerance is None or scene.shell.goal != "surface"):
                 found = self._with_error(scene, found, elements, ratio, store, near, how, options, say)
             if options.store is None and case.folder is not None:
                 _ = case.surface, case.density()
@@ -255,7 +255,9 @@ class ShellModel:
         mesh that cannot have the held corners' knots leaves the errors unknown. It begins at the finer mesh's state,
         the same branch, unless the scene asks for its path.
         """
-        check = coarser(elements)
+        # a mesh refined for a goal is compared with its first mesh, which is coarser, as it is
+        check = coarser(elements) if scene.shell.tolerance is None else elements
+        how = replace(how, accuracy=None)
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
         if scene.shell.start != "path" and found.ok:
@@ -396,7 +398,7 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
         iterations=data.get("newton_iterations"),
         lowest_eigenvalue=_number(data.get("lowest_eigenvalue")),
         supports=_supports(data),
-        error=discretisation.get("estimate"),
+        error=discretisation.get("estimate") if discretisation.get("goal", "surface") == "surface" else None,
         seconds=Seconds(seconds if math.isfinite(seconds) else float("nan"), process=wall),
         unknowns=int(data.get("dofs", 0)),
         numbers={

@@ -16,7 +16,7 @@ from compare.errors import BadInput
 from compare.scene.check import beyond_the_shell
 from compare.scene.data import unit
 from compare.scene.scene import Scene
-from compare.scene.spec import ClampSpec
+from compare.scene.spec import ClampSpec, ShellSpec
 from compare.scene.stages import stage_name
 from shellref.inputs import ShellInputError
 from shellref.path.begin import coarse_meshes
@@ -45,6 +45,8 @@ TAPE_GRADING = (1.0, 1.0)
 MOST_TURN = 1.0
 #: Steps of tape springs: a fold is born within a hundredth of the length, and most steps take three to five iterations.
 TAPE_OPTIONS = {"arc_length": "always", "first_step": 0.02, "arc_step": 0.002, "max_arc": 0.02, "max_newton": 8}
+#: What a tolerance is of, in words after it.
+ASKED = {"surface": "l", "end": "l at the end", "middle": "l in the middle", "energy": "of the elastic energy"}
 #: Relative difference below which two laws of natural curvature, or two weights, are the same.
 _SAME = 1e-12
 
@@ -70,7 +72,7 @@ def shell_options(scene: Scene, **changes: Any) -> ShellOptions:
         changes = {**TAPE_OPTIONS, **changes}
     start = scene.shell.start
     changes = {"coarse": start == "coarse" or (start != "path" and not scene.several_equilibria), **changes}
-    return ShellOptions(accuracy=scene.shell.tolerance, **changes)
+    return ShellOptions(accuracy=scene.shell.tolerance, goal=scene.shell.goal, **changes)
 
 
 def shell_problem(
@@ -108,9 +110,19 @@ def shell_problem(
             edge_layer=scene.shell_edge_layer,
             start_curvature=scene.shell_start_curvature,
         )
+        _check_goal(shell, problem)
         return with_way(scene, problem) if way else problem
     except ShellInputError as error:
         raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
+
+
+def _check_goal(shell: ShellSpec, problem: ShellProblem) -> None:
+    why = problem.without_goal(shell.goal)
+    if shell.goal != "surface" and shell.tolerance is None:
+        why = "needs a tolerance to reach"
+    if why is not None:
+        remedy = 'give shell.tolerance, or remove it' if shell.tolerance is None else 'use "surface", or another one'
+        raise BadInput("shell.goal", shell.goal, why, remedy)
 
 
 def _pose(position: FloatArray, frame: FloatArray) -> Pose:
@@ -168,7 +180,7 @@ def shell_words(scene: Scene) -> str:
     where = "both ends" if scene.clamp_end is not None else "s = 0"
     mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
     if shell.tolerance is not None:
-        mesh += f" at first, refined to {shell.tolerance:g} l"
+        mesh += f" at first, refined to {shell.tolerance:g} {ASKED[shell.goal]}"
     words = [f"its clamps hold {what} at {where}", mesh]
     try:
         problem = shell_problem(scene, scene.require_shell()[0])

@@ -472,6 +472,13 @@ class ShellSpec:
         Kind.NUMBER, "error to reach by refining the shell's mesh (Hausdorff distance / length)", NONE,
         "0 < tolerance < 0.1", "1e-3", default=None, newer=True, absent="the mesh as given"
     )
+    goal: str = key(
+        Kind.CHOICE, "what the tolerance is asked of", example='"end"',
+        choices={"surface": "the whole surface: all elements are cut in two, along or across",
+                 "end": "the end of the centreline; columns and rows are cut where its error comes from (adjoint)",
+                 "middle": "its middle, in the same way", "energy": "the total energy over the elastic one, the same"},
+        default="surface", newer=True
+    )
     grading: tuple[float, float] | None = key(
         Kind.PAIR, "size of the elements [at clamps, at long edges] over the even ones in the middle", NONE,
         "0 < each <= 1", "[0.2, 0.1]", default=None, newer=True

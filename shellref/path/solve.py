@@ -41,11 +41,17 @@ def solve(
     if (problem.released or problem.transverse_curvature) and comm.size > 1:
         raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
     solver = Solver(strip, options, comm, report)
+    if options.accuracy is not None and options.goal != "surface":
+        from shellref.path.weighted import check
+
+        check(solver)  # before anything is solved
     built = time.perf_counter()
     result = solver.run(start, folder)
     if options.accuracy is not None and result.status is ShellStatus.CONVERGED:
-        from shellref.path.adaptive import refine  # not loaded where no accuracy is asked for
-
+        if options.goal == "surface":
+            from shellref.path.adaptive import refine  # not loaded where no accuracy is asked for
+        else:
+            from shellref.path.graded import refine
         result = refine(result, solver)
     if solver.unfinished is not None:
         solver.unfinished.finish()

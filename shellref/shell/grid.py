@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from shellref.shell.lagrange import lobatto
+
+#: Into how many equal ones elements are cut: all of them, or each column (row).
+Parts = int | Sequence[int]
 
 CLAMP_LAYER = 0.1  # share of the elements along, over which a mesh graded by ratio comes back to even sizes
 
@@ -86,12 +91,14 @@ class Grid:
         inner = knots[:-1, None] + np.diff(knots)[:, None] * lobatto(self.degree)[0][:-1]
         return np.append(inner.ravel(), knots[-1])
 
-    def refined(self, along: int, across: int) -> Grid:
-        """Every element cut into `along` x `across` equal ones (the meshes are nested)."""
+    def refined(self, along: Parts, across: Parts) -> Grid:
+        """Every element cut into `along` x `across` equal ones (the meshes are nested); a number for all columns (rows)
+        or one for each of them."""
 
-        def cut(knots: np.ndarray, parts: int) -> np.ndarray:
-            inner = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(parts) / parts
-            return np.append(inner.ravel(), knots[-1])
+        def cut(knots: np.ndarray, parts: Parts) -> np.ndarray:
+            each = np.broadcast_to(np.asarray(parts, dtype=int), len(knots) - 1)
+            inner = [a + (b - a) * np.arange(n) / n for a, b, n in zip(knots[:-1], knots[1:], each, strict=True)]
+            return np.append(np.concatenate(inner), knots[-1])
 
         return Grid(cut(self.s_knots, along), cut(self.v_knots, across), self.degree)
 

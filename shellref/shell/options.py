@@ -11,6 +11,7 @@ NATURAL_PATHS = ("exact", "stepped")
 ITERATIONS = ("mixed", "plain")
 ARC_LENGTH = ("auto", "always", "never")
 ENGINES = ("kernels", "forms")
+GOALS = ("surface", "end", "middle", "energy")
 BEGIN = ("given", "stable", "checked")
 
 
@@ -33,7 +34,9 @@ class ShellOptions:
     are located to this fraction of the stage's load.
     max_strain: a path stops where the membrane strain exceeds it (the shell's law is for small strains).
     accuracy: refine the mesh until the estimated error of the surface is below this (over l); None: the mesh as given.
-    max_cells: limit of that refinement.
+    goal: what `accuracy` is asked of: "surface" (all columns, all rows are cut), or by dual-weighted estimates, which
+    cut where they come from (shellref.path.graded), the position of the centreline's "end" or "middle", over l, or the
+    total "energy", over the elastic one. max_cells: limit of that refinement.
     engine: "kernels" (elements in compiled loops, factored along the mesh; bodies that they do not know, and several
     processes, take forms all the same) or "forms" (dolfinx's and MUMPS, the definition that judges the kernels).
     begin: "given", "stable" or "checked", what is believed of a given start; coarse: walk the path on a coarse mesh and
@@ -61,6 +64,7 @@ class ShellOptions:
     event_tolerance: float = 1e-3
     max_strain: float = 0.05
     accuracy: float | None = None
+    goal: str = "surface"
     max_cells: int = 20000
     engine: str = "kernels"
     begin: str = "given"
@@ -94,6 +98,7 @@ class ShellOptions:
         put("max_strain", positive("max_strain", self.max_strain))
         if self.accuracy is not None:
             put("accuracy", positive("accuracy", self.accuracy))
+        put("goal", choice("goal", self.goal, GOALS))
         put("max_cells", integer("max_cells", self.max_cells, 1))
         for name in ("predict", "stability", "kick", "switch", "coarse"):
             if not isinstance(getattr(self, name), bool):

@@ -256,6 +256,20 @@ class ShellProblem:
         """True when a held edge has freedoms of its own."""
         return self.guided or self.turns or any(x is not None for x in self.slide) or "free" in self.sections
 
+    def without_goal(self, goal: str) -> str | None:
+        """Why the mesh cannot be refined for this goal (shellref.path.weighted); None: it can."""
+        if goal == "surface":
+            return None
+        if self.released:
+            return "is not known for edges that slide, turn or deform"
+        if self.transverse_curvature:
+            return "is not known for a curved section"
+        if self.clamp == "free":
+            return "is not known for a strip that is held nowhere"
+        if goal == "end" and self.end is not None:
+            return "is held by a clamp"
+        return None
+
     @property
     def start(self) -> Pose:
         """The pose of the clamp at S = 0."""

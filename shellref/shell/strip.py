@@ -133,9 +133,11 @@ def _start_curvature(problem: ShellProblem, options: ShellOptions) -> tuple[floa
     return (0.0, 0.0) if flat or both else problem.natural_curvature
 
 
-def build_strip(problem: ShellProblem, options: ShellOptions, refine: tuple[int, int] = (1, 1)) -> Strip:
-    """The body, the stages and the clamps of a strip."""
-    grid = strip_grid(problem, refine)
+def build_strip(
+    problem: ShellProblem, options: ShellOptions, refine: tuple[int, int] = (1, 1), grid: Grid | None = None
+) -> Strip:
+    """The body, the stages and the clamps of a strip; grid: another one than the problem's own, cut in `refine`."""
+    grid = strip_grid(problem, refine) if grid is None else grid
     begin = _start_curvature(problem, options)
     start, end, stages = _stages(problem, begin)
 

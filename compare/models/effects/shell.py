@@ -55,5 +55,5 @@ def thickest(scene: Scene) -> tuple[Scene, tuple[int, int]]:
     most, without refinement. Raises `BadInput` for a scene without a shell."""
     ratio = float(min(scene.require_shell()))
     along, across = shell_elements(scene)
-    alone = scene.replace({"shell.width_to_thickness": [ratio], "shell.tolerance": None})
+    alone = scene.replace({"shell.width_to_thickness": [ratio], "shell.tolerance": None, "shell.goal": None})
     return alone, (min(along, FIRST_ELEMENTS[0]), min(across, FIRST_ELEMENTS[1]))

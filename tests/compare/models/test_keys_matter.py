@@ -116,6 +116,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "shell.elements": ({}, [10, 2], [12, 2]),
     "shell.corner": ({"shell.clamp": "corners"}, 0.002, 0.004),
     "shell.tolerance": ({}, None, 1e-3),
+    "shell.goal": ({"shell.tolerance": 1e-3}, None, "energy"),
     "shell.grading": ({}, None, [0.5, 0.5]),
     "shell.edge_layer": ({}, None, 0.001),
     "shell.start_curvature": ({}, None, 1.0),
