@@ -121,7 +121,7 @@ def _check_goal(shell: ShellSpec, problem: ShellProblem) -> None:
     if shell.goal != "surface" and shell.tolerance is None:
         why = "needs a tolerance to reach"
     if why is not None:
-        remedy = 'give shell.tolerance, or remove it' if shell.tolerance is None else 'use "surface", or another one'
+        remedy = "give shell.tolerance, or remove it" if shell.tolerance is None else 'use "surface", or another one'
         raise BadInput("shell.goal", shell.goal, why, remedy)
 
 

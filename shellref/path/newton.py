@@ -39,6 +39,7 @@ STEP = 1e-5  # of a stage's load, for the rate of moving supports
 WIDE = 0.1  # growing corrections above this are those of a lost iteration
 QUADRATIC = 0.1  # a correction below this part of the one before it, and below NEAR, is in the quadratic regime
 NEAR = 1e-3
+PASSING = 1e-6  # what may be left of a state on the way, by quadratic convergence (positions in l, directors)
 LARGEST_CORRECTION = 3.0  # a larger component (in the length of the surface, or radians) is a failed solve
 
 
@@ -239,8 +240,8 @@ class Equilibrium:
     ) -> Attempt:
         """Newton from `state` (with a stress of its own, when mixed) to equilibrium at `load`, or on a plane.
 
-        passing: on the way, where the state counts as found as soon as the next correction would be within the
-        tolerance by quadratic convergence, and as lost when wide corrections grow.
+        passing: on the way, where the state counts as found as soon as the next correction would be below `PASSING` by
+        quadratic convergence, and as lost when wide corrections grow.
         """
         try:
             return self._solve(state, stress, stage, load, plane, passing)
@@ -296,7 +297,7 @@ class Equilibrium:
             state = retract(state, step)
             load += change
             tolerance = self.options.tolerance
-            if correction <= tolerance or (passing and _remaining(before, correction) <= tolerance):
+            if correction <= tolerance or (passing and _remaining(before, correction) <= PASSING):
                 state = self._settled(state, stage, load)
                 self._found = (state, bases)
                 return Attempt(True, state, stress, iteration, correction, negative, load)

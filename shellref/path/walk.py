@@ -15,7 +15,7 @@ import numpy as np
 
 from shellref.fenics import dolfinx_api as api
 from shellref.path.arc import follow, switch
-from shellref.path.newton import Attempt, Equilibrium
+from shellref.path.newton import PASSING, Attempt, Equilibrium
 from shellref.path.point import Journal, Point, Walk
 from shellref.path.predictor import Predicted, hasty, jumped, next_step, predicted
 from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
@@ -27,6 +27,8 @@ from shellref.shell.result import LoadStep, ShellStatus
 MOST_KICKS = 20
 STILL = 1e-3  # mean displacement of a stage, over the size of the surface, below which it is walked in load steps
 ARC_BELOW = 0.01  # load steps smaller than this (of a stage) are left to arc length, when that is allowed
+SHORTER = 0.7  # factor on a step whose prediction is further away than the last one bears out
+NEARLY = 100.0 * PASSING  # a passed point may move by so much when it is kept
 START_FAILED = "the starting shape did not converge in {} iterations: use more elements, or raise max_newton"
 Progress = Callable[[dict[str, Any]], None]
 Observe = Callable[[np.ndarray], dict[str, Any]]
@@ -137,12 +139,20 @@ class Walker:
                 else:
                     self.load_steps(walk)
             if walk.status is not None:
+                self._keep(walk)
                 return
             walk.stage, walk.older, walk.step, walk.arc = walk.stage + 1, None, None, False
             if walk.stage < len(self.stages):
                 walk.point.load, walk.point.rate = 0.0, None
                 self.know_rate(walk)
                 self.journal.point(walk)
+
+    def _keep(self, walk: Walk) -> None:
+        """A walk that stopped on the way keeps its last point: to the tolerance, where load steps passed it."""
+        point = walk.point
+        attempt = self.equilibrium.solve(point.state, point.stress, self._stage(walk), point.load)
+        if attempt.converged and self.equilibrium.largest(attempt.state - point.state) < NEARLY:
+            point.state, point.stress = attempt.state, attempt.stress
 
     def _moves(self, walk: Walk) -> bool:
         """True when the stage's load moves the surface: where it does not, there is no arc to go along."""
@@ -165,8 +175,8 @@ class Walker:
             if 1.0 - load < 0.2 * step:
                 load = 1.0
             begin = self.predict(walk, load)
-            if self._hasty(walk, begin) and o.cut * (load - walk.point.load) >= smallest:
-                step = o.cut * (load - walk.point.load)
+            if self._hasty(walk, begin) and SHORTER * (load - walk.point.load) >= smallest:
+                step = SHORTER * (load - walk.point.load)
                 continue
             attempt = self.equilibrium.solve(begin.state, begin.stress, stage, load, passing=load < 1.0)
             off = self._off(walk, begin, attempt)

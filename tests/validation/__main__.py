@@ -57,6 +57,7 @@ NAMES = (
     "sweep",
     "shell_cost",
     "shell_start",
+    "shell_adaptive",
     "shell_size",
     "cost",
     "cost_over_commits",

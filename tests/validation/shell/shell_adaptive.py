@@ -1,0 +1,227 @@
+"""Meshes graded by dual-weighted estimates: effectivity on given meshes, and error over cells and time against meshes
+cut everywhere."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt
+
+from compare.models.shell_build import shell_problem
+from compare.scene.scene import load
+from shellref import ShellOptions, ShellProblem, ShellResult
+from shellref.fenics import dolfinx_api as api
+from shellref.path.graded import judged
+from shellref.path.solve import solve
+from shellref.path.solver import Solver
+from shellref.path.weighted import PLACES
+from shellref.shell.result import ShellStatus
+from shellref.shell.strip import build_strip
+from tests.validation import one_core, page
+
+#: Scene, w/h, what is asked.
+JUDGED = (
+    ("curl_4_3", 100.0, "end"),
+    ("curl_4_3", 100.0, "energy"),
+    ("curl_4_3", 1000.0, "end"),
+    ("two_clamps_5_3_2", 100.0, "middle"),
+    ("bend_45", 20.0, "end"),
+    ("cantilever", 1000.0, "end"),
+)
+MESHES = ((25, 2), (50, 4), (100, 4), (100, 8))
+REFERENCE, DEGREE = (120, 10), 3
+#: Scene, w/h, what is asked, grading of the meshes cut everywhere, grading and elements of the first graded mesh.
+RACES = (
+    ("curl_4_3", 100.0, "end", (0.2, 0.1), (25, 2)),
+    ("curl_4_3", 100.0, "end", (1.0, 1.0), (25, 2)),
+    ("curl_4_3", 1000.0, "end", (0.2, 0.1), (50, 4)),
+    ("cantilever", 1000.0, "end", (1.0, 1.0), (10, 2)),
+    ("two_clamps_5_3_2", 100.0, "middle", (1.0, 1.0), (25, 2)),
+)
+TOLERANCES = (1e-3, 1e-4, 1e-5)
+CUTS = (1, 2, 4, 6)
+#: An effectivity index is between these wherever the adjoint of the cut mesh could be had.
+LEAST, MOST = 0.5, 2.0
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Scene, w/h and goal: its problem, the value on the reference mesh."""
+
+    name: str
+    ratio: float
+    goal: str
+    problem: ShellProblem
+    value: np.ndarray
+
+    @property
+    def label(self) -> str:
+        return f"{self.name}, w/h = {self.ratio:g}, {self.goal}"
+
+    def error(self, result: ShellResult) -> float:
+        """Distance to the reference (l; of the energy over the elastic one)."""
+        scale = 1.0 / result.energy["elastic"] if self.goal == "energy" else 1.0
+        return scale * float(np.linalg.norm(value(result, self.goal) - self.value))
+
+
+def value(result: ShellResult, goal: str) -> np.ndarray:
+    """The asked quantity."""
+    if goal == "energy":
+        return np.array([result.energy["total"]])
+    return result.surface.centreline(np.array(PLACES[goal]))
+
+
+def asked(name: str, ratio: float, goal: str) -> tuple[Asked, ShellResult]:
+    """With the reference's state."""
+    problem = shell_problem(load(name), ratio)
+    coarse = solve(dataclasses.replace(problem, elements=(50, 4)))
+    fine = solve(dataclasses.replace(problem, elements=REFERENCE, degree=DEGREE), start=coarse.surface)
+    if fine.status is not ShellStatus.CONVERGED or fine.stable is not True:
+        raise AssertionError(f"{name}: the reference is {fine.status.value}: {fine.message}")
+    return Asked(name, ratio, goal, problem, value(fine, goal)), fine
+
+
+def effectivity(name: str, ratio: float, goal: str) -> list[list[str]]:
+    """Rows of one scene: error, estimate, index, on given meshes."""
+    case, near = asked(name, ratio, goal)
+    options = ShellOptions(goal=goal)
+    rows = []
+    for mesh in MESHES:
+        problem = dataclasses.replace(case.problem, elements=mesh)
+        solver = Solver(build_strip(problem, options), options, api.communicator("self"), lambda event: None)
+        clock = time.process_time()
+        result = solver.run(near.surface)
+        settled = time.process_time() - clock
+        clock = time.process_time()
+        row, _ = judged(result, solver, 1e-12)
+        spent = time.process_time() - clock
+        error, change = case.error(result), float(np.linalg.norm(np.sum(row["change"], axis=0)))
+        sharp = all(row["sharp"])
+        rows.append([
+            name, f"{ratio:g}", goal, " x ".join(map(str, mesh)), f"{error:.2e}", f"{change:.2e}",
+            f"{change / error:.2f}", f"{row['estimate'] / error:.2f}", "yes" if sharp else "no", f"{settled:.2f}",
+            f"{spent:.2f}",
+        ])  # fmt: skip
+        if sharp and not LEAST < change / error < MOST:
+            rows[-1][6] += " (!)"
+        print("  ", *rows[-1], flush=True)
+    return rows
+
+
+def timed(run: Callable[[], ShellResult]) -> tuple[ShellResult, float]:
+    """A result and its CPU time (s)."""
+    clock = time.process_time()
+    return run(), time.process_time() - clock
+
+
+def race(
+    name: str, ratio: float, goal: str, grading: tuple[float, float], first: tuple[int, int]
+) -> tuple[str, list[list[str]], dict[str, Any]]:
+    """Rows of meshes cut everywhere and of graded ones from the same first mesh; curves (cells, seconds, error); the
+    last graded result's knots and indicators."""
+    case, _ = asked(name, ratio, goal)
+    problem = dataclasses.replace(case.problem, grading=grading, elements=first)
+    coarse, path = timed(lambda: solve(problem))
+    coarse, path = timed(lambda: solve(problem))  # kernels loaded
+    rows, curves = [], {"all": [], "graded": []}
+    text = f"{grading[0]:g}, {grading[1]:g}"
+
+    def note(way: str, result: ShellResult, seconds: float, tolerance: str, estimate: str, meshes: str) -> None:
+        error, cells = case.error(result), result.elements[0] * result.elements[1]
+        if result.status is ShellStatus.CONVERGED:
+            curves["all" if way == "all cut" else "graded"].append((cells, seconds, error))
+        rows.append([
+            name, f"{ratio:g}", goal, text, way, tolerance, " x ".join(map(str, result.elements)), str(cells),
+            meshes, str(result.newton_iterations), estimate, f"{error:.1e}", f"{seconds:.2f}", result.status.value,
+        ])  # fmt: skip
+        print("  ", *rows[-1], flush=True)
+
+    for k in CUTS:
+        mesh = dataclasses.replace(problem, elements=(k * first[0], k * first[1]))
+        if k == 1:
+            note("all cut", coarse, path, "-", "-", "1")
+            continue
+        result, seconds = timed(lambda mesh=mesh: solve(mesh, start=coarse.surface))
+        together = dataclasses.replace(result, newton_iterations=coarse.newton_iterations + result.newton_iterations)
+        note("all cut", together, path + seconds, "-", "-", "2")
+    last: dict[str, Any] = {}
+    for tolerance in TOLERANCES:
+        options = ShellOptions(accuracy=tolerance, goal=goal)
+        result, seconds = timed(lambda options=options: solve(problem, options))
+        found = result.discretisation or {}
+        note(
+            "graded", result, seconds, f"{tolerance:.0e}", f"{found.get('estimate', np.nan):.1e}",
+            str(len(found.get("meshes", []))),
+        )  # fmt: skip
+        last = found or last
+    return f"{case.label}, {text}", rows, {**curves, "last": last}
+
+
+def run(out: Path) -> None:
+    judged_rows = [row for case in JUDGED for row in one_core.call(effectivity, *case)]
+    races = [one_core.call(race, *case) for case in RACES]
+    rows = [row for _, some, _ in races for row in some]
+    figure(out / "shell_adaptive.png", [(label, curves) for label, _, curves in races])
+    sharp = [float(row[6].split()[0]) for row in judged_rows if row[8] == "yes"]
+    wrong = [row for row in judged_rows if row[6].endswith("(!)")]
+    page.write(
+        out / "shell_adaptive.md", "Meshes graded by dual-weighted estimates", "python -m tests.validation shell_adaptive",
+        f"Errors: distance of the asked quantity to Q{DEGREE} {REFERENCE[0]} x {REFERENCE[1]} (l; of the energy over "
+        "the elastic one). change: the estimate of how far the quantity is from that of the mesh cut in two along and "
+        "across (docs/theory.md, eq. (7.18) to (7.21)); index: change over error; bound index: of what stops the "
+        "refinement, 4/3 of the sum of both directions. sharp: the tangent of the cut mesh had the state's inertia; "
+        "elsewhere the sum of the indicators stands in, and the mesh is cut everywhere. solve s, estimate s: CPU time "
+        "to settle (the tangents' loading included in the first row), and of the estimate, one thread.",
+        f"Index where sharp: {min(sharp):.2f} to {max(sharp):.2f}, {np.median(sharp):.2f} in the middle, "
+        f"{len(sharp)} of {len(judged_rows)} meshes.",
+        page.table(
+            ["scene", "w/h", "asked", "mesh", "error", "change", "index", "bound index", "sharp", "solve s",
+             "estimate s"], judged_rows,
+        ),
+        "Error over cells and CPU time. all cut: the path on the first mesh, its end settled on a mesh with all cells "
+        "cut; graded: `shell.goal` with a tolerance, from the same first mesh. Both with the path on the first mesh "
+        "in their time. grading: of the first mesh at clamps and long edges.",
+        page.table(
+            ["scene", "w/h", "asked", "grading", "way", "tolerance", "mesh", "cells", "meshes", "Newton", "estimate",
+             "error", "s", "status"], rows,
+        ),
+        "![error over cells and time; the last graded mesh with its indicators](shell_adaptive.png)",
+        *SAID,
+    )  # fmt: skip
+    if wrong:
+        raise AssertionError(f"effectivity outside {LEAST} to {MOST}: {wrong}")
+
+
+SAID: tuple[str, ...] = ()
+
+
+def figure(path: Path, races: list[tuple[str, dict[str, Any]]]) -> None:
+    """A row for each race: error over cells, over time, and sizes of columns with their indicators."""
+    fig, axes = plt.subplots(len(races), 3, figsize=(13, 3.2 * len(races)), layout="constrained", squeeze=False)
+    for (label, curves), (cells, seconds, mesh) in zip(races, axes, strict=True):
+        for way, text, style in (("all", "all cut", "o-"), ("graded", "graded", "s--")):
+            count, spent, error = np.array(sorted(curves[way])).T
+            cells.loglog(count, error, style, label=text)
+            seconds.loglog(spent, error, style, label=text)
+        cells.set(xlabel="cells", ylabel="error", title=label)
+        seconds.set(xlabel="CPU time (s)", ylabel="error")
+        knots, columns = np.array(curves["last"]["s_knots"]), np.array(curves["last"]["columns"])
+        mesh.stairs(columns, knots, fill=True, color="0.8", label="indicator")
+        mesh.set(xlabel="S / l", ylabel="indicator of a column", yscale="log", title="last graded mesh")
+        size = mesh.twinx()
+        size.stairs(np.diff(knots), knots, baseline=None, color="C3")
+        size.set(ylabel="size of a column / l", yscale="log")
+        for axis in (cells, seconds):
+            axis.legend()
+            axis.grid(True, which="both", lw=0.3, alpha=0.6)
+    fig.savefig(path, dpi=90, metadata={"Software": None})
+    plt.close(fig)
