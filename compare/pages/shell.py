@@ -27,6 +27,7 @@ from compare.scene.units import Units
 from compare.store.made_by import provenance
 
 PICTURE = "shell.png"
+MESH_PICTURE = "mesh.png"
 Entry = Mapping[str, Any]
 
 
@@ -45,8 +46,8 @@ _COLUMNS: tuple[ColumnOf[Entry], ...] = (
     (Column("middle", "middle / l", "l", "decimals:5", rank=7), _of("middle", "position")),
     (Column("end", "end / l", "l", "decimals:5", rank=6), _of("end", "position")),
     (Column("elements", "elements", kind="sizes", rank=2), lambda e: e["model"]["elements"]),
-    (Column("error", "error", "l", "exponent:1", legend="estimated from the last two meshes where a tolerance refines "
-            "(Hausdorff / l)", rank=2), _of("discretisation", "estimate")),
+    (Column("error", "error", "l", "exponent:1", legend="estimated where a tolerance refines the mesh: Hausdorff / l, "
+            "or of what shell.goal says", rank=2), _of("discretisation", "estimate")),
     (Column("seconds", "s", "s", "seconds:3", legend="of the solve, compilation apart", rank=3),
      _of("seconds", "warm")),
     (Column("reused", "kept", kind="truth", legend="solved by an earlier run", rank=6), lambda e: e["reused"]),
@@ -223,8 +224,31 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
-    return Written(
-        files, (picture(states),), tuple(surfaces), {"path.csv": with_si(path_table(states), Units.of(scene))}
+    graded = [(ratio_of(s), s.native.data["discretisation"]) for s in states if goal_of(s) is not None]
+    pictures = (picture(states),)
+    if graded:
+        shell_figure.mesh_picture(out / MESH_PICTURE, scene, graded)
+        pictures = (*pictures, _mesh_picture(graded))
+    return Written(files, pictures, tuple(surfaces), {"path.csv": with_si(path_table(states), Units.of(scene))})
+
+
+def goal_of(state: State) -> str | None:
+    """What the mesh was refined for, column by column (`shell.goal`); None: nothing of that kind."""
+    found = (state.native.data.get("discretisation") or {}).get("goal")
+    return None if found is None else str(found)
+
+
+def _mesh_picture(graded: Sequence[tuple[float, Entry]]) -> Picture:
+    said = ", ".join(
+        f"{len(data['columns'])} x {len(data['rows'])} at w/h = {ratio:g} (error of the {data['goal']} about "
+        f"{data['estimate']:.2g})"
+        for ratio, data in graded
+    )
+    return Picture(
+        MESH_PICTURE,
+        f"The graded meshes on the flat strip: {said}; bars: what each column and row contributes to that error, by "
+        "dual-weighted residuals.",
+        "Graded mesh with the indicators of its columns and rows.",
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +80,35 @@ def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) 
         label=f"membrane's share of the local elastic energy (grey: below {100 * HARDLY:g} % of the mean)",
     )
     figure.suptitle(scene.title)
+    return save(figure, path)
+
+
+def mesh_picture(path: Path, scene: Scene, found: Sequence[tuple[float, Mapping[str, Any]]]) -> Path:
+    """Graded meshes (w/h, shell.json's `discretisation`): the elements on the flat strip, and what each column and row
+    is to blame for of the error of the asked quantity.
+    """
+    figure = Figure(figsize=(11.0, 3.6 * len(found) + 0.4), layout="constrained")
+    places = figure.add_gridspec(2 * len(found), 2, width_ratios=(4.0, 1.0))
+    for row, (ratio, data) in enumerate(found):
+        s, v = np.asarray(data["s_knots"]), np.asarray(data["v_knots"]) / scene.width
+        flat = figure.add_subplot(places[2 * row + 1, 0])
+        flat.vlines(s, v[0], v[-1], color="0.3", lw=0.4)
+        flat.hlines(v, s[0], s[-1], color="0.3", lw=0.4)
+        flat.set_xlabel("S / l")
+        flat.set_ylabel("v / w")
+        above = figure.add_subplot(places[2 * row, 0], sharex=flat)
+        above.stairs(data["columns"], s, fill=True, color=CLAMP_COLOUR)
+        above.set_ylabel("of columns")
+        reached = "reached" if data["reached"] else "not reached"
+        above.set_title(
+            f"w/h = {ratio:g}: {len(s) - 1} x {len(v) - 1} elements, error of the {data['goal']} about "
+            f"{data['estimate']:.2g} ({data['accuracy']:g} {reached})",
+            fontsize=9,
+        )
+        beside = figure.add_subplot(places[2 * row + 1, 1], sharey=flat)
+        beside.stairs(data["rows"], v, fill=True, color=CLAMP_COLOUR, orientation="horizontal")
+        beside.set_xlabel("of rows")
+    figure.suptitle(f"{scene.title}: indicators of the error on the last mesh")
     return save(figure, path)
 
 

@@ -1,6 +1,6 @@
 """The error of an asked quantity of a shell, by residuals weighted with its adjoint (Becker & Rannacher 2001).
 
-Becker & Rannacher, doi:10.1017/S0962492901000010; docs/theory.md, eq. (7.18) to (7.21). Asked: the position of the
+Becker & Rannacher, doi:10.1017/S0962492901000010; adjoint: docs/theory.md, eq. (7.18). Asked: the position of the
 centreline's end or middle, or the total energy. Meshes are products of columns (along) and rows (across), so there are
 two questions, each answered on the mesh that is cut in two in that direction alone: how far is the quantity from the
 one of the cut mesh, and which columns (rows) does that come from.
@@ -181,8 +181,8 @@ def _bent(model: NaghdiModel, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def weighed(model: NaghdiModel, state: np.ndarray, z: np.ndarray, e: Thin, t: Thin) -> np.ndarray:
-    """(cells,) of kap:C:T(u, z) + e:C:T(u, z) + t:C:(E(u) - e), eq. (7.20): the mixed form's residual, but for the
-    loads."""
+    """(cells,) of kap:C:T(u, z) + e:C:T(u, z) + t:C:(E(u) - e), the mixed form's residual but for the loads:
+    docs/theory.md, eq. (7.20)."""
     assert model.cells is not None
     bent, turned = model.strains(state)[0][..., BENDING], model.cells.strains(state, z, 0.0)[0][..., BENDING]
     actual = own_strains(model, state)
@@ -191,8 +191,8 @@ def weighed(model: NaghdiModel, state: np.ndarray, z: np.ndarray, e: Thin, t: Th
 
 
 def mixed_energy(model: NaghdiModel, state: np.ndarray, e: Thin) -> np.ndarray:
-    """(cells,) of 1/2 kap:C:kap + e:C:(E(u) - e/2), eq. (7.21): Hellinger and Reissner's functional, but for the
-    loads."""
+    """(cells,) of 1/2 kap:C:kap + e:C:(E(u) - e/2), Hellinger and Reissner's functional but for the loads:
+    docs/theory.md, eq. (7.21)."""
     bent = model.strains(state)[0][..., BENDING]
     actual = own_strains(model, state)
     left = Thin(actual.full - 0.5 * e.full, actual.reduced - 0.5 * e.reduced)
@@ -250,7 +250,7 @@ class Weighted:
         return Estimate(change, indicators, True)
 
     def _change(self, finer: Solver, stage: Stage, state: np.ndarray, thin: Thin) -> np.ndarray | None:
-        """(m,) -R(u) z, eq. (7.19), or of the energy after one step, eq. (7.21); None: another inertia."""
+        """(m,) -R(u) z (docs/theory.md, eq. (7.19)), or of the energy after one step; None: another inertia."""
         model, equilibrium = finer.model, finer.equilibrium
         stress, residual = stress_with(model, state, thin), model.residual(state)
         bases = equilibrium.factor(state, stress, model.force(state, stress))
@@ -267,7 +267,7 @@ class Weighted:
         return moved - np.array([np.sum(equilibrium.back(unit, bases) * free) for unit in units(weights)])
 
     def _indicators(self, finer: Solver, axis: int, state: np.ndarray, thin: Thin) -> np.ndarray:
-        """(n, m) of the columns or rows, eq. (7.20)."""
+        """(n, m) of the columns or rows."""
         model, fine = self.solver.model, finer.model
         grid = model.grid
         here, there = (_parents(grid, x.midpoints)[axis] for x in (model, fine))
