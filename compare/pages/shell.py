@@ -225,7 +225,7 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
     graded = [(ratio_of(s), s.native.data["discretisation"]) for s in states if goal_of(s) is not None]
-    pictures = (picture(states),)
+    pictures: tuple[Picture, ...] = (picture(states),)
     if graded:
         shell_figure.mesh_picture(out / MESH_PICTURE, scene, graded)
         pictures = (*pictures, _mesh_picture(graded))
