@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.find import climb
+from ribbon.find.climb import merged
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
@@ -65,14 +67,6 @@ def touches_box(problem: MixedProblem, x: FloatArray) -> bool:
         return False
     omega, eta = (np.abs(values).max() for values in problem.joint_values(x))
     return bool(omega > 0.999 * problem.box[0] or eta > 0.999 * problem.box[1])
-
-
-def merged(lengths: FloatArray) -> FloatArray:
-    """Neighbouring segments joined in pairs."""
-    pairs = lengths[: lengths.size // 2 * 2].reshape(-1, 2).sum(axis=1)
-    if lengths.size % 2:
-        pairs[-1] += lengths[-1]
-    return pairs
 
 
 def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -160,6 +154,9 @@ def minimum(
         coarse = problem.with_changes(lengths=lengths)
         first = minimum(coarse, transferred(problem, x, coarse), options, progress)
         if first.residual <= RESIDUAL_TOLERANCE:
+            above = climb.doubled(coarse, first, problem) if climb.can(problem, options) else None
+            if above is not None:
+                return above
             y = transferred(coarse, first.x, problem)
             near = from_near(problem, y, options, progress)
             if near.residual <= RESIDUAL_TOLERANCE:

@@ -14,7 +14,7 @@ from ribbon import penetration
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, contacts, minima, nested, relax, seeds, stability, stretched
+from ribbon.find import band, climb, contacts, minima, nested, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems import formulation
@@ -101,21 +101,43 @@ def solve(
     check_walls(strip, problem.start, problem.end, problem.walls)
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
-    best: Equilibrium | None = None
+    asked = {"options": options, "progress": progress}
     with within(budget), choose.using(solver):
-        shapes = iter(starting_shapes(problem, seed_curvature, seed_ruling, progress))
-        for omega, eta in shapes:
-            found = solve_shape(problem, omega, eta, options=options, progress=progress, leave_saddle=leave_saddle)
-            if best is None or _rank(found) < _rank(best):
-                best = found
-            if found.ok or spent():
-                break
-        assert best is not None
+        if problem.lengths.size >= 4 * climb.FEWEST and climb.can(problem, options):
+            glued: Any = problem
+            few = _searched(climb.few(glued), seed_curvature, seed_ruling, leave_saddle, asked)
+            found = _climbed(few, glued) if few.ok else None
+            if found is not None and found.ok:
+                return found
+        return _searched(problem, seed_curvature, seed_ruling, leave_saddle, asked)
 
-        def relaxed(near: Problem, x: FloatArray) -> Equilibrium:
-            return _from_near(near, x, options=options, progress=progress)
 
-        return minima.lowest(best, shapes, relaxed)
+def _searched(
+    problem: Problem, curvature: Values | str, ruling: Values, leave_saddle: bool, asked: dict[str, Any]
+) -> Equilibrium:
+    """The state that the starting shapes lead to, the lowest of those seen; asked: options, progress."""
+    best: Equilibrium | None = None
+    shapes = iter(starting_shapes(problem, curvature, ruling, asked["progress"]))
+    for omega, eta in shapes:
+        found = solve_shape(problem, omega, eta, leave_saddle=leave_saddle, **asked)
+        if best is None or _rank(found) < _rank(best):
+            best = found
+        if found.ok or spent():
+            break
+    assert best is not None
+    return minima.lowest(best, shapes, lambda near, x: _from_near(near, x, **asked))
+
+
+def _climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:
+    """The state of `problem` above that on few segments, judged; None where it is not followed up to there."""
+    coarse: Any = few.problem
+    start = Minimum(few.x, few.multipliers, few.rows, few.residual, few.iterations, 0, "", True, few.seconds["solve"])
+    minimum = None if few.active_bounds else climb.climbed(coarse, start, problem)
+    if minimum is None:
+        return None
+    found = found_at(problem, minimum)
+    told = "" if few.minima is None or len(few.minima.energies) < 2 else f"; {few.minima}"
+    return replace(found, minima=few.minima, message=found.message + told)
 
 
 def _rank(found: Equilibrium) -> tuple[int, float]:
@@ -556,6 +578,11 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
     fresh = old.with_changes(lengths=lengths)
     if stretched.is_stretched(fresh):
         return stretched.straight(fresh)
+    plain = set(keywords) <= {"options", "progress", "leave_saddle"} and climb.can(fresh, keywords.get("options"))
+    if plain and equilibrium.ok and climb.nested(old, fresh):
+        found = _climbed(equilibrium, fresh)
+        if found is not None and found.ok:
+            return found
     return _from_near(fresh, relax.transferred(old, equilibrium.x, fresh), **keywords)
 
 

@@ -468,6 +468,40 @@ def hessian(x, lengths, multipliers, factor, local, jets, gamma, up, weight, out
 
 
 @njit(cache=True)
+def costates(entries, components, slope, multipliers):
+    """Multipliers (>= 8 p,) of the glue that balance r, q and eta of the joints 1 ... p, from the last to the first.
+
+    entries: of the glue's Jacobian, as `jacobian` fills them, for jets of so many components; slope (>= 10 p + 9,): the
+    gradient with what all other rows add to it, changed in place into what is left at joint 0.
+    """
+    wide = 6 + parameter_count(components)
+    high = wide - 1
+    own = 3 * wide + 4 * high + 3
+    for i in range(multipliers.size // ROWS - 1, -1, -1):
+        k, row, at = STRIDE * i, ROWS * i, own * i
+        turns = at + 3 * wide
+        for c in range(3):
+            multipliers[row + c] = -slope[k + NEXT + c]
+            slope[k + c] -= multipliers[row + c]
+        steep = -slope[k + NEXT + ETA]
+        multipliers[row + 7] = steep
+        for r in range(4):
+            v = -slope[k + NEXT + QUATERNION + r]
+            for c in range(3):
+                v -= entries[at + wide * c + 2 + r] * multipliers[row + c]
+            multipliers[row + 3 + r] = v
+        steep = -steep
+        for r in range(4):
+            v = multipliers[row + 3 + r]
+            for c in range(4):
+                slope[k + QUATERNION + c] += entries[turns + high * r + 1 + c] * v
+            steep += entries[turns + high * r + 6] * v
+        for c in range(3):
+            steep += entries[at + wide * c + 7] * multipliers[row + c]
+        slope[k + ETA] += steep
+
+
+@njit(cache=True)
 def end_weight(q, eta, up, factor, by, second):
     """``f = factor (eta <R e_x, up> + eta^2/2 <R e_z, up>)`` at one joint; returns f.
 

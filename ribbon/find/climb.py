@@ -1,0 +1,106 @@
+"""A glued problem of many segments from its state on few: every doubling takes a few steps along the strip.
+
+The state on half the segments is prolonged with its multipliers (`ribbon.problems.prolonged`) and followed
+(`ribbon.solvers.follow`). That is done only where it is safe: Newton's iteration is asked for, nothing is in contact,
+and each state is a strict minimum near that before; otherwise None, and who asks goes the long way. How far the joints
+move in the last doubling is more than what is still missing wherever halving the segments at least halves the error
+(`Minimum.moved`, as `ribbon.find.nested` has it for chained ribbons).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.problems import prolonged
+from ribbon.problems.mixed import MixedProblem
+from ribbon.solvers import choose
+from ribbon.solvers.follow import follow
+from ribbon.solvers.problem import Minimum
+
+FloatArray = NDArray[np.float64]
+
+#: Segments that are few: a ribbon of four times as many, or more, is solved on so many at least and then halved.
+FEWEST = 80
+#: How far (l) joints may move in a doubling, and rulings turn beyond the steepest before.
+NEAR = 0.02
+_TURNS = 1.0
+#: Distance (l) between joints that are the same.
+_ROUNDING = 1e-12
+#: Residual of a state that is a start for another only, and of one that is exact.
+ROUGH, EXACT = 1e-6, 1e-10
+
+
+def can(problem: Any, options: dict[str, Any] | None) -> bool:
+    """Whether states of the problem can be followed from few segments to many."""
+    return (
+        isinstance(problem, MixedProblem)
+        and problem.formulation == "mixed"
+        and not problem.walls
+        and not options
+        and choose.asked() != "ipopt"
+    )
+
+
+def merged(lengths: FloatArray) -> FloatArray:
+    """Neighbouring segments joined in pairs."""
+    pairs = lengths[: lengths.size // 2 * 2].reshape(-1, 2).sum(axis=1)
+    if lengths.size % 2:
+        pairs[-1] += lengths[-1]
+    return pairs
+
+
+def few(problem: MixedProblem) -> MixedProblem:
+    """The problem on few segments, in which its own nest."""
+    lengths = problem.lengths
+    while lengths.size >= 2 * FEWEST:
+        lengths = merged(lengths)
+    return problem.with_changes(lengths=lengths)
+
+
+def doubled(coarse: MixedProblem, found: Minimum, problem: MixedProblem, rough: bool = False) -> Minimum | None:
+    """The minimum of `problem` beside that of `coarse`, whose segments its own are cut from; `moved`: their joints."""
+    x = prolonged.shape(coarse, found.x, problem)
+    if not np.all(np.isfinite(x)):
+        return None
+    rows = prolonged.multipliers(coarse, found.rows, problem, x)
+    fine = follow(problem, x, rows, ROUGH if rough else EXACT)
+    if fine is None:
+        return None
+    there, here = coarse.layout.positions(found.x), problem.layout.positions(fine.x)
+    s = prolonged.joints(problem.lengths)
+    kept = np.clip(np.searchsorted(s, prolonged.joints(coarse.lengths) - 0.5 * problem.lengths.min()), 0, s.size - 1)
+    moved = float(np.linalg.norm(there - here[kept], axis=1).max())
+    steep, before = (float(np.abs(each.joint_values(y)[1]).max()) for each, y in ((problem, fine.x), (coarse, found.x)))
+    if not moved <= NEAR or not steep <= before + _TURNS:
+        return None
+    return replace(
+        fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved
+    )
+
+
+def nested(coarse: MixedProblem, problem: MixedProblem) -> bool:
+    """Whether the joints of `coarse` are joints of `problem`."""
+    s, t = prolonged.joints(problem.lengths), prolonged.joints(coarse.lengths)
+    beside = np.clip(np.searchsorted(s, t), 1, s.size - 1)
+    return bool(np.minimum(np.abs(s[beside] - t), np.abs(s[beside - 1] - t)).max() <= _ROUNDING)
+
+
+def climbed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Minimum | None:
+    """The minimum of `problem` above that of `coarse`, which nests in it, by doublings where those lead there."""
+    steps = [problem.lengths]
+    while steps[-1].size >= 2 * coarse.lengths.size:
+        steps.append(merged(steps[-1]))
+    if steps[-1].size != coarse.lengths.size or not np.allclose(steps[-1], coarse.lengths, rtol=0.0, atol=_ROUNDING):
+        steps = [problem.lengths, coarse.lengths]
+    last: Minimum | None = found
+    for lengths in reversed(steps[:-1]):
+        fine = problem if lengths is problem.lengths else problem.with_changes(lengths=lengths)
+        last = doubled(coarse, last, fine, rough=fine is not problem) if last is not None else None
+        if fine is not problem:
+            problem.counters.add(fine.counters)
+        coarse = fine
+    return last
