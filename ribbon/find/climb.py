@@ -19,7 +19,7 @@ from ribbon.problems import prolonged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import choose
 from ribbon.solvers.follow import follow
-from ribbon.solvers.problem import Minimum
+from ribbon.solvers.problem import Minimum, kkt_residual
 
 FloatArray = NDArray[np.float64]
 
@@ -77,9 +77,11 @@ def doubled(coarse: MixedProblem, found: Minimum, problem: MixedProblem, rough: 
     steep, before = (float(np.abs(each.joint_values(y)[1]).max()) for each, y in ((problem, fine.x), (coarse, found.x)))
     if not moved <= NEAR or not steep <= before + _TURNS:
         return None
+    residual = fine.residual if rough else kkt_residual(problem, fine.x, fine.multipliers, fine.rows)
     return replace(
-        fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved
-    )
+        fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved,
+        residual=residual,
+    )  # fmt: skip
 
 
 def nested(coarse: MixedProblem, problem: MixedProblem) -> bool:

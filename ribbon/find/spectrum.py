@@ -31,6 +31,8 @@ from ribbon.solvers.saddle import Saddle
 _STEPS = 120
 _LARGEST_STEPS = 6
 _ERROR = 1e-12
+#: Residual of the systems in between, over their right sides.
+_SOLVED = 1e-11
 #: The first shifts, and the factor to further ones; least length of a direction that may move.
 _SHIFTS = (-2e-5, -1.0)
 _FURTHER = 8.0
@@ -95,7 +97,7 @@ class SecondVariation:
 
     def _upper(self, factor: Factor, b: FloatArray) -> FloatArray:
         """Upper part (k,) of ``K^-1 [b; 0]``."""
-        return factor.solve(np.concatenate([b, np.zeros(self._saddle.count)]), refinements=1)[: b.size]
+        return factor.solve(np.concatenate([b, np.zeros(self._saddle.count)]), 1, _SOLVED)[: b.size]
 
     def _lanczos(self, apply: Callable[[FloatArray], FloatArray], steps: int) -> tuple[float, FloatArray]:
         """Largest eigenvalue and its vector (k,) of an operator that is symmetric in the metric and maps into the

@@ -27,7 +27,7 @@ from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.layout import ETA, JOINT, OMEGA, STRIDE
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import budget
-from ribbon.solvers.problem import FloatArray, Minimum, kkt_residual
+from ribbon.solvers.problem import FloatArray, Minimum
 from ribbon.solvers.saddle import Saddle
 
 BoolArray = NDArray[np.bool_]
@@ -42,6 +42,8 @@ _SUDDEN, _BESIDE = 1e-3, 8
 _SHARE, _INSIDE = 0.2, 1e-4
 #: Part of the Hessian's diagonal that D may take away; mean of the multipliers above which residuals are over it.
 _TAKES, _MEAN = 0.5, 100.0
+#: Residual of the systems, over their right sides.
+_SOLVED = 1e-11
 
 
 class Iterate:
@@ -90,7 +92,7 @@ class Iterate:
         factor = saddle.factor(hessian, self.jacobian, extra[self.free])
         self.negative = factor.negative - saddle.count + factor.zero if factor.finite else -1
         right = np.concatenate([-self.slope[self.free], -self.missing])
-        found = factor.solve(right, 1)
+        found = factor.solve(right, 1, _SOLVED)
         x, y = self.x.copy(), self.y.copy()
         x[self.free] += found[: saddle.unknowns]
         change = np.clip((x[self.slopes] - self.x[self.slopes]) / rest, -_LONGEST, _LONGEST)
@@ -102,8 +104,9 @@ class Iterate:
 def follow(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: float) -> Minimum | None:
     """The minimum beside x (n,) with multipliers rows (m,), to a residual of `tolerance`; None where it is not found.
 
-    problem: without walls. No bound is active there: the energy is infinite on them, or there is none. Where
-    multipliers are large so is their rounding: the residual is then measured as Ipopt does, over their mean.
+    Its `residual` is the largest, without scale. problem: without walls. No bound is active there: the energy is
+    infinite on them, or there is none. Where multipliers are large so is their rounding: the residual is then measured
+    as Ipopt does, over their mean.
     """
     clock = time.perf_counter()
     lower, upper = problem.bounds()
@@ -131,7 +134,7 @@ def follow(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: fl
         return None
     none = np.zeros(problem.size)
     return Minimum(
-        x=x, multipliers=none, rows=y, residual=kkt_residual(problem, x, none, y), iterations=count, code=0,
+        x=x, multipliers=none, rows=y, residual=worst, iterations=count, code=0,
         message="Newton's iteration converged from fewer segments.", finished=True,
         seconds=time.perf_counter() - clock, solver="Newton",
     )  # fmt: skip

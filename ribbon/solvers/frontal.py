@@ -23,6 +23,8 @@ _TINY = 1e-20
 #: What is taken off the diagonal of soft unknowns of the scaled matrix: rounding of what they may repeat.
 SOFT = 3e-14
 _ROUNDS = 2
+#: Residual of a solution, over its right side, that is refined no more.
+EXACT = 1e-14
 
 
 class Pattern:
@@ -34,17 +36,13 @@ class Pattern:
 
     def __init__(self, one: IntArray, other: IntArray, group: IntArray) -> None:
         kept = np.nonzero((one >= 0) & (other >= 0))[0]
-        first = np.minimum(group[one[kept]], group[other[kept]])
-        order = np.argsort(first, kind="stable")
-        first = first[order]
         n, groups = group.size, int(group.max(initial=-1)) + 1
+        order = np.empty(kept.size, dtype=np.int64)
         self.group = group
+        self.entries, self.touches = np.empty(groups + 1, dtype=np.int64), np.empty(groups + 1, dtype=np.int64)
+        self.touched = kernels.arrange(one[kept], other[kept], group, self.entries, order, self.touches)
         self.taken = kept[order]
         self.one, self.other = one[self.taken], other[self.taken]
-        self.entries = np.searchsorted(first, np.arange(groups + 1))
-        touched = np.unique(np.concatenate([first * n + self.one, first * n + self.other, group * n + np.arange(n)]))
-        self.touched = touched % max(n, 1)
-        self.touches = np.searchsorted(touched // max(n, 1), np.arange(groups + 1))
         self._room, self._capacity = 64, 20 * n + 64
 
     @property
@@ -120,15 +118,15 @@ class Factor:
     left: FloatArray
     right: FloatArray
 
-    def solve(self, b: FloatArray, refinements: int = 2) -> FloatArray:
-        """x with K x = b, (n,) or (n, k), refined as long as the residual falls."""
+    def solve(self, b: FloatArray, refinements: int = 2, enough: float = EXACT) -> FloatArray:
+        """x with K x = b, (n,) or (n, k), refined as long as the residual falls and exceeds `enough` of b."""
         scale = self.scale.reshape(-1, 1)
         right = scale * b.reshape(self.scale.size, -1)
         x = right.copy()
         self._substitute(x)
         product = np.empty_like(x)
         last = np.inf
-        least = np.finfo(float).eps * float(np.abs(right).max(initial=0.0))
+        least = enough * float(np.abs(right).max(initial=0.0))
         for _ in range(refinements):
             kernels.times(self.pattern.one, self.pattern.other, self.values, x, product)
             product = right - product

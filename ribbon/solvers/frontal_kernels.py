@@ -52,24 +52,69 @@ def equilibrate(one, other, values, rounds, scale):
 
 
 @njit(cache=True)
-def _partner(front, t, low, m):
-    """Place in [low, m) of the greatest entry of row t beside the diagonal, and its size; -1 where all are zero."""
-    best, place = 0.0, -1
-    for j in range(low, m):
-        v = abs(front[t, j])
-        if v > best and j != t:
-            best, place = v, j
-    return place, best
+def arrange(one, other, group, entries, order, touches):
+    """Sorts entries (k,) by the earlier group of their places, stably: order (k,), and entries (G + 1,), where each
+    group's begin. Returns the unknowns that each group has or touches, in rising order, and fills touches (G + 1,):
+    where each group's begin."""
+    groups, n = entries.size - 1, group.size
+    entries[:] = 0
+    for e in range(one.size):
+        entries[min(group[one[e]], group[other[e]]) + 1] += 1
+    members = np.zeros(groups + 1, dtype=np.int64)
+    for i in range(n):
+        members[group[i] + 1] += 1
+    for g in range(groups):
+        entries[g + 1] += entries[g]
+        members[g + 1] += members[g]
+    at, begin = entries[:-1].copy(), members[:-1].copy()
+    for e in range(one.size):
+        g = min(group[one[e]], group[other[e]])
+        order[at[g]] = e
+        at[g] += 1
+    own = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        own[begin[group[i]]] = i
+        begin[group[i]] += 1
+    found = np.empty(n + 2 * one.size, dtype=np.int64)
+    last = np.full(n, -1, dtype=np.int64)
+    to = 0
+    for g in range(groups):
+        touches[g] = to
+        for k in range(members[g], members[g + 1]):
+            found[to] = own[k]
+            last[own[k]] = g
+            to += 1
+        for k in range(entries[g], entries[g + 1]):
+            e = order[k]
+            for side in range(2):
+                i = one[e] if side == 0 else other[e]
+                if last[i] < g:
+                    last[i] = g
+                    found[to] = i
+                    to += 1
+        found[touches[g] : to].sort()
+    touches[groups] = to
+    return found[:to].copy()
+
+
+@njit(cache=True, fastmath={"nnan", "nsz"})
+def _greatest(front, t, low, high):
+    """The greatest size of row t in the places [low, high)."""
+    best = 0.0
+    for j in range(low, high):
+        best = max(best, abs(front[t, j]))
+    return best
 
 
 @njit(cache=True)
-def _greatest(front, t, high):
-    best = 0.0
-    for j in range(high):
-        v = abs(front[t, j])
-        if v > best:
-            best = v
-    return best
+def _partner(front, t, low, m):
+    """Place in [low, m) of the greatest entry of row t beside the diagonal, and its size; -1 where all are zero."""
+    best = max(_greatest(front, t, low, t), _greatest(front, t, t + 1, m))
+    if best > 0.0:
+        for j in range(low, m):
+            if abs(front[t, j]) == best and j != t:
+                return j, best
+    return -1, best
 
 
 @njit(cache=True)
@@ -87,6 +132,20 @@ def _swap(front, ids, where, s, t, m):
         front[j, t] = v
     ids[s], ids[t] = ids[t], ids[s]
     where[ids[s]], where[ids[t]] = s, t
+
+
+@njit(cache=True)
+def _moved(front, ids, where, last, to):
+    """Puts the unknown at the last place of a front in another, whose own is gone."""
+    if to == last:
+        return
+    for j in range(last):
+        front[to, j] = front[last, j]
+    front[to, to] = front[last, last]
+    for j in range(last):
+        front[j, to] = front[to, j]
+    ids[to] = ids[last]
+    where[ids[to]] = to
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -146,9 +205,7 @@ def eliminate(
         for r in range(remain):
             for c in range(remain):
                 rest[old[r], old[c]] = front[r, c]
-        for r in range(m):
-            for c in range(m):
-                front[r, c] = rest[r, c]
+        front, rest = rest, front
         for k in range(remain):
             where[ids[k]] = old[k]
         for k in range(remain):
@@ -191,7 +248,7 @@ def eliminate(
                     k, r, size = r, s, across
             if not two:
                 d = front[k, k]
-                beyond = _greatest(front, k, low)
+                beyond = _greatest(front, k, 0, low)
                 if abs(d) <= tiny:
                     # nothing of its own: zero for good once nothing is beyond it either
                     if beyond <= tiny:
@@ -212,18 +269,19 @@ def eliminate(
                     _swap(front, ids, where, k, low + failed, m)
                     failed += 1
                     continue
-                _swap(front, ids, where, k, m - 1, m)
-                m -= 1
                 if at + m > column.size:
                     return FACTOR_FULL, at, 0, 0, 0
-                pivot[pivots, 0], pivot[pivots, 1] = ids[m], -1
+                m -= 1
+                for j in range(m + 1):
+                    row1[j] = front[k, j]
+                row1[k] = row1[m]
+                pivot[pivots, 0], pivot[pivots, 1] = ids[k], -1
+                where[ids[k]] = -2
+                _moved(front, ids, where, m, k)
                 inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = 1.0 / d, 0.0, 0.0
                 first[pivots] = at
                 pivots += 1
                 negative += d < 0.0
-                where[ids[m]] = -2
-                for j in range(m):
-                    row1[j] = front[m, j]
                 for i in range(m):
                     v = row1[i]
                     if v != 0.0:
@@ -238,21 +296,25 @@ def eliminate(
             a, b, c = front[k, k], front[k, r], front[r, r]
             det = a * c - b * b
             u, v, w = c / det, -b / det, a / det
-            beyond = _greatest(front, k, low)
-            other_beyond = _greatest(front, r, low)
+            beyond = _greatest(front, k, 0, low)
+            other_beyond = _greatest(front, r, 0, low)
             growth = max(abs(u) * beyond + abs(v) * other_beyond, abs(v) * beyond + abs(w) * other_beyond)
             if growth * needed > 1.0:
                 _swap(front, ids, where, k, low + failed, m)
                 failed += 1
                 continue
-            _swap(front, ids, where, k, m - 1, m)
-            if r == m - 1:
-                r = k
-            _swap(front, ids, where, r, m - 2, m)
-            m -= 2
             if at + m > column.size:
                 return FACTOR_FULL, at, 0, 0, 0
-            pivot[pivots, 0], pivot[pivots, 1] = ids[m + 1], ids[m]
+            for j in range(m):
+                row1[j], row2[j] = front[k, j], front[r, j]
+            pivot[pivots, 0], pivot[pivots, 1] = ids[k], ids[r]
+            where[ids[k]] = -2
+            where[ids[r]] = -2
+            for step in range(2):
+                m -= 1
+                to = max(k, r) if step == 0 else min(k, r)
+                _moved(front, ids, where, m, to)
+                row1[to], row2[to] = row1[m], row2[m]
             inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = u, v, w
             first[pivots] = at
             pivots += 1
@@ -260,10 +322,6 @@ def eliminate(
                 negative += 1
             elif a < 0.0:
                 negative += 2
-            where[ids[m]] = -2
-            where[ids[m + 1]] = -2
-            for j in range(m):
-                row1[j], row2[j] = front[m + 1, j], front[m, j]
             for i in range(m):
                 x, y = row1[i], row2[i]
                 if x != 0.0 or y != 0.0:
