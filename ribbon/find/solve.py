@@ -37,6 +37,8 @@ INDIFFERENT_WORDS = "; indifferent to at least one mode (eigenvalue zero to roun
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
+#: Part of the weight that walls may leave over by rounding.
+_CARRIED = 1e-9
 
 
 @alone
@@ -99,6 +101,7 @@ def solve(
             formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip,
         )  # fmt: skip
     check_walls(strip, problem.start, problem.end, problem.walls)
+    check_carried(problem)
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
     asked = {"options": options, "progress": progress}
@@ -225,6 +228,25 @@ def check_walls(strip: Strip, start: Clamp | None, end: Clamp | None, walls: tup
                     f"{key}.position", clamp.position, f"it holds the strip {deepest:.6g} behind wall {k}: move it, "
                     "or the wall back",
                 )  # fmt: skip
+
+
+def check_carried(problem: Problem) -> None:
+    """`RibbonInputError` where the weight finds nothing to rest on: no point is held and walls, which have no friction,
+    do not carry it. What carries it is a sum of their normals, none of them pulling; otherwise there is a direction
+    along which the ribbon falls or slides for ever (Farkas' lemma)."""
+    held = any(clamp is not None and clamp.position is not None for clamp in (problem.start, problem.end))
+    if held or problem.gravity is None or not problem.has_gravity:
+        return
+    normals = np.array([wall.normal for wall in problem.walls], dtype=float).reshape(-1, 3)
+    up = np.asarray(problem.gravity.up, dtype=float)
+    if len(normals):
+        from scipy.optimize import nnls  # not before it is needed: it loads half of scipy
+
+        if nnls(normals.T, up)[1] <= _CARRIED:
+            return
+    raise RibbonInputError(
+        "gravity", problem.gravity.up, "the ribbon falls or slides for ever: hold a point of it, or put a wall below it"
+    )
 
 
 def _check_pulled(

@@ -48,7 +48,7 @@ def finer(s: FloatArray, f: FloatArray, t: FloatArray) -> FloatArray:
     here = (1.0 - share) * bend[j] + share * bend[j + 1]
     part = (t - s[j]) / (s[j + 1] - s[j])
     curve = (1.0 - part) * f[j] + part * f[j + 1] + (t - s[j]) * (t - s[j + 1]) * here
-    return np.asarray(curve - here * _lowered(t))
+    return np.asarray(curve - ((1.0 - part) * bend[j] + part * bend[j + 1]) * _lowered(t))
 
 
 def joints(lengths: FloatArray) -> FloatArray:

@@ -109,3 +109,21 @@ def test_a_band_matrix_of_any_kind_fits_however_much_must_wait():
 def test_values_that_are_not_finite_are_said():
     pattern = Pattern(np.array([0]), np.array([0]), np.array([0]))
     assert not pattern.factor(np.array([np.nan])).finite
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_entries_and_touched_unknowns_are_sorted_by_group(seed):
+    rng = np.random.default_rng(seed)
+    n, k, groups = 40, 150, 7
+    group = rng.integers(0, groups, n)
+    group[:groups] = np.arange(groups)
+    one, other = rng.integers(-1, n, k), rng.integers(0, n, k)
+    found = Pattern(one, other, group)
+    kept = np.nonzero(one >= 0)[0]
+    first = np.minimum(group[one[kept]], group[other[kept]])
+    assert np.array_equal(found.taken, kept[np.argsort(first, kind="stable")])
+    assert np.array_equal(found.entries, np.searchsorted(np.sort(first), np.arange(groups + 1)))
+    for g in range(groups):
+        here = found.taken[found.entries[g] : found.entries[g + 1]]
+        touched = np.unique(np.concatenate([one[here], other[here], np.nonzero(group == g)[0]]))
+        assert np.array_equal(found.touched[found.touches[g] : found.touches[g + 1]], touched)
