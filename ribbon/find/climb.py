@@ -2,7 +2,8 @@
 
 The state on half the segments is prolonged with its multipliers (`ribbon.problems.prolonged`) and followed
 (`ribbon.solvers.follow`). That is done only where it is safe: Newton's iteration is asked for, nothing is in contact,
-and each state is a strict minimum near that before; otherwise None, and who asks goes the long way. How far the joints
+and each state is a strict minimum near that before; a doubling that does not end so is made with a barrier and a line
+search, and where that leads far away nothing is returned and who asks goes the long way. How far the joints
 move in the last doubling is more than what is still missing wherever halving the segments at least halves the error
 (`Minimum.moved`, as `ribbon.find.nested` has it for chained ribbons).
 """
@@ -28,6 +29,8 @@ FEWEST = 80
 #: How far (l) joints may move in a doubling, and rulings turn beyond the steepest before.
 NEAR = 0.02
 _TURNS = 1.0
+#: Barrier of a doubling that takes more.
+_BARRIER = 1e-5
 #: Distance (l) between joints that are the same.
 _ROUNDING = 1e-12
 #: Residual of a state that is a start for another only, and of one that is exact.
@@ -70,12 +73,8 @@ def doubled(coarse: MixedProblem, found: Minimum, problem: MixedProblem, rough: 
     fine = follow(problem, x, rows, ROUGH if rough else EXACT)
     if fine is None:
         return None
-    there, here = coarse.layout.positions(found.x), problem.layout.positions(fine.x)
-    s = prolonged.joints(problem.lengths)
-    kept = np.clip(np.searchsorted(s, prolonged.joints(coarse.lengths) - 0.5 * problem.lengths.min()), 0, s.size - 1)
-    moved = float(np.linalg.norm(there - here[kept], axis=1).max())
-    steep, before = (float(np.abs(each.joint_values(y)[1]).max()) for each, y in ((problem, fine.x), (coarse, found.x)))
-    if not moved <= NEAR or not steep <= before + _TURNS:
+    moved = _moved(coarse, found, problem, fine)
+    if moved is None:
         return None
     residual = fine.residual if rough else kkt_residual(problem, fine.x, fine.multipliers, fine.rows)
     return replace(
@@ -98,11 +97,36 @@ def climbed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Mini
         steps.append(merged(steps[-1]))
     if steps[-1].size != coarse.lengths.size or not np.allclose(steps[-1], coarse.lengths, rtol=0.0, atol=_ROUNDING):
         steps = [problem.lengths, coarse.lengths]
-    last: Minimum | None = found
+    last = found
     for lengths in reversed(steps[:-1]):
         fine = problem if lengths is problem.lengths else problem.with_changes(lengths=lengths)
-        last = doubled(coarse, last, fine, rough=fine is not problem) if last is not None else None
+        above = doubled(coarse, last, fine, rough=fine is not problem)
+        above = _relaxed(coarse, last, fine) if above is None else above
         if fine is not problem:
             problem.counters.add(fine.counters)
-        coarse = fine
+        if above is None:
+            return None
+        coarse, last = fine, above
     return last
+
+
+def _relaxed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Minimum | None:
+    """As `doubled`, by Newton's iteration with its barrier and its line search: while segments are few rulings may
+    turn far in a doubling."""
+    fine = choose.minimise(problem, prolonged.shape(coarse, found.x, problem), {"mu_init": _BARRIER})
+    moved = _moved(coarse, found, problem, fine)
+    if not fine.finished or moved is None:
+        return None
+    return replace(
+        fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved
+    )
+
+
+def _moved(coarse: MixedProblem, found: Minimum, problem: MixedProblem, fine: Minimum) -> float | None:
+    """How far (l) the joints of `coarse` went; None where that is too far, or rulings turned too far."""
+    there, here = coarse.layout.positions(found.x), problem.layout.positions(fine.x)
+    s = prolonged.joints(problem.lengths)
+    kept = np.clip(np.searchsorted(s, prolonged.joints(coarse.lengths) - 0.5 * problem.lengths.min()), 0, s.size - 1)
+    moved = float(np.linalg.norm(there - here[kept], axis=1).max())
+    steep, before = (float(np.abs(each.joint_values(y)[1]).max()) for each, y in ((problem, fine.x), (coarse, found.x)))
+    return moved if moved <= NEAR and steep <= before + _TURNS else None

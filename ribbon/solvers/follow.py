@@ -33,7 +33,7 @@ from ribbon.solvers.saddle import Saddle
 BoolArray = NDArray[np.bool_]
 
 #: Steps of the whole strip and of a window, at the most.
-MOST, _MOST_INSIDE = 8, 16
+MOST, _MOST_INSIDE = 12, 16
 #: Largest change of xi in a step.
 _LONGEST = 1.5
 #: A segment is in a window where its residual exceeds this part of the largest, and so many beside it are.

@@ -59,9 +59,9 @@ def test_the_state_is_that_of_the_long_way(name, monkeypatch):
     assert one.energy.total == pytest.approx(other.energy.total, rel=1e-10, abs=1e-10)
     assert one.problem.joints(one.x)[0] == pytest.approx(other.problem.joints(other.x)[0], abs=3e-9)
     assert one.rows.size == other.rows.size
-    pressed = name == "sadowsky"  # its rulings lie on their bounds
-    assert (one.moved is None) == (pressed or name in INDIFFERENT)
-    assert (one.active_bounds > 0) == pressed
+    assert (one.active_bounds > 0) == (name == "sadowsky")  # its rulings lie on their bounds
+    if name not in ("sadowsky", *INDIFFERENT):
+        assert one.moved is not None
 
 
 def test_how_far_the_joints_moved_is_more_than_what_is_missing():

@@ -15,8 +15,9 @@ from compare.models.ribbon.solving import solver
 from compare.models.ribbon.way import run_way
 from compare.scene.scene import load
 from ribbon import Clamp, Closure, Equilibrium, Gravity, Strip, Wall, solve
-from ribbon.find import reduction, relax
-from ribbon.find.solve import build
+from ribbon.errors import RibbonInputError
+from ribbon.find import climb, reduction, relax
+from ribbon.find.solve import build, check_carried
 from ribbon.find.spectrum import SecondVariation
 from ribbon.solvers import choose, ipopt, newton_rows
 from ribbon.solvers.problem import Minimum
@@ -35,6 +36,11 @@ SAME = 1e-9
 SIZES = (40, 1000)
 #: Segments on which Newton alone is measured, with the stability check.
 MANY = 10000
+#: Segments on which `solve` over few segments is held against the long way, and bodies that it is for.
+BESIDE = 1280
+NESTED = ("two clamps", "two clamps, curled", "Moebius")
+#: Time (s) that `solve` has for those that neither finds at once.
+BUDGET = 30.0
 STRIP = Strip(1.0, 0.05, 0.4, gamma=10.0)
 END = Clamp((0.1, 0.2, 0.7), (0, 0.6, 0.8), (0, 0.8, -0.6))
 BODIES: dict[str, dict[str, Any]] = {
@@ -222,6 +228,57 @@ def alone() -> dict[str, Any]:
     }  # fmt: skip
 
 
+def nested(name: str, segments: int) -> dict[str, Any]:
+    """All of `solve`, over few segments and (not at `MANY`) all on many: CPU s, iterations, how far the last doubling
+    moved the joints, how far both states are apart."""
+
+    def run(p: int) -> tuple[Equilibrium, float]:
+        arguments = {"strip": STRIP, "gravity": Gravity((0, 1, 0)), **BODIES[name]}
+        first = [arguments.pop(key) for key in ("strip", "clamp", "gravity")]
+        clock = time.process_time()
+        found = solve(*first, **arguments, segments=p, formulation="mixed")
+        return found, time.process_time() - clock
+
+    run(4 * climb.FEWEST)  # loads the kernels
+    found, seconds = run(segments)
+    few = climb.few(found.problem).lengths.size  # type: ignore[arg-type]
+    out = {
+        "seconds": seconds, "few": few, "few_seconds": run(few)[1], "moved": found.moved, "residual": found.residual,
+        "eigenvalue": found.lowest_eigenvalue, "stability": found.seconds["stability"],
+    }  # fmt: skip
+    if segments < MANY:
+        asked, climb.can = climb.can, lambda *_: False
+        try:
+            other, out["long"] = run(segments)
+        finally:
+            climb.can = asked
+        out["apart"] = float(np.abs(found.problem.joints(found.x)[0] - other.problem.joints(other.x)[0]).max())
+    return out
+
+
+def falls(arguments: dict[str, Any]) -> bool:
+    """Whether nothing carries the weight, so that there is no equilibrium."""
+    try:
+        check_carried(build(**arguments))
+    except RibbonInputError:
+        return True
+    return False
+
+
+def solved(seed: int) -> dict[str, Any]:
+    """What `solve` makes of a random ribbon from its own starts."""
+    arguments = random_arguments(seed)
+    first = [arguments.pop(key) for key in ("strip", "clamp", "gravity")]
+    found = solve(*first, **arguments, budget=BUDGET)
+    return {"status": found.status.value, "residual": found.residual, "kind": _kind(seed)}
+
+
+def _kind(seed: int) -> str:
+    arguments = random_arguments(seed)
+    held = "a band" if "closure" in arguments else "a table" if "walls" in arguments else "two clamps"
+    return f"{arguments['energy']}, {held}"
+
+
 def _row(name: str, value: dict[str, Any]) -> list[str]:
     one, other = value["seconds"]
     first, second = value["iterations"]
@@ -252,7 +309,44 @@ def run(folder: Path) -> None:
         "One minimisation from the shape on few segments:",
         page.table(["body", *heads[1:]], sizes),
         _many(pieces.get(f"{MANY} alone", alone)),
+        "`solve` in all, seeds, minima, stability: over few segments, and (long) all on many; apart: joints of both; "
+        "moved: joints in the last doubling.",
+        page.table(
+            ["body", "segments", "solve (CPU s)", "of it on few", "long (CPU s)", "apart (l)", "moved (l)", "residual"],
+            [
+                _nested_row(
+                    name, p, pieces.get(f"nested {name} {p}", lambda name=name, p=p: one_core.call(nested, name, p))
+                )
+                for p in (BESIDE, MANY)
+                for name in NESTED
+            ],
+        ),
         _words(found),
+        _neither(found, pieces),
+    )
+
+
+def _nested_row(name: str, segments: int, v: dict[str, Any]) -> list[str]:
+    moved = "-" if v["moved"] is None else f"{v['moved']:.1e}"
+    long = [f"{v['long']:.3g}", f"{v['apart']:.1e}"] if "long" in v else ["-", "-"]
+    seconds = [f"{v['seconds']:.2f}", f"{v['few_seconds']:.2f} ({v['few']})"]
+    return [name, str(segments), *seconds, *long, moved, f"{v['residual']:.0e}"]
+
+
+def _neither(found: dict[int, dict[str, Any]], pieces: Pieces) -> str:
+    """What those are that neither converges on."""
+    seeds = [seed for seed, v in found.items() if min(v["residuals"]) > relax.RESIDUAL_TOLERANCE]
+    without = [seed for seed in seeds if falls(random_arguments(seed))]
+    rest = [seed for seed in seeds if seed not in without]
+    again = {seed: pieces.get(f"solve {seed}", lambda seed=seed: solved(seed)) for seed in rest}
+    good = [seed for seed, v in again.items() if v["residual"] <= relax.RESIDUAL_TOLERANCE]
+    bad = [f"{seed} ({again[seed]['kind']}: {again[seed]['status']})" for seed in rest if seed not in good]
+    known = "; ".join(bad)
+    return (
+        f"Of the {len(seeds)} on which neither converges {len(without)} have no equilibrium: bands with a weight that "
+        f"nothing carries, which fall for ever (`solve` refuses them). The other {len(rest)} are one attempt from a "
+        f"shape that was drawn: `solve`, from its own starts, finds {len(good)} of them"
+        + (f", and not {known}." if bad else ".")
     )
 
 
