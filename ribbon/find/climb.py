@@ -1,7 +1,7 @@
 """A glued problem of many segments from its state on few: every doubling takes a few steps along the strip.
 
 The state on half the segments is prolonged with its multipliers (`ribbon.problems.prolonged`) and followed
-(`ribbon.solvers.follow`). That is done only where it is safe: Newton's iteration is asked for, nothing is in contact,
+(`ribbon.solvers.settle`). That is done only where it is safe: Newton's iteration is asked for, nothing is in contact,
 and each state is a strict minimum near that before; a doubling that does not end so is made with a barrier and a line
 search, and where that leads far away nothing is returned and who asks goes the long way. How far the joints
 move in the last doubling is more than what is still missing wherever halving the segments at least halves the error
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ribbon.problems import prolonged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import choose
-from ribbon.solvers.follow import follow
+from ribbon.solvers.settle import settle
 from ribbon.solvers.problem import Minimum, kkt_residual
 
 FloatArray = NDArray[np.float64]
@@ -70,7 +70,7 @@ def doubled(coarse: MixedProblem, found: Minimum, problem: MixedProblem, rough: 
     if not np.all(np.isfinite(x)):
         return None
     rows = prolonged.multipliers(coarse, found.rows, problem, x)
-    fine = follow(problem, x, rows, ROUGH if rough else EXACT)
+    fine = settle(problem, x, rows, ROUGH if rough else EXACT)
     if fine is None:
         return None
     moved = _moved(coarse, found, problem, fine)

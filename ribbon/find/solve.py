@@ -496,6 +496,8 @@ def found_at(
     message = status.value if known else f"{status.value} ({why})"
     if known and check is not None and check.eigenvalue == np.inf:
         message += "; what holds the strip leaves these segments no freedom: nothing can be unstable there"
+    if known and minimum.solver == "Ipopt" and choose.asked() == "auto":
+        message += "; found by Ipopt"
     if known and beyond is not None and not beyond <= penetration.TOLERANCE:
         deep = f"the strip reaches {beyond:.2g} l beyond a wall between its joints"
         if hold:

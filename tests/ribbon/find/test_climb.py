@@ -12,7 +12,7 @@ from ribbon.find import climb, relax
 from ribbon.find.spectrum import SecondVariation
 from ribbon.problems import prolonged
 from ribbon.problems.layout import STRIDE
-from ribbon.solvers import choose, follow, newton_rows
+from ribbon.solvers import choose, newton_rows, settle
 from ribbon.solvers.problem import Minimum
 from tests.ribbon.problems.test_mixed import CASES, problem
 
@@ -131,7 +131,7 @@ def test_events_are_solved_on_their_own(monkeypatch):
     e = found("two clamps", 640)
     p = cut(e.problem)
     few = climb.doubled(e.problem, as_minimum(e), p)
-    monkeypatch.setattr(follow, "_windows", lambda _: None)
+    monkeypatch.setattr(settle, "_windows", lambda _: None)
     more = climb.doubled(e.problem, as_minimum(e), p)
     assert few.iterations - e.iterations <= 4
     assert more is None or more.iterations - e.iterations >= 6

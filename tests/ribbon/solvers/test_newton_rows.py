@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -94,3 +96,17 @@ def test_it_says_how_it_ended_and_ipopt_is_asked_where_it_found_nothing():
 def test_other_names_are_refused():
     with pytest.raises(RibbonInputError), choose.using("bfgs"):
         pass
+
+
+def test_the_message_says_where_ipopt_found_it(monkeypatch):
+    good = newton_rows.minimise
+
+    def gives_up(*arguments, **how):
+        return replace(good(*arguments, **how), code=newton_rows.NO_STEP, residual=np.inf)
+
+    assert "Ipopt" not in found("two clamps", "auto").message
+    monkeypatch.setattr(newton_rows, "minimise", gives_up)
+    e = found("two clamps", "auto")
+    assert (e.solver, e.ok) == ("Ipopt", True)
+    assert e.message.endswith("found by Ipopt") or "found by Ipopt;" in e.message
+    assert "found by" not in found("two clamps", "ipopt").message
