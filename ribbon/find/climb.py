@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from ribbon.problems import prolonged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import choose
-from ribbon.solvers.settle import settle
 from ribbon.solvers.problem import Minimum, kkt_residual
+from ribbon.solvers.settle import settle
 
 FloatArray = NDArray[np.float64]
 
