@@ -1,10 +1,10 @@
 """The state of a glued ribbon of few segments as a start on others that nest in them: fields, joints, multipliers.
 
 omega and eta are linear on segments and come near their curves f as a least-squares fit does, ``f - h^2 f''/12`` at the
-joints, up to h^4 where f is smooth. So f is put together first, by cubics through four joints, then fitted by the
-shorter segments in the same way: what is missing is of order h^4, h^2 without (de Boor 1978, A Practical Guide to
-Splines, chapter II; docs/theory.md, eq. (4.10)). Joints follow from the fields by the glue, its multipliers from balance at the joints, from the
-last to the first (`mixed_kernels.costates`); those of what holds the ribbon stay.
+joints, up to h^4 where f is smooth (docs/theory.md, eq. (4.10)). So f is put together first, by cubics through four
+joints, then fitted by the shorter segments in the same way: what is missing is of order h^4, h^2 without (de Boor 1978,
+A Practical Guide to Splines, chapter II). Joints follow from the fields by the glue, its multipliers from balance at
+the joints, from the last to the first (`mixed_kernels.costates`); those of what holds the ribbon stay.
 """
 
 from __future__ import annotations
