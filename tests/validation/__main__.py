@@ -15,6 +15,7 @@ NAMES = (
     "minimisers",
     "newton",
     "newton_glued",
+    "batches",
     "placed",
     "judge",
     "strong_form",
