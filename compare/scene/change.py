@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 from compare.errors import BadInput
@@ -88,10 +89,16 @@ def _place(document: dict[str, Any], name: str, entries: dict[str, Any] | None) 
     document[last] = entries
 
 
+@cache
+def _declared(name: str, kind: Any) -> tuple[tuple[str, Any], ...]:
+    """The fields of a section that are keys, with what is declared of them."""
+    found = ((item.name, KEYS.get(f"{name}.{item.name}")) for item in fields(kind))
+    return tuple((field, about) for field, about in found if about is not None)
+
+
 def _said(name: str, section: Any) -> dict[str, Any]:
     """Every key of a section that has a field, with the value as the file gives it; a frame not held as such."""
-    declared = {item.name: KEYS.get(f"{name}.{item.name}") for item in fields(section)}
-    said = {field: about.written(getattr(section, field)) for field, about in declared.items() if about is not None}
+    said = {field: about.written(getattr(section, field)) for field, about in _declared(name, section.__class__)}
     if isinstance(section, ClampSpec) and section.tangent is None:
         return {"position": said["position"], "frame": FREE, **{k: said[k] for k in ("ruling", "slide", "section")}}
     return said

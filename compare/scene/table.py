@@ -39,10 +39,11 @@ def reject_unknown(data: Mapping[str, Any], path: str, keys: Mapping[str, Key]) 
     `path` is the dotted name of the table ("" at the top); a key is known when it, or something in it, is in `keys`.
     """
     prefix = f"{path}." if path else ""
-    here = sorted({name[len(prefix) :].partition(".")[0] for name in keys if name.startswith(prefix)})
     for name in data:
         dotted = prefix + name
-        if name not in here:
+        known = dotted in keys or any(key.startswith(f"{dotted}.") for key in keys)
+        if "." in name or not known:
+            here = sorted({name[len(prefix) :].partition(".")[0] for name in keys if name.startswith(prefix)})
             raise BadInput(dotted, brief(data[name]), "is not a known key", _suggest(name, dotted, here, keys))
 
 

@@ -282,3 +282,9 @@ def test_toml_beyond_all_bounds(content):
 
 def test_empty_file_asks_for_the_strip():
     assert fault("").key == "strip.length"
+
+
+def test_a_quoted_key_is_no_path():
+    """`"strip.gamma" = 1.0` above all sections names no section, though a key of this name is known."""
+    with pytest.raises(BadInput, match="not a known key"):
+        loads('"strip.gamma" = 1.0\n[strip]\nlength = 1.0\nwidth = 0.1\n')

@@ -93,8 +93,8 @@ def swept(side: int = SIDE) -> str:
         f"`ribbonbench sweep` over a grid of {side} x {side} of them: {cpu:.1f} s of CPU time ({1e3 * cpu / count:.2f} "
         f"ms a case), {wall:.1f} s of wall time on {_cores()} cores, starts of all processes, tables and the picture "
         f"included; {result['together']} cases went together, {result['ok']} are stable. From the first slice to the "
-        f"last {result['seconds']['wall']:.1f} s of wall time; the cases themselves (solve, stability, row) {own:.1f} s, "
-        "added up over the workers."
+        f"last {result['seconds']['wall']:.1f} s of wall time; the cases themselves (solve, stability, row) {own:.1f} "
+        "s, added up over the workers."
     )
 
 
