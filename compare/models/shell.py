@@ -54,6 +54,8 @@ FloatArray = NDArray[np.float64]
 
 #: Usual meshes.
 MESHES = ((25, 2), (50, 4), (100, 4), (100, 8))
+#: One more from the ribbon's surface, so that it reaches 1e-4 l too (curl_4_3, w/h = 200: 100 x 8 ends at 1.1e-4).
+FINER_NEAR = (150, 12)
 LADDER = "shell"
 #: The same meshes, each begun at the ribbon's surface.
 NEAR_LADDER = f"{LADDER} {NEAR}"
@@ -196,7 +198,8 @@ class ShellModel:
         own = Ladder(LADDER, tuple(mesh_size(mesh) for mesh in MESHES))
         if scene.several_equilibria or scene.shell.start in ("coarse", "path"):
             return (own,)
-        return own, Ladder(NEAR_LADDER, tuple(replace(size, ladder=NEAR_LADDER) for size in own.sizes))
+        near = (*own.sizes, mesh_size(FINER_NEAR))
+        return own, Ladder(NEAR_LADDER, tuple(replace(size, ladder=NEAR_LADDER) for size in near))
 
     def solve(
         self,
@@ -294,7 +297,8 @@ class ShellModel:
         """
         options = replace(options or Options(), error=False)
         assert options.grid is not None, "a reference's error is measured on a grid"
-        largest = max(sizes, key=lambda size: math.prod(size.values))
+        own = [size for size in sizes if size.ladder == LADDER] or sizes  # the check is FINER_NEAR, on its own
+        largest = max(own, key=lambda size: math.prod(size.values))
         ratio = f"w/h = {scene.require_shell()[0]:g}"
         fine = replace(largest, degree=3, words=f"{largest.label}, Q3")
         check = Size(LADDER, tuple(float(-(-3 * int(value) // 2)) for value in largest.values), 2)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from compare import registry
 from compare.cli import main
 from compare.measure.distance import grid_hausdorff
 from compare.measure.front import Mark, front, reach
@@ -285,6 +286,8 @@ def test_sizes_of_the_plan_are_those_of_its_ladders():
     assert found[-1].scene.require_shell() == (50.0,)
     usual, _ = chosen(load("cantilever"), Plan(solvers=("elastica",)))
     assert [e.ladder for e in usual] == list(usual[0].model.ladders(load("cantilever")))
+    own, near = (ladder.sizes for ladder in registry.model("shell").ladders(load("curl_4_3")))
+    assert [size.values for size in near] == [*(size.values for size in own), (150.0, 12.0)]
 
 
 def test_a_band_has_no_chained_ribbon_and_no_shell():
