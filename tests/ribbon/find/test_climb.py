@@ -9,10 +9,9 @@ import pytest
 
 from ribbon import Clamp, Closure, Gravity, RibbonInputError, Strip, Wall, refine, solve
 from ribbon.find import climb, relax
-from ribbon.find.spectrum import SecondVariation
 from ribbon.problems import prolonged
 from ribbon.problems.layout import STRIDE
-from ribbon.solvers import choose, newton_rows, settle
+from ribbon.solvers import choose, settle
 from ribbon.solvers.problem import Minimum
 from tests.ribbon.problems.test_mixed import CASES, problem
 
@@ -91,29 +90,43 @@ def test_the_long_way_is_gone_where_it_is_asked_for_or_not_safe():
         assert not climb.can(p, None)
 
 
-def test_a_saddle_is_not_followed():
-    # an arc between level clamps on edge, kept in its plane: unstable out of it under much weight
-    up = Gravity((1.0, 0.0, 0.0))
-    strip = Strip(1.0, 0.02, 0.4, gamma=400.0)
-    e = solve(strip, Clamp(), up, end=Clamp((0.0, 0.0, 0.9)), segments=40, formulation="mixed", seed_curvature=1e-3)
-    p = e.problem
-    flat = p.state(np.zeros(41), np.zeros(41))
-    start = newton_rows.minimise(p, flat, {"max_iter": 60})
-    saddles = 0
-    for x, rows in ((start.x, start.rows), (e.x, e.rows)):
-        negative = SecondVariation(p, x, rows, _all(p)).below(0.0)
-        if negative > 0:
-            saddles += 1
-            at = replace(as_minimum(e), x=x, rows=rows)
-            assert climb.doubled(p, at, cut(p)) is None
-    assert saddles or e.stable
-
-
-def _all(p):
-    from ribbon.find import reduction
-
+def saddle():
+    """The third planar arc between level clamps, unstable in four ways."""
+    ends = [Clamp((0, 0, z), ruling="straight") for z in (0.0, 0.9)]
+    first = solve(
+        Strip(1.0, 0.02, 0.4), ends[0], None, end=ends[1], segments=40, formulation="mixed", seed_curvature=1.0
+    )
+    p = first.problem
+    x = p.state(5.0 * np.cos(6.0 * np.pi * prolonged.joints(p.lengths)), np.zeros(41))
+    rows = prolonged.multipliers(p, np.zeros(p.row_count), p, x)
     lower, upper = p.bounds()
-    return reduction.Tangent(lower < upper, np.arange(8 * p.lengths.size, p.row_count), 0, 0)
+    at = settle.Iterate(p, lower < upper, np.ones(p.row_count, dtype=bool))
+    for _ in range(12):
+        worst = at.at(x, rows)
+        if worst <= 1e-11:
+            break
+        x, rows = at.step()
+    assert worst <= 1e-10
+    return replace(first, x=x, rows=rows), at.negative
+
+
+def test_a_saddle_is_not_followed(monkeypatch):
+    e, negative = saddle()
+    p = e.problem
+    assert negative == 4
+    assert p.value(e.x) == pytest.approx(36.4563, abs=1e-3)
+    assert climb.doubled(p, as_minimum(e), cut(p)) is None
+    step = settle.Iterate.step
+
+    def blind(at):
+        found = step(at)
+        at.negative = 0
+        return found
+
+    monkeypatch.setattr(settle.Iterate, "step", blind)  # the inertia is what refused it
+    above = climb.doubled(p, as_minimum(e), cut(p))
+    assert above is not None
+    assert above.moved < 1e-3
 
 
 def test_wrong_multipliers_of_the_clamp_are_found_out(monkeypatch):
