@@ -18,6 +18,7 @@ NAMES = (
     "batches",
     "placed",
     "judge",
+    "hp",
     "strong_form",
     "shooting",
     "peers",

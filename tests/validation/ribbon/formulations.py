@@ -17,7 +17,7 @@ from ribbon import Equilibrium, refine, solve
 from ribbon.find import relax, stability
 from ribbon.find.solve import build, solve_shape, starting_shapes
 from ribbon.problems.mixed import MixedProblem
-from ribbon.solvers import ipopt
+from ribbon.solvers import choose, ipopt, newton, newton_rows
 from ribbon.surface import surface
 from ribbon.thesis.chained_clamped import ChainedClampedProblem
 from ribbon.thesis.matrix import MatrixProblem
@@ -31,11 +31,17 @@ TIMED = {
     "mixed": (5, 10, 20, 40, 100, 200, 400, 1000, 3000, 10000),
     "matrix": (5, 10, 20, 40, 100, 200, 400, 1000),
 }
+#: The same problems by Newton's methods of `ribbon.solvers`, which `solve` takes.
+BY_NEWTON: dict[str, tuple[str, Any, tuple[int, ...]]] = {
+    "chained, Newton": ("chained", newton, (*TIMED["chained"], 1000, 3000, 10000)),
+    "mixed, Newton": ("mixed", newton_rows, TIMED["mixed"]),
+}
+BY_IPOPT: dict[str, tuple[str, Any, tuple[int, ...]]] = {name: (name, ipopt, counts) for name, counts in TIMED.items()}
 ALONE = "mixed (bare)"
 #: CPU s at most of one of its solves: where it runs away it would take minutes to 1000 iterations.
 ALONE_SECONDS = 8.0
 #: Slopes are fitted from this p on.
-LARGE = {"chained": 100, "mixed": 400, "matrix": 100}
+LARGE = {"chained": 100, "mixed": 400, "matrix": 100, "chained, Newton": 400, "mixed, Newton": 400}
 CROSSING = (50, 70, 100, 140, 200, 280)
 #: Readings of 5.3.2: letter, scene, segments.
 CLAMPED: tuple[tuple[str, str, tuple[int, ...]], ...] = (
@@ -74,7 +80,7 @@ def _bare(arguments: dict[str, Any]) -> tuple[Any, np.ndarray]:
 
 @dataclass
 class Timed:
-    """One solve: formulation, energy, segments, Ipopt's iterations, CPU s, residual, energy at the end."""
+    """One minimisation: formulation, energy, segments, iterations, CPU s, residual, energy at the end."""
 
     formulation: str
     energy: str
@@ -86,22 +92,22 @@ class Timed:
 
 
 def hanging() -> list[Timed]:
-    """Ipopt alone, the same options, from the thesis's seed."""
+    """One minimisation each from the thesis's seed: Ipopt with the same options, and Newton's methods."""
     found = []
     for energy in ENERGIES:
-        for formulation, counts in TIMED.items():
+        for name, (formulation, solver, counts) in {**BY_IPOPT, **BY_NEWTON}.items():
             for p in counts:
                 problem, x = _bare(_arguments(HANGING, energy=energy, formulation=formulation, elements=p))
-                once = partial(ipopt.minimise, problem, x)
+                once = partial(solver.minimise, problem, x)
                 if p == counts[0]:
                     once()  # loads the kernels
                 m, seconds = one_core.timed(once, budget=1.0)
                 value = problem.value(m.x)
-                found.append(Timed(formulation, energy, p, m.iterations, seconds, m.residual, value))
+                found.append(Timed(name, energy, p, m.iterations, seconds, m.residual, value))
     return found
 
 
-def crossing() -> dict[str, list[tuple[int, float, float]]]:
+def crossing(solver: str) -> dict[str, list[tuple[int, float, float]]]:
     """Of a whole `solve`, its stability check included: segments, CPU s chained, CPU s mixed."""
     out: dict[str, list[tuple[int, float, float]]] = {}
     for name in (HANGING, CURL):
@@ -111,7 +117,7 @@ def crossing() -> dict[str, list[tuple[int, float, float]]]:
             for formulation in ("chained", "mixed"):
                 arguments = _arguments(name, elements=p, formulation=formulation)
                 arguments["segments"] = p  # equal ones
-                found, spent = one_core.timed(partial(solve, **arguments), budget=1.0)
+                found, spent = one_core.timed(partial(solve, solver=solver, **arguments), budget=1.0)
                 if not found.ok:
                     raise AssertionError(f"{name}, {formulation}, p = {p}: {found.message}")
                 seconds.append(spent)
@@ -165,7 +171,12 @@ def _alone(reading: str, name: str, energy: str, p: int) -> Clamped:
 
 
 def clamped() -> list[Clamped]:
-    """All formulations from the thesis's almost flat seed; at most 1000 iterations, as there."""
+    """All formulations by Ipopt from the thesis's almost flat seed; at most 1000 iterations, as there."""
+    with choose.using("ipopt"):
+        return _clamped()
+
+
+def _clamped() -> list[Clamped]:
     found = []
     for formulation in ("chained", "mixed", "matrix"):  # loads the kernels
         solve(**_arguments("two_clamps_5_3_2", formulation=formulation, elements=4), options={"max_iter": 20})
@@ -357,22 +368,23 @@ def _slope(rows: list[Timed]) -> float:
 
 def _timed_table(rows: list[Timed]) -> str:
     lines = []
+    names = (*BY_IPOPT, *BY_NEWTON)
     for energy in ENERGIES:
         for p in TIMED["mixed"]:
             cells = [energy, str(p)]
-            for formulation in TIMED:
+            for formulation in names:
                 r = [r for r in rows if (r.energy, r.formulation, r.segments) == (energy, formulation, p)]
                 cells += [str(r[0].iterations), f"{r[0].seconds * 1e3:.3g}"] if r else ["", ""]
             value = next(r.value for r in rows if (r.energy, r.formulation, r.segments) == (energy, "mixed", p))
             lines.append([*cells, f"{value:.9f}"])
-    heads = ["energy", "p", *(f"{f}: {what}" for f in TIMED for what in ("iterations", "ms")), "energy at the end"]
+    heads = ["energy", "p", *(f"{f}: {what}" for f in names for what in ("iterations", "ms")), "energy at the end"]
     return page.table(heads, lines)
 
 
 def _slopes_table(rows: list[Timed]) -> str:
     lines = []
     for formulation, least in LARGE.items():
-        cells = [formulation, f"{least} to {TIMED[formulation][-1]}"]
+        cells = [formulation, f"{least} to {({**BY_IPOPT, **BY_NEWTON})[formulation][2][-1]}"]
         for energy in ENERGIES:
             use = [r for r in rows if (r.formulation, r.energy) == (formulation, energy) and r.segments >= least]
             each = [Timed(**{**r.__dict__, "seconds": r.seconds / r.iterations}) for r in use]
@@ -429,7 +441,10 @@ def _work_table(found: dict[tuple[str, str], list[tuple[int, float, float]]]) ->
     return page.table(["energy", "formulation", *(f"p = {row[0]}" for row in next(iter(found.values())))], lines)
 
 
-COLOURS = {"chained": "tab:red", "mixed": "tab:blue", "matrix": "0.5"}
+COLOURS = {
+    "chained": "tab:red", "mixed": "tab:blue", "matrix": "0.5", "chained, Newton": "tab:orange",
+    "mixed, Newton": "tab:cyan",
+}  # fmt: skip
 STYLES = {"sadowsky": ("o", "--"), "wunderlich": ("s", "-")}
 
 
@@ -460,7 +475,9 @@ def _picture(
     p = np.array([600.0, 10000.0])
     axes[0, 0].loglog(p, 0.06 * p / 600, "k:", lw=1)
     axes[0, 0].annotate("p", (3000, 0.18))
-    axes[0, 0].set(title="Hanging strip, 5.3.1 (figure 5.2)", xlabel="segments p", ylabel="CPU time of Ipopt / s")
+    axes[0, 0].set(
+        title="Hanging strip, 5.3.1 (figure 5.2)", xlabel="segments p", ylabel="CPU time of one minimisation / s"
+    )
     shown = {("arc_5_1", "surface"): "arc", ("hanging_5_3_1", "surface"): "hanging"}
     for o in order:
         if o.formulation != "mixed":
@@ -479,8 +496,8 @@ def _picture(
     for (energy, formulation), rows in worked.items():
         marker, line = STYLES[energy]
         axes[1, 0].loglog(
-            [r[1] for r in rows], [r[2] for r in rows], line, marker=marker, color=COLOURS[formulation], ms=4,
-            label=f"{formulation}, {energy}",
+            [r[1] for r in rows], [r[2] for r in rows], line, marker=marker, color=COLOURS[f"{formulation}, Newton"],
+            ms=4, label=f"{formulation}, {energy}",
         )  # fmt: skip
     axes[1, 0].set(
         title="Hanging strip: work and precision (p = 2 to 160)", xlabel="CPU time of solve / s",
@@ -534,7 +551,7 @@ def _minima(rows: list[Clamped]) -> str:
 
 def run(out: Path) -> None:
     timed = one_core.call(hanging)
-    crossed = one_core.call(crossing)
+    crossed, quick = one_core.call(crossing, "ipopt"), one_core.call(crossing, "newton")
     two = one_core.call(clamped)
     order, worked = one_core.call(accuracy)
     cost = one_core.call(costs)
@@ -545,6 +562,8 @@ def run(out: Path) -> None:
         [name, *(f"{a * 1e3:.3g} / {b * 1e3:.3g}" for _, a, b in rows), f"{points[name]:.0f}"]
         for name, rows in crossed.items()
     ]
+    gains = [[name, *(f"{a * 1e3:.3g} / {b * 1e3:.3g}" for _, a, b in rows)] for name, rows in quick.items()]
+    faster = [b / a for rows in quick.values() for _, a, b in rows]
     solved = {f: sum(r.status == "converged" for r in two if r.formulation == f) for f in (*TIMED, ALONE)}
     each = len(two) // 4
     page.write(
@@ -552,24 +571,27 @@ def run(out: Path) -> None:
         "python -m tests.validation formulations",
         "Times are CPU times on one core, warm (kernels loaded, one BLAS thread), medians. chained: 2 p + 2 unknowns, "
         "dense. mixed: this project's, 10 p + 9 unknowns in quaternions. matrix: the thesis's mixed model, 16 p "
-        "unknowns. All use Ipopt with exact derivatives and the same options.",
+        "unknowns. All use Ipopt with exact derivatives and the same options, as the thesis does; where it says "
+        "Newton, the methods that `solve` takes by itself ([newton](newton.md), [newton_glued](newton_glued.md)).",
         "![time, order, work and precision, cost](formulations.png)",
-        "## Held at s = 0 only: figure 5.2\n\nScene hanging_5_3_1 from the thesis's seed, Ipopt alone (no coarse "
+        "## Held at s = 0 only: figure 5.2\n\nScene hanging_5_3_1 from the thesis's seed, one minimisation (no coarse "
         "start, no stability check). All reach the same state: the last column is the mixed model's.",
         _timed_table(timed),
         "Slopes of log time against log p. The thesis draws 3 (chained) and 1 (mixed).",
         _slopes_table(timed),
-        "## Where mixed gets faster than chained\n\nA whole `ribbon.solve`, its stability check included (the same for "
-        "both), ms chained / ms mixed on equal segments; the mixed model starts from a chained solve on 100 segments "
-        "at most when there are more than 100. Last column: segments from which mixed stays faster. The thesis finds "
-        "20 to 40.",
+        "## Where mixed gets faster than chained\n\nBy Ipopt, a whole `ribbon.solve`, its stability check included "
+        "(the same for both), ms chained / ms mixed on equal segments; the mixed model starts from a chained solve on "
+        "100 segments at most when there are more than 100. Last column: segments from which mixed stays faster. "
+        "The thesis finds 20 to 40.",
         page.table(["scene", *(f"p = {p}" for p in CROSSING), "crossing"], lines),
+        f"By Newton's methods they do not cross: mixed over chained is {min(faster):.1f} to {max(faster):.1f}.",
+        page.table(["scene", *(f"p = {p}" for p in CROSSING)], gains),
         "## Two clamps: figure 5.4\n\nFrom the thesis's almost flat seed, at most 1000 iterations an attempt, as "
         "there. The geometry is not given. A: scene two_clamps_5_3_2, tangents vertical and horizontal, the line "
         "between the clamps at 45 degrees. B: two_clamps_5_3_2_level, the same tangents, the end level with the "
         "start: here the chained model fails every time, as the thesis reports; with Sadowsky's energy after 1000 "
         "iterations, as there, with Wunderlich's so too or by a failed restoration (there always). C: "
-        "two_clamps_5_3_2_twist, the width vertical, then horizontal. mixed is `ribbon.solve` as it is (box on "
+        "two_clamps_5_3_2_twist, the width vertical, then horizontal. mixed is `ribbon.solve` by Ipopt (box on "
         "eta, several barriers, a coarse start above 40 segments); mixed (bare) is Ipopt on its own with the "
         f"options that chained and matrix get, {ALONE_SECONDS:g} s of CPU time at most. `flipped`: the rows hold, "
         "but in a frame turned over (thesis, 5.1), or Ipopt stopped in one. The mixed model's rows of quaternions "
@@ -592,7 +614,8 @@ def run(out: Path) -> None:
         "rulings, and with them the edges, only to 1/p^2. Wunderlich's energy holds eta': order 2, as finite elements "
         "of degree 1 have it.",
         _orders_table(order),
-        "## Work and precision\n\nHanging strip: CPU time of a warm `ribbon.solve`, error of the surface / l.",
+        "## Work and precision\n\nHanging strip: CPU time of a warm `ribbon.solve` as it is, by Newton's methods, "
+        "error of the surface / l.",
         _work_table(worked),
         "## Cost of one evaluation\n\nMicroseconds per segment, hanging strip; each column at a new point, so that "
         "nothing is taken from the cache; derivatives share their series, hence the last columns are less than the "
