@@ -11,10 +11,7 @@ SCENES = judge.scenes()
 
 @pytest.mark.parametrize("name", list(SCENES))
 def test_newton_and_ipopt_end_in_one_state(name):
-    scene = SCENES[name]
-    if name in judge.COARSE:  # on the scene's own elements there are several minima (results/judge.md)
-        scene = scene.replace({"model.elements": judge.COARSE[name]})
-    found = {solver: state for solver, (state, _) in judge.states(scene).items()}
+    found = {solver: state for solver, (state, _) in judge.states(SCENES[name]).items()}
     assert {solver: state.solver.split(",")[0] for solver, state in found.items()} == {
         "auto": "Newton", "ipopt": "Ipopt",
     }  # fmt: skip

@@ -16,8 +16,6 @@ from ribbon.energies.names import FREE, NAMES
 from ribbon.solvers import choose
 from tests.validation import one_core, page
 
-#: So coarse that it has several minima, and either solver ends in one of its own.
-COARSE = {"coil_100_7500": 80}
 _POINTS = 201
 #: The scene's own symmetries, by which one state may be the other's image: signs of x, y, z, and s -> l - s.
 IMAGES = {"roman_folds": ((1.0, 1.0, -1.0), True)}
@@ -57,17 +55,15 @@ def _measured() -> list[list[str]]:
     rows = []
     for name, scene in scenes().items():
         states(scene)  # compiles
-        finer = [scene.replace({"model.elements": COARSE[name]})] if name in COARSE else []
-        for each in (scene, *finer):
-            found = states(each)
-            (newton, quick), (ipopt, slow) = found["auto"], found["ipopt"]
-            codes = " / ".join(dict.fromkeys(state.status.code for state, _ in found.values()))
-            rows.append([
-                name, str(newton.problem.lengths.size), newton.problem.formulation, codes,
-                f"{apart(name, newton, ipopt):.1e}", f"{newton.energy.total:.10g}", f"{ipopt.energy.total:.10g}",
-                f"{1e3 * quick:.1f}", f"{1e3 * slow:.1f}", f"{slow / quick:.1f}",
-            ])  # fmt: skip
-            print(" ".join(rows[-1]), flush=True)
+        found = states(scene)
+        (newton, quick), (ipopt, slow) = found["auto"], found["ipopt"]
+        codes = " / ".join(dict.fromkeys(state.status.code for state, _ in found.values()))
+        rows.append([
+            name, str(newton.problem.lengths.size), newton.problem.formulation, codes,
+            f"{apart(name, newton, ipopt):.1e}", f"{newton.energy.total:.10g}", f"{ipopt.energy.total:.10g}",
+            f"{1e3 * quick:.1f}", f"{1e3 * slow:.1f}", f"{slow / quick:.1f}",
+        ])  # fmt: skip
+        print(" ".join(rows[-1]), flush=True)
     return rows
 
 
@@ -81,8 +77,7 @@ def run(out: Path) -> None:
         out / "judge.md", "The shipped ribbons by Newton's method and by Ipopt", "python -m tests.validation judge",
         "Each as `solve` gives it (its path, closure, walls, stability and search for a lower state included), with "
         'model.solver = "auto" and "ipopt". apart: largest distance of the centrelines, mirror images being one '
-        "(`roman_folds`, which has two of one energy). On 20 segments `coil_100_7500` has several minima, and Newton "
-        "ends in a lower one; on 80 both end in the same. Both converge to a gradient of 1e-08 (D w / l).",
+        "(`roman_folds`, which has two of one energy). Both converge to a gradient of 1e-08 (D w / l).",
         f"{len(scenes())} scenes.",
         page.table(heads, one_core.call(_measured)),
     )  # fmt: skip
