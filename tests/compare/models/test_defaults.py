@@ -78,8 +78,15 @@ ruling = 0.01
     assert np.abs(ends[0].end.position) == pytest.approx(np.abs(ends[1].end.position), abs=1e-6)
 
 
-@pytest.mark.parametrize("formulation", ["chained", "matrix"])
-def test_what_cannot_place_its_elements_has_equal_ones(formulation):
-    found = solved(loads(f'{SI}[model]\nformulation = "{formulation}"\n'))
+def test_what_cannot_place_its_elements_has_equal_ones():
+    found = solved(loads(f'{SI}[model]\nformulation = "matrix"\n'))
     assert found.status is Status.CONVERGED
     np.testing.assert_allclose(found.native.problem.lengths, 0.05)
+
+
+@pytest.mark.parametrize("formulation", ["auto", "chained", "mixed"])
+def test_elements_are_placed_in_the_formulation_that_is_asked_for(formulation):
+    found = solved(loads(f'{SI}[model]\nformulation = "{formulation}"\n'))
+    assert found.status is Status.CONVERGED
+    assert found.native.problem.formulation == ("chained" if formulation == "auto" else formulation)
+    assert 0.0 < found.native.tolerance_error <= 1e-3
