@@ -1,6 +1,7 @@
-"""`python -m tests.peers [CASE ...]`: peers and ours at equal error in one run, to results/peers.md.
+"""`python -m tests.peers [CASE ... size pyelastica der]`: peers and ours at equal error, to results/peers.md.
 
-AUTO_DIR names AUTO-07p's folder, PEERS_PYTHON a Python with CasADi; whoever is absent is left out, with the reason.
+AUTO_DIR names AUTO-07p's folder, PEERS_PYTHON a Python with CasADi, PyElastica and jax, DER_DIR a checkout of DER-JAX
+(how to get them: `tests/peers/__init__.py`); whoever is absent is left out, with the reason.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import sys
 from pathlib import Path
 
 from compare.store.store import atomic_write_text
-from tests.peers import auto, optimal
+from tests.peers import auto, further, optimal
 from tests.peers.cases import TARGET, Run, cases
 from tests.peers.measure import OURS, ROUNDS, grown, measure, peers
 from tests.validation import one_core, page
@@ -145,15 +146,20 @@ def report(out: Path, new: dict[str, dict[str, Run | str]], sizes: Grown | None)
             [[str(p), f"{1e6 * t:.3g}", status] for p, t, status in grown],
         ),
         "## Settings", _details(measured), "As a table: [peers.csv](peers.csv).",
+        *further.parts(out), "As a table: [peers_further.csv](peers_further.csv).",
     )  # fmt: skip
 
 
 def main(words: list[str]) -> None:
     """Runs the peers that are there and writes the page."""
-    for name in [case.name for case in cases() if not words or any(word in case.name for word in words)]:
+    coils = [word for word in words if word not in further.PARTS]
+    for name in [case.name for case in cases() if not words or any(word in case.name for word in coils)]:
         report(OUT, one_core.call(measure, [name]), None)
     if not words or "size" in words:
         report(OUT, {}, one_core.call(grown))
+    if not words or set(words) & set(further.PARTS):
+        further.measure(words, OUT)
+        report(OUT, {}, None)
 
 
 if __name__ == "__main__":

@@ -19,14 +19,15 @@ TOLERANCE = 1e-9
 SEARCH = tuple((n, d) for d in (4, 5) for n in (10, 15, 20, 30, 45, 65, 90, 130, 180))
 
 
-def _python() -> str:
+def python() -> str:
+    """The peers' own Python."""
     return os.environ.get("PEERS_PYTHON", sys.executable)
 
 
 @functools.cache
 def absent() -> str | None:
     """Why it cannot be run; None: it can."""
-    found = subprocess.run([_python(), "-P", "-c", "import casadi"], capture_output=True)
+    found = subprocess.run([python(), "-P", "-c", "import casadi"], capture_output=True)
     return (
         "no CasADi: PEERS_PYTHON names no Python that has it (tests/peers/requirements.txt)"
         if found.returncode
@@ -36,7 +37,7 @@ def absent() -> str | None:
 
 def version() -> str:
     """Its version."""
-    told = subprocess.run([_python(), "-P", str(SCRIPT), "--version"], capture_output=True, text=True, check=True)
+    told = subprocess.run([python(), "-P", str(SCRIPT), "--version"], capture_output=True, text=True, check=True)
     return f"{told.stdout.strip()}, its own Ipopt and MUMPS"
 
 
@@ -47,7 +48,7 @@ def run(found: Case, settings: tuple[int, int], repeats: int = 1) -> Run:
         "intervals": settings[0], "degree": settings[1], "repeats": repeats, "tolerance": TOLERANCE,
     }  # fmt: skip
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-    words = [_python(), "-P", str(SCRIPT)]
+    words = [python(), "-P", str(SCRIPT)]
     done = subprocess.run(
         words, input=json.dumps(given) + "\n", capture_output=True, text=True, check=True, env=environment
     )

@@ -1,0 +1,230 @@
+"""DER-JAX (`lateral.py`): discrete elastic ribbons by implicit Euler, its own example, a strip shifted sideways.
+
+The repository discrete-elastic-ribbon-jax of StructuresComp (or shivamkumarpanda, its author) is on no index: DER_DIR
+names a checkout, PEERS_PYTHON a Python with what `requirements.txt` lists. Beside it `ribbon.follow` between the same
+clamps. Its clamps hold two nodes and more each; the angle at the last of them has half the stiffness of half an edge,
+so that its strip is one edge longer than its free edges, which makes it of second order; the limit of its own that its
+error is told against has a third of the edge at the same length. Energies are made equal by its configuration: with
+nu = 0 there and here its Sadowsky is `sadowsky_kt`, its Sano is ours with our zeta, its rod has our torsion by its
+Poisson's ratio. It stretches, and Sano's and Sadowsky's strips here do not bend in their plane: the limits differ by
+what the page says. Its Wunderlich is left out: its stepper calls that energy without eta', when it is 1/2 EI kappa_1^2
+and free to twist.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import statistics
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ribbon import Clamp, Equilibrium, Strip, follow, solve
+from ribbon.energies.section.rod import torsion_constant
+from ribbon.find.solve import build
+from tests.peers import optimal
+from tests.peers.cases import FloatArray, Run
+
+SCRIPT = Path(__file__).with_name("lateral.py")
+NAME, OURS = "DER-JAX", "ribbon.follow"
+EXAMPLE = Path("examples") / "shear_induced_bifurcation" / "simulate.py"
+#: Its nodes, and by what its edges are cut for its limit; section (m) and length of its example, (w, h, l).
+NODES, CUT = 45, 3
+EXAMPLES = (0.1 / 12.0, 1e-3, 0.1)
+#: Shifts over l: the first and the last of ours, their step and a wider one (a multiple of it); those nearer than KINK
+#: to where the arch gives way or the strip comes to lie flat are not compared: there the dynamic one lags.
+FIRST, LAST, STEP, WIDE, KINK = 0.01, 0.55, 0.02, 0.06, 0.03
+LEANS, FLAT = 0.5, 5e-3
+LADDER, LIMIT = (5, 7, 10, 14, 20, 28, 40, 56, 80), 160
+ROUNDS = 2
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Names there and here, what its configuration is changed by."""
+
+    theirs: str
+    ours: str
+    changes: dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """What it did: distance of the clamps along (l), width and thickness (l), shifts and heights of the middle forth
+    and back (l), CPU s of the run and of compiling, steps."""
+
+    along: float
+    width: float
+    thickness: float
+    forth: FloatArray
+    back: FloatArray
+    seconds: float
+    compiling: float
+    words: str
+
+    def heights(self, shifts: FloatArray) -> FloatArray:
+        """(2, k): heights at shifts (k,), forth and back."""
+        return np.stack([np.interp(shifts, way[0], way[1]) for way in (self.forth, self.back)])
+
+
+def energies() -> tuple[Energy, ...]:
+    """Those whose energy is one of ours."""
+    width, thickness, _ = EXAMPLES
+    torsion = 1.0 / torsion_constant(width, thickness) - 1.0
+    zeta = width**2 / (60.0**0.5 * thickness)
+    return (
+        Energy("kirchhoff", "kirchhoff", {"material": {"poisson_rod": torsion}}),
+        Energy("sano", "sano", {"material": {"poisson_rod": 0.0}, "energy_model": {"sano_zeta": zeta}}),
+        Energy("sadowsky", "sadowsky_kt", {"material": {"poisson_rod": 0.0}}),
+    )
+
+
+@functools.cache
+def absent() -> str | None:
+    """Why it cannot be run; None: it can."""
+    if not (Path(os.environ.get("DER_DIR", "")) / EXAMPLE).is_file() or "DER_DIR" not in os.environ:
+        return "no DER-JAX: DER_DIR names no checkout of discrete-elastic-ribbon-jax"
+    if subprocess.run([optimal.python(), "-P", "-c", "import jax, equinox, yaml"], capture_output=True).returncode:
+        return "no jax, equinox or PyYAML in the Python of PEERS_PYTHON (tests/peers/requirements.txt)"
+    return None
+
+
+def version() -> str:
+    """Those of what it stands on; itself it has none."""
+    told = subprocess.run(
+        [optimal.python(), "-P", str(SCRIPT), "--version"], capture_output=True, text=True, check=True
+    )
+    banded = (Path(os.environ["DER_DIR"]) / "src" / "dismech_jax" / "banded_solve.py").is_file()
+    return f"discrete-elastic-ribbon-jax, {'banded' if banded else 'dense'} solver, {told.stdout.strip()}"
+
+
+def finer(cut: int) -> tuple[int, dict[str, Any]]:
+    """Nodes and thresholds of the clamps with edges cut into `cut` (odd) and the same length of what is free and one
+    edge."""
+    length, fixed = EXAMPLES[2], 4
+    nodes = cut * (NODES - 1) + 1
+    free = cut * (NODES - 2 * fixed) - 1
+    held = (nodes - 1 - free) // 2
+    edge = length / (nodes - 1)
+    return nodes, {"start_x_threshold": (held + 0.5) * edge, "end_x_threshold": length - (held + 0.5) * edge}
+
+
+def shifted(energy: Energy, cut: int = 1) -> Shifted:
+    """One run of its example, single-threaded."""
+    nodes, thresholds = (NODES, {}) if cut == 1 else finer(cut)
+    changes = {**energy.changes, "boundary_condition": thresholds}
+    given = {"energy": energy.theirs, "nodes": nodes, "changes": changes}
+    flags = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "XLA_FLAGS": flags, "JAX_PLATFORMS": "cpu"}
+    done = subprocess.run(
+        [optimal.python(), "-P", str(SCRIPT), os.environ["DER_DIR"]], input=json.dumps(given) + "\n",
+        capture_output=True, text=True, env={**os.environ, **threads},
+    )  # fmt: skip
+    if done.returncode:
+        raise AssertionError(f"{NAME}, {energy.theirs}: {done.stderr[-500:]}")
+    return read(json.loads(done.stdout.splitlines()[-1]))
+
+
+def read(answer: dict[str, Any]) -> Shifted:
+    """What `lateral.py` wrote, over the length of what is free and one edge."""
+    length = (answer["free"] + 1) * answer["edge"]
+    place, height = np.abs(np.array(answer["place"])) / length, np.abs(np.array(answer["middle"])[:, 2]) / length
+    across = place[:, 1]
+    turn = int(np.argmax(across))
+    begin = int(np.flatnonzero(across[: turn + 1] < 1e-9)[-1])
+    forth = np.stack([across[begin : turn + 1], height[begin : turn + 1]])
+    back = np.stack([across[turn:][::-1], height[turn:][::-1]])
+    return Shifted(
+        place[turn, 0] + answer["edge"] / length, answer["width"] / length, answer["thickness"] / length, forth, back,
+        answer["seconds"], answer["compiling"], f"{answer['steps']} steps, {answer['newton']} Newton steps",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Ours: shifts (k,), heights (2, k) of the middle forth and back, where it is upright, leans and lies flat (k,),
+    CPU s."""
+
+    shifts: FloatArray
+    heights: FloatArray
+    phase: FloatArray
+    seconds: float
+
+    @property
+    def compared(self) -> FloatArray:
+        """Which shifts (k,) are no nearer to a change of phase than KINK."""
+        kinks = 0.5 * (self.shifts[1:] + self.shifts[:-1])[np.diff(self.phase) != 0]
+        far = np.abs(self.shifts[:, None] - kinks[None, :]) > KINK
+        return np.asarray(far.all(axis=1))
+
+
+def followed(energy: Energy, given: Shifted, segments: int, step: float = STEP) -> Followed:
+    """The arch, shifted forth and back by `ribbon.follow` in steps (l), unstable states left."""
+    strip = Strip(1.0, given.width, 0.0, 0.0, 0.0, given.thickness)
+    start = Clamp((0, 0, 0), (1, 0, 0), (0, 0, 1))
+
+    def arguments(shift: float) -> dict[str, Any]:
+        end = Clamp((given.along, shift, 0), (1, 0, 0), (0, 0, 1))
+        return {"strip": strip, "clamp": start, "end": end, "energy": energy.ours, "segments": segments}
+
+    begun = time.process_time()
+    found = solve(**arguments(FIRST), seed_curvature=[-8.0, 8.0, -8.0], seed_ruling=[1e-3, -1e-3])
+    rows: dict[str, list[tuple[float, float, float]]] = {"forth": [], "back": []}
+    for way, first, last in (("forth", FIRST, LAST), ("back", LAST, FIRST)):
+
+        def on_step(record: Any, new: Equilibrium, way=way, first=first, last=last) -> None:  # type: ignore[no-untyped-def]
+            height = abs(float(new.middle.position[2]))
+            leans = np.degrees(np.arccos(np.clip(abs(new.middle.frame[2, 1]), 0.0, 1.0))) > LEANS
+            rows[way].append((first + (last - first) * record.t, height, 2.0 if height < FLAT else float(leans)))
+
+        found = follow(
+            lambda t, first=first, last=last: build(**arguments(first + (last - first) * t)), found,  # type: ignore[misc]
+            steps=round((LAST - FIRST) / step), leave_saddle=True, on_step=on_step,
+        )  # fmt: skip
+        if not found.ok:
+            raise AssertionError(f"ours, {energy.ours}, {segments}, {way}: {found.message}")
+    seconds = time.process_time() - begun
+    forth, back = np.array(rows["forth"])[:-1].T, np.array(rows["back"])[::-1].T[:, 1:]
+    back = np.stack([np.interp(forth[0], back[0], row) for row in back])
+    return Followed(forth[0], np.stack([forth[1], back[1]]), forth[2], seconds)
+
+
+def measured() -> dict[str, dict[str, Run]]:
+    """Energy -> peer -> its run: largest difference of heights to its own limit, CPU s; ours with as few segments as
+    are no further from theirs."""
+    out = {}
+    for energy in energies():
+        coarse, limit = shifted(energy), shifted(energy, CUT)
+        best = followed(energy, coarse, LIMIT)
+        at, keep = best.shifts, best.compared
+        apart = float(np.abs(limit.heights(at) - best.heights)[:, keep].max())
+        # second order: the limit is off by 1 / (CUT^2 - 1) of the difference
+        error = float(np.abs(coarse.heights(at) - limit.heights(at))[:, keep].max()) * CUT**2 / (CUT**2 - 1)
+        again = [coarse.seconds, *(shifted(energy).seconds for _ in range(ROUNDS - 1))]
+        words = (
+            f"N = {NODES}, {coarse.words}; compiled in {coarse.compiling:.3g} s; limits {apart:.1e} l apart "
+            f"at {int(keep.sum())} shifts"
+        )
+        found = {NAME: Run(words, error, statistics.median(again))}
+        for segments in LADDER:
+            ours = [followed(energy, coarse, segments) for _ in range(ROUNDS + 1)][1:]
+            far = float(np.abs(ours[0].heights - best.heights)[:, keep].max())
+            if far <= error:
+                words = f"p = {segments}, {at.size} shifts forth and back"
+                found[OURS] = Run(words, far, statistics.median(o.seconds for o in ours))
+                break
+        if OURS in found:
+            few = [followed(energy, coarse, segments, WIDE) for _ in range(ROUNDS + 1)][1:]
+            same = np.array([int(np.argmin(np.abs(at - shift))) for shift in few[0].shifts])
+            far = float(np.abs(few[0].heights - best.heights[:, same])[:, keep[same]].max())
+            words = f"p = {segments}, {same.size} shifts forth and back"
+            found[f"{OURS}, wide steps"] = Run(words, far, statistics.median(o.seconds for o in few))
+        out[f"shift, {energy.theirs}"] = found
+        print(f"  {energy.theirs}: {found}", flush=True)
+    return out
