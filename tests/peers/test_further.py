@@ -120,6 +120,24 @@ def test_ders_arch_is_ours(monkeypatch):
     np.testing.assert_allclose(found.heights(ours.shifts)[0], ours.heights[0], rtol=5e-3)
 
 
+@needs_der
+def test_half_the_thickness_brings_the_limits_together(monkeypatch):
+    """Sano's strip here neither stretches nor bends in its plane, there it does, by h^2: where it leans the heights
+    come 4 times nearer."""
+    width, thickness, _ = der.EXAMPLES
+    monkeypatch.setattr(der, "LAST", 0.33)
+    apart = []
+    for h in (thickness, 0.5 * thickness):
+        changes = {
+            "material": {"poisson_rod": 0.0}, "energy_model": {"sano_zeta": width**2 / (60.0**0.5 * h)},
+            "geometry": {"h": h}, "simulation": {"total_time": 5.5},
+        }  # fmt: skip
+        found = der.shifted(der.Energy("sano", "sano", changes))
+        ours = der.followed(der.energies()[1], found, 20)
+        apart.append(float(np.abs(found.heights(ours.shifts) - ours.heights)[0, -1]))
+    assert 3.0 < apart[0] / apart[1] < 6.0, apart
+
+
 def test_the_tables_are_kept_part_by_part(tmp_path):
     ours, theirs = Run("p = 10", 5e-4, 0.002), Run("45 elements", 9e-4, 2.0)
     further.keep(tmp_path, {"pyelastica": {"a rod": {"ribbon.solve": ours, elastica.NAME: theirs}}})
