@@ -3,7 +3,7 @@
 Argument: the folder of discrete-elastic-ribbon-jax. Standard input: one line of JSON a run: energy, nodes, changes
 (section -> key -> value, laid over examples/shear_induced_bifurcation/config.yaml). Standard output: one line of JSON
 each: width and length of the strip, ends (2, 2) in s of what is free, times, place (k, 2) of the moved end along and
-across, middle (k, 3) of the middle node relative to the clamp that is held, steps, Newton's iterations, CPU s of the
+across, middle (k, 3) of what is free relative to the clamp that is held, steps, Newton's iterations, CPU s of the
 run and of compiling before it.
 
 Nothing of the example is changed but what it records (every step's state, no forces or energies). Its step is
@@ -53,12 +53,16 @@ def run(example, config: dict, given: dict, clock: dict) -> dict:  # type: ignor
     for section, values in given["changes"].items():
         config[section].update(values)
     length, narrow, nodes = float(config["geometry"]["L"]), Fraction(config["geometry"]["w_by_l_ratio"]), given["nodes"]
-    result, _, start = example.run_simulation(config, float(narrow), nodes)
+    result, fixed, start = example.run_simulation(config, float(narrow), nodes)
     q = np.stack(result.qs)
     place = np.stack([q[:, i::4][:, :nodes] for i in range(3)], axis=2)  # (k, nodes, 3)
-    first, last = int(start[-1]), nodes - 1 - int(start[-1])
+    first = int(start[-1])
+    last = int(fixed[fixed > first].min())
     ends = place[:, [first, last]]
-    middle = place[:, nodes // 2] - ends[:, 1]
+    left, odd = divmod(first + last, 2)
+    # halfway between two nodes: the cubic through four of them
+    near = {left: 1.0} if not odd else {left - 1: -1 / 16, left: 9 / 16, left + 1: 9 / 16, left + 2: -1 / 16}
+    middle = sum(weight * place[:, k] for k, weight in near.items()) - ends[:, 1]
     across = ends[:, 1, :2] - ends[:, 0, :2]
     return {
         "length": length, "width": float(narrow) * length, "thickness": float(config["geometry"]["h"]),

@@ -58,7 +58,7 @@ def test_an_unreached_error_takes_for_ever(monkeypatch):
     assert (found.seconds, found.error) == (2, 0.02)
 
 
-@pytest.mark.parametrize("cut", [3, 5])
+@pytest.mark.parametrize("cut", [2, 3, 5])
 def test_finer_edges_leave_the_length(cut):
     """What is free and one edge, between the thresholds of the clamps."""
     length = der.EXAMPLES[2]
