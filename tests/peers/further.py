@@ -25,9 +25,12 @@ WORDS = {
     "der": "The example of DER-JAX as it is (w/l = 1/12, h = l/100; 2.5 s to bring the clamps together, 5 s forth, 5 s "
     "back), its configuration changed only so that its energy is one of ours; error: largest difference of the "
     "middle's height to its own limit (edges half as long, second order), over the length of what is free, at shifts "
-    "no nearer than 0.03 to where the arch gives way or comes to lie flat. Ours: `ribbon.follow` forth and back between the same "
-    "clamps, unstable states left, as few segments as are no further from their own limit (p = 160). Compiling is not "
-    "counted.",
+    "no nearer than 0.03 to where the arch gives way or comes to lie flat. Ours: `ribbon.follow` forth and back between "
+    "the same clamps, unstable states left, as few segments as are no further from their own limit (p = 160). "
+    "Compiling is not counted. The limits differ by the example's stretching and, of Sano's and Sadowsky's strip, its "
+    "bending in the plane: both as h^2 (`tests/peers/test_further.py`). Its Wunderlich is left out: its stepper calls "
+    "that energy without the ruling's slope, and is then left without torsion. `wide steps`: the same way with a third "
+    "of the shifts.",
 }
 HEADS = ["part", "case", "peer", "settings", "error", "cpu_s"]
 
