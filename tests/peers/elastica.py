@@ -211,7 +211,7 @@ def best(rod: Rod) -> dict[float, Settings]:
     return out
 
 
-def measured(name: str) -> dict[str, dict[str, Run]]:
+def measured(name: str, _: dict[str, dict[str, Run]]) -> dict[str, dict[str, Run]]:
     """Rod of this name and error asked for -> peer -> median of `ROUNDS`, in turn."""
     out = {}
     for rod in (r for r in rods() if r.name == name):

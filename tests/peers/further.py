@@ -7,6 +7,8 @@ import io
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
+
 from compare.store.store import atomic_write_text
 from tests.peers import der, elastica
 from tests.peers.cases import Run
@@ -23,14 +25,14 @@ WORDS = {
     "and shear as soft as the error allows, the longest stable step, the first moment after which the free end stays "
     "within the error. Ours: `ribbon.solve`, energy kirchhoff, warm, with its stability check.",
     "der": "The example of DER-JAX as it is (w/l = 1/12, h = l/100; 2.5 s to bring the clamps together, 5 s forth, 5 s "
-    "back), its configuration changed only so that its energy is one of ours; error: largest difference of the "
-    "middle's height to its own limit (edges half as long, second order), over the length of what is free, at shifts "
-    "no nearer than 0.03 to where the arch gives way or comes to lie flat. Ours: `ribbon.follow` forth and back "
-    "between the same clamps, unstable states left, as few segments as are no further from their own limit (p = 160). "
-    "Compiling is not counted. The limits differ by the example's stretching and, of Sano's and Sadowsky's strip, its "
-    "bending in the plane: both as h^2 (`tests/peers/test_further.py`). Its Wunderlich is left out: its stepper calls "
-    "that energy without the ruling's slope, and is then left without torsion. `wide steps`: the same way with a third "
-    "of the shifts.",
+    "back), its configuration changed only so that its energy is one of ours. Error, of the rod: largest difference of "
+    "the middle's height to its own limit (edges half as long, second order), over the length of what is free, at "
+    "shifts no nearer than 0.03 to where the arch gives way or comes to lie flat; the other energies' own limits are "
+    "not computed. Ours: `ribbon.follow` forth and back between the same clamps, unstable states left, as few segments "
+    "as are within the rod's error of their own limit (p = 160); `wide steps`: a third of these shifts. "
+    "Compiling is not counted. The two codes' limits differ by the example's stretching and, of Sano's and Sadowsky's "
+    "strip, its bending in the plane: as h^2 (`tests/peers/test_further.py`). Its Wunderlich is left out: its stepper "
+    "calls that energy without the ruling's slope, which leaves it without torsion.",
 }
 HEADS = ["part", "case", "peer", "settings", "error", "cpu_s"]
 
@@ -39,16 +41,17 @@ Found = dict[str, dict[str, dict[str, Run]]]
 
 
 def measure(words: list[str], out: Path) -> None:
-    """The parts named, or all; kept in `out`/peers_further.csv beside those that are not new."""
+    """The parts named, or all, and of a part the names among the words, or all; kept in `out`/peers_further.csv beside
+    those that are not new."""
     for part, peer in PARTS.items():
         if words and part not in words:
             continue
         if (why := peer.absent()) is not None:
             print(f"  {part} stays as it is: {why}", flush=True)
             continue
-        for name in peer.names():
-            found = kept(out).get(part, {}) | one_core.call(peer.measured, name)
-            keep(out, {part: found})
+        for name in [name for name in peer.names() if name in words] or peer.names():
+            before = kept(out).get(part, {})
+            keep(out, {part: before | one_core.call(peer.measured, name, before)})
 
 
 def kept(out: Path) -> Found:
@@ -80,8 +83,9 @@ def table(runs: dict[str, dict[str, Run]], peer: str) -> str:
     for case, by_name in runs.items():
         ours = next((run for name, run in by_name.items() if name != peer), None)
         for name, run in by_name.items():
+            error = f"{run.error:.1e}" if np.isfinite(run.error) else "-"
             ratio = "" if ours is None or run is ours else f"{run.seconds / ours.seconds:.2g}"
-            rows.append([case, name, run.settings, f"{run.error:.1e}", f"{run.seconds:.3g}", ratio])
+            rows.append([case, name, run.settings, error, f"{run.seconds:.3g}", ratio])
     return page.table(["case", "solver", "settings", "error / l", "CPU s", "over ours"], rows)
 
 
