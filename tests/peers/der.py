@@ -104,12 +104,16 @@ def absent() -> str | None:
 
 
 def version() -> str:
-    """Those of what it stands on; itself it has none."""
+    """Its commit and the versions of what it stands on; itself it has none."""
     told = subprocess.run(
         [optimal.python(), "-P", str(SCRIPT), "--version"], capture_output=True, text=True, check=True
     )
-    banded = (Path(os.environ["DER_DIR"]) / "src" / "dismech_jax" / "banded_solve.py").is_file()
-    return f"discrete-elastic-ribbon-jax, {'banded' if banded else 'dense'} solver, {told.stdout.strip()}"
+    folder = Path(os.environ["DER_DIR"])
+    banded = (folder / "src" / "dismech_jax" / "banded_solve.py").is_file()
+    note = folder / "COMMITS"  # what a copy without a history was put together from
+    commit = subprocess.run(["git", "-C", str(folder), "rev-parse", "--short", "HEAD"], capture_output=True, text=True)
+    whence = note.read_text().strip() if note.is_file() else commit.stdout.strip() or "no commit known"
+    return f"discrete-elastic-ribbon-jax ({whence}), {'banded' if banded else 'dense'} solver, {told.stdout.strip()}"
 
 
 def finer(cut: int) -> tuple[int, dict[str, Any]]:
