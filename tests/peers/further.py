@@ -24,7 +24,7 @@ WORDS = {
     "pyelastica": "PyElastica's rod is dynamic: released in its natural shape under its weight and damped, stretching "
     "and shear as soft as the error allows, the longest stable step, the first moment after which the free end stays "
     "within the error. Ours: `ribbon.solve`, energy kirchhoff, warm, with its stability check. 1e-6 l was not asked of "
-    "it: from 1e-3 to 1e-4 its time grows 20 times.",
+    "it: from 1e-3 to 1e-4 its time grows 17 to 20 times.",
     "der": "The example of DER-JAX as it is (w/l = 1/12, h = l/100; 2.5 s to bring the clamps together, 5 s forth, 5 s "
     "back), its configuration changed only so that its energy is one of ours. Error, of the rod: largest difference of "
     "the middle's height to its own limit (edges half as long, second order), over the length of what is free, at "
