@@ -27,7 +27,6 @@ from shellref.shell.result import LoadStep, ShellStatus
 MOST_KICKS = 20
 STILL = 1e-3  # mean displacement of a stage, over the size of the surface, below which it is walked in load steps
 ARC_BELOW = 0.01  # load steps smaller than this (of a stage) are left to arc length, when that is allowed
-SHORTER = 0.7  # factor on a step whose prediction is further away than the last one bears out
 NEARLY = 100.0 * PASSING  # a passed point may move by so much when it is kept
 START_FAILED = "the starting shape did not converge in {} iterations: use more elements, or raise max_newton"
 Progress = Callable[[dict[str, Any]], None]
@@ -175,8 +174,8 @@ class Walker:
             if 1.0 - load < 0.2 * step:
                 load = 1.0
             begin = self.predict(walk, load)
-            if self._hasty(walk, begin) and SHORTER * (load - walk.point.load) >= smallest:
-                step = SHORTER * (load - walk.point.load)
+            if self._hasty(walk, begin) and o.cut * (load - walk.point.load) >= smallest:
+                step = o.cut * (load - walk.point.load)
                 continue
             attempt = self.equilibrium.solve(begin.state, begin.stress, stage, load, passing=load < 1.0)
             off = self._off(walk, begin, attempt)
