@@ -263,6 +263,7 @@ class Equilibrium:
         model.set_control(stage.at(load))
         stress = stress or model.stress(state)
         negative, correction = None, np.inf
+        enough = PASSING if mixed else self.options.tolerance  # a state's own stress needs it to the tolerance
         for iteration in range(1, self.options.max_newton + 1):
             start = time.perf_counter()
             control = stage.at(load)
@@ -297,7 +298,7 @@ class Equilibrium:
             state = retract(state, step)
             load += change
             tolerance = self.options.tolerance
-            if correction <= tolerance or (passing and _remaining(before, correction) <= PASSING):
+            if correction <= tolerance or (passing and _remaining(before, correction) <= enough):
                 state = self._settled(state, stage, load)
                 self._found = (state, bases)
                 return Attempt(True, state, stress, iteration, correction, negative, load)
