@@ -134,7 +134,7 @@ from compare.sweep.workers import Worker
 from tests.compare.test_signals import Endless
 if __name__ == "__main__":
     worker = Worker()
-    worker.give(0, Endless("key", None, "ribbon", False, False, sys.argv[1]))
+    worker.give((0,), [Endless("key", None, "ribbon", False, False, sys.argv[1])])
     worker.take()
 """
 #: A process that runs a module for as long as it lives itself.
@@ -176,7 +176,7 @@ def test_whoever_works_for_a_killed_process_ends_with_it(tmp_path, script):
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path)])}
     parent = subprocess.Popen([sys.executable, str(tmp_path / "script.py"), str(tmp_path)], env=environment)
     try:
-        assert comes((tmp_path / "worker").is_file)
+        assert comes(lambda: (tmp_path / "worker").is_file() or parent.poll() is not None)
         worker = int((tmp_path / "worker").read_text())
         assert alive(worker)
     finally:
