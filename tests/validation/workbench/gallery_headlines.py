@@ -273,6 +273,6 @@ HEADLINES: dict[str, Headline] = {
     ),
     "two_clamps_5_3_2_twist": Headline(
         _ENERGY, _total, ".3f",
-        "one of many minima of nearly this energy (7.4 to 8.1): [formulations](../results/formulations.md)",
+        "one of many minima of nearly this energy (7.4 to 8.0): [formulations](../results/formulations.md)",
     ),
 }  # fmt: skip
