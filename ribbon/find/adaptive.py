@@ -21,7 +21,7 @@ from ribbon.boundary import Closure
 from ribbon.errors import RibbonInputError
 from ribbon.find import seeds
 from ribbon.find.continuation import switch
-from ribbon.find.solve import build, solve
+from ribbon.find.solve import build, on_segments, solve
 from ribbon.find.stretched import is_stretched
 from ribbon.result import Equilibrium, Refinement, Status
 from ribbon.solvers.budget import SPENT, spent, within
@@ -33,6 +33,9 @@ FIRST_SEGMENTS = 24
 MOST_SEGMENTS = 6000
 MOST_WISHED = 200
 ROUNDS = 30
+#: Gamma beyond which the chained unknowns, in which the weight of all that follows a segment is one sum, are not known
+#: to the residual that is asked for: 1e-14 Gamma was seen (`compare.battery`, size/weight).
+HEAVY = 1e5
 #: Share of the sum of e_i that the cut segments carry; a segment this many times above the threshold is quartered.
 BULK = 0.8
 QUARTERED = 16.0
@@ -70,7 +73,11 @@ def _to_tolerance(
     if closure is not None and closure.ruling == "free" and closure.sign < 0:
         pinned, free_seam = {**keywords, "closure": Closure(closure.kind, "straight", closure.turns)}, True
     asked = {key: pinned[key] for key in _OF_THE_PROBLEM if key in pinned}
-    segments = seeds.graded(build(*arguments, segments=FIRST_SEGMENTS, **asked))
+    begun = build(*arguments, segments=FIRST_SEGMENTS, **asked)
+    if begun.strip.gamma > HEAVY and not begun.row_count and pinned.get("formulation", "auto") == "auto":
+        pinned, asked = ({**keys, "formulation": "mixed"} for keys in (pinned, asked))
+        begun = build(*arguments, segments=FIRST_SEGMENTS, **asked)
+    segments = seeds.graded(begun)
     first = solve(*arguments, segments=segments, **pinned)
     leave = bool(keywords.get("leave_saddle", False))
     found = refine_to_tolerance(first, tolerance, leave_saddle=leave, strict=strict)
@@ -118,7 +125,7 @@ def refine_to_tolerance(
         if spent():
             return short(current, f"the tolerance {tolerance:g} was not reached: {SPENT}")
         problem: Any = current.problem
-        halved = switch(problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2)), current)
+        halved = _moved_to(current, np.repeat(problem.lengths / 2.0, 2))
         if halved.status not in _GOOD:
             tried.append(_tried(halved, None))
             return ended(halved if strict else finest or current)
@@ -137,8 +144,16 @@ def refine_to_tolerance(
         if lengths.size > most:
             needs = f"the tolerance {tolerance:g} needs more than {most} segments; reached {estimate:.2g}"
             return short(halved, needs)
-        current = switch(problem.with_changes(lengths=lengths), halved, check=False)
+        current = _moved_to(halved, lengths, check=False)
     return short(current, f"the tolerance {tolerance:g} was not reached in {ROUNDS} rounds; reached {estimate:.2g}")
+
+
+def _moved_to(found: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equilibrium:
+    """The scene on other segments, beside what was found."""
+    if found.problem.row_count:
+        old: Any = found.problem
+        return switch(old.with_changes(lengths=lengths), found, **keywords)
+    return on_segments(found, lengths, **keywords)
 
 
 def _tried(found: Equilibrium, moved: float | None) -> Refinement:

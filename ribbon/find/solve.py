@@ -578,14 +578,19 @@ def refine(equilibrium: Equilibrium, parts: int = 2, **keywords: Any) -> Equilib
     if not old.row_count:
         lengths, x = split_state(old.lengths, equilibrium.x, parts)
         fresh = old.with_changes(lengths=lengths)
-        # a few steps of Newton's from so near; a minimiser with a barrier loses the start
-        clock = time.perf_counter()
-        x, steps = _approached(fresh, x)
-        spent = time.perf_counter() - clock
-        found = solve_from(fresh, x, near=True, **keywords)
-        seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}
-        return replace(found, iterations=found.iterations + steps, seconds=seconds)
+        return _beside(fresh, x, **keywords)
     return on_segments(equilibrium, np.repeat(old.lengths / parts, parts), **keywords)
+
+
+def _beside(problem: ChainedProblem, x: FloatArray, **keywords: Any) -> Equilibrium:
+    """Equilibrium of a problem without rows close to x (n,); keywords as in `solve_from`."""
+    # a few steps of Newton's from so near; a minimiser with a barrier loses the start
+    clock = time.perf_counter()
+    x, steps = _approached(problem, x)
+    spent = time.perf_counter() - clock
+    found = solve_from(problem, x, near=True, **keywords)
+    seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}
+    return replace(found, iterations=found.iterations + steps, seconds=seconds)
 
 
 def _approached(problem: ChainedProblem, x: FloatArray) -> tuple[FloatArray, int]:
@@ -597,9 +602,11 @@ def _approached(problem: ChainedProblem, x: FloatArray) -> tuple[FloatArray, int
 
 
 def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equilibrium:
-    """The same scene on segments of other `lengths` (k,), started from `equilibrium`, in the mixed model."""
+    """The same scene on segments of other `lengths` (k,), started from `equilibrium`, whose shape is close."""
     old: Any = equilibrium.problem
     fresh = old.with_changes(lengths=lengths)
+    if not old.row_count:
+        return _beside(fresh, relax.on_joints(old, equilibrium.x, fresh), **keywords)
     if stretched.is_stretched(fresh):
         return stretched.straight(fresh)
     plain = set(keywords) <= {"options", "progress", "leave_saddle"} and climb.can(fresh, keywords.get("options"))
