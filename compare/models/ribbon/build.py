@@ -144,8 +144,12 @@ def ribbon_problem(scene: Scene, formulation: str | None = None) -> Problem:
 
 def formulation_why(scene: Scene, used: str) -> str:
     """Why the ribbon has the formulation `used` ("chained", "mixed", "matrix")."""
+    from ribbon.find.adaptive import HEAVY
+
     if scene.model.formulation == "auto" and used == "mixed" and scene.path:
         return "a [[path]] goes on from multipliers and may hold more on its way than the chained model can"
+    if scene.model.formulation == "auto" and used == "mixed" and scene.model.tolerance and scene.gamma > HEAVY:
+        return f"segments are placed by a tolerance; beyond Gamma = {HEAVY:g} chained forces are rounded too coarsely"
     clamp, end = ribbon_clamp(scene), ribbon_end(scene)
     start = None if clamp is None or (clamp.position is None and not clamp.holds_frame) else clamp
     segments = len(scene.model.lengths)

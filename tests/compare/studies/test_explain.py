@@ -10,7 +10,8 @@ import pytest
 from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
 from compare.models.effects import ribbon_off
-from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon.build import formulation_why, ribbon_arguments, ribbon_problem
+from compare.models.ribbon.solving import solver
 from compare.page.page import read_page
 from compare.scene.scene import load, loads
 from compare.studies.effects import explain
@@ -143,6 +144,14 @@ def test_the_formulation_and_why():
     asked = load("curl_4_3").replace({"model.formulation": "mixed"})
     assert explain(asked).evaluation.formulation == "mixed"
     assert explain(asked).evaluation.why == "asked for"
+
+
+def test_the_heaviest_placed_strips_are_mixed_and_say_why():
+    scene = load("cantilever").replace({"model.elements": None, "model.tolerance": 1e-2, "strip.gamma": 1e6})
+    found = solver(scene)()
+    assert (found.ok, found.problem.formulation) == (True, "mixed")
+    assert "Gamma = 100000" in formulation_why(scene, found.problem.formulation)
+    assert solver(scene.replace({"strip.gamma": 1e4}))().problem.formulation == "chained"
 
 
 def test_held_by_constraints_is_counted():
