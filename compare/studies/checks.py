@@ -1,0 +1,160 @@
+"""What is checked of a state before a verdict is made of it (`compare.page.claims`): numbers, never words.
+
+A check that was not made says so and is worth "unknown"; what a scene has not (a wall) is nothing to check.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.measure.balance import Push, Wrench, abscissae, unbalanced
+from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade
+from compare.models.base import Force, State, Status
+from compare.page.verdict import Check, bounded, nothing, unchecked
+from compare.scene.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+#: Largest part of the largest force that supports and loads may leave over.
+BALANCED = 1e-6
+#: How far (l) a strip may reach beyond a wall.
+PENETRATION = 1e-6
+#: Gauss points across the strip, where the weight is that of the surface.
+_ACROSS = 6
+
+
+def of_state(scene: Scene, state: State) -> list[Check]:
+    """Every check of `compare.page.claims` that one state rests on."""
+    return [
+        finite(state),
+        residual(state),
+        balance(scene, state),
+        elements(state),
+        stability(state),
+        walls(scene, state),
+        model(state),
+    ]
+
+
+def _numbers(state: State) -> Iterator[tuple[str, object]]:
+    """Every number that a reader is given of a state, by name; None where there is none."""
+    yield "energy", None if state.energy is None else [v for v in state.energy.to_dict().values() if v is not None]
+    yield "residual", state.residual
+    for name, pose in (("end", state.end), ("middle", state.middle)):
+        yield name, None if pose is None else [*np.ravel(pose.position), *np.ravel(pose.frame)]
+    for name, held in (("start", state.supports.start), ("end", state.supports.end)):
+        yield f"force and moment at the {name}", None if held is None else [*held.force, *held.moment]
+    for wall in state.supports.walls:
+        yield f"force of wall {wall['name']}", wall["force"]
+
+
+def finite(state: State) -> Check:
+    """No NaN and no infinity in what a reader is given."""
+    bad = [name for name, value in _numbers(state) if value is not None and not np.all(np.isfinite(np.asarray(value)))]
+    if bad:
+        return Check("finite", POOR, f"not finite: {', '.join(bad)}")
+    if state.energy is None or state.energy.total is None or state.shape is None:
+        return Check("finite", UNKNOWN, "it has no shape or no energy")
+    return Check("finite", GOOD, "every number is finite")
+
+
+def residual(state: State) -> Check:
+    """The solver's own word and residual."""
+    if not state.is_equilibrium:
+        return Check("residual", POOR, f"it is {state.word.replace('_', ' ')}", state.residual)
+    if state.residual is None or not math.isfinite(state.residual):
+        return unchecked("residual", "its residual is not known")
+    return Check("residual", GOOD, f"residual {state.residual:.1e}", state.residual)
+
+
+def balance(scene: Scene, state: State) -> Check:
+    """Supports against loads (`compare.measure.balance`), relative to the largest force."""
+    shape = state.shape
+    if shape is None or not state.is_equilibrium:
+        return unchecked("balance", "without an equilibrium nothing is in balance")
+    held = [
+        (pose, force)
+        for pose, force in ((shape.pose(0.0), state.supports.start), (state.end, state.supports.end))
+        if force is not None
+    ]
+    wrenches = [Wrench(pose.position, force.force, force.moment) for pose, force in held if pose is not None]
+    if not wrenches and not state.supports.walls:
+        return nothing("balance", "nothing holds it")
+    if scene.tip is not None and state.end is not None:
+        wrenches.append(Wrench(state.end.position, scene.tip_force, scene.tip_moment))
+    pushes = [] if len(state.supports.walls) != len(scene.walls) else _pushes(scene, state)
+    weight = np.zeros(3) if scene.up is None else -scene.gamma * scene.up
+    left = unbalanced(wrenches, weight, _centre(scene, state), pushes)
+    return bounded("balance", left, BALANCED, "supports and loads leave over")
+
+
+def _pushes(scene: Scene, state: State) -> list[Push]:
+    """What every wall does, at the points of the surface that touch it."""
+    assert state.shape is not None
+    across = scene.width * np.array([-0.5, 0.0, 0.5])
+    found = []
+    for wall, normal in zip(state.supports.walls, scene.wall_normals, strict=True):
+        contacts = np.clip(np.asarray(wall["contacts"], dtype=float), 0.0, 1.0)
+        points = state.shape.points(contacts, across).reshape(-1, 3) if contacts.size else np.empty((0, 3))
+        found.append(Push(normal, np.asarray(wall["force"], dtype=float), points))
+    return found
+
+
+def _centre(scene: Scene, state: State) -> FloatArray:
+    """Centre of mass (3,): of the centreline, or of the surface where the weight is the surface's."""
+    assert state.shape is not None
+    s, weights = abscissae()
+    if scene.gravity is None or not scene.gravity.exact:
+        return np.asarray(weights @ state.shape.centreline(s))
+    nodes, across = np.polynomial.legendre.leggauss(_ACROSS)
+    return np.einsum("k,m,kmi->i", weights, 0.5 * across, state.shape.points(s, 0.5 * scene.width * nodes))
+
+
+def elements(state: State) -> Check:
+    """The discretisation error of the shape."""
+    if state.error is None:
+        why = f" ({state.error_why})" if state.error_why else ""
+        return unchecked("elements", f"how accurately is not known{why}")
+    found = grade("error", state.error)
+    return Check("elements", found, f"{state.error:.1e} l from its limit", state.error, GOOD_UP_TO["error"])
+
+
+def stability(state: State) -> Check:
+    """The lowest eigenvalue and its limit."""
+    if state.stable is False or state.status is Status.UNSTABLE:
+        return Check("stability", POOR, "it is not stable", state.lowest_eigenvalue)
+    if state.stable is None:
+        return unchecked("stability", "whether it is stable is not known")
+    found = state.lowest_eigenvalue
+    return Check("stability", GOOD, "it is stable", found)
+
+
+def walls(scene: Scene, state: State) -> Check:
+    """How far beyond a wall the surface is."""
+    if not scene.walls:
+        return nothing("walls", "there is no wall")
+    deepest = state.numbers.get("penetration")
+    if deepest is None:
+        return unchecked("walls", "how far it is beyond a wall is not known")
+    return bounded("walls", float(deepest), PENETRATION, "deepest point beyond a wall, over l,")
+
+
+def model(state: State) -> Check:
+    """Whether the energy that was chosen is within the accuracy that the scene asks for."""
+    choice = state.numbers.get("auto")
+    if choice is None:
+        return nothing("model", "the scene names its model")
+    if choice["enough"]:
+        return Check("model", GOOD, f"within {choice['accuracy']:g} l of the shell by estimate")
+    return Check(
+        "model", FAIR, f"its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
+    )
+
+
+def force_of(held: Force | None) -> FloatArray | None:
+    """Force and moment (6,) of a support."""
+    return None if held is None else np.concatenate([held.force, held.moment])
