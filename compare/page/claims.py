@@ -70,7 +70,7 @@ CLAIMS: Mapping[str, tuple[Claim, ...]] = {
     ),
     "explain": _STATE,
     "converge": (
-        *_STATE, _SAME,
+        *_STATE, _SHELL, _SAME,
         Claim("limit", "the model is what the shells tend to", "distance at h/w = 0 by extrapolation, its interval"),
     ),
     "cost": (

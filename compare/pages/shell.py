@@ -274,9 +274,12 @@ def answer(scene: Scene, states: Sequence[State], units: Units | None = None) ->
     is none."""
     bad = [state for state in states if not state.ok]
     shown = bad[0] if bad else max(states, key=ratio_of)
-    found = state_answer(scene, shown, units)
-    ratio = "" if shown.shape is None else f"Shell, w/h = {ratio_of(shown):g}: "
-    return Verdict(f"{ratio}{found.text[:1].lower()}{found.text[1:]}" if ratio else found.text, found.grade)
+    found = state_answer(scene, shown, units, "shell")
+    if shown.shape is None:
+        return found
+    return Verdict(
+        f"Shell, w/h = {ratio_of(shown):g}: {found.text[:1].lower()}{found.text[1:]}", found.grade, found.checks
+    )
 
 
 def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:

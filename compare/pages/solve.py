@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
 from compare.models.base import State, Status
 from compare.page.remedies import message
@@ -19,33 +19,33 @@ from compare.pages.written import write_any
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_json
+from compare.studies.checks import of_state
 from compare.studies.inputs import input_uncertainty
 
 #: Names and texts: each row has a unit, or several values, of its own.
 _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
 
 
-def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
-    """Whether the state is one that the strip stays in, where that is, and how accurately it is known."""
+def answer(scene: Scene, state: State, units: Units | None = None, command: str = "solve") -> Verdict:
+    """Whether the state is one that the strip stays in, where that is, and how accurately it is known: as good as what
+    was checked of it (`compare.studies.checks`), with what keeps it from being good."""
     units = Units.of(scene) if units is None else units
+    checks = of_state(scene, state, command)
     body = f"the {'band' if scene.closure else 'strip'}"
     if state.stable is False or state.status is Status.UNSTABLE:
-        return Verdict(f"{body.capitalize()} would not stay in the state that was found: {message(state)}", POOR)
+        text = f"{body.capitalize()} would not stay in the state that was found: {message(state)}"
+        return Verdict.of(command, text, checks)
     if not state.ok:
-        return Verdict(f"No equilibrium was found: {message(state)}", POOR)
+        return Verdict.of(command, f"No equilibrium was found: {message(state)}", checks)
     kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
     near = f"computed to {length(units, state.error)}"
     if state.error is None:
         near = "how accurately is not known" + (f" ({state.error_why})" if state.error_why else "")
-    choice = state.numbers.get("auto")
-    if choice is not None and not choice["enough"]:
-        near += f"; its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:
         near += f"; its inputs leave {length(units, unsure.total)} open"
-    return Verdict(
-        f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", grade("error", state.error)
-    )
+    text = f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}"
+    return Verdict.of(command, text, checks).doubted("elements", *(() if state.stable else ("stability",)))
 
 
 def _where(scene: Scene, state: State, units: Units) -> str:

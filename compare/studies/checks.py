@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from compare.measure.balance import Push, Wrench, abscissae, unbalanced
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade
 from compare.models.base import Force, State, Status
+from compare.page.claims import CLAIMS
 from compare.page.verdict import Check, bounded, nothing, unchecked
 from compare.scene.scene import Scene
+from compare.studies.compare import Comparison, Row
 
 FloatArray = NDArray[np.float64]
 
@@ -27,9 +29,10 @@ PENETRATION = 1e-6
 _ACROSS = 6
 
 
-def of_state(scene: Scene, state: State) -> list[Check]:
-    """Every check of `compare.page.claims` that one state rests on."""
-    return [
+def of_state(scene: Scene, state: State, command: str = "solve") -> list[Check]:
+    """The checks of a state that a command's verdict claims (`compare.page.claims`)."""
+    claimed = {claim.name for claim in CLAIMS[command]}
+    found = (
         finite(state),
         residual(state),
         balance(scene, state),
@@ -37,7 +40,8 @@ def of_state(scene: Scene, state: State) -> list[Check]:
         stability(state),
         walls(scene, state),
         model(state),
-    ]
+    )
+    return [check for check in found if check.name in claimed]
 
 
 def _numbers(state: State) -> Iterator[tuple[str, object]]:
@@ -158,3 +162,42 @@ def model(state: State) -> Check:
 def force_of(held: Force | None) -> FloatArray | None:
     """Force and moment (6,) of a support."""
     return None if held is None else np.concatenate([held.force, held.moment])
+
+
+# -- a model beside shells --------------------------------------------------------------------------------------------
+
+
+def of_rows(comparison: Comparison, command: str = "compare") -> list[Check]:
+    """The checks of a comparison's rows that a command's verdict claims: of the thinnest shell, but that every shell
+    was solved."""
+    claimed = {claim.name for claim in CLAIMS[command]}
+    row = max(comparison.rows, key=lambda r: r.width_to_thickness)
+    found = (shells(comparison), same(row), distance(row))
+    return [check for check in found if check.name in claimed]
+
+
+def shells(comparison: Comparison) -> Check:
+    """Every shell in a stable equilibrium, with an error."""
+    bad = [row for row in comparison.rows if row.status != "converged" or row.stable is False]
+    if bad:
+        return Check("shell", POOR, f"at w/h = {bad[0].width_to_thickness:g} the shell is {bad[0].status}")
+    unknown = [row for row in comparison.rows if row.shell_error is None or row.stable is None]
+    if unknown:
+        what = "error" if unknown[0].shell_error is None else "stability"
+        return unchecked("shell", f"the shell's {what} at w/h = {unknown[0].width_to_thickness:g} is not known")
+    return Check("shell", GOOD, f"{len(comparison.rows)} of {len(comparison.rows)} shells stable, with errors")
+
+
+def distance(row: Row) -> Check:
+    """Distance of the models, or the bound of it that the errors leave."""
+    if row.hausdorff is None:
+        return unchecked("distance", "the distance is not known")
+    if row.ribbon_error is None or row.shell_error is None:
+        return unchecked("distance", "one model's own error is not known")
+    most = GOOD_UP_TO["distance"]
+    if row.claimed:
+        found = grade("distance", row.hausdorff)
+        return Check("distance", found, f"{row.hausdorff:.1e} l apart", row.hausdorff, most)
+    bound = row.hausdorff + row.ribbon_error + row.shell_error
+    good = grade("distance", bound) == GOOD
+    return Check("distance", GOOD if good else UNKNOWN, f"at most {bound:.1e} l apart", bound, most)
