@@ -37,6 +37,7 @@ def of_state(scene: Scene, state: State, command: str = "solve") -> list[Check]:
         residual(state),
         balance(scene, state),
         elements(state),
+        forces(state),
         stability(state),
         walls(scene, state),
         model(state),
@@ -121,20 +122,55 @@ def _centre(scene: Scene, state: State) -> FloatArray:
 def elements(state: State) -> Check:
     """The discretisation error of the shape."""
     if state.error is None:
-        why = f" ({state.error_why})" if state.error_why else ""
-        return unchecked("elements", f"how accurately is not known{why}")
+        return unchecked("elements", f"how accurately is not known{_why(state)}")
     found = grade("error", state.error)
     return Check("elements", found, f"{state.error:.1e} l from its limit", state.error, GOOD_UP_TO["error"])
 
 
+def forces(state: State) -> Check:
+    """The largest error of a force or moment over the largest of its kind (at least 1, in D w / l^2 and D w / l)."""
+    held = [one for one in (state.supports.start, state.supports.end) if one is not None]
+    pushed = [np.asarray(wall["force"], dtype=float) for wall in state.supports.walls]
+    if not held and not pushed:
+        return nothing("forces", "nothing holds it")
+    ends = [name for name in ("start", "end") if getattr(state.supports, name) is not None]
+    known = state.errors.get("forces", {}), state.errors.get("moments", {})
+    each = [[errors.get(name) for name in ends] for errors in known]
+    each[0] += known[0].get("walls") or [None] * len(pushed)
+    if any(error is None for errors in each for error in errors):
+        return unchecked("forces", "the error of a force is not known" + _why(state))
+    sizes = [[one.force for one in held] + pushed, [one.moment for one in held]]
+    off = [
+        max(errors, default=0.0) / max([1.0, *(float(np.linalg.norm(value)) for value in values)])
+        for errors, values in zip(each, sizes, strict=True)
+    ]
+    worst = float(max(off))
+    return Check("forces", grade("force", worst), f"forces and moments within {100.0 * worst:.2g} %", worst,
+                 GOOD_UP_TO["force"])  # fmt: skip
+
+
 def stability(state: State) -> Check:
-    """The lowest eigenvalue and its limit."""
+    """The lowest eigenvalue, and the error of its limit on finer elements."""
+    lowest = state.lowest_eigenvalue
     if state.stable is False or state.status is Status.UNSTABLE:
-        return Check("stability", POOR, "it is not stable", state.lowest_eigenvalue)
+        return Check("stability", POOR, "it is not stable", lowest)
     if state.stable is None:
         return unchecked("stability", "whether it is stable is not known")
-    found = state.lowest_eigenvalue
-    return Check("stability", GOOD, "it is stable", found)
+    if lowest is None or math.isinf(lowest):
+        return Check("stability", GOOD, "no freedom is left to be unstable")
+    limit = state.numbers.get("eigenvalue_limit")
+    if limit is not None:
+        value, error = float(limit["value"]), float(limit["error"])
+    else:
+        found = state.errors.get("lowest_eigenvalue")
+        if found is None:
+            return unchecked("stability", "it is stable on these elements; on finer ones is not known" + _why(state))
+        value, error = lowest, float(found)
+    return Check("stability", GOOD, f"lowest eigenvalue {value:.2g} within {error:.1g}", value)
+
+
+def _why(state: State) -> str:
+    return f" ({state.error_why})" if state.error_why else ""
 
 
 def walls(scene: Scene, state: State) -> Check:
