@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import POOR, UNKNOWN, YARDSTICK, grade
 from compare.measure.grid import Grid
 from compare.models.base import State, Status
 from compare.page.remedies import message
@@ -18,6 +18,7 @@ from compare.pages.result import presenter, spent, state_result
 from compare.pages.written import write_any
 from compare.scene.scene import Scene
 from compare.scene.units import Units
+from compare.store.finite import explained
 from compare.store.store import atomic_write_json
 from compare.studies.inputs import input_uncertainty
 
@@ -33,6 +34,10 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
         return Verdict(f"{body.capitalize()} would not stay in the state that was found: {message(state)}", POOR)
     if not state.ok:
         return Verdict(f"No equilibrium was found: {message(state)}", POOR)
+    if "forces" in state.whys:
+        return Verdict(
+            f"{body.capitalize()} is straight; its tension is not determined: {remedy(scene, state)}", UNKNOWN
+        )
     kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
     near = f"computed to {length(units, state.error)}"
     if state.error is None:
@@ -46,6 +51,13 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     return Verdict(
         f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", grade("error", state.error)
     )
+
+
+def remedy(scene: Scene, state: State) -> str:
+    """Why the forces of a state are not known, and what its model says of them."""
+    own = presenter(state)
+    more = "" if own is None else own.undetermined(scene)
+    return state.whys["forces"] + (f"; {more}" if more else "")
 
 
 def _where(scene: Scene, state: State, units: Units) -> str:
@@ -100,7 +112,7 @@ def write(out: Path, scene: Scene, state: State, again: str) -> None:
     """result.json first, then the files and pictures of the model, and page.json."""
     result = state_result(scene, state)
     verdict = answer(scene, state)
-    atomic_write_json(out / RESULT, {**result, "answer": verdict})
+    atomic_write_json(out / RESULT, explained({**result, "answer": verdict}))
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
     own = presenter(state)
     written = (write_any if own is None else own.write)(out, scene, state, grid)

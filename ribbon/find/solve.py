@@ -24,7 +24,7 @@ from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
-from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, violation
+from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, slack_of, violation
 from ribbon.solvers.threads import alone
 from ribbon.strip import Strip, finite
 from ribbon.thesis import other_models
@@ -37,6 +37,8 @@ INDIFFERENT_WORDS = "; indifferent to at least one mode (eigenvalue zero to roun
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
+#: Slack (l) between held ends below which rounding is the likely reason of a solve that ends early.
+_LEAST_SLACK = 1e-9
 #: Part of the weight that walls may leave over by rounding.
 _CARRIED = 1e-9
 
@@ -494,6 +496,11 @@ def found_at(
     known = status in (Status.CONVERGED, Status.SADDLE)
     why = SPENT if spent() else f"{minimum.solver}: {minimum.message}"
     message = status.value if known else f"{status.value} ({why})"
+    slack = slack_of(problem)
+    if status is Status.NOT_CONVERGED and slack is not None and slack < _LEAST_SLACK:
+        message += (
+            f"; held ends that leave a slack of {slack:.2g} l are lost in rounding: give more slack, or none at all"
+        )
     if known and check is not None and check.eigenvalue == np.inf:
         message += "; what holds the strip leaves these segments no freedom: nothing can be unstable there"
     if known and minimum.solver == "Ipopt" and choose.asked() == "auto":
