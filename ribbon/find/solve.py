@@ -297,7 +297,7 @@ def starting_shapes(
         )
     if not isinstance(curvature, str):
         given = np.array(_values("seed_curvature", curvature)) * problem.strip.length
-        return [(seeds.sampled(tuple(given), s), eta)]
+        return _from_the_walls(problem, seeds.sampled(tuple(given), s), eta)
     if curvature != "natural":
         raise RibbonInputError("seed_curvature", curvature, 'a number, a list of numbers, or "natural"')
     natural = seeds.sampled(problem.strip.curvature, s)
@@ -309,11 +309,18 @@ def starting_shapes(
         return [(omega, eta)]
     if problem.end is None:
         layer = seeds.hanging(problem)
-        return [(natural if layer is None else layer, eta)]
+        return _from_the_walls(problem, natural if layer is None else layer, eta)
     shapes = seeds.guesses(glued)
     if problem.has_natural_curvature:  # which coils, and may end far above what the arcs do
         shapes = [(natural, eta), *shapes]
     return _fitted_in_turn(glued, shapes)
+
+
+def _from_the_walls(problem: Problem, omega: FloatArray, eta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """The shape; before it those that bend aside where it is straight and meets a wall head on."""
+    glued: Any = problem
+    aside = contacts.bent_aside(glued, omega, eta) if problem.walls and problem.end is None else []
+    return [*aside, (omega, eta)]
 
 
 #: Mismatch (l, rad) up to which a fitted shape is a promising one, and most shapes to start from.
