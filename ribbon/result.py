@@ -133,7 +133,9 @@ class Equilibrium:
     many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way;
     penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls;
     minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
-    moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first.
+    moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first;
+    forces_why: why forces and moments are not determined, although the shape is; "" where they are. `start`,
+    `end_support` and `walls` are then None, None and (), and `rows` NaN.
     """
 
     problem: Problem
@@ -160,6 +162,7 @@ class Equilibrium:
     minima: Minima | None = None
     solver: str = "Ipopt"
     moved: float | None = None
+    forces_why: str = ""
 
     @property
     def ok(self) -> bool:
@@ -281,19 +284,21 @@ class Equilibrium:
         return float(np.abs(self.parameters[:, 2]).max() * self.problem.half_width)
 
     @cached_property
-    def start(self) -> Force:
-        """What the support at s = 0 exerts on the ribbon (zero where nothing is held)."""
-        return self.problem.start_force(self.x, self.rows)
+    def start(self) -> Force | None:
+        """What the support at s = 0 exerts on the ribbon (zero where nothing is held); None where it is not determined
+        (`forces_why`), or not finite in a state that is no equilibrium."""
+        return None if self.forces_why else _finite(self.problem.start_force(self.x, self.rows))
 
     @cached_property
     def end_support(self) -> Force | None:
-        """What the clamp at s = l exerts on the ribbon; None for a free or closed end."""
-        return self.problem.end_force(self.x, self.rows)
+        """What the clamp at s = l exerts on the ribbon; None for a free or closed end, and as `start`."""
+        return None if self.forces_why else _finite(self.problem.end_force(self.x, self.rows))
 
     @cached_property
     def walls(self) -> tuple[WallForce, ...]:
-        """What every wall exerts on the ribbon."""
-        return self.problem.wall_forces(self.x, self.rows)
+        """What every wall exerts on the ribbon; () where it is not determined, as `start`."""
+        found = () if self.forces_why else self.problem.wall_forces(self.x, self.rows)
+        return found if all(np.all(np.isfinite(wall.force)) for wall in found) else ()
 
     @property
     def numbers(self) -> dict[str, FloatArray]:
@@ -344,3 +349,10 @@ class Equilibrium:
     def to_pyvista(self, along: int = 400, across: int = 8) -> Any:
         """The surface as `pyvista.PolyData` with S, v, omega, eta (or tau), units of l; ImportError without PyVista."""
         return shown.to_pyvista(self, along, across)
+
+
+def _finite(found: Force | None) -> Force | None:
+    """A force that is a number; None otherwise."""
+    if found is None or not (np.all(np.isfinite(found.force)) and np.all(np.isfinite(found.moment))):
+        return None
+    return found

@@ -61,18 +61,21 @@ class InSI:
         return self.units.length * self.result.end.position
 
     @property
-    def start_force(self) -> FloatArray:
-        """What the support at s = 0 exerts on the ribbon (3,), N."""
-        return self.units.force * self.result.start.force
+    def start_force(self) -> FloatArray | None:
+        """What the support at s = 0 exerts on the ribbon (3,), N; None where it is not determined."""
+        found = self.result.start
+        return None if found is None else self.units.force * found.force
 
     @property
-    def start_moment(self) -> FloatArray:
+    def start_moment(self) -> FloatArray | None:
         """Its moment (3,), N m."""
-        return self.units.energy * self.result.start.moment
+        found = self.result.start
+        return None if found is None else self.units.energy * found.moment
 
     @property
     def end_force(self) -> FloatArray | None:
-        """What the clamp at s = l exerts on the ribbon (3,), N; None for a free or closed end."""
+        """What the clamp at s = l exerts on the ribbon (3,), N; None for a free or closed end, and where it is not
+        determined."""
         found = self.result.end_support
         return None if found is None else self.units.force * found.force
 

@@ -81,13 +81,13 @@ def print_json(options: argparse.Namespace) -> None:
     """With --json what the command has found: `options.result`, or result.json of its folder `options.results`."""
     import json
 
-    from compare.store.store import jsonable
+    from compare.store.finite import explained
 
     if not getattr(options, "json", False):
         return
     found, folder = getattr(options, "result", None), getattr(options, "results", None)
     if found is not None:
-        print(json.dumps(jsonable(found), indent=2, ensure_ascii=False, allow_nan=False))
+        print(json.dumps(explained(found), indent=2, ensure_ascii=False, allow_nan=False))
     elif folder is not None:
         sys.stdout.write((folder / "result.json").read_text(encoding="utf-8"))
 

@@ -246,7 +246,8 @@ class State(Shown):
     of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones first (`status`
     and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was found; why: the
     reason of the chosen formulation; native: the solver's own result, for code about one model; units, width: of the
-    scene (w / l), where `compare.models.solve` has solved it.
+    scene (w / l), where `compare.models.solve` has solved it; whys: why a number of an equilibrium is not known, by its
+    key in result.json ("forces", "moments", "lowest_eigenvalue"), where there it stands as KEY_why.
     """
 
     model: str
@@ -276,6 +277,7 @@ class State(Shown):
     native: Any = field(default=None, repr=False)
     units: Units = field(default_factory=Units)
     width: float = 0.0
+    whys: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:

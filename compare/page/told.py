@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.models.base import State
-from compare.scene.units import Units
+from compare.scene.units import UNKNOWN, Units
 
 FloatArray = NDArray[np.float64]
 
@@ -72,11 +72,13 @@ def energies(
 
 
 def _energies(values: Mapping[str, float | None], units: Units) -> str:
-    known = {name: value for name, value in values.items() if value is not None}
+    known = {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
+    if not known:
+        return UNKNOWN
     plain = ", ".join(f"{name} {value:.6f}" for name, value in known.items())
     largest = max(map(abs, known.values()), default=0.0)
     found = units.reading(largest, "D w / l")
-    if found is None or not known:
+    if found is None:
         return f"{plain} D w / l"
     told = ", ".join(
         f"{name} {0.0 if abs(value) < _ROUNDING * largest else value * found[0]:.4g}" for name, value in known.items()
@@ -85,7 +87,10 @@ def _energies(values: Mapping[str, float | None], units: Units) -> str:
 
 
 def _both(values: FloatArray, unit: str, words: str, units: Units, form: str = ".6g") -> str:
-    """Components (3,) in SI, all with one prefix, and without dimensions in brackets."""
+    """Components (3,) in SI, all with one prefix, and without dimensions in brackets; "not known" where one of them is
+    not finite."""
+    if not np.all(np.isfinite(values)):
+        return UNKNOWN
     plain = f"{vector(values, form)} {words}"
     most = float(np.abs(values).max())
     found = units.reading(most, unit)

@@ -59,7 +59,12 @@ def row_result(finding: Finding) -> dict[str, Any]:
         "reason": finding.cause,
         "estimate": {
             "distance": finding.estimate.distance,
-            "share": finding.estimate.share,
+            "share": None if finding.estimate.why else finding.estimate.share,
+            **(
+                {"share_why": finding.estimate.why, "distance_why": finding.estimate.why}
+                if finding.estimate.why
+                else {}
+            ),
             "parts": finding.estimate.parts,
             "level": finding.estimated_level,
             "scale": finding.estimate.scale,
@@ -110,8 +115,8 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("estimate.level", "estimated level", kind="word", rank=3), lambda f: f.estimated_level),
         (Column("estimate.distance", "estimated distance % l", "l", "percent:2", rank=3),
          lambda f: f.estimate.distance),
-        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4), lambda f: f.estimate.share),
-        (Column("reason", "most of it", kind="word", rank=3), lambda f: f.cause),
+        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4), lambda f: None if f.estimate.why else f.estimate.share),
+        (Column("reason", "most of it", kind="word", rank=3), lambda f: f.cause or None),
         (Column("seconds.shell", "shell s", "s", "seconds:3"), part(of_row("seconds"), "shell")),
     ]  # fmt: skip
 

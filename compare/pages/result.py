@@ -93,6 +93,7 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
         "max_abs_eta_prime_w_half": state.numbers.get("max_abs_eta_prime_w_half"),
         **supports_result(state),
         **errors_result(state),
+        **{f"{key}_why": why for key, why in state.whys.items() if state.is_equilibrium},
         "discretisation_error": state.error,
         "discretisation_error_why": state.error_why,
         "refinements": [asdict(one) for one in state.refinements],

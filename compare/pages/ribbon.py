@@ -18,6 +18,8 @@ from compare.models.base import State
 from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.state import RibbonShape
 from compare.models.ribbon.stretching import stretching
+from compare.models.ribbon.taut import taut
+from compare.models.ribbon.taut import words as taut_words
 from compare.page import force_displacement, told
 from compare.page.drawing import pictured
 from compare.page.page import Picture, Surface
@@ -67,6 +69,10 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         found["auto"] = state.numbers["auto"]
     if e.penetration is not None:
         found["penetration"] = e.penetration
+    if e.forces_why:
+        stretched = taut(scene)
+        found["taut_tension"] = None if stretched is None else stretched.tension
+        found["taut_sag"] = None if stretched is None else stretched.sag
     if e.has_free_twist:
         found |= _finite(scene, state)
     if scene.path:
@@ -217,7 +223,7 @@ def sentences(scene: Scene, state: State) -> list[str]:
     known = f"unknown ({state.error_why})" if state.error is None else f"{state.error:.1e} l"
     said = [
         f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {message(state)}; residual {e.residual:.1e}, "
-        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, "
+        f"lowest eigenvalue {_eigenvalue(state, 3)}, discretisation error {known}, "
         f"{state.seconds.warm * 1e3:.3g} ms."
     ]
     if "auto" in state.numbers:
@@ -240,6 +246,11 @@ def advice(scene: Scene, error: float | None) -> str | None:
     else:
         remedy = "raise model.elements, or give model.tolerance in its place"
     return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
+
+
+def undetermined(scene: Scene) -> str:
+    """What there is to say where the forces of a straight strip are not determined."""
+    return taut_words(scene)
 
 
 def _bent(scene: Scene, state: State, units: Units) -> list[tuple[str, str]]:
@@ -271,8 +282,15 @@ def _limit(state: State) -> str:
 
 def _lowest(state: State) -> str:
     """The lowest eigenvalue with its limit; in words where nothing is free."""
+    return f"{_eigenvalue(state, 4)}{_limit(state)}"
+
+
+def _eigenvalue(state: State, digits: int) -> str:
+    """The lowest eigenvalue; in words where there is none."""
     lowest = state.native.lowest_eigenvalue
-    return "none: no freedom is left" if lowest == np.inf else f"{lowest:.4g}{_limit(state)}"
+    if np.isfinite(lowest):
+        return f"{lowest:.{digits}g}"
+    return "none: no freedom is left" if lowest == np.inf else "not judged"
 
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
@@ -293,6 +311,8 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             ("end" if scene.clamp_end or scene.closure else "free end", told.place(e.end.position, units)),
             *_bent(scene, state, units),
         ]
+        if e.forces_why:
+            found.append(("forces", f"not determined: {e.forces_why}; {taut_words(scene)}"))
         free = () if scene.clamp_start is not None else ("force at s = 0", "moment at s = 0")
         found += [row for row in told.supports(state, units) if row[0] not in free]
         sure = state.errors.get("forces", {}).get("walls", ())

@@ -18,6 +18,7 @@ from compare.pages.result import presenter, spent, state_result
 from compare.pages.written import write_any
 from compare.scene.scene import Scene
 from compare.scene.units import Units
+from compare.store.finite import explained
 from compare.store.store import atomic_write_json
 from compare.studies.checks import of_state
 from compare.studies.inputs import input_uncertainty
@@ -37,6 +38,9 @@ def answer(scene: Scene, state: State, units: Units | None = None, command: str 
         return Verdict.of(command, text, checks)
     if not state.ok:
         return Verdict.of(command, f"No equilibrium was found: {message(state)}", checks)
+    if "forces" in state.whys:
+        text = f"{body.capitalize()} is straight; its tension is not determined: {remedy(scene, state)}"
+        return Verdict.of(command, text, checks)
     kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
     near = f"computed to {length(units, state.error)}"
     if state.error is None:
@@ -46,6 +50,13 @@ def answer(scene: Scene, state: State, units: Units | None = None, command: str 
         near += f"; its inputs leave {length(units, unsure.total)} open"
     text = f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}"
     return Verdict.of(command, text, checks).doubted("elements", *(() if state.stable else ("stability",)))
+
+
+def remedy(scene: Scene, state: State) -> str:
+    """Why the forces of a state are not known, and what its model says of them."""
+    own = presenter(state)
+    more = "" if own is None else own.undetermined(scene)
+    return state.whys["forces"] + (f"; {more}" if more else "")
 
 
 def _where(scene: Scene, state: State, units: Units) -> str:
@@ -100,7 +111,7 @@ def write(out: Path, scene: Scene, state: State, again: str) -> None:
     """result.json first, then the files and pictures of the model, and page.json."""
     result = state_result(scene, state)
     verdict = answer(scene, state)
-    atomic_write_json(out / RESULT, {**result, "answer": verdict})
+    atomic_write_json(out / RESULT, explained({**result, "answer": verdict}))
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
     own = presenter(state)
     written = (write_any if own is None else own.write)(out, scene, state, grid)

@@ -99,8 +99,8 @@ class Finding:
 
     @property
     def cause(self) -> str:
-        """What stretches most."""
-        return max(self.parts, key=lambda name: self.parts[name])
+        """What stretches most; "" where that is not known."""
+        return max(self.parts, key=lambda name: self.parts[name], default="")
 
     @property
     def left_out(self) -> float | None:
@@ -171,10 +171,11 @@ def _estimated(
     say: Reporter | None = None,
 ) -> Finding:
     found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
-    level = thresholds.level(found.distance, found.missing) if ribbon.ok else None
+    level = thresholds.level(found.distance, found.missing) if ribbon.ok and not found.why else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
-        estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance, share=found.share,
+        estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,
+        share=None if found.why else found.share,
         level=level, estimated_level=level, sentence="", maps=None,
     )  # fmt: skip
     return replace(bare, sentence=sentence(bare))
@@ -246,8 +247,8 @@ def _by_cause(
     parts = {
         "clamps": zones["clamps"] * share,
         "shear": shear * shear_away,
-        "in_plane": found.parts["in_plane"],
-        "tension": found.parts["tension"],
+        "in_plane": found.parts.get("in_plane", 0.0),
+        "tension": found.parts.get("tension", 0.0),
     }
     return {"edges": max(share - sum(parts.values()), 0.0), **parts}
 
@@ -261,9 +262,11 @@ def reason(finding: Finding) -> str:
     h = scene.width / finding.width_to_thickness
     whole = sum(finding.parts.values())
     portion = f" ({finding.parts[cause] / whole:.0%} of the stretching)" if whole > 0.0 else ""
-    curvature = float(np.sqrt(np.mean(finding.ribbon.native.omega(np.linspace(0.0, 1.0, 401)) ** 2)))
-    layer = math.sqrt(h / curvature) if curvature > 0.0 else math.inf
     if cause == "edges":
+        curvature = float(np.sqrt(np.mean(finding.ribbon.native.omega(np.linspace(0.0, 1.0, 401)) ** 2)))
+        if not curvature > 0.0:
+            return f"the layers along the free edges{portion}"
+        layer = math.sqrt(h / curvature)
         if finding.estimate.scale < 2.0:
             text = f"that the whole width curves across (sqrt(h / kappa) = {layer:.2g} l, w = {scene.width:g} l)"
         else:
@@ -297,6 +300,8 @@ def sentence(finding: Finding) -> str:
         return f"No verdict for {where}: the ribbon is {finding.ribbon.word}."
     if finding.row is not None and finding.share is None:
         return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
+    if finding.estimate.why and finding.share is None:
+        return f"No verdict for {where}: how far the strip stretches is {finding.estimate.why}; ask shells (without --quick)."
     distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"
     model = "inextensible model" if not finding.estimate.own else finding.words
     by = f"By estimate from the ribbon alone: {model}" if finding.row is None else model[0].upper() + model[1:]

@@ -23,7 +23,8 @@ from compare.page.verdict import Verdict
 from compare.scene.change import value_of
 from compare.scene.units import Units
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_text, case_key, jsonable
+from compare.store.finite import explained
+from compare.store.store import atomic_write_text, case_key
 from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.run import Finished, summary
 
@@ -172,8 +173,8 @@ def cases_json(finished: Finished) -> str:
         }
         for case in finished.cases
     ]
-    top = json.dumps(jsonable(head), indent=2, ensure_ascii=False, allow_nan=False).rstrip().removesuffix("}").rstrip()
-    body = ",\n".join("    " + json.dumps(jsonable(line), ensure_ascii=False, allow_nan=False) for line in lines)
+    top = json.dumps(explained(head), indent=2, ensure_ascii=False, allow_nan=False).rstrip().removesuffix("}").rstrip()
+    body = ",\n".join("    " + json.dumps(explained(line), ensure_ascii=False, allow_nan=False) for line in lines)
     return f'{top},\n  "cases": [\n{body}\n  ]\n}}\n'
 
 

@@ -35,8 +35,42 @@ MOST = 7
 _WARM_ITERATIONS = 150
 #: Nearest (in lengths of the segment) that a point stands to a joint, which is held anyway, or to another point.
 _APART = 1e-4
+#: Part of a wall's normal, of the weight or of an end force along t_y up to which none of them pushes a strip aside, and
+#: amplitudes that are tried of a shape that is bent aside.
+_HEAD_ON = 1e-12
+_BENDS = tuple(0.05 * 1.25**k for k in range(28))
 #: Push (D w / l^2) below which a point is let go.
 _PUSHES = 1e-9
+
+
+def bent_aside(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Shapes to start from in the place of a straight one that meets a wall head on, the least bent that clears the walls
+    first; none for another shape, or where something pushes the strip to a side.
+
+    The straight strip, its loads and its walls are then their own mirror images in the plane across t_y: so is every
+    step of a minimiser, and the strip, which would buckle to either side, is pressed on along itself. Both sides are
+    mirror images of each other and equally right. The shapes: the first mode of a clamped column whose tip slides,
+    ``omega = A (pi / 2) cos(pi s / 2)`` (L. Euler 1744), and arcs ``omega = A``.
+    """
+    if not problem.walls or np.any(omega) or problem.has_natural_curvature:
+        return []
+    x = relax.placed(problem, omega, eta)
+    across = problem.joints(x)[1][0][:, 1]
+    aside = [np.asarray(wall.normal) for wall in problem.walls]
+    if problem.gravity is not None and problem.has_gravity:
+        aside.append(np.asarray(problem.gravity.up))
+    if problem.tip is not None:
+        aside.append(np.asarray(problem.tip) / max(1.0, float(np.abs(problem.tip).max())))
+    if any(abs(float(across @ v)) > _HEAD_ON for v in aside) or relax.misfit(problem, x) <= penetration.TOLERANCE:
+        return []
+    s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    modes = 0.5 * np.pi * np.cos(0.5 * np.pi * s), np.ones_like(s)
+    best = []
+    for mode in modes:
+        tried = [(relax.misfit(problem, relax.placed(problem, a * mode, eta)), a) for a in _BENDS]
+        clear = [a for missed, a in tried if missed <= relax.NEAR]
+        best.append((clear[0] if clear else min(tried)[1]) * mode)
+    return [(shape, eta) for shape in best]
 
 
 def held(

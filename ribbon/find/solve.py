@@ -24,7 +24,7 @@ from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
-from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, violation
+from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, slack_of, violation
 from ribbon.solvers.threads import alone
 from ribbon.strip import Strip, finite
 from ribbon.thesis import other_models
@@ -37,6 +37,8 @@ INDIFFERENT_WORDS = "; indifferent to at least one mode (eigenvalue zero to roun
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
+#: Slack (l) between held ends below which rounding is the likely reason of a solve that ends early.
+_LEAST_SLACK = 1e-9
 #: Part of the weight that walls may leave over by rounding.
 _CARRIED = 1e-9
 
@@ -295,7 +297,7 @@ def starting_shapes(
         )
     if not isinstance(curvature, str):
         given = np.array(_values("seed_curvature", curvature)) * problem.strip.length
-        return [(seeds.sampled(tuple(given), s), eta)]
+        return _from_the_walls(problem, seeds.sampled(tuple(given), s), eta)
     if curvature != "natural":
         raise RibbonInputError("seed_curvature", curvature, 'a number, a list of numbers, or "natural"')
     natural = seeds.sampled(problem.strip.curvature, s)
@@ -307,11 +309,18 @@ def starting_shapes(
         return [(omega, eta)]
     if problem.end is None:
         layer = seeds.hanging(problem)
-        return [(natural if layer is None else layer, eta)]
+        return _from_the_walls(problem, natural if layer is None else layer, eta)
     shapes = seeds.guesses(glued)
     if problem.has_natural_curvature:  # which coils, and may end far above what the arcs do
         shapes = [(natural, eta), *shapes]
     return _fitted_in_turn(glued, shapes)
+
+
+def _from_the_walls(problem: Problem, omega: FloatArray, eta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """The shape; before it those that bend aside where it is straight and meets a wall head on."""
+    glued: Any = problem
+    aside = contacts.bent_aside(glued, omega, eta) if problem.walls and problem.end is None else []
+    return [*aside, (omega, eta)]
 
 
 #: Mismatch (l, rad) up to which a fitted shape is a promising one, and most shapes to start from.
@@ -494,6 +503,11 @@ def found_at(
     known = status in (Status.CONVERGED, Status.SADDLE)
     why = SPENT if spent() else f"{minimum.solver}: {minimum.message}"
     message = status.value if known else f"{status.value} ({why})"
+    slack = slack_of(problem)
+    if status is Status.NOT_CONVERGED and slack is not None and slack < _LEAST_SLACK:
+        message += (
+            f"; held ends that leave a slack of {slack:.2g} l are lost in rounding: give more slack, or none at all"
+        )
     if known and check is not None and check.eigenvalue == np.inf:
         message += "; what holds the strip leaves these segments no freedom: nothing can be unstable there"
     if known and minimum.solver == "Ipopt" and choose.asked() == "auto":

@@ -192,6 +192,14 @@ class Held:
         """Quaternion (4,) held at s = l, or None."""
         return quaternion.from_matrix(self.end.frame) if self.end is not None and self.end.holds_frame else None
 
+    @cached_property
+    def slack(self) -> float | None:
+        """By how much (l) the held ends are nearer to each other than the strip is long; below 0 where they are farther
+        apart; None where no two points are held."""
+        if self.start_position is None or self.end_position is None:
+            return None
+        return 1.0 - float(np.linalg.norm(self.end_position - self.start_position))
+
     @property
     def seam(self) -> FloatArray:
         """Quaternion delta (4,) of the seam: q_p = +- q_0 o delta."""

@@ -14,7 +14,16 @@ import numpy as np
 
 from ribbon.solvers import budget
 from ribbon.solvers.cyipopt_api import wrapper
-from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained, kkt_residual
+from ribbon.solvers.problem import (
+    OF_SLACK,
+    BoundedProblem,
+    ConstrainedProblem,
+    FloatArray,
+    Minimum,
+    is_constrained,
+    kkt_residual,
+    slack_of,
+)
 
 cyipopt = wrapper()
 
@@ -130,6 +139,9 @@ def minimise(
     clock = time.perf_counter()
     nlp = cyipopt.Problem(n=problem.size, m=below.size, problem_obj=callbacks, lb=lower, ub=upper, cl=below, cu=above)
     sparse = SPARSE_OPTIONS if constrained is not None else {}
+    slack = slack_of(problem)
+    if slack is not None:
+        sparse = {**sparse, "constr_viol_tol": OF_SLACK * slack}
     chosen = {**DEFAULT_OPTIONS, **sparse, **(WARM_OPTIONS if warm is not None else {}), **(options or {})}
     for key, value in chosen.items():
         nlp.add_option(key, value)

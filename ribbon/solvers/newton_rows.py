@@ -28,7 +28,7 @@ import numpy as np
 
 from ribbon.solvers import budget
 from ribbon.solvers.frontal import Factor
-from ribbon.solvers.problem import ConstrainedProblem, FloatArray, Minimum, kkt_residual
+from ribbon.solvers.problem import OF_SLACK, ConstrainedProblem, FloatArray, Minimum, kkt_residual, slack_of
 from ribbon.solvers.saddle import Saddle
 
 #: What it knows of Ipopt's options, with its defaults here.
@@ -396,6 +396,8 @@ def minimise(
     else:
         rows, bounds = warm
         at.warm(slacks, rows, bounds)
+    slack = slack_of(problem)
+    missed = np.inf if slack is None else OF_SLACK * slack  # by the rows, at the most
     count, tiny, code = 0, 0, MOST
     while True:
         if not np.all(np.isfinite(at.c)):
@@ -404,7 +406,7 @@ def minimise(
         error = at.error(0.0)
         if progress is not None:
             progress(count, float(problem.value(at.xx)), at.dual)
-        if error <= chosen["tol"]:
+        if error <= chosen["tol"] and np.abs(at.c).max(initial=0.0) <= missed:
             code = SOLVED
             break
         if budget.spent():

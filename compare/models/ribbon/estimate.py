@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
 from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, to_shell
+from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.energies import ENERGIES
@@ -58,7 +59,7 @@ class Estimate:
     "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the strip of finite
     thickness was not found; own: the part of that share which the model has in its own energy; scale: z of the strip's
     edges at the mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's
-    solve not included.
+    solve not included; why: why nothing can be said, "" where it can; there are then no parts.
     """
 
     width_to_thickness: float
@@ -67,6 +68,7 @@ class Estimate:
     scale: float
     seconds: float
     own: float = 0.0
+    why: str = ""
 
     @property
     def missing(self) -> float:
@@ -80,8 +82,8 @@ class Estimate:
 
     @property
     def cause(self) -> str:
-        """The part that is largest."""
-        return max(self.parts, key=lambda name: self.parts[name])
+        """The part that is largest; "" without any."""
+        return max(self.parts, key=lambda name: self.parts[name], default="")
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,8 @@ class LocalState:
 def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
     """The estimate for a scene whose ribbon is `equilibrium`, with rulings."""
     clock = time.perf_counter()
+    if equilibrium.forces_why:
+        return of_a_straight_strip(scene, equilibrium, width_to_thickness)
     h = scene.width / width_to_thickness
     nu = scene.strip.poisson
     section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
@@ -127,6 +131,18 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     mean = float(np.sqrt(np.mean(state.omega**2)))
     return Estimate(width_to_thickness, parts, distance, section.scale * mean**0.5, time.perf_counter() - clock)
+
+
+def of_a_straight_strip(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
+    """The estimate for a strip whose tension is not determined: from one that stretches (`compare.models.ribbon.taut`),
+    whose middle sags from the straight one; where that is not known there is none, and it says why."""
+    clock = time.perf_counter()
+    found = taut(scene, scene.width / width_to_thickness)
+    if found is None:
+        spent = time.perf_counter() - clock
+        return Estimate(width_to_thickness, {}, None, 0.0, spent, why=f"not determined: {equilibrium.forces_why}")
+    parts = {**dict.fromkeys(("edges", "shear", "in_plane", "clamps"), 0.0), "tension": found.share["membrane"]}
+    return Estimate(width_to_thickness, parts, found.sag, 0.0, time.perf_counter() - clock)
 
 
 def in_plane_density(moment: FloatArray, poisson: float, width: float, thickness: float) -> FloatArray:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from compare.models.base import natural_constant
 from compare.models.ribbon.beyond import beside, to_shell
-from compare.models.ribbon.estimate import Estimate, in_plane_density, local_state, tension_density
+from compare.models.ribbon.estimate import Estimate, in_plane_density, local_state, of_a_straight_strip, tension_density
 from compare.models.ribbon.free import FINITE
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
@@ -31,6 +31,8 @@ PLAIN = "extensible"
 def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
     """The estimate for a scene whose strip with a free twist is `equilibrium`."""
     clock = time.perf_counter()
+    if equilibrium.forces_why:
+        return of_a_straight_strip(scene, equilibrium, width_to_thickness)
     e, nu = equilibrium, scene.strip.poisson
     h = scene.width / width_to_thickness
     state = local_state(scene, e)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -99,7 +100,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         shape=RibbonShape(e) if np.all(np.isfinite(e.x)) else None,
         residual=float(e.residual),
         iterations=int(e.iterations),
-        lowest_eigenvalue=None if lowest is None else float(lowest),
+        lowest_eigenvalue=float(lowest) if math.isfinite(lowest) else None,
         supports=_supports(scene, e),
         error=e.tolerance_error,
         seconds=seconds,
@@ -111,7 +112,18 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         start="path" if way is not None else "seed",
         reused=way.resumed if way is not None else False,
         native=e,
+        whys=_whys(e),
     )
+
+
+def _whys(e: Equilibrium) -> dict[str, str]:
+    """Why the shape's forces, or its lowest eigenvalue, are not known."""
+    found = dict.fromkeys(("forces", "moments"), e.forces_why) if e.forces_why else {}
+    if e.lowest_eigenvalue == math.inf:
+        found["lowest_eigenvalue"] = "no freedom is left, so that nothing can be unstable"
+    elif not math.isfinite(e.lowest_eigenvalue):
+        found["lowest_eigenvalue"] = "the state was not judged"
+    return found
 
 
 def _parts(e: Equilibrium) -> dict[str, float]:
@@ -174,5 +186,5 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
             }
             for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True))
         )
-    start = Force(e.start.force, e.start.moment)
+    start = None if e.start is None else Force(e.start.force, e.start.moment)
     return Supports(start, None if end is None else Force(end.force, end.moment), walls)
