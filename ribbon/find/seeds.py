@@ -37,6 +37,8 @@ _PULLED_OUT = 2.0
 _IN_PLANE = 0.5
 #: Distance (l) of held ends below which they are at one place.
 _MEETS = 1e-12
+#: Mismatch (l, rad) up to which a given shape is near its end's place, and the part of it that a fit has to leave less of.
+_NEAR, _NEARER = 0.02, 0.5
 #: Largest |eta'| w / 2 of a seed beside a clamp that holds the ruling straight.
 _STEEP = 0.5
 
@@ -218,6 +220,28 @@ def fitted(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[F
     missing = float(np.abs(end_mismatch(small, x)).max(initial=0.0))
     there, turned = small.joint_values(x)
     return np.interp(s, coarse, there), np.interp(s, coarse, turned), missing
+
+
+def brought(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """omega, eta (p + 1,) of a given shape with the change of `fitted` added, where that brings its end to its place.
+
+    A minimiser that begins far off satisfies the rows first, by steps as long as the ribbon, and forgets on which side
+    of the clamps the shape was. What a seed says of a state is its bend: the nearest shape between the clamps keeps it,
+    and all detail of the shape that was given. Where the end is near, or the fit brings it no nearer, the shape itself.
+    """
+    away = float(np.abs(end_mismatch(problem, problem.state(omega, eta))).max(initial=0.0))
+    if away <= _NEAR:
+        return omega, eta
+    s, coarse = joints(problem.lengths), np.linspace(0.0, 1.0, _PIECES + 1)
+    there, turned, missing = fitted(problem, omega, eta)
+    best, least = (there, turned), missing
+    more = there - np.interp(s, coarse, np.interp(coarse, s, omega))
+    twist = turned - np.interp(s, coarse, np.interp(coarse, s, eta))
+    detailed = omega + more, held_straight(problem, eta + twist)
+    left = float(np.abs(end_mismatch(problem, problem.state(*detailed))).max(initial=0.0))
+    if left <= max(2.0 * least, _NEAR):
+        best, least = detailed, left
+    return best if least <= _NEARER * away else (omega, eta)
 
 
 def guesses(problem: MixedProblem) -> list[tuple[FloatArray, FloatArray]]:
