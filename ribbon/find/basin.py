@@ -1,15 +1,15 @@
 """Whether a state is the one that its seed means: a ribbon between two clamps may rest on either side of them.
 
-A given seed says which of several states is meant by the side to which it bends. Its rival is the shape with omega and
-eta changed in sign, both brought between the clamps (`ribbon.find.seeds.brought`); a state belongs to the nearer one, in
-the metric of bending and twist::
+A given seed says by the side to which it bends which of several states is meant. Its rival is the shape with omega and
+eta changed in sign, both brought between the clamps (`ribbon.find.seeds.brought`); a state belongs to the nearer one,
+in the metric of bending and twist::
 
     d(u, v)^2 = int (omega_u - omega_v)^2 + (tau_u - tau_v)^2 ds ,    tau = eta omega
 
-A minimiser's long steps may change the side although the seed's own side has a state. Where that is seen the way is gone
-again by short steps (`ribbon.solvers.newton_rows`, "reach"): a Levenberg-Marquardt path, which in the limit of short
-steps is the steepest descent along the rows, and ends in the basin that it begins in (Nocedal and Wright 2006, 4.1 and
-10.3). What it leads to is the answer, and `Equilibrium.branch` says what that is.
+A minimiser's long steps may change the side although the seed's own side has a state. Where that is seen the way is
+gone again by short steps (`ribbon.solvers.newton_rows`, "reach"): a Levenberg-Marquardt path, which in the limit of
+short steps is the steepest descent along the rows, and ends in the basin that it begins in (Nocedal and Wright 2006,
+4.1 and 10.3). What it leads to is the answer, and `Equilibrium.branch` says what that is.
 """
 
 from __future__ import annotations
@@ -29,8 +29,10 @@ from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import FloatArray, Minimum
 
 #: How much nearer the rival has to be, over the distance of both seeds; distance to the seed (over its size) within
-#: which no rival is looked for; size of the given shape, over that between the clamps, below which it means no side.
-_NEARER, _OWN, _MEANT = 0.25, 0.3, 0.3
+#: which no rival is looked for.
+_NEARER, _OWN = 0.25, 0.3
+#: Size of the given shape, over that between the clamps and alone, below which it means no side.
+_MEANT, _STRAIGHT = 0.3, 0.1
 #: Reach, barrier and steps between looks at the side of the way that is gone again, and its steps at the most.
 _WAY: dict[str, Any] = {"reach": 0.3, "mu_init": 1e-5, "max_iter": 20}
 _STEPS = 300
@@ -55,7 +57,7 @@ class Sides:
         self.own = self._strains(brought)
         self.size = self._norm(self.own)
         #: Whether the seed says which side is meant: it is not nearly straight, or all bent by the clamps.
-        self.meant = self._norm(self._strains(given)) >= _MEANT * self.size
+        self.meant = self._norm(self._strains(given)) >= max(_MEANT * self.size, _STRAIGHT)
         self._rival: FloatArray | None = None
 
     def other(self, problem: Problem, x: FloatArray) -> bool:

@@ -84,7 +84,8 @@ def lowest(
     """The lowest state of those that are reached from `found`, with what was seen in its `minima`.
 
     others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near; sides: of
-    the seed that was given, where it means one: what lies on the other is no rival. A ribbon that is held at one end, and a state without flips where there are no further starts, cost nothing.
+    the seed that was given, where it means one: what lies on the other is no rival. A ribbon that is held at one end,
+    and a state without flips where there are no further starts, cost nothing.
     """
     if not found.ok or not has_several(found.problem):
         return found

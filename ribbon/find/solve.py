@@ -132,7 +132,9 @@ def _searched(
     def relaxed(near: Problem, x: FloatArray) -> Equilibrium:
         return _from_near(near, x, **asked)
 
-    sides = None if isinstance(curvature, str) else basin.sides(problem, _given(problem, curvature, ruling), (omega, eta))
+    sides = (
+        None if isinstance(curvature, str) else basin.sides(problem, _given(problem, curvature, ruling), (omega, eta))
+    )
     if sides is not None:
         best = basin.held(best, sides, relaxed)
     return minima.lowest(best, shapes, relaxed, sides)

@@ -31,9 +31,9 @@ from ribbon.solvers.frontal import Factor
 from ribbon.solvers.problem import ConstrainedProblem, FloatArray, Minimum, kkt_residual
 from ribbon.solvers.saddle import Saddle
 
-#: What it knows of Ipopt's options, with its defaults here; and "reach", of its own: how far an unknown may go in a step,
-#: over 1 + its size. Longer steps are shortened by raising delta (Levenberg and Marquardt), which turns them towards
-#: steepest descent along the rows, so that the iteration stays in the basin it begins in. None: as far as they lead.
+#: What it knows of Ipopt's options, with its defaults here; and "reach", of its own: how far an unknown may go in a
+#: step, over 1 + its size. Longer steps are shortened by raising delta (Levenberg and Marquardt), which turns them
+#: towards steepest descent along the rows: the iteration stays in the basin it begins in. None: as far as they lead.
 OPTIONS: dict[str, Any] = {"tol": 1e-10, "max_iter": 1000, "mu_init": 1e-4, "reach": None}
 #: Ipopt's codes for how it ended.
 SOLVED, SMALL, MOST, STOPPED, NO_STEP, NOT_FINITE = 0, 3, -1, 5, -2, -13
