@@ -41,6 +41,14 @@ class Status(Enum):
         return self.name.lower()
 
 
+class Branch(Enum):
+    """How a state between two clamps stands to the seed that was given (`ribbon.find.basin`)."""
+
+    OWN = "on the side of its seed"
+    SLID = "on the other side than its seed: the energy falls all the way from there, the seed's side holds no state"
+    LEFT = "on the other side than its seed, and whether the seed's side has a state is open"
+
+
 @dataclass(frozen=True)
 class Energy:
     """Energies in units of D w / l; `elastic` leaves out the constant of the natural curvature, 1/2 int K^2 ds."""
@@ -135,7 +143,9 @@ class Equilibrium:
     minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
     moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first;
     forces_why: why forces and moments are not determined, although the shape is; "" where they are. `start`,
-    `end_support` and `walls` are then None, None and (), and `rows` NaN.
+    `end_support` and `walls` are then None, None and (), and `rows` NaN;
+    branch: of a ribbon between two clamps with a given seed, whether it is the state that the seed means; None: no seed
+    was given, or it means no side.
     """
 
     problem: Problem
@@ -163,6 +173,7 @@ class Equilibrium:
     solver: str = "Ipopt"
     moved: float | None = None
     forces_why: str = ""
+    branch: Branch | None = None
 
     @property
     def ok(self) -> bool:

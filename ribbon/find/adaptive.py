@@ -85,6 +85,7 @@ def _to_tolerance(
         loose = build(*arguments, segments=found.problem.lengths, **{**asked, "closure": closure})
         slid = switch(loose, found)
         found = replace(slid, tolerance_error=found.tolerance_error, refinements=found.refinements)
+    found = replace(found, branch=first.branch)
     if first.minima is not None and found.status in _GOOD:
         found = replace(found, minima=first.minima, message=f"{found.message}; {first.minima}")
     return found

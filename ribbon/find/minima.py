@@ -8,21 +8,23 @@ segments shorter than the layer; on given ones the lowest stands for all. Changi
 beside a flip moves it by a segment and leaves the twist as it is: such steps are relaxed until none goes down.
 
 What the ribbon itself has (a strip that hangs, or arches) are other states: the built-in starts are all solved, and the
-lowest is kept. A seed that was given decides, unless flips make its answer one of rounding's: then the state with the
-signs of omega and eta changed everywhere, which has the same twist, is its rival.
+lowest is kept. A seed that was given decides which side is meant (`ribbon.find.basin`); only where it means none, flips
+make its answer one of rounding's: then the state with the signs of omega and eta changed everywhere, which has the same
+twist, is its rival.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ribbon.find import relax
+from ribbon.find.basin import Relaxed, Sides, has_several
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
-from ribbon.result import Equilibrium, Minima
+from ribbon.result import Branch, Equilibrium, Minima
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import FloatArray
 
@@ -40,8 +42,6 @@ _STEEP = 0.95
 
 #: Barrier and iterations of a start beside the first.
 _BESIDE = {"mu_init": 1e-3, "max_iter": 250}
-
-Relaxed = Callable[[Problem, FloatArray], Equilibrium]
 
 
 @dataclass
@@ -69,11 +69,6 @@ def lower(one: float, other: float) -> bool:
     return one < other - SAME_ENERGY * max(1.0, abs(other))
 
 
-def has_several(problem: Problem) -> bool:
-    """Whether a ribbon may rest in several ways for its clamps alone: both ends held, in the glued model."""
-    return problem.end is not None and problem.formulation == "mixed"
-
-
 def flips(problem: Problem, x: FloatArray) -> list[int]:
     """Segments in which omega and eta change sign together, eta by more than FLIP."""
     if problem.fields.free:
@@ -83,11 +78,14 @@ def flips(problem: Problem, x: FloatArray) -> list[int]:
     return [int(i) for i in np.nonzero(turned)[0]]
 
 
-def lowest(found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed) -> Equilibrium:
+def lowest(
+    found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed, sides: Sides | None = None
+) -> Equilibrium:
     """The lowest state of those that are reached from `found`, with what was seen in its `minima`.
 
-    others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near. A ribbon
-    that is held at one end, and a state without flips where there are no further starts, cost nothing.
+    others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near; sides: of
+    the seed that was given, where it means one: what lies on the other is no rival. A ribbon that is held at one end,
+    and a state without flips where there are no further starts, cost nothing.
     """
     if not found.ok or not has_several(found.problem):
         return found
@@ -118,16 +116,17 @@ def lowest(found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], 
     if x is None:
         return found
     y = _moved_down(few, x, seen)
-    omega, eta = few.joint_values(y)
-    seen.tries += 1
-    rival = relax.from_near(few, few.state(-omega, -eta))
-    if rival.residual <= relax.RESIDUAL_TOLERANCE:
-        z = _moved_down(few, rival.x, seen)
-        y = z if lower(few.value(z), few.value(y)) else y
+    if sides is None:
+        omega, eta = few.joint_values(y)
+        seen.tries += 1
+        rival = relax.from_near(few, few.state(-omega, -eta))
+        if rival.residual <= relax.RESIDUAL_TOLERANCE:
+            z = _moved_down(few, rival.x, seen)
+            y = z if lower(few.value(z), few.value(y)) else y
     if few is not problem or lower(few.value(y), few.value(x)):
         better = relaxed(problem, y if few is problem else relax.transferred(few, y, problem))
-        if better.ok:
-            found, x = replace(better, iterations=found.iterations + better.iterations), y
+        if better.ok and not (sides is not None and sides.other(problem, better.x) and found.branch is Branch.OWN):
+            found, x = replace(better, iterations=found.iterations + better.iterations, branch=found.branch), y
     return _told(found, seen, few, x, True)
 
 

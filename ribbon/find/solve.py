@@ -14,7 +14,7 @@ from ribbon import penetration
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, climb, contacts, minima, nested, relax, seeds, stability, stretched
+from ribbon.find import band, basin, climb, contacts, minima, nested, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems import formulation
@@ -130,7 +130,16 @@ def _searched(
         if found.ok or spent():
             break
     assert best is not None
-    return minima.lowest(best, shapes, lambda near, x: _from_near(near, x, **asked))
+
+    def relaxed(near: Problem, x: FloatArray) -> Equilibrium:
+        return _from_near(near, x, **asked)
+
+    sides = (
+        None if isinstance(curvature, str) else basin.sides(problem, _given(problem, curvature, ruling), (omega, eta))
+    )
+    if sides is not None:
+        best = basin.held(best, sides, relaxed)
+    return minima.lowest(best, shapes, relaxed, sides)
 
 
 def _climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:
@@ -142,7 +151,7 @@ def _climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:
         return None
     found = found_at(problem, minimum)
     told = "" if few.minima is None or len(few.minima.energies) < 2 else f"; {few.minima}"
-    return replace(found, minima=few.minima, message=found.message + told)
+    return replace(found, minima=few.minima, branch=few.branch, message=found.message + told)
 
 
 def _rank(found: Equilibrium) -> tuple[int, float]:
@@ -296,8 +305,10 @@ def starting_shapes(
             "seed_ruling", ruling, "rulings of the starting shape cross inside the strip: keep |eta'| below 2 / width"
         )
     if not isinstance(curvature, str):
-        given = np.array(_values("seed_curvature", curvature)) * problem.strip.length
-        return _from_the_walls(problem, seeds.sampled(tuple(given), s), eta)
+        given = _given(problem, curvature, ruling)
+        held: Any = problem
+        free = problem.end is None or bool(problem.walls)  # a fit knows no walls
+        return _from_the_walls(problem, *given) if free else [seeds.brought(held, *given)]
     if curvature != "natural":
         raise RibbonInputError("seed_curvature", curvature, 'a number, a list of numbers, or "natural"')
     natural = seeds.sampled(problem.strip.curvature, s)
@@ -321,6 +332,13 @@ def _from_the_walls(problem: Problem, omega: FloatArray, eta: FloatArray) -> lis
     glued: Any = problem
     aside = contacts.bent_aside(glued, omega, eta) if problem.walls and problem.end is None else []
     return [*aside, (omega, eta)]
+
+
+def _given(problem: Problem, curvature: Values, ruling: Values) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (p + 1,) of a seed as it was given."""
+    s = seeds.joints(problem.lengths)
+    omega = seeds.sampled(tuple(np.array(_values("seed_curvature", curvature)) * problem.strip.length), s)
+    return omega, seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
 
 
 #: Mismatch (l, rad) up to which a fitted shape is a promising one, and most shapes to start from.
