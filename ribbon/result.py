@@ -317,8 +317,9 @@ class Equilibrium:
         "moments.start" and "moments.end" (3,) and "energy.elastic", "energy.gravity", "energy.tip", "energy.plates",
         "energy.total" in D w / l, "lowest_eigenvalue", "max_abs_eta", "max_abs_eta_prime_w_half"; of a free twist
         "max_abs_tau" (1/l) for those. Their changes between segments are their errors."""
-        energies = {name: getattr(self.energy, name) for name in ("elastic", "gravity", "tip", "plates", "total")}
-        found: dict[str, Any] = {f"energy.{name}": value for name, value in energies.items()}
+        absent = {"tip": self.problem.tip is None, "plates": all(wall.stiffness is None for wall in self.problem.walls)}
+        told = [name for name in ("elastic", "gravity", "tip", "plates", "total") if not absent.get(name)]
+        found: dict[str, Any] = {f"energy.{name}": getattr(self.energy, name) for name in told}
         for name, held in (("start", self.start), ("end", self.end_support)):
             if held is not None:
                 found |= {f"forces.{name}": held.force, f"moments.{name}": held.moment}

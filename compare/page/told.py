@@ -60,9 +60,7 @@ def place(values: FloatArray, units: Units) -> str:
     return _both(values, "l", "l", units, ".6f")
 
 
-def energies(
-    values: Mapping[str, float | None], units: Units, errors: Mapping[str, float | None] | None = None
-) -> str:
+def energies(values: Mapping[str, float | None], units: Units, errors: Mapping[str, float | None] | None = None) -> str:
     """Parts of an energy given in D w / l by name: in mJ or another, the dimensionless ones in brackets; behind them
     the largest of their errors (`State.errors`), which not all parts have. None: not told."""
     known = [value for name, value in (errors or {}).items() if name in values]
