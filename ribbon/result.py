@@ -188,8 +188,8 @@ class Equilibrium:
         return self.problem.fields.free
 
     def continued(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """r (k, 3) in l, frames (k, 3, 3), omega (k,) in 1/l, eta (k,) or the free twist in 1/l, at any abscissae s (k,)
-        in l: beyond an open end the strip goes on with the end's own curvature and ruling, of a band with what lies
+        """r (k, 3) in l, frames (k, 3, 3), omega (k,) in 1/l, eta (k,) or the free twist in 1/l, at any s (k,) in l:
+        beyond an open end the strip goes on with the end's own curvature and ruling, of a band with what lies
         behind its seam. Feet of rulings (`rulings`) lie there."""
         at = np.atleast_1d(np.asarray(s, dtype=float))
         points, frames = self.joints
@@ -309,8 +309,8 @@ class Equilibrium:
 
     @property
     def si(self) -> InSI:
-        """The result in m, N, N m, J, asked at abscissae in m; `RibbonInputError` where the strip does not know its stiffness, as one
-        `Strip.from_material` does."""
+        """The result in m, N, N m, J, asked at abscissae in m; `RibbonInputError` where the strip does not know its
+        stiffness, as one of `Strip.from_material` does."""
         return InSI(self, StripUnits.of(self.problem.strip))
 
     def __repr__(self) -> str:

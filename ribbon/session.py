@@ -151,10 +151,10 @@ class Session:
     ) -> Move:
         """Takes what is given from where it is to its new value, all at once, and the ribbon with it.
 
-        clamp, end: at s = 0 and s = l, places in the strip's unit of length; places move on straight lines, frames by the shortest turn (at most half a
-        turn a move). gamma, natural_curvature (per the strip's unit of length): of the strip, tip: the force at s = l in
-        D w / l^2, linearly. steps: "auto", or a
-        number of equal ones. on_step: called with (`StepRecord`, `Equilibrium`) after every accepted step.
+        clamp, end: at s = 0 and s = l, places in the strip's unit of length; these move on straight lines, frames by
+        the shortest turn (at most half a turn a move). gamma, natural_curvature (per the strip's unit of length): of
+        the strip, tip: the force at s = l in D w / l^2, linearly. steps: "auto", or a number of equal ones. on_step:
+        called with (`StepRecord`, `Equilibrium`) after every accepted step.
 
         A move that cannot be gone to its end leaves the session at the last equilibrium on the way.
         Raises `RibbonInputError` on bad input.

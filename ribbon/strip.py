@@ -35,7 +35,7 @@ def finite(key: str, value: object) -> float:
 
 
 def abscissae(s: ArrayLike, end: float = 1.0, unit: str = "l") -> NDArray[np.float64]:
-    """`s`, of any shape, as abscissae in [0, end]; `RibbonInputError` for one beyond the ends and for what is no number.
+    """`s`, of any shape, as numbers in [0, end]; `RibbonInputError` for one beyond the ends and for what is no number.
 
     unit: of s and `end`, for the message.
     """
@@ -162,9 +162,7 @@ class Strip:
             raise RibbonInputError("poisson", poisson, "Poisson's ratio lies in (-1, 0.5]")
         material = Material(young, density, finite("acceleration", acceleration))
         gamma = material.gamma(finite("length", length), thickness, nu)
-        return cls(
-            length, width, nu, natural_curvature, gamma, thickness, material.stiffness(thickness, nu), material
-        )
+        return cls(length, width, nu, natural_curvature, gamma, thickness, material.stiffness(thickness, nu), material)
 
     @property
     def relative_width(self) -> float:

@@ -22,8 +22,8 @@ from ribbon.result import Equilibrium
 from ribbon.sensitivity import parameters
 from ribbon.sensitivity.parameters import Load
 from ribbon.sensitivity.system import Point, System, point
-from ribbon.strip import abscissae
 from ribbon.solvers.threads import alone
+from ribbon.strip import abscissae
 
 FloatArray = NDArray[np.float64]
 #: Name of a parameter -> derivative, its shape that of the output followed by that of the parameter.
@@ -37,7 +37,9 @@ class Gradients:
     Every method answers with a dictionary from a parameter's name to an array, the output's axes first, then the
     parameter's (`ribbon.sensitivity.parameters.NAMES`, where their units are, and what is held). Outputs: lengths in l,
     curvatures in 1/l, energy in D w / l, forces in D w / l^2, moments in D w / l, turns as rotation vectors about the
-    fixed axes in rad; abscissae in l, `RibbonInputError` for one that is not in [0, 1]. Where rigid motions are free, positions and turns are those of the ribbon's own gauge: only what does not
+    fixed axes in rad; abscissae in l, `RibbonInputError` for one that is not in [0, 1].
+
+    Where rigid motions are free, positions and turns are those of the ribbon's own gauge: only what does not
     change with the motion means something.
 
     condition: estimated condition of the scaled tangent; unknowns (n, k) and multipliers (m, k): all of the response,

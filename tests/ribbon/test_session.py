@@ -34,7 +34,7 @@ def turned(clamp, spin, shift):
 
 
 def test_stiffness_is_that_of_moved_clamps(session):
-    """Six central differences of sessions that moved, by places in the strip's unit; its skew part is half the moment."""
+    """Six central differences of sessions that moved, in the strip's unit; its skew part is half the moment."""
     stiffness = session.stiffness
     end = session.state.problem.end
     h = 1e-4
