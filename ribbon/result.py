@@ -117,7 +117,8 @@ class Minima:
 class Equilibrium:
     """A ribbon at rest, or where the minimiser stopped; all in l and D w, abscissae too (`ribbon.strip`; SI: `si`).
 
-    An abscissa that is not in [0, 1] raises `RibbonInputError`; `continued` goes on beyond the ends.
+    An abscissa that is not in [0, 1] raises `RibbonInputError`; `continued` goes on beyond the ends. A closed band has
+    none: it goes on behind its seam.
 
     Attributes
     ----------
@@ -199,7 +200,15 @@ class Equilibrium:
         )  # fmt: skip
 
     def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        return self.continued(abscissae(s))
+        return self.continued(self._on(s))
+
+    def _on(self, s: ArrayLike) -> FloatArray:
+        """Abscissae in [0, 1]; of a band, which has no ends, any number."""
+        if self.seam == 0:
+            return abscissae(s)
+        at = np.asarray(s, dtype=float)
+        abscissae(at - np.floor(at))
+        return at
 
     def rulings(self, material: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet s (N,) of the rulings through the particles (S, v) of `material` (N, 2), units of l; with the positions
@@ -247,13 +256,13 @@ class Equilibrium:
 
     def in_plane(self, s: ArrayLike) -> FloatArray:
         """In-plane curvature kappa_2 (k,) in 1/l at abscissae s (k,) in l, [0, 1]; 0 where the energy has none."""
-        at = np.atleast_1d(abscissae(s))
+        at, sign = _surface.behind_seam(np.atleast_1d(self._on(s)), self.seam)
         q = self.parameters
         if q.shape[1] == 4:
             return np.zeros(at.size)
         joints = np.concatenate([[0.0], np.cumsum(self.problem.lengths)])
         i = np.clip(np.searchsorted(joints, at, side="right") - 1, 0, len(q) - 1)
-        return np.asarray(q[i, 4] * (at - joints[i]) + q[i, 5])
+        return np.asarray(sign * (q[i, 4] * (at - joints[i]) + q[i, 5]))
 
     def pose(self, s: float) -> Pose:
         """Position (l) and frame at one abscissa s in l, [0, 1]."""

@@ -41,7 +41,7 @@ class StripUnits:
 class InSI:
     """A result in m, N, N m and J; the numbers of `Equilibrium` under the same names, asked at abscissae in m.
 
-    `RibbonInputError` for an abscissa that is not in [0, length].
+    `RibbonInputError` for an abscissa that is not in [0, length] (a closed band goes on behind its seam).
     """
 
     result: Equilibrium
@@ -55,7 +55,8 @@ class InSI:
         return {name: self.units.energy * getattr(found, name) for name in names}
 
     def _at(self, s: ArrayLike) -> FloatArray:
-        return abscissae(s, self.units.length, "m") / self.units.length
+        at = np.asarray(s, dtype=float) if self.result.seam else abscissae(s, self.units.length, "m")
+        return at / self.units.length
 
     def position(self, s: ArrayLike) -> FloatArray:
         """r (k, 3) in m at abscissae s (k,) in m from the start."""

@@ -68,12 +68,21 @@ def test_in_si_abscissae_are_in_metres(hanging, name):
         assert failed.value.key == "s"
 
 
-def test_a_band_has_no_more_than_one_length():
-    band = solve(Strip(1.0, 0.05), closure=Closure("circle"), segments=6)
+def test_a_band_has_no_ends():
+    band = solve(Strip(2.0, 0.1, bending_stiffness=1.0), closure=Closure("circle"), segments=6)
+    np.testing.assert_allclose(band.position(1.2), band.position(0.2), atol=1e-12)
+    np.testing.assert_allclose(band.si.position(2.4), band.si.position(0.4), atol=1e-12)
+    np.testing.assert_allclose(band.in_plane([1.2, -0.3]), band.in_plane([0.2, 0.7]), atol=1e-12)
     with pytest.raises(RibbonInputError):
-        band.position(1.2)
-    # what lies behind its seam is asked for by name
-    np.testing.assert_allclose(band.continued(1.2)[0], band.position(0.2), atol=1e-12)
+        band.position([0.5, np.nan])
+
+
+def test_an_open_strip_goes_on_where_that_is_asked_for(hanging):
+    """With the end's own curvature: an arc of it, whose turn is curvature times length."""
+    _, frames, omega, _ = hanging.continued([1.0, 1.02])
+    assert omega[1] == omega[0]
+    turn = np.arccos(np.clip((np.trace(frames[0].T @ frames[1]) - 1.0) / 2.0, -1.0, 1.0))
+    assert turn == pytest.approx(0.02 * abs(omega[0]), abs=1e-7)
 
 
 # -- derivatives ------------------------------------------------------------------------------------------------------
