@@ -15,6 +15,7 @@ from ribbon import sections, shown
 from ribbon import surface as _surface
 from ribbon.forces import Force, WallForce
 from ribbon.problems.protocol import Problem
+from ribbon.strip import abscissae
 from ribbon.surface import Surface
 from ribbon.units import InSI, StripUnits
 
@@ -125,7 +126,10 @@ class Minima:
 
 @dataclass(frozen=True, repr=False)
 class Equilibrium:
-    """A ribbon at rest, or where the minimiser stopped; lengths in l, energies in D w / l (l, D of the strip).
+    """A ribbon at rest, or where the minimiser stopped; all in l and D w, abscissae too (`ribbon.strip`; SI: `si`).
+
+    An abscissa that is not in [0, 1] raises `RibbonInputError`; `continued` goes on beyond the ends. A closed band has
+    none: it goes on behind its seam.
 
     Attributes
     ----------
@@ -201,13 +205,27 @@ class Equilibrium:
         """Whether the energy's twist is free of the curvature; there are then no rulings."""
         return self.problem.fields.free
 
-    def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        abscissae = np.atleast_1d(np.asarray(s, dtype=float))
+    def continued(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """r (k, 3) in l, frames (k, 3, 3), omega (k,) in 1/l, eta (k,) or the free twist in 1/l, at any s (k,) in l:
+        beyond an open end the strip goes on with the end's own curvature and ruling, of a band with what lies
+        behind its seam. Feet of rulings (`rulings`) lie there."""
+        at = np.atleast_1d(np.asarray(s, dtype=float))
         points, frames = self.joints
         return _surface.centreline(
-            self.parameters, self.problem.lengths, points, frames, abscissae, self.problem.exponent_limit, self.seam,
+            self.parameters, self.problem.lengths, points, frames, at, self.problem.exponent_limit, self.seam,
             self.has_free_twist,
         )  # fmt: skip
+
+    def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        return self.continued(self._on(s))
+
+    def _on(self, s: ArrayLike) -> FloatArray:
+        """Abscissae in [0, 1]; of a band, which has no ends, any number."""
+        if self.seam == 0:
+            return abscissae(s)
+        at = np.asarray(s, dtype=float)
+        abscissae(at - np.floor(at))
+        return at
 
     def rulings(self, material: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet s (N,) of the rulings through the particles (S, v) of `material` (N, 2), units of l; with the positions
@@ -217,54 +235,54 @@ class Equilibrium:
         (`ribbon.sections`)."""
         if self.has_free_twist:
             foot = np.array(material[:, 0], dtype=float)
-            r, frame, _, _ = self._along(foot)
+            r, frame, _, _ = self.continued(foot)
             return foot, r + np.einsum("kij,kj->ki", frame, sections.placed(self, material)[0]), frame
         foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
-        r, frame, _, eta = self._along(foot)
+        r, frame, _, eta = self.continued(foot)
         return foot, r + material[:, 1:] * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2]), frame
 
     def normals(self, material: FloatArray) -> FloatArray:
         """Unit normals (N, 3) of the surface at the particles (S, v) of `material` (N, 2), on the side of t_y."""
         if self.has_free_twist:
-            frame = self._along(material[:, 0])[1]
+            frame = self.continued(material[:, 0])[1]
             return np.asarray(np.einsum("kij,kj->ki", frame, sections.placed(self, material)[1]))
         return np.asarray(self.rulings(material)[2][:, :, 1])
 
     def position(self, s: ArrayLike) -> FloatArray:
-        """r (k, 3) at abscissae s (k,) in [0, 1], units of l."""
+        """r (k, 3) in l at abscissae s (k,) in l, [0, 1]."""
         return self._along(s)[0]
 
     def frame(self, s: ArrayLike) -> FloatArray:
-        """Material frames (k, 3, 3), columns t_x t_y t_z, at abscissae s (k,)."""
+        """Material frames (k, 3, 3), columns t_x t_y t_z, at abscissae s (k,) in l, [0, 1]."""
         return self._along(s)[1]
 
     def omega(self, s: ArrayLike) -> FloatArray:
-        """Normal curvature (k,) in 1/l at abscissae s (k,)."""
+        """Normal curvature (k,) in 1/l at abscissae s (k,) in l, [0, 1]."""
         return self._along(s)[2]
 
     def eta(self, s: ArrayLike) -> FloatArray:
-        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,); 0 where the twist is free: sections are then
-        square to the centreline."""
+        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,) in l, [0, 1]; 0 where the twist is free: sections
+        are then square to the centreline."""
         found = self._along(s)[3]
         return np.zeros_like(found) if self.has_free_twist else found
 
     def tau(self, s: ArrayLike) -> FloatArray:
-        """Twist kappa_3 (k,) in 1/l at abscissae s (k,)."""
+        """Twist kappa_3 (k,) in 1/l at abscissae s (k,) in l, [0, 1]."""
         _, _, omega, eta = self._along(s)
         return eta if self.has_free_twist else eta * omega
 
     def in_plane(self, s: ArrayLike) -> FloatArray:
-        """In-plane curvature kappa_2 (k,) in 1/l at abscissae s (k,); 0 where the energy has none."""
-        abscissae = np.atleast_1d(np.asarray(s, dtype=float))
+        """In-plane curvature kappa_2 (k,) in 1/l at abscissae s (k,) in l, [0, 1]; 0 where the energy has none."""
+        at, sign = _surface.behind_seam(np.atleast_1d(self._on(s)), self.seam)
         q = self.parameters
         if q.shape[1] == 4:
-            return np.zeros(abscissae.size)
+            return np.zeros(at.size)
         joints = np.concatenate([[0.0], np.cumsum(self.problem.lengths)])
-        i = np.clip(np.searchsorted(joints, abscissae, side="right") - 1, 0, len(q) - 1)
-        return np.asarray(q[i, 4] * (abscissae - joints[i]) + q[i, 5])
+        i = np.clip(np.searchsorted(joints, at, side="right") - 1, 0, len(q) - 1)
+        return np.asarray(sign * (q[i, 4] * (at - joints[i]) + q[i, 5]))
 
     def pose(self, s: float) -> Pose:
-        """Position and frame at one abscissa."""
+        """Position (l) and frame at one abscissa s in l, [0, 1]."""
         r, frame, _, _ = self._along([s])
         return Pose(r[0], frame[0])
 
@@ -339,8 +357,8 @@ class Equilibrium:
 
     @property
     def si(self) -> InSI:
-        """The result in m, N, N m, J; `RibbonInputError` where the strip does not know its stiffness, as one
-        `Strip.from_material` does."""
+        """The result in m, N, N m, J, asked at abscissae in m; `RibbonInputError` where the strip does not know its
+        stiffness, as one of `Strip.from_material` does."""
         return InSI(self, StripUnits.of(self.problem.strip))
 
     def __repr__(self) -> str:

@@ -171,9 +171,8 @@ def to_pyvista(result: Equilibrium, along: int = 400, across: int = 8) -> Any:
     mesh = pyvista.PolyData(surface.points, faces)
     foot, _, _ = result.rulings(surface.material)
     mesh.point_data["S"], mesh.point_data["v"] = surface.material.T
-    mesh.point_data["omega"] = result.omega(foot)
-    for name, values in _second(result, foot).items():
-        mesh.point_data[name] = values
+    _, _, mesh.point_data["omega"], second = result.continued(foot)
+    mesh.point_data["tau" if result.has_free_twist else "eta"] = second
     return mesh
 
 

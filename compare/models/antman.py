@@ -25,6 +25,7 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.timing import clocked
@@ -61,11 +62,11 @@ class RodShape:
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3)."""
-        return self.result.position(s)
+        return self.result.position(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z; t_z normal to the section, which may shear."""
-        return self.result.frames(s)
+        return self.result.frames(on_strip(s))
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
@@ -80,6 +81,7 @@ class RodShape:
         """S, v, normal, the six strains, omega (= kappa_1), and energy_density without the constant of the natural
         curvature."""
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        s = on_strip(s)
         found = self.result.strains(s)
         problem = self.result.problem
         start, end = problem.curvature

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from compare.errors import BadInput
 from compare.measure.align import Motions
@@ -139,7 +139,8 @@ class Seconds:
 
 
 class Shape(Protocol):
-    """The deformed strip of any model; the section is the model's own, straight rulings are not assumed."""
+    """The deformed strip of any model; the section is the model's own, straight rulings are not assumed. Abscissae s
+    and v in l; `BadInput` for an s that is not on the strip (`on_strip`)."""
 
     @property
     def bend(self) -> float:
@@ -160,6 +161,15 @@ class Shape(Protocol):
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """Name -> numbers (k, m) or vectors (k, m, 3) at the particles; "normal" (unit vectors) among them, and
         "energy_density" (D / l^2, without the constant of the natural curvature) where the model knows it."""
+
+
+def on_strip(s: ArrayLike) -> FloatArray:
+    """Abscissae as numbers in [0, 1]; `BadInput` for one beyond the ends (by more than rounding, 1e-9)."""
+    at = np.asarray(s, dtype=float)
+    outside = ~((at >= -1e-9) & (at <= 1.0 + 1e-9))
+    if outside.any():
+        raise BadInput("s", float(at[outside].flat[0]), "is not on the strip", "abscissae lie in [0, 1], in units of l")
+    return np.clip(at, 0.0, 1.0)
 
 
 def pose_of(shape: Shape, s: float) -> Pose:

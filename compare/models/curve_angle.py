@@ -24,6 +24,7 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.timing import clocked
@@ -58,11 +59,11 @@ class CurveAngleShape:
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3)."""
-        return self.native.centreline(s)
+        return self.native.centreline(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z."""
-        return self.native.frames(s)
+        return self.native.frames(on_strip(s))
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
@@ -76,7 +77,7 @@ class CurveAngleShape:
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """S, v, omega, kappa_2, tau, normal, and energy_density without the constant of the natural curvature."""
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-        strain, rest = self.native.strain(s), self.native.rod.at_rest(s)
+        strain, rest = self.native.strain(on_strip(s)), self.native.rod.at_rest(on_strip(s))
         density = 0.5 * (strain - rest) ** 2 @ np.array(self.native.rod.stiffness) - 0.5 * rest[:, 0] ** 2
         along = dict(zip(("omega", "kappa_2", "tau", "energy_density"), (*strain.T, density), strict=True))
         return {

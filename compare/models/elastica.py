@@ -25,6 +25,7 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.timing import clocked
@@ -65,13 +66,13 @@ class ElasticaShape:
         """Positions (k, 3)."""
         from shellref.elastica.result import embed
 
-        return embed(self.result, self.position, self.frame, s)
+        return embed(self.result, self.position, self.frame, on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z."""
         from shellref.elastica.result import embed_frames
 
-        return embed_frames(self.result, self.frame, s)
+        return embed_frames(self.result, self.frame, on_strip(s))
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
@@ -85,6 +86,7 @@ class ElasticaShape:
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """S, v, omega, normal, and energy_density without the constant of the natural curvature."""
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        s = on_strip(s)
         omega = self._curvature(s)
         start, end = self.result.problem.curvature
         density = 0.5 * omega**2 - (start + (end - start) * s) * omega

@@ -36,6 +36,7 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.effects.shell import effects
@@ -108,15 +109,15 @@ class ShellShape:
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
-        return self.surface.grid(s, v)
+        return self.surface.grid(on_strip(s), v)
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3) of v = 0."""
-        return self.surface.centreline(s)
+        return self.surface.centreline(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3) of the centreline, columns across, normal, along."""
-        return self.surface.frames(s)
+        return self.surface.frames(on_strip(s))
 
     def pose(self, s: float) -> Pose:
         """Position and frame of the centreline at one abscissa."""

@@ -33,6 +33,7 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.effects.tape import effects
@@ -81,14 +82,14 @@ class TapeShape:
         """Positions (k, 3) of the line v = 0."""
         from ribbon.tape.surface import middle
 
-        plane, _ = middle(self.tape.rod, self.x, np.asarray(s, dtype=float))
+        plane, _ = middle(self.tape.rod, self.x, on_strip(s))
         return np.asarray(self.origin + plane @ self.axes[:, [2, 1]].T)
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3) of the sections, columns t_x t_y t_z."""
         from ribbon.tape.surface import middle
 
-        _, phi = middle(self.tape.rod, self.x, np.asarray(s, dtype=float))
+        _, phi = middle(self.tape.rod, self.x, on_strip(s))
         x, y, z = self.axes.T
         cosine, sine = np.cos(phi)[:, None], np.sin(phi)[:, None]
         return np.stack([np.broadcast_to(x, (len(phi), 3)), cosine * y - sine * z, cosine * z + sine * y], axis=2)
@@ -97,7 +98,7 @@ class TapeShape:
         """Positions (k, m, 3): the section's arc about its middle."""
         from ribbon.tape.surface import profile
 
-        y, z, _ = profile(self.tape.rod, self.x, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
+        y, z, _ = profile(self.tape.rod, self.x, on_strip(s), np.asarray(v, dtype=float))
         frames = self.frames(s)[:, None]
         return np.asarray(self.centreline(s)[:, None] + y[..., None] * frames[..., 0] - z[..., None] * frames[..., 1])
 
@@ -110,8 +111,8 @@ class TapeShape:
         from ribbon.tape.surface import densities, profile
 
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-        found = densities(self.tape.rod, self.x, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
-        _, _, beta = profile(self.tape.rod, self.x, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
+        found = densities(self.tape.rod, self.x, on_strip(s), np.asarray(v, dtype=float))
+        _, _, beta = profile(self.tape.rod, self.x, on_strip(s), np.asarray(v, dtype=float))
         frames = self.frames(s)[:, None]
         normal = np.cos(beta)[..., None] * frames[..., 1] + np.sin(beta)[..., None] * frames[..., 0]
         return {

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.align import Motions
-from compare.models.base import Energy, Force, Pose, Seconds, Size, State, Status, Supports, natural_constant
+from compare.models.base import Energy, Force, Pose, Seconds, Size, State, Status, Supports, natural_constant, on_strip
 
 if TYPE_CHECKING:
     from compare.models.ribbon.way import Way
@@ -48,28 +48,28 @@ class RibbonShape:
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
-        grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        grid_s, grid_v = np.meshgrid(on_strip(s), v, indexing="ij")
         _, place, _ = self.equilibrium.rulings(np.column_stack([grid_s.ravel(), grid_v.ravel()]))
         return place.reshape(*grid_s.shape, 3)
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3)."""
-        return self.equilibrium.position(s)
+        return self.equilibrium.position(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z."""
-        return self.equilibrium.frame(s)
+        return self.equilibrium.frame(on_strip(s))
 
     def pose(self, s: float) -> Pose:
         """Position and frame at one abscissa; at s = 1 those of the last joint, where a clamp holds them."""
-        found = self.equilibrium.end if s == 1.0 else self.equilibrium.pose(s)
+        found = self.equilibrium.end if s == 1.0 else self.equilibrium.pose(float(on_strip(s)))
         return Pose(found.position, found.frame)
 
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """`compare.models.ribbon.fields.fields`: S, v, omega, eta or tau, normal, energy_density and others."""
         from compare.models.ribbon.fields import fields
 
-        return fields(self.equilibrium, s, v)
+        return fields(self.equilibrium, on_strip(s), v)
 
 
 def own_size(found: Equilibrium) -> Size:
