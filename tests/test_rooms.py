@@ -16,10 +16,10 @@ from tests.test_setup import ROOT, imported
 LEVELS = (
     ("compare.cli",),
     ("compare.commands",),
-    ("compare.doctor", "compare.begin"),
+    ("compare.doctor",),
     ("compare.pages",),
     ("compare.battery",),
-    ("compare.sweep", "compare.pictures", "compare.check"),
+    ("compare.sweep", "compare.pictures", "compare.check", "compare.begin"),
     ("compare.studies",),
     ("compare.report",),
     ("compare.export",),

@@ -244,6 +244,16 @@ class Refinement:
     distance: float | None
 
 
+@dataclass(frozen=True)
+class Rivals:
+    """Other states that were looked for beside one: solves that looked for them, and by how much (D w / l) the lowest
+    that they found lies below; 0: none does. text: that in words, without a full stop."""
+
+    tries: int
+    below: float
+    text: str
+
+
 @dataclass(frozen=True, repr=False)
 class State(Shown):
     """A model's answer to a scene.
@@ -257,7 +267,10 @@ class State(Shown):
     first (`status` and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was
     found; why: the reason of the chosen formulation; native: the solver's own result, for code about one model; units,
     width: of the scene (w / l), where `compare.models.solve` has solved it; whys: why a number of an equilibrium is not
-    known, by its key in result.json ("forces", "moments", "lowest_eigenvalue"), where there it stands as KEY_why.
+    known, by its key in result.json ("forces", "moments", "lowest_eigenvalue"), where there it stands as KEY_why;
+    branch: "own", "slid" or "left", whether it is the state that a given seed means (`ribbon.result.Branch`), None: no
+    seed says so; rivals: other states that were looked for, None: none were; quadrature: by how much of itself the
+    elastic energy differs from its adaptive integral, None: the rule is exact.
     """
 
     model: str
@@ -288,6 +301,9 @@ class State(Shown):
     units: Units = field(default_factory=Units)
     width: float = 0.0
     whys: Mapping[str, str] = field(default_factory=dict)
+    branch: str | None = None
+    rivals: Rivals | None = None
+    quadrature: float | None = None
 
     @property
     def ok(self) -> bool:

@@ -125,7 +125,9 @@ def answer(scene: Scene, found: Explanation, solves: Solves | None) -> Verdict:
     if solves is None:
         return Verdict(text)
     if not solves.state.ok:
-        return Verdict.of("explain", f"{text}; no stable equilibrium: {solves.state.message}", of_state(scene, solves.state))
+        return Verdict.of(
+            "explain", f"{text}; no stable equilibrium: {solves.state.message}", of_state(scene, solves.state)
+        )
     moves = {name: off.moved for name, off in solves.without.items() if off.moved is not None}
     if moves:
         most = max(moves, key=lambda name: moves[name] or 0.0)

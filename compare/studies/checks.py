@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from compare.measure.balance import Push, Wrench, abscissae, unbalanced
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade
-from compare.models.base import Force, State, Status
+from compare.models.base import State, Status
 from compare.page.claims import CLAIMS
 from compare.page.verdict import Check, bounded, nothing, unchecked
 from compare.scene.scene import Scene
@@ -23,6 +23,10 @@ FloatArray = NDArray[np.float64]
 
 #: Largest part of the largest force that supports and loads may leave over.
 BALANCED = 1e-6
+#: Part of an elastic energy by which it may differ from its adaptive integral.
+QUADRATURE = 1e-8
+#: Part of the energy (at least 1) by which a state is lower than another.
+LOWER = 1e-6
 #: How far (l) a strip may reach beyond a wall.
 PENETRATION = 1e-6
 #: Gauss points across the strip, where the weight is that of the surface.
@@ -36,9 +40,12 @@ def of_state(scene: Scene, state: State, command: str = "solve") -> list[Check]:
         finite(state),
         residual(state),
         balance(scene, state),
+        quadrature(state),
         elements(state),
         forces(state),
         stability(state),
+        rivals(scene, state),
+        branch(scene, state),
         walls(scene, state),
         model(state),
     )
@@ -87,6 +94,8 @@ def balance(scene: Scene, state: State) -> Check:
         if force is not None
     ]
     wrenches = [Wrench(pose.position, force.force, force.moment) for pose, force in held if pose is not None]
+    if "forces" in state.whys:
+        return unchecked("balance", state.whys["forces"])
     if not wrenches and not state.supports.walls:
         return nothing("balance", "nothing holds it")
     if scene.tip is not None and state.end is not None:
@@ -119,6 +128,13 @@ def _centre(scene: Scene, state: State) -> FloatArray:
     return np.einsum("k,m,kmi->i", weights, 0.5 * across, state.shape.points(s, 0.5 * scene.width * nodes))
 
 
+def quadrature(state: State) -> Check:
+    """The elastic energy against its adaptive integral."""
+    if state.quadrature is None:
+        return nothing("quadrature", "its rule is exact")
+    return bounded("quadrature", state.quadrature, QUADRATURE, "of the elastic energy its rule misses")
+
+
 def elements(state: State) -> Check:
     """The discretisation error of the shape."""
     if state.error is None:
@@ -129,6 +145,8 @@ def elements(state: State) -> Check:
 
 def forces(state: State) -> Check:
     """The largest error of a force or moment over the largest of its kind (at least 1, in D w / l^2 and D w / l)."""
+    if "forces" in state.whys:
+        return unchecked("forces", state.whys["forces"])
     held = [one for one in (state.supports.start, state.supports.end) if one is not None]
     pushed = [np.asarray(wall["force"], dtype=float) for wall in state.supports.walls]
     if not held and not pushed:
@@ -147,6 +165,40 @@ def forces(state: State) -> Check:
     worst = float(max(off))
     return Check("forces", grade("force", worst), f"forces and moments within {100.0 * worst:.2g} %", worst,
                  GOOD_UP_TO["force"])  # fmt: skip
+
+
+def rivals(scene: Scene, state: State) -> Check:
+    """Whether a lower state was seen, or the scene's own start says which of several is meant."""
+    found = state.rivals
+    if means_one(scene):
+        return Check("rivals", GOOD, "the scene's own start says which state is meant")
+    if found is None:
+        return unchecked("rivals", "other states were not looked for")
+    if found.below > LOWER * _energy(state):
+        return Check("rivals", FAIR, found.text, found.below)
+    return Check("rivals", GOOD, f"none lower was seen in {found.tries} solves", found.below)
+
+
+def means_one(scene: Scene) -> bool:
+    """Whether the scene says which of several states is meant: by a seed, a path, or a band that closes itself."""
+    return scene.seed.curvature is not None or bool(scene.path) or scene.closure is not None
+
+
+def branch(scene: Scene, state: State) -> Check:
+    """Whether the state is the one that the scene's starting shape means."""
+    if state.branch is None:
+        return nothing("branch", "no starting shape is on one side" if scene.seed.curvature else "no start is given")
+    if state.branch == "own":
+        return Check("branch", GOOD, "on the side of its starting shape")
+    if state.branch == "slid":
+        return Check("branch", FAIR, "on the other side than its starting shape, where no state is")
+    return Check("branch", POOR, "on the other side than its starting shape")
+
+
+def _energy(state: State) -> float:
+    """Size of the total energy, at least 1."""
+    total = None if state.energy is None else state.energy.total
+    return max(1.0, abs(total or 0.0))
 
 
 def stability(state: State) -> Check:
@@ -195,11 +247,6 @@ def model(state: State) -> Check:
     )
 
 
-def force_of(held: Force | None) -> FloatArray | None:
-    """Force and moment (6,) of a support."""
-    return None if held is None else np.concatenate([held.force, held.moment])
-
-
 # -- a model beside shells --------------------------------------------------------------------------------------------
 
 
@@ -222,6 +269,15 @@ def shells(comparison: Comparison) -> Check:
         what = "error" if unknown[0].shell_error is None else "stability"
         return unchecked("shell", f"the shell's {what} at w/h = {unknown[0].width_to_thickness:g} is not known")
     return Check("shell", GOOD, f"{len(comparison.rows)} of {len(comparison.rows)} shells stable, with errors")
+
+
+def same(row: Row) -> Check:
+    """Whether both models are in one state."""
+    if row.same_state is None:
+        return unchecked("same", row.same_why or "whether both models are in one state is not known")
+    if not row.same_state:
+        return Check("same", POOR, row.same_why or "the models are in two states")
+    return Check("same", GOOD, row.same_why or "both models are in one state")
 
 
 def distance(row: Row) -> Check:

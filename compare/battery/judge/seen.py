@@ -107,9 +107,7 @@ def told(result: Mapping[str, Any], scene: Scene, first: str) -> Iterator[Check]
     answer, equilibrium = result["answer"], result["status"] in ("converged", "saddle")
     line = f"{answer['text']}." if answer["grade"] == "unknown" else f"{answer['text']}: {answer['grade']}."
     yield holds("the first line is the answer's", _words(first) == _words(line), first)
-    checks = {check["name"]: check for check in answer["checks"]}
-    bad = [name for name, check in checks.items() if check["grade"] != GOOD]
-    yield holds("good rests on every check", answer["grade"] != GOOD or (bool(checks) and not bad), ", ".join(bad))
+    yield from rests_on_checks(result)
     if answer["grade"] == GOOD:
         error = result["discretisation_error"]
         sure = result["status"] == "converged" and result["stable"] is True and error is not None
@@ -120,10 +118,18 @@ def told(result: Mapping[str, Any], scene: Scene, first: str) -> Iterator[Check]
         values, errors = result[name], result[f"{name}_error"]
         for place, value in _pairs(values):
             error = dict(_pairs(errors or {})).get(place)
-            why = result.get(f"{name}_error_why") or ""
+            why = result.get(f"{name}_why") or result.get("errors_why") or ""
             known = value is None or error is not None or bool(why)
             yield holds(f"{name}.{place} has an error, or a reason for none", known, why)
     yield from _heights(result, scene, first)
+
+
+def rests_on_checks(result: Mapping[str, Any]) -> Iterator[Check]:
+    """Whether the answer of a command is as good as what was checked of it."""
+    answer = result["answer"]
+    bad = [check["name"] for check in answer["checks"] if check["grade"] != GOOD]
+    right = answer["grade"] != GOOD or (bool(answer["checks"]) and not bad)
+    yield holds("good rests on every check", right, ", ".join(bad))
 
 
 def _heights(result: Mapping[str, Any], scene: Scene, first: str) -> Iterator[Check]:

@@ -11,7 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.align import Motions
-from compare.models.base import Energy, Force, Pose, Seconds, Size, State, Status, Supports, natural_constant, on_strip
+from compare.models.base import (
+    Energy,
+    Force,
+    Pose,
+    Rivals,
+    Seconds,
+    Size,
+    State,
+    Status,
+    Supports,
+    natural_constant,
+    on_strip,
+)
 
 if TYPE_CHECKING:
     from compare.models.ribbon.way import Way
@@ -113,6 +125,8 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         reused=way.resumed if way is not None else False,
         native=e,
         whys=_whys(e),
+        branch=None if e.branch is None else e.branch.name.lower(),
+        rivals=None if e.minima is None else Rivals(e.minima.tries, e.minima.above, str(e.minima)),
     )
 
 

@@ -37,7 +37,10 @@ def test_a_verdict_is_as_good_as_the_worst_of_its_checks(command, data):
     assert found.grade == worst(*grades)
     assert [check.name for check in found.checks] == names
     assert (found.grade == GOOD) == all(grade == GOOD for grade in grades)
-    assert Verdict.from_data({"text": found.text, "grade": found.grade, "checks": [vars(c) for c in found.checks]}) == found
+    assert (
+        Verdict.from_data({"text": found.text, "grade": found.grade, "checks": [vars(c) for c in found.checks]})
+        == found
+    )
     if any(grade != GOOD for grade in grades):
         with pytest.raises(ValueError, match="as good as its checks"):
             Verdict("So it is", GOOD, found.checks)
