@@ -86,7 +86,7 @@ Asked = list[tuple[int, Scene, Path, list[str]]]
 def _answers(folder: Path, asked: Asked, judge: Judge) -> Iterator[Check]:
     """The checks of every answer, each with the number of its scene."""
     orders, answers = folder / "orders.json", folder / "answers.json"
-    orders.write_text(json.dumps([[*words, "--quiet"] for _, _, _, words in asked]))
+    orders.write_text(json.dumps([words for _, _, _, words in asked]))
     ended = ran([str(orders), str(answers)], folder, module=("-c", _MANY))
     yield holds("every command ends", ended.code == 0 and answers.is_file(), ended.err[-200:])
     if not answers.is_file():
