@@ -130,7 +130,9 @@ class Equilibrium:
     many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way;
     penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls;
     minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
-    moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first.
+    moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first;
+    quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
+    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings) or nothing was judged.
     """
 
     problem: Problem
@@ -157,6 +159,7 @@ class Equilibrium:
     minima: Minima | None = None
     solver: str = "Ipopt"
     moved: float | None = None
+    quadrature_error: float | None = None
 
     @property
     def ok(self) -> bool:
