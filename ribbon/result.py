@@ -149,7 +149,9 @@ class Equilibrium:
     forces_why: why forces and moments are not determined, although the shape is; "" where they are. `start`,
     `end_support` and `walls` are then None, None and (), and `rows` NaN;
     branch: of a ribbon between two clamps with a given seed, whether it is the state that the seed means; None: no seed
-    was given, or it means no side.
+    was given, or it means no side;
+    quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
+    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings) or nothing was judged.
     """
 
     problem: Problem
@@ -178,6 +180,7 @@ class Equilibrium:
     moved: float | None = None
     forces_why: str = ""
     branch: Branch | None = None
+    quadrature_error: float | None = None
 
     @property
     def ok(self) -> bool:

@@ -127,6 +127,8 @@ ENERGY = FreeTwist(
     density,
     needs=("thickness",),
     points=8,
+    reach=0.83,
+    tested=True,
     holds_twist=True,
     section=Profile(EXTENSIBLE.shape, _shares),
     words="strip of finite width and thickness: extensible, with Wunderlich's finite width where its section is stiff",

@@ -17,7 +17,7 @@ from ribbon.errors import RibbonInputError
 from ribbon.find import band, basin, climb, contacts, minima, nested, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
-from ribbon.problems import formulation
+from ribbon.problems import formulation, quadrature
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem as Problem
@@ -536,6 +536,13 @@ def found_at(
             status, known, message = Status.NOT_CONVERGED, False, f"not converged: {deep}; use more segments"
         else:
             message += f"; on its way {deep}"
+    integral = quadrature.error(problem, minimum.x, float(parts[0])) if known else None
+    if integral is not None and not integral <= quadrature.TOLERANCE:
+        status, known = Status.NOT_CONVERGED, False
+        message = (
+            f"not converged: the elastic energy hangs on its quadrature, an adaptive integral differs by {integral:.2g} "
+            "of it; use more segments"
+        )
     if known and check is not None and check.stable is None:
         message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
@@ -561,6 +568,7 @@ def found_at(
         options={**ipopt.DEFAULT_OPTIONS, **(options or {})} if minimum.solver == "Ipopt" else {},
         solver=minimum.solver,
         moved=minimum.moved,
+        quadrature_error=integral,
     )
 
 

@@ -1,0 +1,60 @@
+"""States of free twist are minima of their energy, not of its quadrature: against densities and rules of the tests' own."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+import pytest
+
+from ribbon import Clamp, Gravity, Status, Strip, solve
+from ribbon.problems import quadrature
+from tests.ribbon.energies.densities import integral
+from tests.ribbon.find.free_twist_set import drawn
+
+#: Difference of both integrals, relative to the elastic energy with its constant.
+AGREE = 1e-8
+#: Scenes of the random set in `make test`, and in all.
+FEW, ALL = 10, 120
+TURNED = Clamp((0, 0.1, 0.7), tangent=(0, 0, 1), normal=(sin(1), cos(1), 0))
+
+
+def turned(energy, segments, thickness=1e-3):
+    """Two clamps, one turned by 1 rad (shared scene turned_clamps)."""
+    strip = Strip(1, 0.1, 0.3, gamma=5, thickness=thickness)
+    return solve(strip, Clamp(), Gravity((1, 0, 0)), end=TURNED, energy=energy, segments=segments)
+
+
+def difference(found):
+    """|E - E of the tests| over the elastic energy with the constant of the natural curvature."""
+    first, last = found.problem.strip.curvature
+    exact = integral(found)
+    return abs(found.energy.elastic - exact) / (exact + (first * first + first * last + last * last) / 6.0)
+
+
+def assert_of_its_energy(found):
+    """What a state says of its integral is so; a state of another one is not called converged."""
+    if found.status in (Status.CONVERGED, Status.SADDLE):
+        assert found.quadrature_error <= quadrature.TOLERANCE
+        assert difference(found) <= AGREE
+    else:
+        assert found.stable is None
+
+
+@pytest.mark.parametrize(("energy", "thickness"), [("finite", 1e-3), ("extensible", 1e-5), ("sano", 1e-5)])
+def test_turned_clamps_end_in_a_minimum_of_the_energy(energy, thickness):
+    """At b061e3f the elastic energies were 24.63, 23.7 and 22.4; integrated densely 9934, 91.8 and 36.8."""
+    found = turned(energy, 20, thickness)
+    assert found.ok, found.message
+    assert_of_its_energy(found)
+
+
+@pytest.mark.parametrize("number", range(FEW))
+def test_random_strips(number):
+    assert_of_its_energy(solve(**drawn(number)))
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("number", range(FEW, ALL))
+def test_more_random_strips(number):
+    assert_of_its_energy(solve(**drawn(number)))
