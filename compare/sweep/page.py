@@ -22,8 +22,8 @@ from compare.page.table import Cell, Column, Table
 from compare.page.verdict import Verdict
 from compare.scene.change import value_of
 from compare.scene.units import Units
-from compare.store.made_by import provenance
 from compare.store.finite import explained
+from compare.store.made_by import provenance
 from compare.store.store import atomic_write_text, case_key
 from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.run import Finished, summary

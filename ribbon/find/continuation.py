@@ -9,7 +9,7 @@ jump (a snap), recorded.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon import penetration
-from ribbon.find import relax
+from ribbon.find import contacts, relax
 from ribbon.find.solve import solve_from, starting_shapes
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
@@ -80,6 +80,7 @@ def _same_structure(problem: Problem, found: Equilibrium) -> bool:
         and old.size == problem.size
         and list(old.block_slices()) == list(problem.block_slices())
         and found.rows.size == problem.row_count
+        and not found.forces_why
     )
 
 
@@ -115,17 +116,17 @@ def switch(
         shape = np.interp(s_new, s_old, omega), np.interp(s_new, s_old, eta)
         return solve_from(problem, problem.state(*shape), **keywords)
     problem = anchored(problem, start)
-    if problem.end is not None and float(np.abs(old.joint_values(start.x)[0]).max()) < _STRAIGHT:
-        # nothing tells which way a straight strip bends
-        best: Equilibrium | None = None
-        for omega, eta in starting_shapes(problem, "natural", 0.0):
-            found = solve_from(problem, problem.state(omega, eta), **keywords)
-            if found.ok:
-                return found
-            best = best or found
-        assert best is not None
-        return best
     glued: Any = problem
+    shapes: Iterable[tuple[FloatArray, FloatArray]] = ()
+    if float(np.abs(old.joint_values(start.x)[0]).max()) < _STRAIGHT:  # nothing tells which way a straight strip bends
+        if problem.end is not None:
+            shapes = starting_shapes(problem, "natural", 0.0)
+        elif problem.walls:
+            flat = np.zeros(problem.lengths.size + 1)
+            shapes = contacts.bent_aside(glued, flat, flat)
+    tried = [solve_from(problem, problem.state(omega, eta), **keywords) for omega, eta in shapes]
+    if tried:
+        return min(tried, key=lambda found: (not found.ok, found.energy.total if found.ok else 0.0))
     x = relax.transferred(old, start.x, glued)
     minimum = relax.from_near(glued, x, options, progress)
     if minimum.residual > relax.RESIDUAL_TOLERANCE:

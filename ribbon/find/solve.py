@@ -394,6 +394,8 @@ def solve_from(
     judged (otherwise `stable` is None); near: x may be the solution already, and is kept if it is; hold: whether the
     strip is held on its walls' side between the joints too (otherwise it may sag through there, and says so).
     """
+    if stretched.is_stretched(problem):
+        return stretched.straight(problem)
     found = _solve_once(problem, x, warm, options, progress, check, near, hold)
     if leave_saddle:
         for _ in range(_DEPARTURES):

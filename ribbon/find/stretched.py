@@ -11,6 +11,7 @@ import numpy as np
 
 from ribbon import penetration
 from ribbon.boundary import Clamp
+from ribbon.element import quaternion
 from ribbon.errors import RibbonInputError
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
@@ -24,6 +25,8 @@ TOO_FAR = 1e-12
 #: Roundings of the places of held ends, each of their distance from the origin or of l, within which a strip is as long
 #: as its ends are apart.
 _ROUNDINGS = 4.0 * float(np.finfo(float).eps)
+#: Sine of the angle between a normal and the chord below which the normal does not tell which way is across.
+_STEEP = 1e-3
 #: Why a stretched strip has no forces.
 UNDETERMINED = "with its ends exactly one length apart a strip that does not stretch is straight under any tension"
 
@@ -63,11 +66,12 @@ def is_stretched(problem: Problem) -> bool:
 def straight(problem: Problem) -> Equilibrium:
     """The straight strip between ends that are one length apart: the only shape there is, whatever its tension."""
     none = np.zeros(problem.lengths.size + 1)
+    problem = _along_the_chord(problem)
     x = problem.state(none, none)
     missing = violation(problem, x)
     fits = missing <= STRETCHED_MISMATCH
     status = Status.CONVERGED if fits else Status.INFEASIBLE
-    message = f"no freedom is left to be unstable; its tension is not determined: {UNDETERMINED}"
+    message = f"no freedom is left to be unstable; its tension is undetermined: {UNDETERMINED}"
     return Equilibrium(
         problem=problem,
         status=status,
@@ -87,3 +91,21 @@ def straight(problem: Problem) -> Equilibrium:
         penetration=penetration.deepest(problem, x),
         forces_why=UNDETERMINED,
     )
+
+
+def _along_the_chord(problem: Problem) -> Problem:
+    """The problem with a start that, where no clamp holds a frame, looks along the chord of its ends, its normal turned
+    with it as little as can be."""
+    held: Any = problem
+    if held.start_quaternion is not None or held.end_quaternion is not None:
+        return problem
+    chord = held.end_position - held.start_position
+    chord = chord / np.linalg.norm(chord)
+    normal = quaternion.matrix(np.asarray([held.reference]))[0][:, 1]
+    across = np.cross(normal, chord)
+    if np.linalg.norm(across) < _STEEP:  # the normal would look along the strip
+        across = np.cross(np.roll(chord, 1), chord)
+    across = across / np.linalg.norm(across)
+    frame = np.column_stack([across, np.cross(chord, across), chord])
+    origin = tuple(held.start_position.tolist())
+    return problem.anchored((tuple(quaternion.from_matrix(frame).tolist()), origin))

@@ -301,6 +301,7 @@ def _held(found: Equilibrium, scene: Scene, keys: tuple[str, ...]) -> dict[str, 
             "walls": [wall.force.tolist() for wall in found.walls],
         },
         "moments": {name: None if at is None else at.moment.tolist() for name, at in ends.items()},
+        **({"forces_why": found.forces_why, "moments_why": found.forces_why} if found.forces_why else {}),
     }
 
 
