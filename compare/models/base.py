@@ -244,7 +244,9 @@ class State(Shown):
     of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones first (`status`
     and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was found; why: the
     reason of the chosen formulation; native: the solver's own result, for code about one model; units, width: of the
-    scene (w / l), where `compare.models.solve` has solved it.
+    scene (w / l), where `compare.models.solve` has solved it; branch: of a ribbon between two clamps with a given seed
+    (`ribbon.result.Branch`), "own": on the seed's side, "slid": on the other, the energy falls all the way there,
+    "left": on the other, whether the seed's side has a state is open; None: no seed, or it means no side.
     """
 
     model: str
@@ -273,6 +275,7 @@ class State(Shown):
     native: Any = field(default=None, repr=False)
     units: Units = field(default_factory=Units)
     width: float = 0.0
+    branch: str | None = None
 
     @property
     def ok(self) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import FAIR, GOOD, POOR, YARDSTICK, grade
 from compare.measure.grid import Grid
 from compare.models.base import State, Status
 from compare.page.remedies import message
@@ -24,6 +24,12 @@ from compare.studies.inputs import input_uncertainty
 #: Names and texts: each row has a unit, or several values, of its own.
 _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
 
+#: What is said of a state that is not on the side of its seed (`State.branch`).
+_SIDES = {
+    "slid": "; its seed means the other side of the clamps, where the strip would not stay: it slides here",
+    "left": "; its seed means another state, on the other side of the clamps",
+}
+
 
 def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     """Whether the state is one that the strip stays in, where that is, and how accurately it is known."""
@@ -40,12 +46,14 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     choice = state.numbers.get("auto")
     if choice is not None and not choice["enough"]:
         near += f"; its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
+    near += _SIDES.get(state.branch or "own", "")
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:
         near += f"; its inputs leave {length(units, unsure.total)} open"
-    return Verdict(
-        f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", grade("error", state.error)
-    )
+    good = grade("error", state.error)
+    if state.branch == "left" and good == GOOD:
+        good = FAIR
+    return Verdict(f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", good)
 
 
 def _where(scene: Scene, state: State, units: Units) -> str:

@@ -111,6 +111,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         start="path" if way is not None else "seed",
         reused=way.resumed if way is not None else False,
         native=e,
+        branch=None if e.branch is None or way is not None else e.branch.name.lower(),
     )
 
 
