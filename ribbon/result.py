@@ -43,7 +43,7 @@ class Status(Enum):
 
 
 class Branch(Enum):
-    """How a state between two clamps stands to the seed that was given (`ribbon.find.basin`)."""
+    """How a state between two clamps stands to the seed that was given (`ribbon.find.minima`)."""
 
     OWN = "on the side of its seed"
     SLID = "on the other side than its seed: the energy falls all the way from there, the seed's side holds no state"

@@ -268,8 +268,9 @@ class State(Shown):
     found; why: the reason of the chosen formulation; native: the solver's own result, for code about one model; units,
     width: of the scene (w / l), where `compare.models.solve` has solved it; whys: why a number of an equilibrium is not
     known, by its key in result.json ("forces", "moments", "lowest_eigenvalue"), where there it stands as KEY_why;
-    branch: "own", "slid" or "left", whether it is the state that a given seed means (`ribbon.result.Branch`), None: no
-    seed says so; rivals: other states that were looked for, None: none were; quadrature: by how much of itself the
+    branch: of a ribbon between two clamps with a given seed (`ribbon.result.Branch`), "own": on the seed's side, "slid":
+    on the other, the energy falls all the way there, "left": on the other, whether the seed's side has a state is open,
+    None: no seed, or it means no side; rivals: other states that were looked for, None: none were; quadrature: by how much of itself the
     elastic energy differs from its adaptive integral, None: the rule is exact.
     """
 

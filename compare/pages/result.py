@@ -105,6 +105,7 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
             "unknowns": state.unknowns,
         },
         "start": state.start,
+        "branch": state.branch,
         **dimensions(scene),
         "provenance": provenance(scene),
     }

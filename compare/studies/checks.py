@@ -191,8 +191,8 @@ def branch(scene: Scene, state: State) -> Check:
     if state.branch == "own":
         return Check("branch", GOOD, "on the side of its starting shape")
     if state.branch == "slid":
-        return Check("branch", FAIR, "on the other side than its starting shape, where no state is")
-    return Check("branch", POOR, "on the other side than its starting shape")
+        return Check("branch", FAIR, "its seed means the other side of the clamps, where the strip would not stay: it slides here")
+    return Check("branch", POOR, "its seed means another state, on the other side of the clamps")
 
 
 def _energy(state: State) -> float:

@@ -171,12 +171,20 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
     _pose(row, "end", state.end)
     _pose(row, "middle", state.middle)
     _reach(scene, row, state.end)
+    if scene.several_equilibria:
+        import numpy as np
+
+        row["quarters"] = state.shape.centreline(np.array(_QUARTERS)).tolist()
+    if state.branch is not None:
+        row["side"] = state.branch
     row.update(supports_of(_stand(scene, state)))
     if errors or state.error is not None:
         row["error"] = state.error
     return row
 
 
+#: Where a strip that may rest in several ways is compared with its neighbours in the grid, besides middle and end.
+_QUARTERS = (0.25, 0.75)
 #: Numbers of a model that have a column of their own.
 _SHOWN = ("segments", "elements", "max_abs_eta", "max_abs_tau")
 

@@ -24,7 +24,8 @@ from compare.scene.change import value_of
 from compare.scene.units import Units
 from compare.store.finite import explained
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_text, case_key
+from compare.store.store import atomic_write_text, case_key, jsonable
+from compare.sweep.branches import branches, others
 from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.run import Finished, summary
 
@@ -53,6 +54,8 @@ _COLUMNS = (
     _column("width_to_thickness"),
     _column("status", kind=_WORD),
     _column("stable", kind=_TRUTH),
+    _column("branch", kind="integer"),
+    _column("side", kind=_WORD),
     _column("ribbon.status", kind=_WORD),
     _column("ribbon.stable", kind=_TRUTH),
     *(_column(key, "l") for key in ("hausdorff", "centreline", "ribbon_error", "shell_error")),
@@ -84,11 +87,11 @@ def rows_of(finished: Finished) -> Rows:
     A case without a result has a row too.
     """
     found: Rows = []
-    for case in finished.cases:
+    for case, branch in zip(finished.cases, branches(finished), strict=True):
         scene, record = case.point.scene, case.record
         base = {"case": case.point.number, **case.point.values, "gamma": scene.gamma, "width": scene.width}
-        for row in record["rows"] or [{}]:
-            own = {"status": record["status"], "stable": None, **row}
+        for row, number in zip(record["rows"] or [{}], branch or [None], strict=True):
+            own = {"status": record["status"], "stable": None, "branch": number, **row}
             found.append({**base, **own, "seconds": record["seconds"], "message": record["message"]})
     for travel, numbers in _curves(finished, found).values():
         for place, values in force_displacement.curve_of(travel).items():
@@ -200,6 +203,7 @@ def result(finished: Finished, rows: Rows) -> dict[str, Any]:
              "message": case.record["message"]}
             for case in finished.cases if not case.ok
         ],
+        "other_branches": [{"case": number, "branch": branch} for number, branch in others(finished)],
         "units": _units(finished),
         "provenance": provenance(finished.sweep.scene, {"solver": finished.sweep.solver}),
     }  # fmt: skip
@@ -234,11 +238,18 @@ def is_number(value: Any) -> bool:
 
 
 def answer(finished: Finished) -> Verdict:
-    """How many cases are stable equilibria: good where all are, fair where nine of ten are."""
+    """How many cases are stable equilibria, and on one branch: good where all are, fair where nine of ten are."""
     found = summary(finished)
     ok, count = found["ok"], found["cases"]
     several = f"{ok} of {count} cases are" if count != 1 else "The case is" if ok else "The case is not"
-    return Verdict(f"{several} in a stable equilibrium", GOOD if ok == count else FAIR if ok >= 0.9 * count else POOR)
+    aside = len(others(finished))
+    if aside:
+        several_lie = "one lies" if aside == 1 else f"{aside} lie"
+        several = f"Of {count} cases {several_lie} on another branch than the others; {several}"
+    same = min(ok, count - aside)
+    return Verdict(
+        f"{several} in a stable equilibrium", GOOD if same == count else FAIR if same >= 0.9 * count else POOR
+    )
 
 
 def verdict(finished: Finished) -> list[str]:
@@ -250,6 +261,7 @@ def verdict(finished: Finished) -> list[str]:
     if others:
         first += "; " + ", ".join(f"{count} {status}" for status, count in others.items())
     sentences = [first + "."]
+    sentences += _asides(finished)
     failed = [case for case in finished.cases if not case.ok]
     for case in failed[:3]:
         where = ", ".join(f"{key} = {_brief(value)}" for key, value in case.point.values.items())
@@ -270,6 +282,26 @@ def verdict(finished: Finished) -> list[str]:
     elif not n["new"]:
         sentences.append(f"All {n['cases']} were finished before.")
     return sentences
+
+
+def _asides(finished: Finished) -> list[str]:
+    """Which cases lie on another branch than most, or not on the side of their seed."""
+    found = []
+    places = {case.point.number: case.point.values for case in finished.cases}
+    aside = others(finished)
+    for number, branch in aside[:3]:
+        where = ", ".join(f"{key} = {_brief(value)}" for key, value in places[number].items())
+        found.append(f"Case {number} ({where}) lies on branch {branch}: its state is none that its neighbours lead to.")
+    if len(aside) > 3:
+        found.append(f"{len(aside) - 3} more are on other branches: column branch of cases.csv.")
+    sides = [row.get("side") for case in finished.cases for row in case.record["rows"]]
+    for side, words in (
+        ("slid", "slide from the side of their seed, where the strip would not stay, to the other"),
+        ("left", "are on the other side of the clamps than their seed"),
+    ):
+        if side in sides:
+            found.append(f"{sides.count(side)} of {len(sides)} states {words} (column side).")
+    return found
 
 
 def _time(seconds: float) -> str:
@@ -299,7 +331,18 @@ def tables(finished: Finished, cases: Table, rows: Rows, show: str) -> list[Tabl
         Column("bad", "not converged", kind="integer"),
         *(Column(name, name, unit, "digits:4") for name in ("smallest", "median", "largest")),
     )
-    brief = ("width_to_thickness", "status", "stable", "iterations", show, "hausdorff", "y_over_x", "error", "seconds")
+    brief = (
+        "width_to_thickness",
+        "status",
+        "stable",
+        "branch",
+        "iterations",
+        show,
+        "hausdorff",
+        "y_over_x",
+        "error",
+        "seconds",
+    )
     chosen = ["case", *sweep.keys, *(key for key in brief if key in cases.keys)]
     first = cases.select(dict.fromkeys(chosen))
     order = ["case", *sweep.keys, show, "status"]

@@ -209,6 +209,8 @@ def fitted(
     bent, turned = np.interp(at, s, omega), np.interp(at, s, eta)
     scale = np.concatenate([np.full(_PIECES + 1, 1.0 + np.abs(bent).max()), np.ones(_PIECES + 1)])
     steepest = min(_STEEPEST, 0.4 / (problem.half_width * _PIECES) + np.abs(turned).max())
+    if whole:  # what is given stands; a free twist is no ruling, which may not be steep
+        steepest = np.inf if problem.fields.free else max(steepest, float(np.abs(turned).max()))
 
     def shape(y: FloatArray) -> tuple[FloatArray, FloatArray]:
         change = (scale * y).reshape(2, -1) @ spread.T

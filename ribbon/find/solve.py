@@ -14,7 +14,7 @@ from ribbon import penetration
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, basin, climb, contacts, minima, nested, relax, seeds, stability, stretched
+from ribbon.find import band, climb, contacts, minima, nested, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems import formulation, quadrature
@@ -135,10 +135,10 @@ def _searched(
         return _from_near(near, x, **asked)
 
     sides = (
-        None if isinstance(curvature, str) else basin.sides(problem, _given(problem, curvature, ruling), (omega, eta))
+        None if isinstance(curvature, str) else minima.sides(problem, _given(problem, curvature, ruling), (omega, eta))
     )
     if sides is not None:
-        best = basin.held(best, sides, relaxed)
+        best = minima.held(best, sides, relaxed)
     return minima.lowest(best, shapes, relaxed, sides)
 
 

@@ -125,8 +125,9 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         reused=way.resumed if way is not None else False,
         native=e,
         whys=_whys(e),
-        branch=None if e.branch is None else e.branch.name.lower(),
+        branch=None if e.branch is None or way is not None else e.branch.name.lower(),
         rivals=None if e.minima is None else Rivals(e.minima.tries, e.minima.above, str(e.minima)),
+        quadrature=e.quadrature_error,
     )
 
 
