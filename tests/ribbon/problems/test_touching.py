@@ -31,13 +31,17 @@ def tilted(energy: str, plate: float | None = None, where: str = "any"):
     problem = problem.with_changes(touching=(Touch(0, 0.05, 1.0), Touch(0, 0.33, -1.0), Touch(1, 0.9, 1.0)))
     rng = np.random.default_rng(1)
     n = problem.lengths.size + 1
-    while True:
-        x = problem.state(3.0 * rng.normal(size=n), 0.3 * rng.normal(size=n), rng.normal(size=n))
-        for joint in range(n - 1):  # turned at will: rows ask for no glue
-            x[problem.layout.joint(joint).quaternion] = (q := rng.normal(size=4)) / np.linalg.norm(q)
-        here = [problem.blocks()[f"touch_{k}"]._at(x) for k in (0, 1)]
-        if where == "any" or all(np.all(one.bent > 0.0) for one in here):
-            return problem, x, rng
+    x = problem.state(3.0 * rng.normal(size=n), 0.3 * rng.normal(size=n), rng.normal(size=n))
+    for touch in problem.touching:  # rows ask for no glue: each segment is turned at will
+        joint = problem.layout.joint(problem.segment_at(touch.s))
+        rows = problem.blocks()[f"touch_{touch.wall}"]
+        row = [other for other in problem.touching if other.wall == touch.wall].index(touch)
+        for _ in range(1000 if where == "inside" else 1):
+            q = rng.normal(size=4)
+            x[joint.quaternion] = q / np.linalg.norm(q)
+            if 0.0 < rows.places(x)[row] < problem.lengths[rows.segments[row]]:
+                break
+    return problem, x, rng
 
 
 @pytest.mark.parametrize("plate", [None, 50.0])
@@ -130,7 +134,7 @@ def _edge_distance(problem, y, first, joint, position, q, k, side) -> float:
     stands at `position` and is turned as the quaternion q."""
     points, frames = problem.joints(y)
     here = int(round(first.position[0] / (problem.layout.joint(1).position[0] - problem.layout.joint(0).position[0])))
-    turn = quaternion.to_matrix(q) @ frames[here].T
+    turn = quaternion.matrix(q) @ frames[here].T
     eta = 0.0 if problem.fields.free else y[problem.layout.joint(joint).eta]
     ruling = frames[joint][:, 0] + eta * frames[joint][:, 2]
     place = position + turn @ (points[joint] - points[here] + side * problem.half_width * ruling)
