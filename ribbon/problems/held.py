@@ -316,12 +316,26 @@ class Held:
             point = np.asarray(wall.point) / self.strip.length
             oblique = 0.0 if self.fields.free else 1.0
             normal = np.asarray(wall.normal)
-            joints = self._joints_beside(normal)
-            found[f"wall_{k}"] = WallRows(joints, STRIDE, point, normal, self.half_width, column, oblique=oblique)
             touches = [touch for touch in self.touching if touch.wall == k]
+            joints = self._joints_apart(self._joints_beside(normal), touches)
+            found[f"wall_{k}"] = WallRows(joints, STRIDE, point, normal, self.half_width, column, oblique=oblique)
             if touches:
                 found[f"touch_{k}"] = self._touch_rows(touches, point, normal, column)
         return found
+
+    def _joints_apart(self, joints: IntArray, touches: list[Touch]) -> IntArray:
+        """The joints without those at which both edges are held by the rows of a segment beside them: their own rows
+        would say the same twice."""
+        held = np.zeros((2, self.lengths.size + 1), dtype=bool)
+        for touch in touches:
+            i = self.segment_at(touch.s)
+            held[int(touch.side < 0.0), i : i + 2] = True
+        return joints[~held.all(axis=0)[joints]]
+
+    def segment_at(self, s: float) -> int:
+        """The segment around an abscissa, the one behind it where it is a joint's."""
+        starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        return int(np.clip(np.searchsorted(starts, s, side="right") - 1, 0, self.lengths.size - 1))
 
     def _joints_beside(self, normal: FloatArray) -> IntArray:
         """The joints whose distance from a plane of this normal is not given by a clamp or by the joint at the seam."""
@@ -341,7 +355,7 @@ class Held:
     def _touch_rows(self, touches: list[Touch], point: FloatArray, normal: FloatArray, plate: int) -> TouchRows:
         starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = np.array([touch.s for touch in touches])
-        i = np.clip(np.searchsorted(starts, s, side="right") - 1, 0, self.lengths.size - 1)
+        i = np.array([self.segment_at(touch.s) for touch in touches])
         return TouchRows(
             i, np.minimum(s - starts[i], self.lengths[i]), np.array([touch.side for touch in touches]), self.lengths,
             point, normal, self.half_width, self.exponent_limit, self.fields.components, self.fields.free,
