@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import POOR, UNKNOWN, YARDSTICK, grade
 from compare.measure.grid import Grid
 from compare.models.base import State, Status
+from compare.models.ribbon.rivals import Rival
 from compare.page.remedies import message
 from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
@@ -40,11 +41,15 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     choice = state.numbers.get("auto")
     if choice is not None and not choice["enough"]:
         near += f"; its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
+    rival = None if choice is None else choice["rival"]
+    if rival is not None:
+        near += f"; {Rival(**rival).text}"
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:
         near += f"; its inputs leave {length(units, unsure.total)} open"
     return Verdict(
-        f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", grade("error", state.error)
+        f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}",
+        grade("error", state.error) if rival is None else UNKNOWN,
     )
 
 

@@ -98,6 +98,14 @@ class Finding:
         return self.ribbon.ok and (self.row is None or self.row.status == "converged")
 
     @property
+    def another(self) -> bool | None:
+        """Whether the shell rests in another state than the ribbon; None: not known, of a shell that was found."""
+        row = self.row
+        if row is None or row.hausdorff is None or row.same_state is True:
+            return False
+        return None if row.same_state is None else True
+
+    @property
     def cause(self) -> str:
         """What stretches most."""
         return max(self.parts, key=lambda name: self.parts[name])
@@ -171,7 +179,8 @@ def _estimated(
     say: Reporter | None = None,
 ) -> Finding:
     found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
-    level = thresholds.level(found.distance, found.missing) if ribbon.ok else None
+    sure = ribbon.ok and found.rival is None
+    level = thresholds.level(found.distance, found.missing) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance, share=found.share,
@@ -219,7 +228,8 @@ def _found(
     maps = Maps(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(case), surface.points)
     zones, shear_there = stretching_zones(scene, maps, ratio)
     left_out = abs(share - bare.estimate.own)
-    level = thresholds.level(row.hausdorff, left_out) if comparison.fast.ok else None
+    sure = comparison.fast.ok and row.same_state is True
+    level = thresholds.level(row.hausdorff, left_out) if sure else None
     full = replace(
         bare,
         share_of_total=of_total,
@@ -297,6 +307,8 @@ def sentence(finding: Finding) -> str:
         return f"No verdict for {where}: the ribbon is {finding.ribbon.word}."
     if finding.row is not None and finding.share is None:
         return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
+    if finding.another is not False:
+        return f"No verdict for {where}: {_elsewhere(finding)}."
     distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"
     model = "inextensible model" if not finding.estimate.own else finding.words
     by = f"By estimate from the ribbon alone: {model}" if finding.row is None else model[0].upper() + model[1:]
@@ -308,9 +320,21 @@ def sentence(finding: Finding) -> str:
     return text + _doubt(finding)
 
 
+def _elsewhere(finding: Finding) -> str:
+    """That the shell is not known to be in the ribbon's state, with both energies (total, D w / l)."""
+    row = finding.row
+    assert row is not None
+    energies = (("shell", row.energy), ("ribbon", finding.ribbon.energy))
+    both = ", ".join(f"{name} {'unknown' if e is None else f'{e.total:.6g} D w / l'}" for name, e in energies)
+    state = "the shell rests in another state" if finding.another else "shell and ribbon may be in different states"
+    return f"{state} (total energies: {both}; {row.same_why})"
+
+
 def _doubt(finding: Finding) -> str:
     """What keeps the distance from being claimed, or nothing."""
     row = finding.row
+    if row is None and finding.estimate.rival is not None:
+        return f" Not sure: {finding.estimate.rival.text}."
     if row is None or row.hausdorff is None:
         return ""
     said = ""
