@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.base import Energy, Options, Shape, State, Variant
+from compare.models.base import Energy, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.same_state import Counterpart, Same, same_state
 from compare.registry import model
@@ -150,9 +150,8 @@ def compare(
     """
     scene.require_shell()
     shell, quick = model("shell"), beside_the_shell(scene)
-    refused = shell.refusal(scene)
-    if refused is not None:
-        raise refused  # what the shell refuses is said before anything is solved
+    for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
+        check_keys(one, scene)
     repeats = 0 if bare else None
     asked = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
     own = quick.variants(scene)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
 from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
-from compare.models.base import Options, State
+from compare.models.base import Options, State, check_keys
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.ribbon.estimate import Estimate
 from compare.scene.scene import Scene
@@ -156,6 +156,7 @@ def require_limits(scene: Scene) -> None:
             "has no estimate of what it leaves out",
             'choose "wunderlich" where the ribbon can do the scene, or ask shells: ribbonbench compare',
         )
+    check_keys(beside_the_shell(scene), scene)
 
 
 def quick(
