@@ -72,13 +72,16 @@ class Pose:
 
 @dataclass(frozen=True)
 class Refinement:
-    """What a state is on other segments: how many, its status and lowest eigenvalue there, and the distance (Hausdorff
-    over l) to the one before; None where it is not known."""
+    """What a state is on other segments: how many, its status and lowest eigenvalue there, the distance (Hausdorff
+    over l) to the one before; None where it is not known; its `Equilibrium.numbers`, and before: those of the state on
+    segments twice as long that it was begun at, None where there is none."""
 
     segments: int
     status: Status
     lowest_eigenvalue: float
     distance: float | None
+    numbers: dict[str, FloatArray]
+    before: dict[str, FloatArray] | None
 
 
 @dataclass(frozen=True)
@@ -291,6 +294,26 @@ class Equilibrium:
     def walls(self) -> tuple[WallForce, ...]:
         """What every wall exerts on the ribbon."""
         return self.problem.wall_forces(self.x, self.rows)
+
+    @property
+    def numbers(self) -> dict[str, FloatArray]:
+        """What is told of the state, by name: "forces.start", "forces.end" and "forces.walls.0" (3,) in D w / l^2,
+        "moments.start" and "moments.end" (3,) and "energy.elastic", "energy.gravity", "energy.tip", "energy.plates",
+        "energy.total" in D w / l, "lowest_eigenvalue", "max_abs_eta", "max_abs_eta_prime_w_half"; of a free twist
+        "max_abs_tau" (1/l) for those. Their changes between segments are their errors."""
+        absent = {"tip": self.problem.tip is None, "plates": all(wall.stiffness is None for wall in self.problem.walls)}
+        told = [name for name in ("elastic", "gravity", "tip", "plates", "total") if not absent.get(name)]
+        found: dict[str, Any] = {f"energy.{name}": getattr(self.energy, name) for name in told}
+        for name, held in (("start", self.start), ("end", self.end_support)):
+            if held is not None:
+                found |= {f"forces.{name}": held.force, f"moments.{name}": held.moment}
+        found |= {f"forces.walls.{k}": wall.force for k, wall in enumerate(self.walls)}
+        found["lowest_eigenvalue"] = self.lowest_eigenvalue
+        if self.has_free_twist:
+            found["max_abs_tau"] = np.abs(self.problem.joint_values(self.x)[1]).max()
+        else:
+            found |= {"max_abs_eta": self.max_abs_eta, "max_abs_eta_prime_w_half": self.max_abs_eta_prime_w_half}
+        return {name: np.asarray(value, dtype=float) for name, value in found.items()}
 
     def surface(self, along: int = 400, across: int = 8) -> Surface:
         """Triangulation with `along` x `across` cells in material coordinates (S, v), units of l."""

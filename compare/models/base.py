@@ -239,12 +239,14 @@ class State(Shown):
     """A model's answer to a scene.
 
     word: the solver's own word for `status`; stable None: not judged; residual: relative, as the solver measures it;
-    error: of the discretisation (Hausdorff over l), share_error: of the stretching's share; numbers: what only some
-    models have, by the name under which a table shows it; motions: rigid motions that nothing resists; log: the steps
-    of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones first (`status`
-    and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was found; why: the
-    reason of the chosen formulation; native: the solver's own result, for code about one model; units, width: of the
-    scene (w / l), where `compare.models.solve` has solved it.
+    error: of the discretisation (Hausdorff over l), share_error: of the stretching's share; errors: of what is told of
+    the state, each by its own change between meshes, nested as ``forces``, ``moments`` and ``energy`` of result.json
+    and in their units, others by name (`compare.measure.numbers`), None where it is not known (`error_why`); numbers:
+    what only some models have, by the name under which a table shows it; motions: rigid motions that nothing resists;
+    log: the steps of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones
+    first (`status` and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was
+    found; why: the reason of the chosen formulation; native: the solver's own result, for code about one model; units,
+    width: of the scene (w / l), where `compare.models.solve` has solved it.
     """
 
     model: str
@@ -260,6 +262,7 @@ class State(Shown):
     lowest_eigenvalue: float | None = None
     supports: Supports = field(default_factory=Supports)
     error: float | None = None
+    errors: Mapping[str, Any] = field(default_factory=dict)
     seconds: Seconds = field(default_factory=lambda: Seconds(float("nan")))
     unknowns: int = 0
     numbers: Mapping[str, Any] = field(default_factory=dict)

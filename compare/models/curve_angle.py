@@ -244,20 +244,27 @@ def state_of(scene: Scene | None, shape: RodShape, stability: Stability | None) 
 
 
 def with_error(model: CurveAngleModel, state: State, options: Options, width: float) -> State:
-    """The state with its discretisation error, from edges cut in two and in four; width: w / l of the strip shown."""
-    from compare.measure.error import extrapolated
+    """The state with its discretisation error and those of its forces, moments and energies, from edges cut in two and
+    in four; width: w / l of the strip shown."""
+    from compare.measure.error import error_of_first, extrapolated
     from compare.measure.grid import Grid
+    from compare.measure.numbers import errors_of, numbers_of
 
     assert state.shape is not None
     grid = options.grid or Grid(np.linspace(0.0, 1.0, 401), np.array([-0.5, 0.0, 0.5]) * width)
-    shapes, current = [grid.of(state.shape)], state
+    shapes, chain, current = [grid.of(state.shape)], [numbers_of(state)], state
     for _ in range(2):
         finer = model.refined(current)
         if finer is None or finer.shape is None or not finer.ok:
             break
         shapes.append(grid.of(finer.shape))
+        chain.append(numbers_of(finer))
         current = finer
     why = {1: "the rod with its edges cut in two was not found", 2: "from edges cut in two"}
+    errors = errors_of(chain, error_of_first, state.residual or 0.0)
     return replace(
-        state, error=extrapolated(shapes), error_why=why.get(len(shapes), "extrapolated from edges cut in two and four")
+        state,
+        error=extrapolated(shapes),
+        errors=errors,
+        error_why=why.get(len(shapes), "from edges cut in two, in four"),
     )

@@ -183,9 +183,26 @@ class ElasticaModel:
         elements = None if size is None else int(size.values[0])
         degree = None if size is None else size.degree
         found, seconds = clocked(lambda: start.once(elements, degree, False), options.repeats)
-        if options.error:
-            found = start.once(elements, degree, True)
-        return self._state(scene, found, seconds, start)
+        if not options.error:
+            return self._state(scene, found, seconds, start)
+        state = self._state(scene, start.once(elements, degree, True), seconds, start)
+        return self._with_errors(scene, state, start)
+
+    def _with_errors(self, scene: Scene, state: State, start: Start) -> State:
+        """With the errors of forces, moments and energies, from elements half as long."""
+        from compare.measure.error import error_of_first
+        from compare.measure.numbers import errors_of, numbers_of
+        from shellref.elastica.start import halved, solve_near
+
+        r = state.native
+        finer = None
+        if state.is_equilibrium:
+            finer = solve_near(r.problem, r.nodes, r.angle(r.nodes), halved(r.nodes), r.degree, estimate_error=False)
+        chain = [numbers_of(state)]
+        if finer is not None:
+            chain.append(numbers_of(self._state(scene, finer, state.seconds, start)))
+        why = "from elements half as long" if finer is not None else "none was found on elements half as long"
+        return replace(state, errors=errors_of(chain, error_of_first, state.residual or 0.0), error_why=why)
 
     def _state(self, scene: Scene, r: ElasticaResult, seconds: object, start: Start) -> State:
         from compare.models.base import Seconds

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.models.base import State
 from compare.scene.units import Units
 
 FloatArray = NDArray[np.float64]
@@ -34,13 +35,41 @@ def moment(values: FloatArray, units: Units) -> str:
     return _both(values, "moment", "D w / l", units)
 
 
+def within(error: float | None, unit: str, units: Units) -> str:
+    """How sure a force (unit "D w / l^2"), moment ("moment") or energy ("D w / l") is: ", within 2.1 mN"; without one
+    ", its error is not known"."""
+    if error is None or not math.isfinite(error):
+        return ", its error is not known"
+    return f", within {units.text(error, unit, 2)}"
+
+
+def supports(state: State, units: Units) -> list[tuple[str, str]]:
+    """Rows of what holds the strip at its ends: force and moment with their errors."""
+    found = []
+    for name, where, held in (("start", "s = 0", state.supports.start), ("end", "s = l", state.supports.end)):
+        if held is None:
+            continue
+        errors = [state.errors.get(kind, {}).get(name) for kind in ("forces", "moments")]
+        found.append((f"force at {where}", force(held.force, units) + within(errors[0], "D w / l^2", units)))
+        found.append((f"moment at {where}", moment(held.moment, units) + within(errors[1], "moment", units)))
+    return found
+
+
 def place(values: FloatArray, units: Units) -> str:
     """A position (3,) given in l: in mm or m, the dimensionless one in brackets; that alone without SI."""
     return _both(values, "l", "l", units, ".6f")
 
 
-def energies(values: Mapping[str, float | None], units: Units) -> str:
-    """Parts of an energy given in D w / l by name: in mJ or another, the dimensionless ones in brackets."""
+def energies(values: Mapping[str, float | None], units: Units, errors: Mapping[str, float | None] | None = None) -> str:
+    """Parts of an energy given in D w / l by name: in mJ or another, the dimensionless ones in brackets; behind them
+    the largest of their errors (`State.errors`), which not all parts have. None: not told."""
+    known = [value for name, value in (errors or {}).items() if name in values]
+    sure = [value for value in known if value is not None]
+    behind = "" if errors is None else within(max(sure) if sure and len(sure) == len(known) else None, "D w / l", units)
+    return _energies(values, units) + (f"; each{behind[1:]}" if sure else behind)
+
+
+def _energies(values: Mapping[str, float | None], units: Units) -> str:
     known = {name: value for name, value in values.items() if value is not None}
     plain = ", ".join(f"{name} {value:.6f}" for name, value in known.items())
     largest = max(map(abs, known.values()), default=0.0)

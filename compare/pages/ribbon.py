@@ -291,20 +291,18 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found = [("status", message(state))]
     if state.is_equilibrium:
         found += [
-            ("energy", told.energies(parts, units)),
+            ("energy", told.energies(parts, units, state.errors.get("energy", {}))),
             ("middle", told.place(e.middle.position, units)),
             ("end" if scene.clamp_end or scene.closure else "free end", told.place(e.end.position, units)),
             *_bent(scene, state, units),
         ]
-        if scene.clamp_start is not None:
-            found.append(("force at s = 0", told.force(e.start.force, units)))
-            found.append(("moment at s = 0", told.moment(e.start.moment, units)))
-        if e.end_support is not None:
-            found.append(("force at s = l", told.force(e.end_support.force, units)))
-            found.append(("moment at s = l", told.moment(e.end_support.moment, units)))
-        for wall in state.supports.walls:
+        free = () if scene.clamp_start is not None else ("force at s = 0", "moment at s = 0")
+        found += [row for row in told.supports(state, units) if row[0] not in free]
+        sure = state.errors.get("forces", {}).get("walls", ())
+        for number, wall in enumerate(state.supports.walls):
             plate = "" if wall["height"] is None else f", plate at {units.text(wall['height'], 'l', 4)} from rest"
-            text = f"{told.force(wall['force'], units)}; {wall['contacts'].size} points in contact{plate}"
+            error = told.within(sure[number] if number < len(sure) else None, "D w / l^2", units)
+            text = f"{told.force(wall['force'], units)}{error}; {wall['contacts'].size} points in contact{plate}"
             found.append((f"force of wall {wall['name']}", text))
     if e.penetration is not None:
         found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))
