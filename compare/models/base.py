@@ -444,6 +444,15 @@ class Evaluates(Protocol):
         """The scene's problem as the model sees it. Raises `BadInput` like `Model.solve`."""
 
 
+@runtime_checkable
+class Rests(Protocol):
+    """A model that can say where it comes to rest from another model's shape; a model need not."""
+
+    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
+        """The state of the scene, on the elements of `state`, that is reached from `near`, whether or not it is
+        `state` again; None where none is found."""
+
+
 def covered(key: str, patterns: Mapping[str, Any] | frozenset[str]) -> bool:
     """Whether a dotted key is in `patterns`, itself or by its section ("wall.*")."""
     section, _, _ = key.rpartition(".")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.grades import GOOD, POOR, UNKNOWN, grade
-from compare.models.base import BESIDE
+from compare.models.base import BESIDE, State
 from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell import START
 from compare.models.shell_build import line_weight
@@ -59,8 +59,12 @@ _COLUMNS: tuple[ColumnOf[Row], ...] = (
      lambda r: r.ribbon_error),
     (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell", rank=2),
      lambda r: r.shell_error),
+    (Column("same_state", "state", kind="truth", words={"true": "the same", "false": "another"},
+            legend="whether both are in one state: the shell settled at the ribbon's surface, or the ribbon, begun at "
+            "the shell's shape, comes back; elsewhere the distance is none between models", rank=1),
+     lambda r: r.same_state),
     (Column("claimed", "models differ", kind="truth", words={"false": "not shown"},
-            legend="the distance exceeds the sum of both errors", rank=1), lambda r: r.claimed),
+            legend="the distance exceeds the sum of both errors, both in one state", rank=1), lambda r: r.claimed),
     (Column("membrane_share", "membrane %", kind="share", rank=3), _part("share", "membrane")),
     (Column("shear_share", "shear %", kind="share", rank=6), _part("share", "shear")),
     (Column("elastic", "elastic", "D w / l", "digits:6", rank=6), _energy("elastic")),
@@ -126,6 +130,8 @@ def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
     ratio = f"w/h = {row.width_to_thickness:g}"
     if row.hausdorff is None or row.status != "converged":
         return Verdict(f"No comparison at {ratio}: the shell is {row.status}", POOR)
+    if row.same_state is not True:
+        return Verdict(another_state(row, fast, units), UNKNOWN)
     if row.ribbon_error is None or row.shell_error is None:
         lacking = fast.model if row.ribbon_error is None else "shell"
         far = length(units, row.hausdorff)
@@ -142,6 +148,27 @@ def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
     return Verdict(text, GOOD if grade("distance", bound) == GOOD else UNKNOWN)
 
 
+def another_state(row: Row, fast: State, units: Units) -> str:
+    """What is to be said of a shell that is not known to be in the state of the model beside it: both energies, and how
+    far apart the two states are; a sentence without its full stop."""
+    ratio, beside = f"w/h = {row.width_to_thickness:g}", fast.model
+    own = None if fast.energy is None else fast.energy.total
+    its = None if row.energy is None else row.energy.total
+
+    def told(value: float | None) -> str:
+        return "unknown" if value is None else units.text(value, "D w / l", 6)
+
+    both = f"total energies {told(its)} (shell) and {told(own)} ({beside}), {length(units, row.hausdorff)} apart"
+    if row.same_state is None:
+        return f"At {ratio} it is not known whether shell and {beside} are in one state: {both}; {row.same_why}"
+    text = f"At {ratio} the shell rests in another state than the {beside}: {both}"
+    found = row.counterpart
+    if found is None:
+        return text
+    there = f"{told(found.energy)}, {length(units, found.distance)} from the shell"
+    return f"{text}; the {beside} has a state there too ({there})"
+
+
 def separable(comparison: Comparison, units: Units | None = None) -> list[str]:
     """The distances in the words of ASME V&V 20: comparison error, numerical uncertainty, separable or not."""
     units = Units.of(comparison.scene) if units is None else units
@@ -149,6 +176,7 @@ def separable(comparison: Comparison, units: Units | None = None) -> list[str]:
         (row, row.hausdorff, row.ribbon_error + row.shell_error)
         for row in comparison.rows
         if row.hausdorff is not None and row.ribbon_error is not None and row.shell_error is not None
+        if row.same_state is True
     ]
     if not known:
         return []
@@ -177,8 +205,11 @@ def _inputs(comparison: Comparison, units: Units) -> str:
 
 def verdict(comparison: Comparison) -> list[str]:
     """What the table says, in sentences that its numbers bear out: the numbers, then how they were computed."""
-    said = separable(comparison)
     fast = comparison.fast
+    units = Units.of(comparison.scene)
+    elsewhere = [row for row in comparison.rows if fast.ok and row.hausdorff is not None and row.same_state is not True]
+    said = [f"{another_state(row, fast, units)}." for row in elsewhere]
+    said += separable(comparison)
     if comparison.slope is not None:
         low, high = comparison.slope.spread
         word = "falls" if comparison.falls else "does not fall on every row"
@@ -264,7 +295,7 @@ def _undecided(comparison: Comparison) -> list[str]:
     """Rows where no difference between the models can be claimed, and why."""
     said = []
     for row in comparison.rows:
-        if row.hausdorff is None or row.claimed:
+        if row.hausdorff is None or row.claimed or (comparison.fast.ok and row.same_state is not True):
             continue
         head = f"w/h = {row.width_to_thickness:g}: no difference is claimed, "
         if row.ribbon_error is None:

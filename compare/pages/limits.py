@@ -70,6 +70,7 @@ def row_result(finding: Finding) -> dict[str, Any]:
             "scale": finding.estimate.scale,
             "seconds": finding.estimate.seconds,
             "false_safe": finding.false_safe,
+            "rival": None if finding.estimate.rival is None else finding.estimate.rival.to_dict(),
         },
     }
 
@@ -95,7 +96,7 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("clamp", "held", kind="word", rank=2), lambda f: f.scene.shell.clamp),
         (Column("width_to_thickness", "w/h", kind="digits", rank=1), lambda f: f.width_to_thickness),
         (Column("level", "level", kind="word", legend="good, fair, poor (see the verdict's thresholds)", rank=0),
-         lambda f: f.level or (f.row and f.row.status)),
+         lambda f: f.level or _without_level(f)),
         (Column("distance", "distance % l", "l", "percent:2", legend="Hausdorff between ribbon and shell", rank=1),
          lambda f: f.distance),
         (Column("centreline", "centreline % l", "l", "percent:2", rank=LAST), of_row("centreline")),
@@ -123,6 +124,13 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
 
 #: What an estimate alone has.
 _ESTIMATED = ("clamp", "width_to_thickness", "estimate.level", "estimate.distance", "estimate.share", "reason")
+
+
+def _without_level(finding: Finding) -> str | None:
+    """What stands in place of a level: the shell's status, or that it rests in another state."""
+    if finding.another is not False:
+        return "another state" if finding.another else "state not known"
+    return None if finding.row is None else finding.row.status
 
 
 def table(findings: Sequence[Finding]) -> Table:

@@ -16,6 +16,7 @@ from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.ribbon.build import formulation_why
+from compare.models.ribbon.rivals import Rival
 from compare.models.ribbon.state import RibbonShape
 from compare.models.ribbon.stretching import stretching
 from compare.models.ribbon.taut import taut
@@ -201,7 +202,9 @@ def choice_text(choice: Mapping[str, Any]) -> str:
         beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
         said.append(f"{step['model']} {told}{beyond} {spent_on}")
     end = ": taken" if choice["enough"] else ": not enough, take the shell (ribbonbench shell)"
-    return "; ".join(said) + end
+    rival = choice.get("rival")
+    doubt = "" if rival is None else f", but not sure: {Rival(**rival).text}"
+    return "; ".join(said) + end + doubt
 
 
 def picture(state: State) -> Picture:

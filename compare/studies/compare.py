@@ -11,6 +11,9 @@ The shell begins at the ribbon's surface and settles at the full load (`shell.st
 equilibria (two clamps, a path, a saddle left), both are then on one branch; where it has one, the beginning is refused
 unless the shell's own path, on a coarse mesh, leads to the same state. The shell's equilibrium satisfies its own
 equations all the same, wherever it began.
+
+Two models are compared in one state, or not at all (`compare.models.same_state`): where the shell rests in another one
+than the ribbon, the distance is none between models, and no difference, slope or grade is made of it.
 """
 
 from __future__ import annotations
@@ -25,8 +28,9 @@ from numpy.typing import NDArray
 
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.base import Energy, Options, Shape, State, Variant
+from compare.models.base import Energy, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
+from compare.models.same_state import Counterpart, Same, same_state
 from compare.registry import model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -43,7 +47,9 @@ class Row:
     claimed: the distance exceeds the sum of the errors; energy: the shell's (without the constant of the natural
     curvature, like every model's); share: of its elastic energy, the constant included; elastica: distance of the
     shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; share_error: change of
-    the membrane share from the coarser mesh, where one was solved.
+    the membrane share from the coarser mesh, where one was solved; same_state: whether the shell rests in the state
+    that is beside it, None: not known, or no shell; same_why: how that was found; counterpart: where the model beside
+    comes to rest from the shell's shape, where that is another state than its own. `claimed` is of one state only.
     """
 
     width_to_thickness: float
@@ -63,6 +69,9 @@ class Row:
     elements: tuple[int, int]
     newton_iterations: int | None
     reused: bool
+    same_state: bool | None
+    same_why: str
+    counterpart: Counterpart | None = None
     elastica: float | None = None
     start: str = "path"
     share_error: float | None = None
@@ -141,9 +150,8 @@ def compare(
     """
     scene.require_shell()
     shell, quick = model("shell"), beside_the_shell(scene)
-    refused = shell.refusal(scene)
-    if refused is not None:
-        raise refused  # what the shell refuses is said before anything is solved
+    for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
+        check_keys(one, scene)
     repeats = 0 if bare else None
     asked = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
     own = quick.variants(scene)
@@ -165,7 +173,8 @@ def compare(
         near = beside[k].shape if beside[k].ok else None
         options = Options(error=True, store=store, fallback=True, grid=grid, selects=several)
         state = shell.solve(variant.scene, near=near, options=options, say=reporter)
-        rows.append(_row(beside[k], grid, *lines[k], planar, variant, state))
+        same = same_state(quick, own[k].scene, beside[k], state, grid)
+        rows.append(_row(beside[k], grid, *lines[k], planar, variant, state, same))
         shells.append(state)
     found = tuple(rows)
     line = lines[-1][1]
@@ -188,6 +197,7 @@ def _row(
     planar_line: FloatArray | None,
     variant: Variant,
     state: State,
+    same: Same,
 ) -> Row:
     """The row of one shell; without a converged surface it keeps the status and no distances."""
     hausdorff = centreline = planar = None
@@ -199,7 +209,7 @@ def _row(
             centreline = centreline_distance(fast_line, line)
         if planar_line is not None:
             planar = centreline_distance(planar_line, line)
-    known = hausdorff is not None and state.error is not None and fast.error is not None
+    known = hausdorff is not None and state.error is not None and fast.error is not None and same.answer is True
     claimed = known and hausdorff > state.error + fast.error  # type: ignore[operator]
     seconds = state.seconds.warm
     mesh = tuple(int(value) for value in state.size.values)
@@ -221,6 +231,9 @@ def _row(
         elements=mesh,  # type: ignore[arg-type]
         newton_iterations=state.iterations,
         reused=state.reused,
+        same_state=same.answer,
+        same_why=same.why,
+        counterpart=same.counterpart,
         elastica=planar,
         start=state.start,
         share_error=state.numbers.get("share_error"),

@@ -14,7 +14,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
-from compare.models.base import BESIDE, Model, Options, Shape, Size
+from compare.models.base import BESIDE, Model, Options, Shape, Size, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.reference import reference
 from compare.registry import outside
@@ -57,6 +57,7 @@ class Bench:
         #: Models whose every solve is a process of its own, known from their references.
         self.apart: set[str] = set()
         beside = beside_the_shell(scene)
+        check_keys(beside, scene)
         self.base = beside.solve(scene, options=Options(leave_saddle=plan.leave_saddle, repeats=None), say=reporter)
         self.grid = Grid.for_shape(scene, self.base.shape.bend if self.base.shape is not None else 1.0)
         self.surface = None if self.base.shape is None else self.grid.of(self.base.shape)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
 from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
-from compare.models.base import Options, State
+from compare.models.base import Options, State, check_keys
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.ribbon.estimate import Estimate
 from compare.scene.scene import Scene
@@ -98,6 +98,14 @@ class Finding:
         return self.ribbon.ok and (self.row is None or self.row.status == "converged")
 
     @property
+    def another(self) -> bool | None:
+        """Whether the shell rests in another state than the ribbon; None: not known, of a shell that was found."""
+        row = self.row
+        if row is None or row.hausdorff is None or row.same_state is True:
+            return False
+        return None if row.same_state is None else True
+
+    @property
     def cause(self) -> str:
         """What stretches most; "" where that is not known."""
         return max(self.parts, key=lambda name: self.parts[name], default="")
@@ -148,6 +156,7 @@ def require_limits(scene: Scene) -> None:
             "has no estimate of what it leaves out",
             'choose "wunderlich" where the ribbon can do the scene, or ask shells: ribbonbench compare',
         )
+    check_keys(beside_the_shell(scene), scene)
 
 
 def quick(
@@ -171,7 +180,8 @@ def _estimated(
     say: Reporter | None = None,
 ) -> Finding:
     found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
-    level = thresholds.level(found.distance, found.missing) if ribbon.ok and not found.why else None
+    sure = ribbon.ok and found.rival is None and not found.why
+    level = thresholds.level(found.distance, found.missing) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,
@@ -220,7 +230,8 @@ def _found(
     maps = Maps(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(case), surface.points)
     zones, shear_there = stretching_zones(scene, maps, ratio)
     left_out = abs(share - bare.estimate.own)
-    level = thresholds.level(row.hausdorff, left_out) if comparison.fast.ok else None
+    sure = comparison.fast.ok and row.same_state is True
+    level = thresholds.level(row.hausdorff, left_out) if sure else None
     full = replace(
         bare,
         share_of_total=of_total,
@@ -301,7 +312,12 @@ def sentence(finding: Finding) -> str:
     if finding.row is not None and finding.share is None:
         return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
     if finding.estimate.why and finding.share is None:
-        return f"No verdict for {where}: how far the strip stretches is {finding.estimate.why}; ask shells (without --quick)."
+        return (
+            f"No verdict for {where}: how far the strip stretches is {finding.estimate.why}; ask shells (without "
+            "--quick)."
+        )
+    if finding.another is not False:
+        return f"No verdict for {where}: {_elsewhere(finding)}."
     distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"
     model = "inextensible model" if not finding.estimate.own else finding.words
     by = f"By estimate from the ribbon alone: {model}" if finding.row is None else model[0].upper() + model[1:]
@@ -313,9 +329,21 @@ def sentence(finding: Finding) -> str:
     return text + _doubt(finding)
 
 
+def _elsewhere(finding: Finding) -> str:
+    """That the shell is not known to be in the ribbon's state, with both energies (total, D w / l)."""
+    row = finding.row
+    assert row is not None
+    energies = (("shell", row.energy), ("ribbon", finding.ribbon.energy))
+    both = ", ".join(f"{name} {'unknown' if e is None else f'{e.total:.6g} D w / l'}" for name, e in energies)
+    state = "the shell rests in another state" if finding.another else "shell and ribbon may be in different states"
+    return f"{state} (total energies: {both}; {row.same_why})"
+
+
 def _doubt(finding: Finding) -> str:
     """What keeps the distance from being claimed, or nothing."""
     row = finding.row
+    if row is None and finding.estimate.rival is not None:
+        return f" Not sure: {finding.estimate.rival.text}."
     if row is None or row.hausdorff is None:
         return ""
     said = ""

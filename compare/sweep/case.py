@@ -255,6 +255,7 @@ def _compared(task: Task) -> Record:
                 "centreline": r.centreline,
                 "ribbon_error": r.ribbon_error,
                 "shell_error": r.shell_error,
+                "same_state": r.same_state,
                 "claimed": r.claimed,
                 "seconds.ribbon": r.seconds["ribbon"],
                 "seconds.shell": r.seconds["shell"],

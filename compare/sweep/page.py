@@ -59,6 +59,7 @@ _COLUMNS = (
     _column("ribbon.status", kind=_WORD),
     _column("ribbon.stable", kind=_TRUTH),
     *(_column(key, "l") for key in ("hausdorff", "centreline", "ribbon_error", "shell_error")),
+    _column("same_state", kind=_TRUTH),
     _column("claimed", kind=_TRUTH),
     _column("residual"),
     _column("iterations", kind="integer"),

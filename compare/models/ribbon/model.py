@@ -213,6 +213,16 @@ class RibbonModel:
         with compiling(say):
             return found(scene, state.native, width_to_thickness)
 
+    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
+        """Where the ribbon comes to rest from another model's shape (`compare.models.base.Rests`)."""
+        from compare.models.ribbon import rivals
+        from ribbon.solvers import choose
+        from ribbon.solvers.budget import within
+
+        with self._admitted(scene), within(scene.model.budget), choose.using(scene.model.solver):
+            found = rivals.near(state.native, near)
+        return state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values()))) if found.ok else None
+
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
         from compare.models.effects.ribbon import effects, skipped

@@ -164,7 +164,7 @@ def test_a_distance_within_the_errors_is_a_bound(made):
 
 def row(ratio, distance, claimed=True):
     return Row(ratio, "converged", True, "", distance, distance, 1e-5, 1e-5, claimed, None, None, None, None,
-               {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False)  # fmt: skip
+               {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False, True, "")  # fmt: skip
 
 
 def test_slope_uses_claimed_rows_only():
