@@ -26,7 +26,7 @@ from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, violation
 from ribbon.solvers.threads import alone
-from ribbon.strip import Strip, finite
+from ribbon.strip import Strip, check_known, finite, known
 from ribbon.thesis import other_models
 
 Progress = Callable[[int, float, float], None]
@@ -168,14 +168,19 @@ def build(
     in_plane: bool | None = None,
     tip: ArrayLike | None = None,
 ) -> Problem:
-    """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`."""
+    """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`.
+
+    `RibbonInputError` for arguments that contradict each other, or beyond what the models are known to work for."""
     lengths = segment_lengths(segments)
     if clamp is None and closure is None:
         clamp = Clamp()
+    check_known(strip)
+    known("segments", segments, [float(lengths.min())])
     start = None if _nothing(clamp) else clamp
     end = None if _nothing(end) else end
     walls = tuple(walls)
     force = tip_force(tip)
+    _check_known_places(strip, start, end, closure, walls, force)
     chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size, choose.asked())
     if chosen == "chained" and end is None:
         assert start is not None
@@ -208,6 +213,24 @@ def build(
 
 
 _formulation = formulation.choose
+
+
+def _check_known_places(
+    strip: Strip, start: Clamp | None, end: Clamp | None, closure: Closure | None, walls: tuple[Wall, ...],
+    force: tuple[float, ...] | None,
+) -> None:  # fmt: skip
+    """`RibbonInputError` for what holds and loads a strip beyond what the models are known to work for."""
+    for key, clamp in (("clamp.position", start), ("end.position", end)):
+        if clamp is not None and clamp.position is not None:
+            known(key, clamp.position, np.asarray(clamp.position) / strip.length)
+    for wall in walls:
+        known("wall.point", wall.point, np.asarray(wall.point) / strip.length)
+        if wall.stiffness is not None:
+            known("wall.stiffness", wall.stiffness, [wall.stiffness])
+    if closure is not None:
+        known("closure.turns", closure.turns, [closure.turns])
+    if force is not None:
+        known("tip", force, force)
 
 
 def check_walls(strip: Strip, start: Clamp | None, end: Clamp | None, walls: tuple[Wall, ...]) -> None:
@@ -287,7 +310,9 @@ def starting_shapes(
 ) -> Iterable[tuple[FloatArray, FloatArray]]:
     """omega and eta (p + 1,) at the joints to start from, the most promising first; several only if none was given."""
     s = seeds.joints(problem.lengths)
-    eta = seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
+    rulings = _values("seed_ruling", ruling)
+    known("seed_ruling", ruling, rulings)
+    eta = seeds.held_straight(problem, seeds.sampled(rulings, s))
     slopes = np.abs(np.diff(eta)) / problem.lengths * problem.half_width
     if slopes.max(initial=0.0) >= 1.0 and not problem.fields.free:
         raise RibbonInputError(
@@ -295,6 +320,7 @@ def starting_shapes(
         )
     if not isinstance(curvature, str):
         given = np.array(_values("seed_curvature", curvature)) * problem.strip.length
+        known("seed_curvature", curvature, given)
         return [(seeds.sampled(tuple(given), s), eta)]
     if curvature != "natural":
         raise RibbonInputError("seed_curvature", curvature, 'a number, a list of numbers, or "natural"')
