@@ -9,6 +9,7 @@ or a session has all of it, what goes in too, in m, N, N m and J; the strip's un
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,6 +67,44 @@ class Material:
     def gamma(self, length: float, thickness: float, poisson: float) -> float:
         """``rho h g l^3 / D``, l and h in m (docs/theory.md, eq. (2.1))."""
         return self.density * thickness * self.acceleration * length**3 / self.stiffness(thickness, poisson)
+
+
+#: The dimensionless numbers for which the models are known to work, by argument: what it is, the least, the largest.
+#: (Scenes have the same ones: `compare.scene.spec`.)
+KNOWN: dict[str, tuple[str, float, float]] = {
+    "width": ("w / l", 1e-6, math.inf),
+    "thickness": ("h / l", 1e-8, math.inf),
+    "natural_curvature": ("K l", -1e4, 1e4),
+    "gamma": ("Gamma", 0.0, 1e12),
+    "position": ("x / l", -1e6, 1e6),
+    "point": ("x / l", -1e6, 1e6),
+    "stiffness": ("k", 1e-12, 1e18),
+    "turns": ("turns", 1.0, 1000.0),
+    "tip": ("F l^2 / (D w)", -1e12, 1e12),
+    "seed_curvature": ("omega l", -1e4, 1e4),
+    "seed_ruling": ("eta", -1e3, 1e3),
+    "segments": ("each / l", 1e-13, 1.0),
+}
+
+
+def known(key: str, value: object, numbers: Iterable[float]) -> None:
+    """`RibbonInputError` where one of the dimensionless `numbers` that `value` gives is beyond `KNOWN`; key: the
+    argument, with what it stands in before a dot ("clamp.position")."""
+    symbol, least, most = KNOWN[key.rpartition(".")[2]]
+    for number in numbers:
+        if not least <= number <= most:
+            within = f"{least:g} <= {symbol} <= {most:g}" if most < math.inf else f"{symbol} >= {least:g}"
+            remedy = f"gives {symbol} = {number:.6g}, beyond what the models are known to work for ({within})"
+            raise RibbonInputError(key, value, remedy)
+
+
+def check_known(strip: Strip) -> None:
+    """`RibbonInputError` for a strip beyond what the models are known to work for."""
+    known("width", strip.width, [strip.relative_width])
+    if strip.thickness is not None:
+        known("thickness", strip.thickness, [strip.thickness / strip.length])
+    known("natural_curvature", strip.natural_curvature, strip.curvature)
+    known("gamma", strip.gamma, [strip.gamma])
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import beyond_the_shell, check_geometry
 from compare.scene.data import SceneData
 from compare.scene.declare import Kind
+from compare.scene.given.known import check_known
 from compare.scene.given.plausible import implausible
 from compare.scene.given.source import name_of, shipped, text_of, text_of_shipped
 from compare.scene.given.without_effect import without_effect
@@ -182,6 +183,7 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
     said = {**vars(sections), "title": sections.title or one_line(name)}
     scene = Scene(name=name, source=source, own_keys=given_keys(document), **said)
     check_geometry(scene)
+    check_known(scene)
     if scene.model.energy == "elastica":
         reason = scene.nonplanar_reason()
         if reason is not None:

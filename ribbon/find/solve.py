@@ -26,7 +26,7 @@ from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, slack_of, violation
 from ribbon.solvers.threads import alone
-from ribbon.strip import Strip, finite
+from ribbon.strip import Strip, check_known, finite, known
 from ribbon.thesis import other_models
 
 Progress = Callable[[int, float, float], None]
@@ -179,14 +179,19 @@ def build(
     in_plane: bool | None = None,
     tip: ArrayLike | None = None,
 ) -> Problem:
-    """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`."""
+    """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`.
+
+    `RibbonInputError` for arguments that contradict each other, or beyond what the models are known to work for."""
     lengths = segment_lengths(segments)
     if clamp is None and closure is None:
         clamp = Clamp()
+    check_known(strip)
+    known("segments", segments, [float(lengths.min())])
     start = None if _nothing(clamp) else clamp
     end = None if _nothing(end) else end
     walls = tuple(walls)
     force = tip_force(tip)
+    _check_known_places(strip, start, end, closure, walls, force)
     chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size, choose.asked())
     if chosen == "chained" and end is None:
         assert start is not None
@@ -219,6 +224,24 @@ def build(
 
 
 _formulation = formulation.choose
+
+
+def _check_known_places(
+    strip: Strip, start: Clamp | None, end: Clamp | None, closure: Closure | None, walls: tuple[Wall, ...],
+    force: tuple[float, ...] | None,
+) -> None:  # fmt: skip
+    """`RibbonInputError` for what holds and loads a strip beyond what the models are known to work for."""
+    for key, clamp in (("clamp.position", start), ("end.position", end)):
+        if clamp is not None and clamp.position is not None:
+            known(key, clamp.position, np.asarray(clamp.position) / strip.length)
+    for wall in walls:
+        known("wall.point", wall.point, np.asarray(wall.point) / strip.length)
+        if wall.stiffness is not None:
+            known("wall.stiffness", wall.stiffness, [wall.stiffness])
+    if closure is not None:
+        known("closure.turns", closure.turns, [closure.turns])
+    if force is not None:
+        known("tip", force, force)
 
 
 def check_walls(strip: Strip, start: Clamp | None, end: Clamp | None, walls: tuple[Wall, ...]) -> None:
@@ -298,7 +321,9 @@ def starting_shapes(
 ) -> Iterable[tuple[FloatArray, FloatArray]]:
     """omega and eta (p + 1,) at the joints to start from, the most promising first; several only if none was given."""
     s = seeds.joints(problem.lengths)
-    eta = seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
+    rulings = _values("seed_ruling", ruling)
+    known("seed_ruling", ruling, rulings)
+    eta = seeds.held_straight(problem, seeds.sampled(rulings, s))
     slopes = np.abs(np.diff(eta)) / problem.lengths * problem.half_width
     if slopes.max(initial=0.0) >= 1.0 and not problem.fields.free:
         raise RibbonInputError(
@@ -337,7 +362,9 @@ def _from_the_walls(problem: Problem, omega: FloatArray, eta: FloatArray) -> lis
 def _given(problem: Problem, curvature: Values, ruling: Values) -> tuple[FloatArray, FloatArray]:
     """omega and eta (p + 1,) of a seed as it was given."""
     s = seeds.joints(problem.lengths)
-    omega = seeds.sampled(tuple(np.array(_values("seed_curvature", curvature)) * problem.strip.length), s)
+    values = np.array(_values("seed_curvature", curvature)) * problem.strip.length
+    known("seed_curvature", curvature, values)
+    omega = seeds.sampled(tuple(values), s)
     return omega, seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
 
 
