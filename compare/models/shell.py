@@ -40,7 +40,7 @@ from compare.models.base import (
 )  # fmt: skip
 from compare.models.effects.shell import effects
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
-from compare.models.shell_process import SOURCES, ShellCase, run_shell
+from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
 
 if TYPE_CHECKING:
@@ -173,7 +173,6 @@ class ShellModel:
         "seed.ruling": "a shell has no rulings",
         "model.*": _RIBBON,
     }
-    wing: tuple[str, ...] = (*SOURCES, "compare/models", "compare/scene", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A scene without thickness, or held as no shell can be."""

@@ -1,7 +1,8 @@
 """What a walk leaves on disk while it goes on: every step as a line, and a checkpoint from which it can be resumed.
 
 FOLDER/steps.jsonl: one JSON object per attempt (LoadStep). FOLDER/checkpoint.npz: the last good point and the one
-before it on the grid, their rates, the place in the path, a digest of problem and options; written whole, by rename.
+before it on the grid, their rates, the place in the path, a digest of problem, options and sources; written whole, by
+rename.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ EVERY = 1.0  # seconds between checkpoints: a large state is not written more of
 
 
 def digest(*parts: dict[str, Any]) -> str:
-    """A digest of what defines a walk."""
+    """A digest of what defines a walk: problem, options, and the sources that walk."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 

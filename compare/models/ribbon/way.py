@@ -28,9 +28,9 @@ from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
 from compare.store.arrays import npz_bytes
+from compare.store.provenance import software
 from compare.store.store import atomic_write_bytes, case_key, jsonable
 from ribbon import Equilibrium, Status, solve
-from ribbon.element import kernel_cache
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import StepRecord, anchored, follow, switch
 from ribbon.find.solve import Problem
@@ -310,8 +310,9 @@ def _formulation(scene: Scene) -> str:
 
 
 def run_key(scene: Scene, leave_saddle: bool) -> str:
-    """What a kept state belongs to: the scene, the option, and the ribbon's sources."""
-    return case_key(scene.canonical(), {"leave_saddle": leave_saddle}, kernel_cache.digest())
+    """What a kept state belongs to: the scene, the option, and all that goes the way: versions, and the sources of
+    this module."""
+    return case_key(scene.canonical(), {"leave_saddle": leave_saddle}, software(__name__))
 
 
 def run_way(
