@@ -318,8 +318,8 @@ class ShellModel:
         return effects(scene)
 
 
-def mesh_size(mesh: tuple[int, int], degree: int = 2) -> Size:
-    """The size of a mesh (elements along, across)."""
+def mesh_size(mesh: tuple[int, int], degree: int | None = 2) -> Size:
+    """The size of a mesh (elements along, across) of elements of this degree; None: not known."""
     return Size(LADDER, (float(mesh[0]), float(mesh[1])), degree)
 
 
@@ -387,10 +387,11 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
     unstable = case.status == "converged" and not case.ok
     mesh = data.get("elements") or shell_elements(scene)
     discretisation = data.get("discretisation") or {}
+    problem = data.get("problem")  # None: the worker died without a report
     seconds = case.seconds
     return State(
         model="shell",
-        size=mesh_size((int(mesh[0]), int(mesh[1])), int(data.get("degree", 2))),
+        size=mesh_size((int(mesh[0]), int(mesh[1])), None if problem is None else int(problem["degree"])),
         status=Status.UNSTABLE if unstable else _STATUS.get(case.status, Status.FAILED),
         word="unstable" if unstable else case.status,
         stable=data.get("stable"),

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ribbon import penetration
 from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
-from ribbon.solvers.problem import violation
+from ribbon.solvers.problem import KNOWN, violation
 from ribbon.strip import Strip
 
 #: Mismatch of the frames at the ends of a stretched strip that counts as rounding.
@@ -46,7 +47,8 @@ def straight(problem: Problem) -> Equilibrium:
     none = np.zeros(problem.lengths.size + 1)
     x = problem.state(none, none)
     missing = violation(problem, x)
-    fits = missing <= STRETCHED_MISMATCH
+    beyond = penetration.deepest(problem, x)
+    fits = missing <= STRETCHED_MISMATCH and not (beyond is not None and beyond > penetration.TOLERANCE)
     status = Status.CONVERGED if fits else Status.INFEASIBLE
     message = (
         "stretched straight: the only shape there is, no freedom is left to be unstable; its tension is undetermined, "
@@ -68,4 +70,7 @@ def straight(problem: Problem) -> Equilibrium:
         mode=np.zeros(problem.size),
         active_bounds=0,
         seconds={"solve": 0.0, "stability": 0.0},
+        options={},
+        solver=KNOWN,
+        penetration=beyond,
     )

@@ -14,7 +14,15 @@ import numpy as np
 
 from ribbon.solvers import budget
 from ribbon.solvers.cyipopt_api import wrapper
-from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained, kkt_residual
+from ribbon.solvers.problem import (
+    IPOPT,
+    BoundedProblem,
+    ConstrainedProblem,
+    FloatArray,
+    Minimum,
+    is_constrained,
+    kkt_residual,
+)
 
 cyipopt = wrapper()
 
@@ -161,4 +169,5 @@ def minimise(
         message=message.decode() if isinstance(message, bytes) else str(message),
         finished=int(info["status"]) == _SOLVED,
         seconds=time.perf_counter() - clock,
+        solver=IPOPT,
     )

@@ -28,7 +28,7 @@ import numpy as np
 
 from ribbon.solvers import budget
 from ribbon.solvers.frontal import Factor
-from ribbon.solvers.problem import ConstrainedProblem, FloatArray, Minimum, kkt_residual
+from ribbon.solvers.problem import NEWTON, ConstrainedProblem, FloatArray, Minimum, kkt_residual
 from ribbon.solvers.saddle import Saddle
 
 #: What it knows of Ipopt's options, with its defaults here.
@@ -458,5 +458,5 @@ def minimise(
         message=MESSAGES[code],
         finished=code == SOLVED,
         seconds=time.perf_counter() - clock,
-        solver="Newton",
+        solver=NEWTON,
     )

@@ -8,6 +8,7 @@ rename.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import os
@@ -26,6 +27,12 @@ from shellref.shell.body import Stage
 from shellref.shell.naghdi import NaghdiModel
 from shellref.shell.result import LoadStep
 
+#: What says where a walk is, beside its points and its log; one that has ended is not resumed.
+_PLACE = tuple(
+    field.name
+    for field in dataclasses.fields(Walk)
+    if field.name not in ("point", "older", "steps", "status", "message")
+)
 EVERY = 1.0  # seconds between checkpoints: a large state is not written more often than it pays
 
 
@@ -70,16 +77,12 @@ class FolderJournal:
         fields = np.stack([self.model.on_grid(field) for field in (*(point.state for point in points), *rates)])
         meta = {
             "key": self.key,
-            "stage": walk.stage,
             "loads": [walk.point.load, older.load],
             "negative": [walk.point.negative, older.negative],
             "has_older": walk.older is not None,
             "has_rate": [point.rate is not None for point in points],
-            "step": walk.step,
-            "arc": walk.arc,
-            "kicks": walk.kicks,
-            "left": walk.left,
             "steps": len(walk.steps),
+            "walk": {name: getattr(walk, name) for name in _PLACE},
         }
         if self.first:
             archive.write(self.checkpoint, archive.npz(fields=fields, meta=np.array(json.dumps(meta))))
@@ -100,7 +103,7 @@ class FolderJournal:
         for field, sway, load, negative, has_rate in known:
             state, rate = self.model.from_grid(field), None
             if self.stages:
-                stage = self.stages[min(meta["stage"], len(self.stages) - 1)]
+                stage = self.stages[min(meta["walk"]["stage"], len(self.stages) - 1)]
                 self.model.set_control(stage.at(load))
                 if has_rate:
                     rate = (
@@ -108,9 +111,7 @@ class FolderJournal:
                         stress_rate(self.model, state, self.model.from_grid(sway), stage, load),
                     )
             points.append(Point(load, state, self.model.stress(state), negative, rate))
-        walk = Walk(points[0], points[1] if meta["has_older"] else None, meta["stage"], meta["step"], meta["arc"])
-        walk.kicks, walk.left, walk.steps = meta["kicks"], meta["left"], data["steps"]
-        return walk
+        return Walk(points[0], points[1] if meta["has_older"] else None, steps=data["steps"], **meta["walk"])
 
     def _read(self) -> dict[str, Any] | None:
         """What is on disk; a checkpoint of another problem, or one that is torn, is passed over."""
