@@ -22,7 +22,7 @@ build_editable = build_meta.build_editable
 
 #: What a distribution is made from.
 PARTS = (
-    "pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "ribbonbench.py", "ribbon", "shellref",
+    "pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "ribbonbench", "ribbon", "shellref",
     "compare", ".ci/backend.py",
 )  # fmt: skip
 

@@ -144,7 +144,8 @@ class Equilibrium:
     "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of
     many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way;
     penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls;
-    minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
+    minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it
+    (`ribbon.solvers.problem.SOLVERS`); options: those that Ipopt was given, none of another;
     moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first;
     forces_why: why forces and moments are not determined, although the shape is; "" where they are. `start`,
     `end_support` and `walls` are then None, None and (), and `rows` NaN;
@@ -168,15 +169,15 @@ class Equilibrium:
     mode: FloatArray
     active_bounds: int
     seconds: dict[str, float]
-    options: dict[str, object] = field(default_factory=dict)
-    rows: FloatArray = field(default_factory=lambda: np.empty(0))
+    options: dict[str, object] = field(kw_only=True)
+    rows: FloatArray = field(kw_only=True)
     at: FloatArray | None = None
     log: tuple[dict[str, Any], ...] = ()
     tolerance_error: float | None = None
-    penetration: float | None = None
+    penetration: float | None = field(kw_only=True)
     refinements: tuple[Refinement, ...] = ()
     minima: Minima | None = None
-    solver: str = "Ipopt"
+    solver: str = field(kw_only=True)
     moved: float | None = None
     forces_why: str = ""
     branch: Branch | None = None

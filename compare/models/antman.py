@@ -128,7 +128,6 @@ class AntmanModel:
         "model.solver": _RIBBON,
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("shellref/rod", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """What a rod with two ends and a section of known stiffness cannot do."""

@@ -6,7 +6,7 @@ units of l, energies in D w / l, forces in D w / l^2, moments in D w / l, curvat
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -383,14 +383,13 @@ class Model(Protocol):
 
     reads: the scene keys that it honours ("wall.*": all of a section); without_effect: keys that it may be given and
     that change nothing, each with the reason. A key that is set and in neither is refused by name (`check_keys`).
-    wing: folders and modules of our own sources that its numbers depend on, for the keys of kept results.
+    What its numbers depend on is not declared: all that its module imports (`compare.registry.home`).
     presenter: dotted name of the module that draws and writes what only this model has; None: what every state has.
     """
 
     name: str
     reads: frozenset[str]
     without_effect: Mapping[str, str]
-    wing: tuple[str, ...]
     presenter: str | None
 
     def refusal(self, scene: Scene) -> BadInput | None:
@@ -451,6 +450,18 @@ class Rests(Protocol):
     def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
         """The state of the scene, on the elements of `state`, that is reached from `near`, whether or not it is
         `state` again; None where none is found."""
+
+
+@runtime_checkable
+class Batches(Protocol):
+    """A model that can solve several scenes at once; a model need not."""
+
+    def together(self, scene: Scene) -> Hashable | None:
+        """What scenes have in common that `solve_together` takes at once; None: this scene goes alone."""
+
+    def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
+        """States of scenes with the same `together`, each as `Model.solve` finds it, to the last digit. Whatever it
+        raises of one of them, it raises for all."""
 
 
 def covered(key: str, patterns: Mapping[str, Any] | frozenset[str]) -> bool:

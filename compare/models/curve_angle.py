@@ -121,7 +121,6 @@ class CurveAngleModel:
         "model.arc_length": "how the elastica beside it passes limit points",
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("ribbon/rods", "ribbon/solvers", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """What the rod needs: stiffnesses, and ends that keep it from turning for ever."""

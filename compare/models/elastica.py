@@ -137,7 +137,6 @@ class ElasticaModel:
         "model.solver": _RIBBON,
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("shellref/elastica", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """What breaks planarity."""

@@ -41,7 +41,7 @@ from compare.models.base import (
 )  # fmt: skip
 from compare.models.effects.shell import effects
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
-from compare.models.shell_process import SOURCES, ShellCase, run_shell
+from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
 
 if TYPE_CHECKING:
@@ -174,7 +174,6 @@ class ShellModel:
         "seed.ruling": "a shell has no rulings",
         "model.*": _RIBBON,
     }
-    wing: tuple[str, ...] = (*SOURCES, "compare/models", "compare/scene", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A scene without thickness, or held as no shell can be."""
@@ -320,8 +319,8 @@ class ShellModel:
         return effects(scene)
 
 
-def mesh_size(mesh: tuple[int, int], degree: int = 2) -> Size:
-    """The size of a mesh (elements along, across)."""
+def mesh_size(mesh: tuple[int, int], degree: int | None = 2) -> Size:
+    """The size of a mesh (elements along, across) of elements of this degree; None: not known."""
     return Size(LADDER, (float(mesh[0]), float(mesh[1])), degree)
 
 
@@ -389,10 +388,11 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
     unstable = case.status == "converged" and not case.ok
     mesh = data.get("elements") or shell_elements(scene)
     discretisation = data.get("discretisation") or {}
+    problem = data.get("problem")  # None: the worker died without a report
     seconds = case.seconds
     return State(
         model="shell",
-        size=mesh_size((int(mesh[0]), int(mesh[1])), int(data.get("degree", 2))),
+        size=mesh_size((int(mesh[0]), int(mesh[1])), None if problem is None else int(problem["degree"])),
         status=Status.UNSTABLE if unstable else _STATUS.get(case.status, Status.FAILED),
         word="unstable" if unstable else case.status,
         stable=data.get("stable"),

@@ -145,7 +145,6 @@ class TapeModel:
         "model.tolerance": "the elements are as given",
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("ribbon/tape", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A section that is not shallow, and what leaves the plane."""

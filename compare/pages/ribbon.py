@@ -43,7 +43,10 @@ FILES = {
 }
 
 #: What solves the linear systems of each minimiser.
-LINEAR_SOLVERS = {"Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "L D L^T along the strip"}
+LINEAR_SOLVERS = {
+    "Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "L D L^T along the strip", "Newton, dense": "LAPACK, dense",
+    "none": "none: the state was known",
+}  # fmt: skip
 
 
 def result(scene: Scene, state: State) -> dict[str, Any]:

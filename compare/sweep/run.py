@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
-from compare.registry import model, name_for, names, outside
+from compare.registry import home, model, name_for, names
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
@@ -93,14 +93,11 @@ def _check_point(sweep: Sweep, point: Point) -> None:
 
 
 def software_digest(solver: str) -> str:
-    """What stands for versions and sources in a case's key: of the folders that the solver lives in, and of this one's
-    record of a case."""
-    wings = {wing for name in names() for wing in model(name).wing} if solver == COMPARE else set(model(solver).wing)
-    own = {"compare/sweep/case.py", "compare/registry.py"}
-    if solver == COMPARE:
-        own |= {"compare/studies/compare.py"}
+    """What stands for versions and sources in a case's key: of the solver, and of what makes a record of its answer; a
+    comparison may ask any model."""
+    record = "compare.sweep.pair" if solver == COMPARE else "compare.sweep.case"
     asked = names() if solver == COMPARE else (solver,)
-    return case_key(software(*sorted(wings | own)), [outside(name) for name in asked])
+    return case_key(software(*sorted({record, *map(home, asked)})))
 
 
 def key_of(sweep: Sweep, point: Point, digest: str) -> str:

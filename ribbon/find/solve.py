@@ -24,7 +24,19 @@ from ribbon.problems.protocol import Problem as Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
-from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, slack_of, violation
+from ribbon.solvers.problem import (
+    DENSE,
+    IPOPT,
+    KNOWN,
+    FloatArray,
+    Minimum,
+    approach,
+    force_scale,
+    kkt_residual,
+    polish,
+    slack_of,
+    violation,
+)
 from ribbon.solvers.threads import alone
 from ribbon.strip import Strip, check_known, finite, known
 from ribbon.thesis import other_models
@@ -145,7 +157,9 @@ def _searched(
 def _climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:
     """The state of `problem` above that on few segments, judged; None where it is not followed up to there."""
     coarse: Any = few.problem
-    start = Minimum(few.x, few.multipliers, few.rows, few.residual, few.iterations, 0, "", True, few.seconds["solve"])
+    start = Minimum(
+        few.x, few.multipliers, few.rows, few.residual, few.iterations, 0, "", True, few.seconds["solve"], few.solver
+    )
     minimum = None if few.active_bounds else climb.climbed(coarse, start, problem)
     if minimum is None:
         return None
@@ -487,7 +501,7 @@ def _without_rows(
         polished = polish(problem, minimum.x)
         residual = kkt_residual(problem, polished, none)
         if residual < minimum.residual:
-            minimum = replace(minimum, x=polished, multipliers=none, residual=residual)
+            minimum = replace(minimum, x=polished, multipliers=none, residual=residual, solver=DENSE)
     if minimum.residual > RESIDUAL_TOLERANCE and not np.any(problem.joint_values(x)[1]):
         # a start without torsion stays without it to rounding: the planar state is stationary, if hardly a minimum
         none = np.zeros_like(x)
@@ -508,7 +522,8 @@ def _kept(problem: Problem, x: FloatArray) -> Minimum | None:
     residual = kkt_residual(asked, x, none)
     if not residual <= RESIDUAL_TOLERANCE:
         return None
-    return Minimum(x, none, np.empty(0), residual, 0, 0, "stationary from the start", True, time.perf_counter() - clock)
+    seconds = time.perf_counter() - clock
+    return Minimum(x, none, np.empty(0), residual, 0, 0, "stationary from the start", True, seconds, KNOWN)
 
 
 def _solve_once(
@@ -557,7 +572,7 @@ def found_at(
         )
     if known and check is not None and check.eigenvalue == np.inf:
         message += "; what holds the strip leaves these segments no freedom: nothing can be unstable there"
-    if known and minimum.solver == "Ipopt" and choose.asked() == "auto":
+    if known and minimum.solver == IPOPT and choose.asked() == "auto":
         message += "; found by Ipopt"
     if known and beyond is not None and not beyond <= penetration.TOLERANCE:
         deep = f"the strip reaches {beyond:.2g} l beyond a wall between its joints"
@@ -594,7 +609,7 @@ def found_at(
         active_bounds=check.active if check is not None else 0,
         seconds={"solve": minimum.seconds, "stability": time.perf_counter() - clock},
         penetration=beyond,
-        options={**ipopt.DEFAULT_OPTIONS, **(options or {})} if minimum.solver == "Ipopt" else {},
+        options={**ipopt.DEFAULT_OPTIONS, **(options or {})} if minimum.solver == IPOPT else {},
         solver=minimum.solver,
         moved=minimum.moved,
         quadrature_error=integral,
@@ -655,19 +670,23 @@ def _beside(problem: ChainedProblem, x: FloatArray, **keywords: Any) -> Equilibr
     """Equilibrium of a problem without rows close to x (n,); keywords as in `solve_from`."""
     # a few steps of Newton's from so near; a minimiser with a barrier loses the start
     clock = time.perf_counter()
-    x, steps = _approached(problem, x)
+    x, steps, solver = _approached(problem, x)
     spent = time.perf_counter() - clock
     found = solve_from(problem, x, near=True, **keywords)
     seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}
-    return replace(found, iterations=found.iterations + steps, seconds=seconds)
+    arrived = found.solver == KNOWN and steps
+    return replace(
+        found, iterations=found.iterations + steps, seconds=seconds, solver=solver if arrived else found.solver
+    )
 
 
-def _approached(problem: ChainedProblem, x: FloatArray) -> tuple[FloatArray, int]:
-    """The stationary point close to x (n,) and the steps there; x itself, or near it, where there is none."""
+def _approached(problem: ChainedProblem, x: FloatArray) -> tuple[FloatArray, int, str]:
+    """The stationary point close to x (n,), the steps there and what made them; x itself, or near it, where there is
+    none."""
     if choose.asked() == "ipopt":
-        return approach(problem, x, 0.01 * RESIDUAL_TOLERANCE * force_scale(problem))
+        return *approach(problem, x, 0.01 * RESIDUAL_TOLERANCE * force_scale(problem)), DENSE
     found = newton.minimise(problem, x, near=True)
-    return (found.x, found.iterations) if found.residual <= RESIDUAL_TOLERANCE else (x, found.iterations)
+    return found.x if found.residual <= RESIDUAL_TOLERANCE else x, found.iterations, found.solver
 
 
 def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equilibrium:

@@ -15,7 +15,7 @@ from ribbon.element import quaternion
 from ribbon.errors import RibbonInputError
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
-from ribbon.solvers.problem import violation
+from ribbon.solvers.problem import KNOWN, violation
 from ribbon.strip import Strip
 
 #: Mismatch of the frames at the ends of a stretched strip that counts as rounding.
@@ -69,7 +69,8 @@ def straight(problem: Problem) -> Equilibrium:
     problem = _along_the_chord(problem)
     x = problem.state(none, none)
     missing = violation(problem, x)
-    fits = missing <= STRETCHED_MISMATCH
+    beyond = penetration.deepest(problem, x)
+    fits = missing <= STRETCHED_MISMATCH and not (beyond is not None and beyond > penetration.TOLERANCE)
     status = Status.CONVERGED if fits else Status.INFEASIBLE
     message = f"no freedom is left to be unstable; its tension is undetermined: {UNDETERMINED}"
     return Equilibrium(
@@ -88,7 +89,9 @@ def straight(problem: Problem) -> Equilibrium:
         mode=np.zeros(problem.size),
         active_bounds=0,
         seconds={"solve": 0.0, "stability": 0.0},
-        penetration=penetration.deepest(problem, x),
+        options={},
+        solver=KNOWN,
+        penetration=beyond,
         forces_why=UNDETERMINED,
     )
 

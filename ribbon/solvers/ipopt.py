@@ -15,6 +15,7 @@ import numpy as np
 from ribbon.solvers import budget
 from ribbon.solvers.cyipopt_api import wrapper
 from ribbon.solvers.problem import (
+    IPOPT,
     OF_SLACK,
     BoundedProblem,
     ConstrainedProblem,
@@ -173,4 +174,5 @@ def minimise(
         message=message.decode() if isinstance(message, bytes) else str(message),
         finished=int(info["status"]) == _SOLVED,
         seconds=time.perf_counter() - clock,
+        solver=IPOPT,
     )

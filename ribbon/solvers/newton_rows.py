@@ -28,7 +28,15 @@ import numpy as np
 
 from ribbon.solvers import budget
 from ribbon.solvers.frontal import Factor
-from ribbon.solvers.problem import OF_SLACK, ConstrainedProblem, FloatArray, Minimum, kkt_residual, slack_of
+from ribbon.solvers.problem import (
+    NEWTON,
+    OF_SLACK,
+    ConstrainedProblem,
+    FloatArray,
+    Minimum,
+    kkt_residual,
+    slack_of,
+)
 from ribbon.solvers.saddle import Saddle
 
 #: What it knows of Ipopt's options, with its defaults here; and "reach", of its own: how far an unknown may go in a
@@ -483,5 +491,5 @@ def minimise(
         message=MESSAGES[code],
         finished=code == SOLVED,
         seconds=time.perf_counter() - clock,
-        solver="Newton",
+        solver=NEWTON,
     )

@@ -70,6 +70,11 @@ def violation(problem: object, x: FloatArray) -> float:
     return float(np.max(np.maximum(below - c, c - above), initial=0.0))
 
 
+#: What a stationary point may have been found by: Newton's recursion along the strip (`newton`, `newton_rows`,
+#: `settle`), Newton's iteration with a dense Hessian (`approach`), Ipopt; or by nothing, where it was known.
+NEWTON, DENSE, IPOPT, KNOWN = SOLVERS = ("Newton", "Newton, dense", "Ipopt", "none")
+
+
 @dataclass(frozen=True)
 class Minimum:
     """Where a minimiser stopped.
@@ -77,8 +82,8 @@ class Minimum:
     x: unknowns (n,); multipliers: of the bounds, (n,), lower minus upper: gradient = multipliers at a KKT point;
     rows: multipliers of the constraints (m,): gradient + Jacobian^T rows = multipliers; residual: largest violation of
     stationarity, of the rows and of complementarity; iterations; code and message of the minimiser; `finished` when it
-    met its own tolerance; seconds of wall time; solver: which it was; moved: how far (l) the joints went
-    in the last doubling of the segments, None where there was none.
+    met its own tolerance; seconds of wall time; solver: which it was (one of `SOLVERS`); moved: how far (l) the joints
+    went in the last doubling of the segments, None where there was none.
     """
 
     x: FloatArray
@@ -90,7 +95,7 @@ class Minimum:
     message: str
     finished: bool
     seconds: float
-    solver: str = "Ipopt"
+    solver: str
     moved: float | None = None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,7 +28,7 @@ from compare.models.base import (
 from compare.models.reference import cut
 from compare.models.ribbon.compiling import compiling
 from compare.models.ribbon.refinement import judged, left, refined
-from compare.models.ribbon.solving import solved
+from compare.models.ribbon.solving import solved, solved_together, together
 from compare.models.ribbon.state import own_size, state_of
 from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
@@ -66,7 +66,6 @@ class RibbonModel:
         "shell.*": "how the shell beside it is made and held (an energy with a thickness takes it from an only w/h)",
         "model.arc_length": "how the elastica beside it passes limit points",
     }
-    wing: tuple[str, ...] = ("ribbon", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A rod; keys of which one would be ignored."""
@@ -93,6 +92,14 @@ class RibbonModel:
         from compare.models.ribbon.free import per_thickness
 
         return per_thickness(scene) or (Variant({}, scene),)
+
+    def together(self, scene: Scene) -> Hashable | None:
+        """Ribbons of which nothing is asked but the state of a strip that is held at s = 0 only."""
+        return together(scene)
+
+    def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
+        """One batch, without what is made ready for a scene alone."""
+        return solved_together(scenes)
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """Chained, glued, and with segments placed by a tolerance."""

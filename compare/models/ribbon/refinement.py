@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
 
-#: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian (Ipopt's chained ribbon),
-#: without one. Once beyond is allowed, for the cruder of the two estimates.
+#: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian (a chained ribbon where
+#: Ipopt is asked for), without one. Once beyond is allowed, for the cruder of the two estimates.
 MOST_SEGMENTS = 320
 MOST_SPARSE_SEGMENTS = 4000
 #: Further halvings while the sign of the lowest eigenvalue's limit is open; size (relative to 1) from which it has one.
@@ -54,6 +54,7 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
     open after `MORE` halvings, so is `stable`. `errors`: of forces, moments, energies and others, each by its own
     changes on the same segments. scene: names its walls.
     """
+    from ribbon.solvers import choose
     from ribbon.solvers.budget import SPENT, spent
 
     if state.status is Status.UNSTABLE and state.shape is not None and not spent():
@@ -69,7 +70,7 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
         placed = replace(state, error=error, errors=errors, refinements=_all_tried(e), error_why=why)
         last = [low for one in placed.refinements if (low := one.lowest_eigenvalue) is not None][-2:]
         return _in_the_limit(placed, state, last, scene)
-    dense = e.problem.formulation == "chained" and e.solver == "Ipopt"
+    dense = e.problem.formulation == "chained" and not choose.by_recursion(e.problem)
     most = MOST_SEGMENTS if dense else MOST_SPARSE_SEGMENTS
     grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)  # type: ignore[arg-type]
     shapes, chain = [grid.of(state.shape)], [e.numbers]

@@ -2,14 +2,12 @@
 
 The work is done by the three packages that come with it: `ribbon` (the ribbon), `shellref` (shell and elastica, the
 references) and `compare` (scenes, studies, the command line). A name is looked up there when it is first used, so that
-importing this module imports no solver.
+importing this package imports no solver. What these three share, and is no mechanics, stands here: `sources`.
 """
 
 from __future__ import annotations
 
 import importlib
-import os
-import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -55,10 +53,3 @@ def main() -> int:
         return run()
 
     return start.run(command)
-
-
-if __name__ == "__main__":
-    # `python -m` puts the current folder first: a folder `compare` that a user has there is not ours.
-    if not sys.flags.safe_path and sys.path[0] != os.path.dirname(os.path.abspath(__file__)):
-        del sys.path[0]
-    sys.exit(main())
