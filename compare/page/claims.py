@@ -79,7 +79,8 @@ CLAIMS: Mapping[str, tuple[Claim, ...]] = {
         Claim("near", "every model in the answer is near the finest", "distance to the finest state of all"),
     ),
     "identify": (
-        _FINITE, _RESIDUAL, _STABLE,
+        _FINITE, _RESIDUAL,
+        Claim("stability", "the strip stays there, on its elements", "lowest eigenvalue"),
         Claim("fit", "the strip passes the points", "root mean square distance over the length"),
     ),
     "sweep": (
@@ -92,5 +93,7 @@ CLAIMS: Mapping[str, tuple[Claim, ...]] = {
         Claim("solved", "both models are in a stable equilibrium", "status of each"),
         Claim("agreed", "every claim holds, errors included", "value, error and bound of each claim"),
     ),
-    "battery": (Claim("cases", "every hard case holds", "its own checks, by judges that share no code with the solvers"),),
+    "battery": (
+        Claim("cases", "every hard case holds", "its own checks, by judges that share no code with the solvers"),
+    ),
 }  # fmt: skip

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.grades import GOOD, POOR, UNKNOWN, grade
 from compare.models.base import BESIDE, State
 from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell import START
@@ -21,6 +20,7 @@ from compare.page.verdict import Verdict
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
 from compare.scene.units import Units
+from compare.studies.checks import of_rows, of_state
 from compare.studies.compare import Comparison, Row
 from compare.studies.inputs import input_uncertainty
 
@@ -121,31 +121,27 @@ def table(comparison: Comparison) -> Table:
 
 def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
     """How far the ribbon (or the model beside the shells) is from the thinnest shell; where the comparison error does
-    not exceed the numerical uncertainty, the bound of both together."""
+    not exceed the numerical uncertainty, the bound of both together. As good as what was checked of both."""
     scene, fast = comparison.scene, comparison.fast
     units = Units.of(scene) if units is None else units
-    if not fast.ok:
-        return Verdict(f"No comparison: the {fast.model} is {message(fast)}", POOR)
+    checks = [*of_state(scene, fast, "compare"), *of_rows(comparison.rows, "compare")]
     row = max(comparison.rows, key=lambda r: r.width_to_thickness)
     ratio = f"w/h = {row.width_to_thickness:g}"
+    if not fast.ok:
+        return Verdict.of("compare", f"No comparison: the {fast.model} is {message(fast)}", checks)
     if row.hausdorff is None or row.status != "converged":
-        return Verdict(f"No comparison at {ratio}: the shell is {row.status}", POOR)
+        return Verdict.of("compare", f"No comparison at {ratio}: the shell is {row.status}", checks)
     if row.same_state is not True:
-        return Verdict(another_state(row, fast, units), UNKNOWN)
+        return Verdict.of("compare", another_state(row, fast, units), checks).doubted("same", "distance", "shell")
+    far = f"At {ratio} the {fast.model} is {length(units, row.hausdorff)} from the shell"
     if row.ribbon_error is None or row.shell_error is None:
         lacking = fast.model if row.ribbon_error is None else "shell"
-        far = length(units, row.hausdorff)
-        return Verdict(f"At {ratio} the {fast.model} is {far} from the shell; the {lacking}'s own error is not known")
-    if row.claimed:
-        return Verdict(
-            f"At {ratio} the {fast.model} is {length(units, row.hausdorff)} from the shell",
-            grade("distance", row.hausdorff),
-        )
-    bound = row.hausdorff + row.ribbon_error + row.shell_error
-    text = (
-        f"At {ratio} the {fast.model} is at most {length(units, bound)} from the shell, as far as the meshes can tell"
-    )
-    return Verdict(text, GOOD if grade("distance", bound) == GOOD else UNKNOWN)
+        text = f"{far}; the {lacking}'s own error is not known"
+        return Verdict.of("compare", text, checks).doubted("distance", "elements", "shell")
+    if not row.claimed:
+        bound = length(units, row.hausdorff + row.ribbon_error + row.shell_error)
+        far = f"At {ratio} the {fast.model} is at most {bound} from the shell, as far as the meshes can tell"
+    return Verdict.of("compare", far, checks).doubted("distance")
 
 
 def another_state(row: Row, fast: State, units: Units) -> str:

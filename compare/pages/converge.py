@@ -66,7 +66,7 @@ def _checks(one: Study) -> list[Check]:
     """What the answer rests on: the model's own state, the shells, the interval of what is left at h/w = 0."""
     comparison = one.comparison
     own = of_state(comparison.scene, comparison.fast, "converge")
-    return [*own, *of_rows(comparison, "converge"), _limit_check(one)]
+    return [*own, *of_rows(comparison.rows, "converge"), _limit_check(one)]
 
 
 def _limit_check(one: Study) -> Check:

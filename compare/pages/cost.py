@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.measure.front import Reach, front, reach
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import GOOD, GOOD_UP_TO, POOR, YARDSTICK, grade
 from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
 from compare.scene.units import Units
 from compare.studies.cost_plan import FAR, Cost, Party, Reference, Row
@@ -154,7 +155,7 @@ def answer(cost: Cost) -> Verdict:
     alone = next((t for t in targets if reached[t]), None)
     left = "".join(f"; the {model} is left out, {100 * far:.2g} % of l away" for model, far in cost.far.items())
     if alone is None:
-        return Verdict(f"No run reaches a {kind} of 1 permille of l{left}", POOR)
+        return Verdict.of("cost", f"No run reaches a {kind} of 1 permille of l{left}", _checks(cost, None, ()))
     target = alone if fast is None else fast
     known = reached[target]
     each = ", ".join(f"the {party.words} {seconds_text(seconds)}" for party, seconds in known.items())
@@ -167,7 +168,23 @@ def answer(cost: Cost) -> Verdict:
     if alone < target:
         only = ", ".join(f"the {party.words} {seconds_text(seconds)}" for party, seconds in reached[alone].items())
         text += f"; to {_target(alone)} only {only}"
-    return Verdict(text + left, grade("error" if common is None else "distance", target))
+    return Verdict.of("cost", text + left, _checks(cost, target, [party.model for party in known]))
+
+
+def _checks(cost: Cost, target: float | None, models: Sequence[str]) -> list[Check]:
+    """What the answer rests on: target, the error that was reached, None: none; models: those that it names."""
+    if target is None:
+        reached = Check("reached", POOR, "no run reaches the yardstick", None, YARDSTICK)
+    else:
+        kind = "error" if cost.common is None else "distance"
+        said = f"an error of {target:.0e} l is reached"
+        reached = Check("reached", grade(kind, target), said, target, GOOD_UP_TO[kind])
+    far = [model for model in models if model in cost.far]
+    return [
+        reached,
+        Check("read", GOOD, "a model that would ignore a key takes no part"),
+        Check("near", POOR if far else GOOD, f"farther than {FAR:g} l: {', '.join(far) or 'none that is named'}", bound=FAR),
+    ]
 
 
 def _seconds(cost: Cost, target: float) -> dict[Party, float]:

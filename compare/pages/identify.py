@@ -12,12 +12,13 @@ from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.study import Study
 from compare.page.table import Column, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
 from compare.pictures.identify import identify_picture
 from compare.scene.keys import KEYS
 from compare.scene.units import Units
 from compare.store.store import atomic_write_text
+from compare.studies.checks import finite, residual, stable_here
 from compare.studies.fit.judged import SYSTEMATIC
 from compare.studies.identify import Identified
 
@@ -48,14 +49,23 @@ def answer(found: Identified) -> Verdict:
     left = _length(found, found.rms)
     keys = ", ".join(f"{fitted.key} = {fitted.value:.5g}" for fitted in found.keys)
     if not found.ok:
-        return Verdict(
-            f"The fit did not end at a stable equilibrium; the last one is {left} from the points: {keys}", POOR
-        )
+        text = f"The fit did not end at a stable equilibrium; the last one is {left} from the points: {keys}"
+        return Verdict.of("identify", text, _checks(found))
     moved = ", moved onto it," if found.registered is not None else ""
     count = len(found.points.places)
     if not found.passes:
-        return Verdict(f"No fit: the nearest ribbon stays {left} from the {count} points{moved} with {keys}", POOR)
-    return Verdict(f"{keys}: the ribbon passes the {count} points{moved} at {left} (root mean square)", found.grade)
+        text = f"No fit: the nearest ribbon stays {left} from the {count} points{moved} with {keys}"
+        return Verdict.of("identify", text, _checks(found))
+    text = f"{keys}: the ribbon passes the {count} points{moved} at {left} (root mean square)"
+    return Verdict.of("identify", text, _checks(found)).doubted("fit")
+
+
+def _checks(found: Identified) -> list[Check]:
+    """What the answer rests on: the last state, and how near it is to the points."""
+    state = found.state
+    grade = found.grade if found.ok and found.passes else POOR
+    fit = Check("fit", grade, f"{found.rms:.1e} l from the points", found.rms)
+    return [finite(state), residual(state), stable_here(state), fit]
 
 
 def _length(found: Identified, value: float) -> str:

@@ -6,19 +6,22 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.measure.grades import GRADES, POOR, UNKNOWN, worst
+from compare.measure.grades import GRADES, UNKNOWN
 from compare.page.page import Picture, Surface
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import LAST, Cell, Column, ColumnOf, Table
 from compare.page.told import length
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict, unchecked
 from compare.pages import result as results
 from compare.scene.units import Units
 from compare.store.store import jsonable
+from compare.studies.checks import of_rows, of_state, worst_of
 from compare.studies.compare import Comparison
 from compare.studies.limits import Finding, Thresholds, hits
 
+#: The command whose verdict is of estimates alone.
+QUICK = "limits --quick"
 #: Findings up to which each gets its sentence.
 _MOST_SENTENCES = 6
 _FILES = {
@@ -214,19 +217,38 @@ def _extremes(findings: Sequence[Finding]) -> list[str]:
 
 
 def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
-    """By how much the model is off, at the worst of the findings."""
-    grades = [finding.level or UNKNOWN for finding in findings]
+    """By how much the model is off, at the worst of the findings; as good as what was checked of all of them."""
+    levels = [finding.level or UNKNOWN for finding in findings]
     first = max(findings, key=lambda f: (GRADES.index(f.level or UNKNOWN) if f.level else -1, f.distance or 0.0))
+    command = QUICK if all(finding.row is None for finding in findings) else "limits"
+    checks = worst_of(_checks(finding, command) for finding in findings)
     if first.level is None or first.share is None:
         bad = next((f for f in findings if not f.ok), first)
-        return Verdict(bad.sentence.removesuffix("."), UNKNOWN if bad.ok else POOR)
+        return Verdict.of(command, bad.sentence.removesuffix("."), checks)
     told = Units.of(first.scene) if units is None else units
     by = "By estimate the" if first.row is None else "The"
     off = f"off by {length(told, first.distance)} and {100.0 * (first.left_out or 0.0):.2g} % of the energy"
     if len(findings) == 1:
-        return Verdict(f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}", first.level)
-    counts = ", ".join(f"{grades.count(name)} {name}" for name in GRADES if name in grades)
-    return Verdict(f"{by} {first.words} is {off} at the worst of {len(findings)} cases ({counts})", worst(*grades))
+        text = f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}"
+    else:
+        counts = ", ".join(f"{levels.count(name)} {name}" for name in GRADES if name in levels)
+        text = f"{by} {first.words} is {off} at the worst of {len(findings)} cases ({counts})"
+    return Verdict.of(command, text, checks).doubted("distance", "share")
+
+
+def _checks(finding: Finding, command: str) -> list[Check]:
+    """What a finding rests on: the model's own state, the shell where there is one, distance and share."""
+    found = {check.name: check for check in of_state(finding.scene, finding.ribbon, command)}
+    if finding.row is not None:
+        found |= {check.name: check for check in of_rows([finding.row], command)}
+    rival = finding.estimate.rival
+    if rival is not None:
+        found["rivals"] = unchecked("rivals", rival.text)
+    level = UNKNOWN if finding.level is None or finding.another is not False else finding.level
+    for name, value in (("distance", finding.distance), ("share", finding.left_out)):
+        said = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
+        found[name] = Check(name, level, said, value)
+    return list(found.values())
 
 
 def verdict(findings: Sequence[Finding], thresholds: Thresholds) -> list[str]:

@@ -6,18 +6,18 @@ A check that was not made says so and is worth "unknown"; what a scene has not (
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.balance import Push, Wrench, abscissae, unbalanced
-from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade
+from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade, worst
 from compare.models.base import State, Status
 from compare.page.claims import CLAIMS
 from compare.page.verdict import Check, bounded, nothing, unchecked
 from compare.scene.scene import Scene
-from compare.studies.compare import Comparison, Row
+from compare.studies.compare import Row
 
 FloatArray = NDArray[np.float64]
 
@@ -162,9 +162,9 @@ def forces(state: State) -> Check:
         max(errors, default=0.0) / max([1.0, *(float(np.linalg.norm(value)) for value in values)])
         for errors, values in zip(each, sizes, strict=True)
     ]
-    worst = float(max(off))
-    return Check("forces", grade("force", worst), f"forces and moments within {100.0 * worst:.2g} %", worst,
-                 GOOD_UP_TO["force"])  # fmt: skip
+    most = float(max(off))
+    said = f"forces and moments within {100.0 * most:.2g} %"
+    return Check("forces", grade("force", most), said, most, GOOD_UP_TO["force"])
 
 
 def rivals(scene: Scene, state: State) -> Check:
@@ -191,7 +191,8 @@ def branch(scene: Scene, state: State) -> Check:
     if state.branch == "own":
         return Check("branch", GOOD, "on the side of its starting shape")
     if state.branch == "slid":
-        return Check("branch", FAIR, "its seed means the other side of the clamps, where the strip would not stay: it slides here")
+        said = "its seed means the other side of the clamps, where the strip would not stay: it slides here"
+        return Check("branch", FAIR, said)
     return Check("branch", POOR, "its seed means another state, on the other side of the clamps")
 
 
@@ -225,6 +226,15 @@ def _why(state: State) -> str:
     return f" ({state.error_why})" if state.error_why else ""
 
 
+def stable_here(state: State) -> Check:
+    """Stability on the state's own elements."""
+    if state.stable is None:
+        return unchecked("stability", "whether it is stable is not known")
+    held = state.stable and state.status is not Status.UNSTABLE
+    said = "it is stable on its elements" if held else "it is not stable"
+    return Check("stability", GOOD if held else POOR, said, state.lowest_eigenvalue)
+
+
 def walls(scene: Scene, state: State) -> Check:
     """How far beyond a wall the surface is."""
     if not scene.walls:
@@ -250,25 +260,36 @@ def model(state: State) -> Check:
 # -- a model beside shells --------------------------------------------------------------------------------------------
 
 
-def of_rows(comparison: Comparison, command: str = "compare") -> list[Check]:
+def of_rows(rows: Sequence[Row], command: str = "compare") -> list[Check]:
     """The checks of a comparison's rows that a command's verdict claims: of the thinnest shell, but that every shell
     was solved."""
     claimed = {claim.name for claim in CLAIMS[command]}
-    row = max(comparison.rows, key=lambda r: r.width_to_thickness)
-    found = (shells(comparison), same(row), distance(row))
+    row = max(rows, key=lambda r: r.width_to_thickness)
+    found = (shells(rows), same(row), distance(row))
     return [check for check in found if check.name in claimed]
 
 
-def shells(comparison: Comparison) -> Check:
+def worst_of(several: Iterable[Iterable[Check]]) -> list[Check]:
+    """Of the checks of several cases the worst by each name."""
+    found: dict[str, Check] = {}
+    for checks in several:
+        for check in checks:
+            known = found.get(check.name)
+            if known is None or worst(known.grade, check.grade) != known.grade:
+                found[check.name] = check
+    return list(found.values())
+
+
+def shells(rows: Sequence[Row]) -> Check:
     """Every shell in a stable equilibrium, with an error."""
-    bad = [row for row in comparison.rows if row.status != "converged" or row.stable is False]
+    bad = [row for row in rows if row.status != "converged" or row.stable is False]
     if bad:
         return Check("shell", POOR, f"at w/h = {bad[0].width_to_thickness:g} the shell is {bad[0].status}")
-    unknown = [row for row in comparison.rows if row.shell_error is None or row.stable is None]
+    unknown = [row for row in rows if row.shell_error is None or row.stable is None]
     if unknown:
         what = "error" if unknown[0].shell_error is None else "stability"
         return unchecked("shell", f"the shell's {what} at w/h = {unknown[0].width_to_thickness:g} is not known")
-    return Check("shell", GOOD, f"{len(comparison.rows)} of {len(comparison.rows)} shells stable, with errors")
+    return Check("shell", GOOD, f"{len(rows)} of {len(rows)} shells stable, with errors")
 
 
 def same(row: Row) -> Check:
@@ -276,7 +297,7 @@ def same(row: Row) -> Check:
     if row.same_state is None:
         return unchecked("same", row.same_why or "whether both models are in one state is not known")
     if not row.same_state:
-        return Check("same", POOR, row.same_why or "the models are in two states")
+        return unchecked("same", row.same_why or "the models are in two states")
     return Check("same", GOOD, row.same_why or "both models are in one state")
 
 

@@ -167,7 +167,7 @@ def quick(
 ) -> list[Finding]:
     """The estimates from the ribbon alone, one per w/h."""
     require_limits(scene)
-    ribbon = beside_the_shell(scene).solve(scene, options=Options(), say=say)
+    ribbon = beside_the_shell(scene).solve(scene, options=Options(error=True), say=say)
     return [_estimated(scene, ribbon, ratio, thresholds, values or {}, say) for ratio in scene.require_shell()]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
-from compare.measure.grades import FAIR, GOOD, POOR
+from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, grade
 from compare.measure.travel import Travel, travel_of, watched
 from compare.page import force_displacement
 from compare.page.drawing import pictured
@@ -19,12 +19,12 @@ from compare.page.page import Page, Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Cell, Column, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict, unchecked
 from compare.scene.change import value_of
 from compare.scene.units import Units
 from compare.store.finite import explained
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_text, case_key, jsonable
+from compare.store.store import atomic_write_text, case_key
 from compare.sweep.branches import branches, others
 from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.run import Finished, summary
@@ -34,6 +34,8 @@ CASES_FORMAT = 1
 
 #: Rows of the page's table; all of them are in cases.csv.
 ROWS_SHOWN = 20
+#: Part of the cases that is nearly all.
+_MOST = 0.9
 #: What is shown when nothing is asked for: of a comparison, and of a model.
 SHOWN_OF_COMPARE, SHOWN = "hausdorff", "energy.total"
 _PARTS = ("bending", "membrane", "shear")
@@ -239,7 +241,8 @@ def is_number(value: Any) -> bool:
 
 
 def answer(finished: Finished) -> Verdict:
-    """How many cases are stable equilibria, and on one branch: good where all are, fair where nine of ten are."""
+    """How many cases are stable equilibria, on one branch, and how accurately: good where all are, fair where nine of
+    ten are."""
     found = summary(finished)
     ok, count = found["ok"], found["cases"]
     several = f"{ok} of {count} cases are" if count != 1 else "The case is" if ok else "The case is not"
@@ -247,10 +250,41 @@ def answer(finished: Finished) -> Verdict:
     if aside:
         several_lie = "one lies" if aside == 1 else f"{aside} lie"
         several = f"Of {count} cases {several_lie} on another branch than the others; {several}"
-    same = min(ok, count - aside)
-    return Verdict(
-        f"{several} in a stable equilibrium", GOOD if same == count else FAIR if same >= 0.9 * count else POOR
-    )
+    checks = [
+        _shared("cases", ok, count, "stable equilibria"),
+        _shared("branch", count - aside, count, "on the branch of most"),
+        _finite_check(finished),
+        _elements_check(finished),
+    ]
+    return Verdict.of("sweep", f"{several} in a stable equilibrium", checks).doubted("cases", "branch")
+
+
+def _shared(name: str, held: int, count: int, what: str) -> Check:
+    """A check of how many of the cases are something: all, nine of ten, fewer."""
+    grade = GOOD if held == count else FAIR if held >= _MOST * count else POOR
+    return Check(name, grade, f"{held} of {count} {what}", held / max(1, count), 1.0)
+
+
+def _stable_rows(finished: Finished) -> Rows:
+    return [row for row in rows_of(finished) if row["status"] == "converged" and row.get("stable") is not False]
+
+
+def _finite_check(finished: Finished) -> Check:
+    """Whether the energy of every state in the table is a number."""
+    bad = sum(not is_number(row.get("energy.total")) for row in _stable_rows(finished))
+    return Check("finite", POOR if bad else GOOD, f"{bad} energies are no numbers" if bad else "energies are numbers")
+
+
+def _elements_check(finished: Finished) -> Check:
+    """The largest discretisation error of the states, where each is known."""
+    rows = _stable_rows(finished)
+    names = ("error", "ribbon_error", "shell_error")
+    errors = [[float(row[name]) for name in names if is_number(row.get(name))] for row in rows]
+    if not all(errors) or not errors:
+        lacking = sum(not one for one in errors)
+        return unchecked("elements", f"discretisation errors of {lacking} cases were not measured (--errors)")
+    most = max(max(one) for one in errors)
+    return Check("elements", grade("error", most), f"errors of {most:.1e} l at most", most, GOOD_UP_TO["error"])
 
 
 def verdict(finished: Finished) -> list[str]:

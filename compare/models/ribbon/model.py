@@ -18,6 +18,7 @@ from compare.models.base import (
     Ladder,
     Options,
     Reference,
+    Rivals,
     Seconds,
     Shape,
     Size,
@@ -179,6 +180,7 @@ class RibbonModel:
             return state
         with within(scene.model.budget), choose.using(scene.model.solver):
             state = judged(state, say, options.grid, scene)
+            state = _beside_rivals(scene, state)
             if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
                 state = left(scene, state, say, options)
         return state
@@ -261,6 +263,19 @@ class RibbonModel:
             yield
         except RibbonInputError as error:
             raise BadInput("scene", scene.name, str(error)) from None
+
+
+def _beside_rivals(scene: Scene, state: State) -> State:
+    """The state with the other states that were looked for beside it, where it is known of none yet: of a strip that is
+    held at one end by the probe (`compare.models.ribbon.rivals`)."""
+    from compare.models.ribbon.rivals import TRIES, is_probed, probe
+
+    if state.rivals is not None or not state.ok or state.native is None or not is_probed(scene):
+        return state
+    found = probe(scene, state.native)
+    if found is None:
+        return replace(state, rivals=Rivals(TRIES, 0.0, "none lower was seen"))
+    return replace(state, rivals=Rivals(TRIES, found.own - found.energy, found.text))
 
 
 def sized(scene: Scene, size: Size) -> Scene:

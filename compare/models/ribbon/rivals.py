@@ -38,6 +38,8 @@ LAYERS = (1.0, 2.0)
 PROBED = "sadowsky"
 #: Energies whose strip of finite thickness is the one with energy "finite"; each is probed with its own.
 RULED = ("sadowsky", "wunderlich")
+#: Solves of a probe: one for each layer, and the twist reversed.
+TRIES = len(LAYERS) + 1
 #: Distance (Hausdorff / l) from which a state is another one, and difference of energies (relative, at least 1) from
 #: which one is lower.
 APART = GOOD_UP_TO["distance"]
