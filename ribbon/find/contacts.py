@@ -35,8 +35,8 @@ MOST = 7
 _WARM_ITERATIONS = 150
 #: Nearest (in lengths of the segment) that a point stands to a joint, which is held anyway, or to another point.
 _APART = 1e-4
-#: Part of a wall's normal, of the weight or of an end force along t_y up to which none of them pushes a strip aside, and
-#: amplitudes that are tried of a shape that is bent aside.
+#: Part of a wall's normal, of the weight or of an end force along t_y up to which none of them pushes a strip aside,
+#: and amplitudes that are tried of a shape that is bent aside.
 _HEAD_ON = 1e-12
 _BENDS = tuple(0.05 * 1.25**k for k in range(28))
 #: Push (D w / l^2) below which a point is let go.
@@ -44,8 +44,8 @@ _PUSHES = 1e-9
 
 
 def bent_aside(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Shapes to start from in the place of a straight one that meets a wall head on, the least bent that clears the walls
-    first; none for another shape, or where something pushes the strip to a side.
+    """Shapes to start from in the place of a straight one that meets a wall head on, of each kind the least bent that
+    clears the walls; none for another shape, or where something pushes the strip to a side.
 
     The straight strip, its loads and its walls are then their own mirror images in the plane across t_y: so is every
     step of a minimiser, and the strip, which would buckle to either side, is pressed on along itself. Both sides are
