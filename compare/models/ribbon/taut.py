@@ -41,7 +41,7 @@ _LAYERS, _POINTS = 30.0, 24
 
 @dataclass(frozen=True)
 class Taut:
-    """tension: D w / l^2; sag: of the middle, l; share: "bending" and "membrane" in the elastic energy, 0 without any."""
+    """tension: D w / l^2; sag: of the middle, l; share: "bending" and "membrane" in the elastic energy, or zeros."""
 
     tension: float
     sag: float
