@@ -229,11 +229,8 @@ def _tension(comparison: Comparison) -> list[str]:
         for row, state in zip(comparison.rows, comparison.shells, strict=True)
         if state.ok and state.supports.end is not None
     )
-    return (
-        [f"The {comparison.fast.model}'s forces are undetermined; the shell is held at s = l by {each}."]
-        if each
-        else []
-    )
+    name = comparison.fast.model
+    return [f"The {name}'s forces are undetermined; the shell is held at s = l by {each}."] if each else []
 
 
 def _factor(ratio: float, fast: str, start: str) -> str:

@@ -82,9 +82,10 @@ def unexplained(value, free_end: bool, at: tuple[str, ...] = ()):
         told = value.get(f"{key}_why")
         if told:
             continue
-        if part is None and key not in ABSENT and not (at and at[0] in ("refinements", "path") and key in OF_STEPS):
-            if not (free_end and key == "end" and at[-1:] in (("forces",), ("moments",))):
-                yield ".".join((*at, key))
+        of_step = at[:1] in (("refinements",), ("path",)) and key in OF_STEPS
+        of_no_end = free_end and key == "end" and at[-1:] in (("forces",), ("moments",))
+        if part is None and key not in ABSENT and not of_step and not of_no_end:
+            yield ".".join((*at, key))
         yield from unexplained(part, free_end, (*at, key))
 
 
