@@ -114,8 +114,8 @@ class Table:
     """A table: `rows` hold values in the order of `columns`, `below` rows that stand under a line (a limit, a sum; not
     in CSV; a word may stand in their first cell, None is a blank); `legend` what all columns have in common.
 
-    NumPy's scalars become Python's, numbers that are not finite None. ValueError: two columns of one key, a row of another length, a value that is not of
-    its column's kind, such as a number that somebody has made text of.
+    NumPy's scalars become Python's, numbers that are not finite None. ValueError: two columns of one key, a row of
+    another length, a value that is not of its column's kind, such as a number that somebody has made text of.
     """
 
     title: str

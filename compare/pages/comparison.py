@@ -15,7 +15,7 @@ from compare.models.shell import START
 from compare.models.shell_build import line_weight
 from compare.page.remedies import message
 from compare.page.table import Column, ColumnOf, Table
-from compare.page.told import length
+from compare.page.told import force, length
 from compare.page.verdict import Verdict
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
@@ -219,6 +219,7 @@ def verdict(comparison: Comparison) -> list[str]:
         said += _undecided(comparison)
         said += _other_model(comparison)
     said += sentences(comparison.scene, fast)
+    said += _tension(comparison)
     times = [r for r in comparison.rows if r.ratio is not None and None not in (r.shell_error, r.ribbon_error)]
     if times:
         last = times[-1]
@@ -243,6 +244,20 @@ def verdict(comparison: Comparison) -> list[str]:
         if row.status != "converged"
     ]
     return said
+
+
+def _tension(comparison: Comparison) -> list[str]:
+    """What the shells' ends are pulled with where the model's forces are not determined."""
+    if "forces" not in comparison.fast.whys:
+        return []
+    units = Units.of(comparison.scene)
+    each = "; ".join(
+        f"w/h = {row.width_to_thickness:g}: {force(np.asarray(state.supports.end.force), units)}"
+        for row, state in zip(comparison.rows, comparison.shells, strict=True)
+        if state.ok and state.supports.end is not None
+    )
+    name = comparison.fast.model
+    return [f"The {name}'s forces are undetermined; the shell is held at s = l by {each}."] if each else []
 
 
 def _factor(ratio: float, fast: str, start: str) -> str:

@@ -119,7 +119,8 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("estimate.level", "estimated level", kind="word", rank=3), lambda f: f.estimated_level),
         (Column("estimate.distance", "estimated distance % l", "l", "percent:2", rank=3),
          lambda f: f.estimate.distance),
-        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4), lambda f: None if f.estimate.why else f.estimate.share),
+        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4),
+         lambda f: None if f.estimate.why else f.estimate.share),
         (Column("reason", "most of it", kind="word", rank=3), lambda f: f.cause or None),
         (Column("seconds.shell", "shell s", "s", "seconds:3"), part(of_row("seconds"), "shell")),
     ]  # fmt: skip

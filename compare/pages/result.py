@@ -95,7 +95,7 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
         **errors_result(state),
         **{f"{key}_why": why for key, why in state.whys.items() if state.is_equilibrium},
         "discretisation_error": state.error,
-        "discretisation_error_why": state.error_why,
+        "discretisation_error_why": state.error_why or ("it was not asked for" if state.error is None else ""),
         "refinements": [asdict(one) for one in state.refinements],
         "seconds": {"first": state.seconds.first, "warm": state.seconds.warm},
         "model": {

@@ -137,12 +137,12 @@ class Units:
 
 
 def reading(size: float, base: str) -> tuple[float, str]:
-    """Factor and unit in which a reader wants values of up to `size` (not negative) in an SI base unit: lengths in mm
-    below 1 m, moments in N mm below 1 N m, forces and energies with a prefix; nothing at all, and what is not finite, in
-    the base unit."""
+    """Factor and unit in which a reader wants values of up to `size`, of either sign, in an SI base unit: lengths in mm
+    below 1 m, moments in N mm below 1 N m, forces and energies with a prefix; nothing at all, and what is not finite,
+    in the base unit."""
     if size == 0.0 or base not in _READ or not math.isfinite(size):
         return 1.0, base
-    return next((factor, unit) for least, factor, unit in _READ[base] if size >= least)
+    return next((factor, unit) for least, factor, unit in _READ[base] if abs(size) >= least)
 
 
 def quantity(value: float, base: str, digits: int = 3) -> str:

@@ -312,10 +312,7 @@ def sentence(finding: Finding) -> str:
     if finding.row is not None and finding.share is None:
         return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
     if finding.estimate.why and finding.share is None:
-        return (
-            f"No verdict for {where}: how far the strip stretches is {finding.estimate.why}; ask shells (without "
-            "--quick)."
-        )
+        return f"No verdict for {where}: its tension is {finding.estimate.why}; ask shells (without --quick)."
     if finding.another is not False:
         return f"No verdict for {where}: {_elsewhere(finding)}."
     distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"

@@ -33,8 +33,8 @@ DEPTH = 1e-9
 ROUNDS = 20
 #: Iterations of a minimiser that begins with the multipliers of the round before.
 _WARM_ITERATIONS = 150
-#: Part of a wall's normal, of the weight or of an end force along t_y up to which none of them pushes a strip aside, and
-#: amplitudes that are tried of a shape that is bent aside.
+#: Part of a wall's normal, of the weight or of an end force along t_y up to which none of them pushes a strip aside,
+#: and amplitudes that are tried of a shape that is bent aside.
 _HEAD_ON = 1e-12
 _BENDS = tuple(0.05 * 1.25**k for k in range(28))
 #: Push (D w / l^2) below which what is held is let go; part of the wall's largest push that counts as one.
@@ -46,8 +46,8 @@ _APART = 1e-9
 
 
 def bent_aside(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Shapes to start from in the place of a straight one that meets a wall head on, the least bent that clears the walls
-    first; none for another shape, or where something pushes the strip to a side.
+    """Shapes to start from in the place of a straight one that meets a wall head on, of each kind the least bent that
+    clears the walls; none for another shape, or where something pushes the strip to a side.
 
     The straight strip, its loads and its walls are then their own mirror images in the plane across t_y: so is every
     step of a minimiser, and the strip, which would buckle to either side, is pressed on along itself. Both sides are

@@ -41,7 +41,7 @@ _LAYERS, _POINTS = 30.0, 24
 
 @dataclass(frozen=True)
 class Taut:
-    """tension: D w / l^2; sag: of the middle, l; share: "bending" and "membrane" in the elastic energy (0 without any)."""
+    """tension: D w / l^2; sag: of the middle, l; share: "bending" and "membrane" in the elastic energy, or zeros."""
 
     tension: float
     sag: float
@@ -90,10 +90,7 @@ def between_clamps(weight: float, stretching: float) -> Taut:
     string = math.log(stretching * weight**2 / 24.0) / 3.0  # of a string
     tension = math.exp(brentq(excess, min(stiff, string) - 2.0, max(stiff, string) + 1.0, xtol=1e-13))
     k = math.sqrt(tension)
-    if k < _WEAK:
-        sag = weight / 384.0
-    else:
-        sag = 0.5 * weight / tension * (0.25 - math.tanh(0.25 * k) / k)
+    sag = weight / 384.0 if k < _WEAK else 0.5 * weight / tension * (0.25 - math.tanh(0.25 * k) / k)
     s, rule = _points(k)
     bending = 0.5 * float(rule @ _curvature(weight, k, s) ** 2)
     membrane = 0.5 * tension**2 / stretching

@@ -1,4 +1,4 @@
-"""A straight strip that meets a wall head on bends aside; how far it reaches beyond one is of the strip in one piece."""
+"""A straight strip that meets a wall head on bends aside; how far it reaches beyond one is that of one piece."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def ahead(place: float) -> tuple[Wall, ...]:
 def strut(place: float) -> float:
     """Force of a clamped elastica whose tip slides on a plane square to it, at `place`: quarter of an inflexional one.
 
-    With m = sin^2(tip angle / 2) it is K(m)^2, and the tip's place 2 E(m) / K(m) - 1 (A. E. H. Love, Mathematical Theory
-    of Elasticity, 1927, sections 262 and 263).
+    With m = sin^2(tip angle / 2) it is K(m)^2, and the tip's place 2 E(m) / K(m) - 1 (A. E. H. Love, Mathematical
+    Theory of Elasticity, 1927, sections 262 and 263).
     """
     m = brentq(lambda m: 2.0 * ellipe(m) / ellipk(m) - 1.0 - place, 1e-9, 0.9)
     return float(ellipk(m) ** 2)
