@@ -2,9 +2,10 @@
 
 A strip that is held at both ends may rest in several ways. Along an axis its state moves by little from case to case,
 and by much where a case has ended on another branch. Two neighbours are on one branch where their centrelines (at its
-quarters and ends, in l) are nearer than LEAST, or than JUMP times the median of the pairs around them on their line;
-what is joined so, by whatever way through the grid, is one branch (connected components). The branches are numbered by
-how many cases they have, from 1. Where more than MOST of the pairs are jumps the grid is too coarse to tell.
+quarters and ends, in l) are nearer than LEAST, or than JUMP times the lower quartile of the pairs around them on their
+line; cases that are not next to each other (up to AROUND between them), where they are as near as that. What is joined
+so, by whatever way through the grid, is one branch (connected components). The branches are numbered by how many cases
+they have, from 1. Where more than MOST of the pairs are jumps the grid is too coarse to tell.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from compare.sweep.run import Finished
 
 #: Distance (l) that is no jump, and over that of the pairs around; how many of them on either side; share of the pairs.
-LEAST, JUMP, AROUND, MOST = 0.05, 8.0, 3, 0.2
+LEAST, JUMP, AROUND, MOST = 0.05, 8.0, 3, 0.35
 
 Row = Mapping[str, Any]
 
@@ -64,13 +65,15 @@ def _numbered(shape: Sequence[int], points: Mapping[int, list[float]]) -> dict[i
     joined: list[tuple[int, int]] = []
     apart: list[tuple[int, int]] = []
     for line in _lines(shape):
-        pairs = [
-            (a, b, _distance(points[a], points[b])) for a, b in itertools.pairwise(line) if {a, b} <= points.keys()
-        ]
+        known = [number for number in line if number in points]  # what failed between two is stepped over
+        pairs = [(a, b, _distance(points[a], points[b])) for a, b in itertools.pairwise(known)]
         for k, (a, b, far) in enumerate(pairs):
             around = sorted(pair[2] for pair in pairs[max(0, k - AROUND) : k] + pairs[k + 1 : k + 1 + AROUND])
-            usual = around[len(around) // 2] if around else math.inf
-            (joined if far <= max(LEAST, JUMP * usual) else apart).append((a, b))
+            most = max(LEAST, JUMP * around[len(around) // 4]) if around else math.inf
+            (joined if far <= most else apart).append((a, b))
+            if far > most:  # cases beside it on another branch do not divide this one
+                beyond = known[k + 2 : k + 2 + AROUND]
+                joined += [(a, c) for c in beyond if _distance(points[a], points[c]) <= most]
     if len(apart) > MOST * (len(joined) + len(apart)):
         return {}
     parent = {number: number for pair in (*joined, *apart) for number in pair}

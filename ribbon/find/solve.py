@@ -702,7 +702,13 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
         found = _climbed(equilibrium, fresh)
         if found is not None and found.ok:
             return found
-    return _from_near(fresh, relax.transferred(old, equilibrium.x, fresh), **keywords)
+    start = relax.transferred(old, equilibrium.x, fresh)
+    found = _from_near(fresh, start, **keywords)
+    alike = found.ok and equilibrium.ok and not fresh.walls and climb.nested(old, fresh)
+    if not alike or not climb.above(fresh, found.x, start):
+        return found
+    ended = f"not converged: on {fresh.lengths.size} segments it ended above the state it began at, in another one"
+    return replace(found, status=Status.NOT_CONVERGED, stable=None, message=ended)
 
 
 def _from_near(problem: Problem, x: FloatArray, **keywords: Any) -> Equilibrium:
