@@ -324,12 +324,13 @@ class Held:
         return found
 
     def _joints_apart(self, joints: IntArray, touches: list[Touch]) -> IntArray:
-        """The joints without those at which both edges are held by the rows of a segment beside them: their own rows
-        would say the same twice."""
+        """The joints without those at which both edges are held by rows of a segment beside them that slide: their own
+        rows would say the same twice."""
         held = np.zeros((2, self.lengths.size + 1), dtype=bool)
         for touch in touches:
-            i = self.segment_at(touch.s)
-            held[int(touch.side < 0.0), i : i + 2] = True
+            if touch.slides:
+                i = self.segment_at(touch.s)
+                held[int(touch.side < 0.0), i : i + 2] = True
         return joints[~held.all(axis=0)[joints]]
 
     def segment_at(self, s: float) -> int:
@@ -357,9 +358,9 @@ class Held:
         s = np.array([touch.s for touch in touches])
         i = np.array([self.segment_at(touch.s) for touch in touches])
         return TouchRows(
-            i, np.minimum(s - starts[i], self.lengths[i]), np.array([touch.side for touch in touches]), self.lengths,
-            point, normal, self.half_width, self.exponent_limit, self.fields.components, self.fields.free,
-            self.sideways, plate,
+            i, np.minimum(s - starts[i], self.lengths[i]), np.array([touch.side for touch in touches]),
+            np.array([touch.slides for touch in touches]), self.lengths, point, normal, self.half_width,
+            self.exponent_limit, self.fields.components, self.fields.free, self.sideways, plate,
         )  # fmt: skip
 
     # -- the problem --------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Contact between the joints: an edge of the strip on a wall's side where it is nearest, one row a segment and edge.
+"""Contact between the joints: an edge of the strip on a wall's side at any abscissa, one row a point, which slides.
 
 On the segment that starts at joint i, at the distance h behind it, an edge of the strip stands at (docs/theory.md, eq.
 (5.3), (5.7))::
@@ -9,9 +9,9 @@ with the end frame Q and the chord p of the first h of the segment (`ribbon.elem
 parameters (a, b, n, m). With N of `ribbon.element.quaternion` its distance from the wall is ``g = <r_i - point,
 normal> + q^T N(normal, y) q``, so that all derivatives follow from the jets of y: linear in those, quadratic in q.
 
-The row is the least distance of the segment, ``min g(x, h)`` over 0 <= h <= L: the point of contact is not chosen, it
-goes where the strip is nearest. At a minimum inside ``g_h = 0``, and by the implicit function theorem (docs/theory.md,
-eq. (5.7); R. Hettich and K. Kortanek 1993, section 3, doi:10.1137/1035089)::
+Of a point that slides the row is the least distance of its segment, ``min g(x, h)`` over 0 <= h <= L: where the strip
+touches is not chosen, it touches where it is nearest. At a minimum inside ``g_h = 0``, and by the implicit function
+theorem (docs/theory.md, eq. (5.7); R. Hettich and K. Kortanek 1993, section 3, doi:10.1137/1035089)::
 
     (min g)_x = g_x ,   (min g)_xx = g_xx - g_xh g_hx / g_hh ,   h_x = -g_hx / g_hh .
 
@@ -47,18 +47,19 @@ _FLAT = 1e-9
 
 
 class Touch(NamedTuple):
-    """What is held on a wall's side between joints: number of the wall, abscissa in (0, 1), edge 1.0 or -1.0; of the
-    segment around the abscissa the place that is nearest to the wall, wherever it goes."""
+    """What is held on a wall's side between joints: number of the wall, abscissa in (0, 1), edge 1.0 or -1.0; the point
+    there, or where it slides, the place of the segment around it that is nearest to the wall."""
 
     wall: int
     s: float
     side: float
+    slides: bool = False
 
 
 class _Nearest(NamedTuple):
-    """Of the nearest places: along (k,) behind their segments' starts; jets (k, 3, components) of y and slopes (k, 3, 1
-    + parameters) of y' with its first derivatives, by what bends the segment; bent (k,): 1 / g_hh (l), 0 where the
-    place does not move."""
+    """Of the points, wherever they have gone: along (k,) behind their segments' starts; jets (k, 3, components) of y
+    and slopes (k, 3, 1 + parameters) of y' with its first derivatives, by what bends the segment; bent (k,): 1 / g_hh
+    (l), 0 where the place does not move."""
 
     along: FloatArray
     jets: FloatArray
@@ -68,17 +69,18 @@ class _Nearest(NamedTuple):
 
 @dataclass(frozen=True)
 class TouchRows:
-    """Edges of the strip on the wall's side all along some segments, ``least distance - height >= 0``.
+    """Edges of the strip on the wall's side at points inside segments, ``distance - height >= 0``, or all along them.
 
-    segments (k,): those segments; along (k,): how far behind their starts the search for the nearest place begins;
-    sides (k,): 1 or -1; lengths: of all segments; sideways: first column of the in-plane curvatures, -1 without; free:
-    whether the twist is free, the sections then square to the centreline; limit: of the series; other fields as in
-    `ribbon.problems.conditions.WallRows`.
+    segments (k,), along (k,): the segment of each point and how far behind its start it is, or where the search for the
+    nearest place begins; slides (k,): whether it is that place; sides (k,): 1 or -1; lengths: of all segments;
+    sideways: first column of the in-plane curvatures, -1 without; free: whether the twist is free, the sections then
+    square to the centreline; limit: of the series; other fields as in `ribbon.problems.conditions.WallRows`.
     """
 
     segments: IntArray
     along: FloatArray
     sides: FloatArray
+    slides: NDArray[np.bool_]
     lengths: FloatArray
     point: FloatArray
     normal: FloatArray
@@ -159,6 +161,8 @@ class TouchRows:
     def _least(self, q: FloatArray, turned: FloatArray, own: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Where (k,) the distance is least on each segment of length `own` (k,), and whether it is so by its slope: not
         at an end. turned (k, 3): the wall's normal seen from the segment's start."""
+        if not self.slides.any():
+            return self.along, self.slides
 
         def slope(h: FloatArray) -> tuple[FloatArray, FloatArray]:
             states = self._walked(q, h)
@@ -168,9 +172,9 @@ class TouchRows:
 
         low, high = -_BEYOND * own, (1.0 + _BEYOND) * own
         falls, rises = slope(low)[0] < 0.0, slope(high)[0] > 0.0
-        inside = falls & rises
-        h = np.where(inside, self.along, np.where(falls, own, 0.0))
-        both = ~falls & ~rises  # the ends are the nearest
+        inside = self.slides & falls & rises
+        h = np.where(inside | ~self.slides, self.along, np.where(falls, own, 0.0))
+        both = self.slides & ~falls & ~rises  # the ends are the nearest
         if both.any():
             places = [np.zeros(self.count), own]
             near = [np.einsum("kr,kr->k", turned, self._edge(self._walked(q, at), q, at)) for at in places]
@@ -236,7 +240,7 @@ class TouchRows:
         )
 
     def places(self, x: FloatArray) -> FloatArray:
-        """How far (k,) behind the starts of their segments the nearest places are, within the segments."""
+        """How far (k,) behind the starts of their segments the points are, within the segments."""
         return np.clip(self._at(x).along, 0.0, self.lengths[self.segments])
 
     def _turned(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
