@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
-from compare.measure.grid import Grid
+from compare.measure.numbers import nested
 from compare.models.base import (
     BESIDE,
     NEAR,
@@ -40,6 +40,7 @@ from compare.models.base import (
     pose_of,
 )  # fmt: skip
 from compare.models.effects.shell import effects
+from compare.models.reference import beside_mesh, judged
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
@@ -252,30 +253,21 @@ class ShellModel:
         options: Options,
         say: Reporter | None,
     ) -> State:
-        """Errors by the distance to, and the change of the share from, a mesh with half as many elements each way.
-
-        That bounds the finer mesh's own error from above as long as halving the elements more than halves the error. A
-        mesh that cannot have the held corners' knots leaves the errors unknown. It begins at the finer mesh's state,
-        the same branch, unless the scene asks for its path.
+        """Errors by what changes on `beside_mesh`, as `judged` says. It begins at the state's own shape, on the same
+        branch, unless the scene asks for its path.
         """
         # a mesh refined for a goal is compared with its first mesh, which is coarser, as it is
-        check = coarser(elements) if scene.shell.tolerance is None else elements
+        check = beside_mesh(elements) if scene.shell.tolerance is None else elements
         how = replace(how, accuracy=None)
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
         if scene.shell.start != "path" and found.ok:
             near, how = found.shape, replace(how, begin="given")
-        with contextlib.suppress(BadInput):
+        try:
             case, _ = _run(how, problem_of(scene, ratio, check, options.fallback), store, near, say)
-            if case.ok and found.ok and found.shape is not None:
-                own = found.native
-                assert isinstance(own, ShellCase)
-                grid = options.grid or Grid.for_shape(scene, found.shape.bend)
-                error = grid_hausdorff(grid.of(found.shape), grid.of(ShellShape(case, scene.curvature)))
-                here, there = ((c.data.get("share") or {}).get("membrane") for c in (own, case))
-                change = None if here is None or there is None else abs(here - there)
-                found = replace(found, error=error, numbers={**found.numbers, "share_error": change})
-        return found
+        except BadInput as refused:  # a mesh that cannot have the held corners' knots
+            return replace(found, error_why=f"on {check[0]} x {check[1]} elements: {refused}")
+        return judged(scene, found, state_of(scene, case), options.grid)
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""
@@ -322,11 +314,6 @@ class ShellModel:
 def mesh_size(mesh: tuple[int, int], degree: int | None = 2) -> Size:
     """The size of a mesh (elements along, across) of elements of this degree; None: not known."""
     return Size(LADDER, (float(mesh[0]), float(mesh[1])), degree)
-
-
-def coarser(elements: tuple[int, int]) -> tuple[int, int]:
-    """Half as many elements each way, at least one."""
-    return max(1, elements[0] // 2), max(1, elements[1] // 2)
 
 
 def problem_of(scene: Scene, ratio: float, elements: tuple[int, int], fallback: bool = False) -> ShellProblem:
@@ -404,6 +391,8 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
         lowest_eigenvalue=_number(data.get("lowest_eigenvalue")),
         supports=_supports(data),
         error=discretisation.get("estimate") if discretisation.get("goal", "surface") == "surface" else None,
+        errors=nested((discretisation.get("meshes") or [{}])[-1].get("errors") or {}) if discretisation else {},
+        error_why="by the meshes that were refined" if discretisation else "",
         seconds=Seconds(seconds if math.isfinite(seconds) else float("nan"), process=wall),
         unknowns=int(data.get("dofs", 0)),
         numbers={

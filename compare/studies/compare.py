@@ -19,7 +19,8 @@ than the ribbon, the distance is none between models, and no difference, slope o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -49,7 +50,8 @@ class Row:
     shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; share_error: change of
     the membrane share from the coarser mesh, where one was solved; same_state: whether the shell rests in the state
     that is beside it, None: not known, or no shell; same_why: how that was found; counterpart: where the model beside
-    comes to rest from the shell's shape, where that is another state than its own. `claimed` is of one state only.
+    comes to rest from the shell's shape, where that is another state than its own; shell_errors: of the shell's forces,
+    moments, energies and lowest eigenvalue (`State.errors`). `claimed` is of one state only.
     """
 
     width_to_thickness: float
@@ -72,6 +74,7 @@ class Row:
     same_state: bool | None
     same_why: str
     counterpart: Counterpart | None = None
+    shell_errors: Mapping[str, Any] = field(default_factory=dict)
     elastica: float | None = None
     start: str = "path"
     share_error: float | None = None
@@ -234,6 +237,7 @@ def _row(
         same_state=same.answer,
         same_why=same.why,
         counterpart=same.counterpart,
+        shell_errors=state.errors,
         elastica=planar,
         start=state.start,
         share_error=state.numbers.get("share_error"),

@@ -19,8 +19,8 @@ from compare.measure.distance import centreline_distance
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.base import Options, natural_constant
+from compare.models.reference import coarser
 from compare.models.ribbon.model import RibbonModel
-from compare.models.shell import coarser
 from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
