@@ -46,7 +46,8 @@ class BadInput(RibbonbenchError):
         self.problem = problem
         self.remedy = remedy
         shown = _shorten(value)
-        head = key if shown is None else f"{key} = {shown}"
+        name = _cut(key)
+        head = name if shown is None else f"{name} = {shown}"
         super().__init__(f"{head}: {problem}; {remedy}" if remedy else f"{head}: {problem}")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -78,7 +79,10 @@ def _shorten(value: Any, limit: int = 120) -> str | None:
     """The value as shown in the line: None stays None, long texts are cut in the middle."""
     if value is None:
         return None
-    text = _one_line(repr(value) if isinstance(value, str) else str(value))
+    return _cut(_one_line(repr(value) if isinstance(value, str) else str(value)), limit)
+
+
+def _cut(text: str, limit: int = 120) -> str:
     if len(text) <= limit:
         return text
     half = (limit - 5) // 2

@@ -169,7 +169,7 @@ class CurveAngleModel:
             found, seconds = clocked(lambda: way(scene, lengths, near), options.repeats)
             stability = judged(found.found) if found.found.ok else None
             if options.leave_saddle and stability is not None and stability.stable is False:
-                found = RodShape(left(found.found, stability))
+                found = RodShape(left(found.found, stability), found.origin)
                 stability = judged(found.found) if found.found.ok else None
             state = state_of(scene, found, stability)
             state = replace(state, seconds=seconds, start="near" if near is not None else state.start)

@@ -119,6 +119,12 @@ class Scene(SceneData):
         return (*_stage_scenes(scene, self.path), scene)
 
 
+#: A key with far more dots than any has, whose tables within tables a parser would make for minutes (time and memory go
+#: with the square of the dots); and what is no bare key: texts in quotes (or keys in them) and comments.
+_DEEP = re.compile(r"(?:\.[ \t]*+[\w-]*+[ \t]*+){64}")
+_QUOTED = re.compile(r'"""(?:\\.|[^\\])*?"""|' r"'''.*?'''|" r'"(?:\\.|[^"\\\n])*+"|' r"'[^'\n]*+'|#[^\n]*+", re.DOTALL)
+
+
 def load(name_or_path: str | Path) -> Scene:
     """Read a shipped scene by its name, a scene file by its path, or with "-" what stands in the standard input."""
     return loads(*text_of(name_or_path))
@@ -127,6 +133,8 @@ def load(name_or_path: str | Path) -> Scene:
 def loads(text: str, source: str = "<text>") -> Scene:
     """Read a scene from TOML text; `source` is where it came from, its stem becomes the scene's name."""
     try:
+        if _DEEP.search(_QUOTED.sub("q", text)):
+            raise RecursionError
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise BadInput(

@@ -132,3 +132,28 @@ def test_more_energy_than_at_the_start_is_told():
     assert climb.above(heavy, straight, hangs.x)
     assert not climb.above(heavy, hangs.x, straight)
     assert not climb.above(heavy, hangs.x, hangs.x)
+
+
+@pytest.mark.parametrize("ratio", [1e4, 1e6, 1e8, 1e10, 1e12])
+def test_the_eigenvalue_of_strongly_graded_segments_is_that_of_even_ones(ratio):
+    """A dense eigenvalue is lost in the rounding of the largest: it was -9 at 1e8, and -4e8 at 1e12, "stable"."""
+    lengths = np.geomspace(1.0, ratio, 40)
+    clamp = Clamp(normal=(-math.sqrt(0.5), math.sqrt(0.5), 0.0))
+    strip = Strip(1.0, 0.05, gamma=100.0, natural_curvature=10.0)
+    found = solve(strip, clamp, Gravity((1.0, 0.0, 0.0)), segments=lengths / lengths.sum(), leave_saddle=True)
+    assert found.stable is True
+    assert found.lowest_eigenvalue == pytest.approx(0.516, rel=0.05)  # of 80 even ones
+    assert "indifferent" not in found.message
+
+
+def test_the_eigenvalue_of_a_saddle_on_graded_segments():
+    """A strip standing on its clamp, twice as heavy as it can stand: eigenvalue and verdict are of one source."""
+    lengths = np.geomspace(1.0, 1e10, 40)
+    upright = Clamp(tangent=(0.0, 0.0, 1.0), normal=(1.0, 0.0, 0.0))
+    found = [
+        solve(Strip(1.0, 0.05, gamma=15.6, natural_curvature=1e-12), upright, Gravity((0.0, 0.0, 1.0)),
+              segments=segments, seed_curvature=0.0)
+        for segments in (lengths / lengths.sum(), 40)
+    ]  # fmt: skip
+    assert [state.stable for state in found] == [False, False]
+    assert found[0].lowest_eigenvalue == pytest.approx(found[1].lowest_eigenvalue, rel=0.05)
