@@ -113,7 +113,8 @@ class Force:
 
 @dataclass(frozen=True)
 class Supports:
-    """What holds the strip exerts on it: at both ends (None: nothing held), and every wall's entry of result.json."""
+    """What holds the strip exerts on it: at both ends (None: nothing held, or the model does not say), and every
+    wall's entry of result.json."""
 
     start: Force | None = None
     end: Force | None = None
@@ -261,7 +262,7 @@ class State(Shown):
     supports: Supports = field(default_factory=Supports)
     error: float | None = None
     seconds: Seconds = field(default_factory=lambda: Seconds(float("nan")))
-    unknowns: int = 0
+    unknowns: int = field(kw_only=True)
     numbers: Mapping[str, Any] = field(default_factory=dict)
     motions: Motions | None = None
     log: tuple[Mapping[str, Any], ...] = ()
