@@ -73,7 +73,7 @@ def test_what_set_up_promises_is_there(name):
 # --- make ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("target", ["setup", "demo", "test", "validate", "lint", "clean", "help"])
+@pytest.mark.parametrize("target", ["setup", "demo", "test", "portable", "validate", "lint", "clean", "help"])
 def test_make_knows_the_target(target):
     done = subprocess.run(["make", "-n", "-C", ROOT, target], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

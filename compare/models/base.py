@@ -113,7 +113,8 @@ class Force:
 
 @dataclass(frozen=True)
 class Supports:
-    """What holds the strip exerts on it: at both ends (None: nothing held), and every wall's entry of result.json."""
+    """What holds the strip exerts on it: at both ends (None: nothing held, or the model does not say), and every
+    wall's entry of result.json."""
 
     start: Force | None = None
     end: Force | None = None
@@ -268,10 +269,10 @@ class State(Shown):
     found; why: the reason of the chosen formulation; native: the solver's own result, for code about one model; units,
     width: of the scene (w / l), where `compare.models.solve` has solved it; whys: why a number of an equilibrium is not
     known, by its key in result.json ("forces", "moments", "lowest_eigenvalue"), where there it stands as KEY_why;
-    branch: of a ribbon between two clamps with a given seed (`ribbon.result.Branch`), "own": on the seed's side, "slid":
-    on the other, the energy falls all the way there, "left": on the other, whether the seed's side has a state is open,
-    None: no seed, or it means no side; rivals: other states that were looked for, None: none were; quadrature: by how much of itself the
-    elastic energy differs from its adaptive integral, None: the rule is exact.
+    branch: of a ribbon between two clamps with a given seed (`ribbon.result.Branch`), "own": on the seed's side,
+    "slid": on the other, the energy falls all the way there, "left": on the other, whether the seed's side has a state
+    is open, None: no seed, or it means no side; rivals: other states that were looked for, None: none were; quadrature:
+    by how much of itself the elastic energy differs from its adaptive integral, None: the rule is exact.
     """
 
     model: str
@@ -289,7 +290,7 @@ class State(Shown):
     error: float | None = None
     errors: Mapping[str, Any] = field(default_factory=dict)
     seconds: Seconds = field(default_factory=lambda: Seconds(float("nan")))
-    unknowns: int = 0
+    unknowns: int = field(kw_only=True)
     numbers: Mapping[str, Any] = field(default_factory=dict)
     motions: Motions | None = None
     log: tuple[Mapping[str, Any], ...] = ()

@@ -220,13 +220,14 @@ def verdict(comparison: Comparison) -> list[str]:
         said += _other_model(comparison)
     said += sentences(comparison.scene, fast)
     said += _tension(comparison)
-    times = [r for r in comparison.rows if r.ratio is not None and None not in (r.shell_error, r.ribbon_error)]
+    times = [r for r in comparison.rows if None not in (r.seconds["shell"], r.shell_error, r.ribbon_error)]
     if times:
         last = times[-1]
         said.append(
             f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
-            f"{last.shell_error:.1e} l), the {fast.model} {fast.seconds.warm:.2g} s (error {last.ribbon_error:.1e} l): "
-            + _factor(last.ratio or 0.0, fast.model, last.start)
+            f"{last.shell_error:.1e} l), the {fast.model} {last.seconds['ribbon']:.2g} s (error "
+            f"{last.ribbon_error:.1e} l): "
+            + _factor(last, fast.model)
             + ("; the shell's time is from the run that stored it." if last.reused else ".")
         )
     weight = line_weight(comparison.scene)
@@ -260,9 +261,19 @@ def _tension(comparison: Comparison) -> list[str]:
     return [f"The {name}'s forces are undetermined; the shell is held at s = l by {each}."] if each else []
 
 
-def _factor(ratio: float, fast: str, start: str) -> str:
-    """Which of the two is the faster one and by how much, and where the shell began: that is part of its time."""
-    factor = f"a factor {ratio:.3g}" if ratio >= 1.0 else f"the shell is the faster one, by a factor {1.0 / ratio:.3g}"
+def _factor(row: Row, fast: str) -> str:
+    """Which of the two is the faster one and by how much at least, and where the shell began: that is part of its time;
+    no factor where that would not be like for like."""
+    ratio, start = row.ratio, row.start
+    if ratio is None:
+        why = {
+            "first": f"the {fast}'s is of a first solve, with all that it loads",
+            "exact": "the faster one is the less exact",
+            "search": f"the {fast} searches its elements too",
+        }[row.unlike or "first"]
+        return f"no factor: {why} (ribbonbench cost compares like with like)"
+    factor = "the shell is the faster one, by a factor" if ratio < 1.0 else "a factor"
+    factor += f" {max(ratio, 1.0 / ratio):.3g} or more"
     surface = f"the shell begun at the surface of the {fast}"
     began = {
         "path": "the shell on its own, along its path",

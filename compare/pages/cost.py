@@ -183,7 +183,7 @@ def _checks(cost: Cost, target: float | None, models: Sequence[str]) -> list[Che
     return [
         reached,
         Check("read", GOOD, "a model that would ignore a key takes no part"),
-        Check("near", POOR if far else GOOD, f"farther than {FAR:g} l: {', '.join(far) or 'none that is named'}", bound=FAR),
+        Check("near", POOR if far else GOOD, f"farther than {FAR:g} l: {', '.join(far) or 'none named'}", bound=FAR),
     ]
 
 

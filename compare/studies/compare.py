@@ -51,7 +51,9 @@ class Row:
     the membrane share from the coarser mesh, where one was solved; same_state: whether the shell rests in the state
     that is beside it, None: not known, or no shell; same_why: how that was found; counterpart: where the model beside
     comes to rest from the shell's shape, where that is another state than its own; shell_errors: of the shell's forces,
-    moments, energies and lowest eigenvalue (`State.errors`). `claimed` is of one state only.
+    moments, energies and lowest eigenvalue (`State.errors`); `claimed` is of one state only; warm: the ribbon's time is
+    of repeated solves, with all loaded, as the shell's always is without its imports and compilation; searched: it
+    holds a search for segments.
     """
 
     width_to_thickness: float
@@ -78,12 +80,30 @@ class Row:
     elastica: float | None = None
     start: str = "path"
     share_error: float | None = None
+    warm: bool = field(kw_only=True)
+    searched: bool = field(kw_only=True)
 
     @property
     def ratio(self) -> float | None:
-        """How many times longer the shell takes than the ribbon."""
+        """How many times longer the shell takes than the ribbon, like for like: the faster one at least as exact as the
+        other, so that at one error the factor is no smaller. None where `unlike` says why not."""
         ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
-        return None if not ribbon or shell is None else shell / ribbon
+        return None if not ribbon or shell is None or self.unlike is not None else shell / ribbon
+
+    @property
+    def unlike(self) -> str | None:
+        """Why the times are not compared: "error" (one is not known), "first" (of the ribbon a first solve only),
+        "exact" (the faster one is less exact), "search" (the ribbon is slower, but searches its segments); None."""
+        ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
+        if self.ribbon_error is None or self.shell_error is None:
+            return "error"
+        if not self.warm:
+            return "first"
+        quicker = ribbon is not None and shell is not None and ribbon <= shell
+        less, more = (self.ribbon_error, self.shell_error) if quicker else (self.shell_error, self.ribbon_error)
+        if less > more:
+            return "exact"
+        return "search" if self.searched and not quicker else None
 
 
 @dataclass(frozen=True)
@@ -241,6 +261,8 @@ def _row(
         elastica=planar,
         start=state.start,
         share_error=state.numbers.get("share_error"),
+        warm=bool(fast.seconds.repeats),
+        searched=variant.scene.model.tolerance is not None,
     )
 
 
