@@ -16,7 +16,7 @@ from compare.models import solve
 from compare.models.base import Status
 from compare.page.page import read_page
 from compare.page.terminal import print_verdict
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.pages.solve import answer, rows
 from compare.scene.scene import load, loads
 from compare.scene.units import Units
@@ -82,7 +82,7 @@ def test_a_verdict_has_a_text_and_a_grade(wrong):
 def test_colours_on_a_terminal_and_none_in_a_pipe():
     def drawn(name, **options):
         out = io.StringIO()
-        print_verdict(Console(file=out, width=80, **options), Verdict("It is so", name))
+        print_verdict(Console(file=out, width=80, **options), Verdict("It is so", name, (Check("seen", name, "seen"),)))
         return out.getvalue()
 
     codes = [
@@ -90,7 +90,7 @@ def test_colours_on_a_terminal_and_none_in_a_pipe():
         for name in ("good", "fair", "poor")
     ]
     assert [code.split(";")[-1] for code in codes] == ["32", "33", "31"]
-    assert drawn("good") == Verdict("It is so", "good").line + "\n"
+    assert drawn("good") == Verdict("It is so", "good", (Check("seen", "good", "seen"),)).line + "\n"
 
 
 def numbers(text, unit):
@@ -154,9 +154,9 @@ def test_first_line_of_terminal_page_and_reports(capsys, tmp_path):
     first = capsys.readouterr().out.splitlines()[0]
     page = read_page(out)
     assert first == page.verdict.line
-    assert json.loads((out / "result.json").read_text())["answer"] == {
-        "text": page.verdict.text, "grade": page.verdict.grade,
-    }  # fmt: skip
+    told = json.loads((out / "result.json").read_text())["answer"]
+    assert Verdict.from_data(told) == page.verdict
+    assert page.verdict.checks
     assert main(["report", str(out), "--quiet"]) == DONE
     html = (out / "report.html").read_text()
     assert f'class="answer {page.verdict.grade}"' in html
