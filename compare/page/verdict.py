@@ -85,9 +85,12 @@ class Verdict:
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Verdict:
-        """As stored on a page. What an older version graded without checks is "unknown", or "poor"."""
+        """As stored on a page. What an older version graded without checks is "unknown", or "poor". ValueError and
+        TypeError for what is no verdict."""
         checks = tuple(Check(**check) for check in data.get("checks") or ())
-        grade = data["grade"] if checks or data["grade"] == POOR else UNKNOWN
+        grade = data["grade"]
+        if not checks and grade in GRADES and grade != POOR:
+            grade = UNKNOWN
         return cls(data["text"], grade, checks)
 
     @property

@@ -13,7 +13,7 @@ from rich.console import Console
 from compare.cli import DONE, NOT_CONVERGED, main
 from compare.measure.grades import GOOD_UP_TO, grade, worst
 from compare.models import solve
-from compare.models.base import Status
+from compare.models.base import Options, Status
 from compare.page.page import read_page
 from compare.page.terminal import print_verdict
 from compare.page.verdict import Check, Verdict
@@ -100,7 +100,7 @@ def numbers(text, unit):
 @pytest.fixture(scope="module")
 def tape():
     scene = loads(SI, "tape")
-    return scene, solve(scene, options=None)
+    return scene, solve(scene, options=Options(error=True))
 
 
 def test_solve_answers_where_the_free_end_hangs(tape):
@@ -188,5 +188,5 @@ def test_quick_limits_say_by_how_much_they_are_off(capsys, tmp_path):
 
 def test_a_scene_without_a_place_to_name_has_an_answer_too():
     scene = load("moebius_narrow")
-    made = replace(solve(load("coil_10_100")), error=1e-5)
+    made = replace(solve(scene, options=Options(error=True)), error=1e-5)
     assert answer(scene, made).grade == "good"
