@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from compare.cli import main
@@ -16,12 +18,9 @@ from tests.test_setup import ROOT
 
 def test_the_price_is_made_of_what_was_measured():
     """The constants are the rows of the page, and the price goes through them."""
-    rows = [
-        line.split("|")[1:-1] for line in (ROOT / "results/shell_size.md").read_text().splitlines() if " x " in line
-    ]
-    found = [
-        (int(row[1].replace(",", "")), float(row[3 + 1]), int(row[3]), float(row[7])) for row in rows if len(row) > 8
-    ]
+    lines = (ROOT / "results/shell_size.md").read_text().splitlines()
+    rows = [line.split("|")[1:-1] for line in lines if line.startswith("|") and " x " in line]
+    found = [(int(row[1].replace(",", "")), float(row[4]), int(row[3]), float(row[7])) for row in rows]
     assert tuple(found) == MEASURED
     for cells, seconds, newton, gigabytes in MEASURED:
         asked = price((cells, 1))
@@ -31,7 +30,7 @@ def test_the_price_is_made_of_what_was_measured():
 
 def test_prices_rise_with_cells_and_degree():
     found = [price((n, n)) for n in (1, 5, 20, 70, 200, 1000, 6000)]
-    for less, more in zip(found, found[1:], strict=False):
+    for less, more in pairwise(found):
         assert 0.0 < less.seconds < more.seconds
         assert 0.0 < less.gigabytes < more.gigabytes
     assert price((100, 8), 3).cells == 1800.0
