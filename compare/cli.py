@@ -16,6 +16,7 @@ from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, pri
 from compare.commands.line import recorded
 from compare.commands.parser import whole as _parser
 from compare.errors import BadInput, RibbonbenchError
+from compare.scene.given.accepted import accepting
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
 
@@ -70,7 +71,8 @@ def _main(arguments: Sequence[str] | None) -> int:
         return BAD_INPUT
     try:
         _check_alone(options.command)
-        code = commands.module(options.command).run(options, console)
+        with accepting(getattr(options, "yes", False)):
+            code = commands.module(options.command).run(options, console)
         print_json(options)
         return code
     except RibbonbenchError as error:

@@ -222,7 +222,8 @@ class Options:
     one that fits the shape). repeats: timed solves beside the first; None: as many as a short budget allows. store:
     where finished cases and interrupted ways are kept and found. fallback: where the scene's own path cannot be gone,
     the state itself is looked for. selects: a shape `near` says which of several states is asked for; otherwise it is a
-    mere beginning, and the state is the one that the model finds on its own.
+    mere beginning, and the state is the one that the model finds on its own. yes: also what takes hours or more memory
+    than is usual (`compare.models.effects.price`).
     """
 
     leave_saddle: bool = False
@@ -232,6 +233,7 @@ class Options:
     fallback: bool = False
     grid: Grid | None = None
     selects: bool = True
+    yes: bool = False
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ from compare.models.base import (
     on_strip,
     pose_of,
 )  # fmt: skip
+from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.reference import beside_mesh, judged
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
@@ -220,8 +221,10 @@ class ShellModel:
         if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
             scene = scene.replace({"shell.tolerance": None, "shell.goal": None})
         elements = shell_elements(scene) if size is None else (int(size.values[0]), int(size.values[1]))
+        asked = check_price(scene, elements, 2 if size is None or size.degree is None else size.degree, options.yes)
         if say is not None:
-            say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
+            words = f", {asked.text}" if asked.said else ""
+            say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements{words}")
         problem = problem_of(scene, ratio, elements, options.fallback)
         if size is not None and size.degree is not None:
             problem = replace(problem, degree=size.degree)

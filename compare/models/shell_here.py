@@ -11,6 +11,7 @@ from typing import Any
 
 from compare.errors import BadInput, Missing
 from compare.models.base import State
+from compare.models.effects.price import check_price
 from compare.models.reference import beside_mesh, judged
 from compare.models.shell import state_of
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
@@ -33,11 +34,13 @@ def run(scene: Scene, store: CaseStore, reporter: Reporter, world: World, iterat
     Raises `BadInput` for what the shell cannot do, `Missing` without dolfinx; on all processes.
     """
     options = shell_options(scene, iteration=iteration)
+    asked = check_price(scene)
     found = []
     for ratio in scene.require_shell():
         problem = shell_problem(scene, ratio)
         size = " x ".join(map(str, problem.elements))
         shared = f", {world.size} processes" if world.size > 1 else ""
+        shared += f", {asked.text}" if asked.said else ""
         reporter.step(f"shell: w/h = {ratio:g}, {size} elements{shared}")
         state = state_of(scene, _case(problem, options, store, reporter, world))
         if state.ok and scene.shell.tolerance is None:

@@ -31,6 +31,7 @@ from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import Energy, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
+from compare.models.effects.price import check_price
 from compare.models.same_state import Counterpart, Same, same_state
 from compare.registry import model
 from compare.scene.scene import Scene
@@ -175,6 +176,7 @@ def compare(
     shell, quick = model("shell"), beside_the_shell(scene)
     for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
         check_keys(one, scene)
+    check_price(scene)
     repeats = 0 if bare else None
     asked = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
     own = quick.variants(scene)

@@ -346,8 +346,8 @@ def _doubt(finding: Finding) -> str:
     said = ""
     if row.share_error is not None and finding.share and row.share_error > _SHARE_CHANGE * finding.share:
         said = (
-            f" On half as fine a mesh the share differs by {100 * row.share_error:.2g} %: refine shell.elements before "
-            "quoting it."
+            f" By the change to another mesh the share is sure to {100 * row.share_error:.2g} %: refine shell.elements "
+            "before quoting it."
         )
     if row.claimed:
         return said

