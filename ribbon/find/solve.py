@@ -46,6 +46,11 @@ Values = float | tuple[float, ...] | list[float]
 
 #: What the message of a state says whose stability is open to rounding.
 INDIFFERENT_WORDS = "; indifferent to at least one mode (eigenvalue zero to rounding)"
+#: What the message of a band says that lies on walls and is held nowhere.
+FREE_BAND_WORDS = (
+    "; nothing holds the band: where it begins in space (its seam at the origin, tangent e_z, normal e_y) chooses "
+    "among its states, and another may have less energy"
+)
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
@@ -591,6 +596,8 @@ def found_at(
         message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
         message += INDIFFERENT_WORDS
+    if known and problem.closure is not None and problem.start is None and problem.walls:
+        message += FREE_BAND_WORDS
     return Equilibrium(
         problem=problem,
         status=status,
