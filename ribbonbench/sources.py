@@ -133,17 +133,16 @@ def _head(name: ast.JoinedStr) -> str:
 
 
 class Sources:
-    """The modules under a folder `root` (None: `ROOT`), each file read once; those of a model from outside where Python
-    finds them."""
+    """The modules under a folder `root` (None: of our packages where Python finds them), each file read once; those of
+    a model from outside where Python finds them."""
 
     def __init__(self, root: Path | None = None) -> None:
-        self.root = ROOT if root is None else root
         self._memo = _Memo()
         self._texts: dict[str, Module] = {}
         self._closures: dict[tuple[bool, tuple[str, ...]], dict[str, Path]] = {}
         self._edges: dict[tuple[str, bool], tuple[set[str], dict[str, Path]]] = {}
         self._folders: dict[Path, frozenset[str]] = {}
-        self._tops: dict[str, Path | None] = dict.fromkeys(PACKAGES, self.root)
+        self._tops = {name: (_folder(name) or ROOT) if root is None else root for name in PACKAGES}
 
     def closure(self, *entries: str, statements: bool = False) -> dict[str, Path]:
         """Dotted name -> file of the entry modules and of all that belongs to them; data by its path ("a/b.toml").
@@ -199,8 +198,9 @@ class Sources:
         """Dotted name -> file of all modules of ours, or of the `packages` named."""
         found = {}
         for package in packages or PACKAGES:
-            for folder, _, names in os.walk(self.root / package):
-                stem = ".".join(Path(folder).relative_to(self.root).parts)
+            root = self._tops[package]
+            for folder, _, names in os.walk(root / package):
+                stem = ".".join(Path(folder).relative_to(root).parts)
                 for name in names:
                     if name.endswith(".py"):
                         found[stem if name == _INIT else f"{stem}.{name[:-3]}"] = Path(folder, name)
@@ -310,9 +310,8 @@ class Sources:
         if top in self._tops:
             return
         folder = _folder(top)
-        self._tops[top] = folder
         if folder is not None:
-            for name in _fellows(top) if _shared(folder) else _names_in(folder):
+            for name in _fellows(top) | {top} if _shared(folder) else _names_in(folder):
                 self._tops.setdefault(name, folder)
 
 

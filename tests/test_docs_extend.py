@@ -110,7 +110,7 @@ def hunks(diff: str) -> tuple[str, list[list[str]]]:
 def copy(tmp_path):
     """A copy of the sources with what the page adds."""
     root = tmp_path / "copy"
-    for package in ("ribbon", "compare", "shellref"):
+    for package in ("ribbonbench", "ribbon", "compare", "shellref"):
         shutil.copytree(ROOT / package, root / package, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", root)
     added = 0

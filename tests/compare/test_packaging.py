@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import compare
+from ribbonbench import sources
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULE = "ribbonbench"
@@ -162,6 +163,20 @@ def test_importing_the_module_imports_no_solver(installed):
     )
     done = python(installed, "-c", code, str(installed))
     assert done.returncode == 0, done.stderr
+
+
+def test_an_installed_shell_has_the_key_of_the_tree(installed):
+    """What a kept result depends on is computed from the files that are installed."""
+    code = (
+        "from ribbonbench import sources\n"
+        "import sys\n"
+        "found = sources.closure('compare.models.shell')\n"
+        "assert all(str(path).startswith(sys.argv[1]) for path in found.values()), found\n"
+        "print(sources.digest('compare.models.shell'))\n"
+    )
+    done = python(installed, "-c", code, str(installed))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == sources.digest("compare.models.shell")
 
 
 def test_the_names_are_those_of_the_packages():

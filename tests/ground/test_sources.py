@@ -169,6 +169,17 @@ def test_a_process_digests_once_and_imports_no_solver():
     assert done.stdout == "[]\n"
 
 
+def test_the_sources_are_those_that_python_runs(tmp_path):
+    """Where a package of ours is taken from elsewhere (a copy put before it), its own files are digested."""
+    tree(tmp_path, {"compare/only_here.py": "x = 1"})
+    code = "from ribbonbench import sources; print(sources.closure('compare.only_here')['compare.only_here'])"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(sources.ROOT)])}
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True, env=environment, cwd=tmp_path
+    )
+    assert done.stdout.strip() == str(tmp_path / "compare" / "only_here.py")
+
+
 def test_a_model_from_outside_with_modules_of_its_own(tmp_path, monkeypatch):
     """Its own package and what stands beside it, in a folder of its own; where others are installed too, only what is
     of the same distribution."""
@@ -176,7 +187,7 @@ def test_a_model_from_outside_with_modules_of_its_own(tmp_path, monkeypatch):
         "thread_model/model.py": "from thread_model import law\nimport thread_helper, ribbon.a, thread_stranger",
         "thread_model/law.py": "", "thread_helper.py": "", "thread_stranger.py": "",
     }  # fmt: skip
-    ours = tree(tmp_path / "tree", MODULES)
+    tree(tmp_path / "tree", MODULES)
     own = {"thread_model", "thread_model.model", "thread_model.law", "thread_helper"}
     for name in ("folder", "site-packages"):
         place = tmp_path / name
@@ -188,11 +199,11 @@ def test_a_model_from_outside_with_modules_of_its_own(tmp_path, monkeypatch):
         (about / "top_level.txt").write_text("thread_model\nthread_helper\n")
         with monkeypatch.context() as patch:
             patch.syspath_prepend(str(place))
-            found = Sources(ours.root)
+            found = Sources(tmp_path / "tree")
             closure = found.closure("thread_model.model")
             more = {"thread_stranger"} if name == "folder" else set()
             assert set(closure) == own | more | {"ribbon", "ribbon.a"}
             assert found.others(closure) == {"thread_stranger"} - more
             before = found.digest("thread_model.model")
             (place / "thread_helper.py").write_text("x = 1")
-            assert Sources(ours.root).digest("thread_model.model") != before
+            assert Sources(tmp_path / "tree").digest("thread_model.model") != before
