@@ -132,7 +132,7 @@ class Equilibrium:
     minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
     moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first;
     quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
-    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings) or nothing was judged.
+    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged.
     """
 
     problem: Problem
