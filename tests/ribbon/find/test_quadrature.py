@@ -1,10 +1,9 @@
-"""States of free twist are minima of their energy, not of its quadrature: against densities and rules of the tests' own."""
+"""States of free twist are minima of their energy, not of its quadrature: against densities and rules of our own."""
 
 from __future__ import annotations
 
 from math import cos, sin
 
-import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Status, Strip, solve

@@ -46,8 +46,8 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_gradient_jacobian_and_hessian_leave_errors_of_their_order(case):
-    """Two-sided Taylor orders at points that satisfy nothing, kappa_2 a field where the energy allows; where panels of the
-    rule follow the state too."""
+    """Two-sided Taylor orders at points that satisfy nothing, kappa_2 a field where the energy allows; where the
+    rule's panels follow the state too."""
     given = {
         "strip": STRIP, "start": clamp("finite"), "end": None, "closure": None, "walls": (),
         "gravity": Gravity((0, 0.6, 0.8)), "energy": "finite", "lengths": np.array([0.3, 0.5, 0.2]), "in_plane": True,
