@@ -2,8 +2,8 @@
 
 Curvature k, twist t and natural curvature are linear on the segment; the density (`ribbon.energies.free`) is no
 polynomial. Its singularities nearest to the real axis lie at ``k = +- i r``, r = `FreeTwist.reach` / zeta
-(docs/theory.md, eq. (10.26)): where the curvature passes zero the density has a peak 1 / (zeta |k'|) long. A rule that is fixed while
-the state moves has minima whose peaks stand between its points; so the rule follows the state:
+(docs/theory.md, eq. (10.26)): where the curvature passes zero the density has a peak 1 / (zeta |k'|) long. A rule that
+is fixed while the state moves has minima whose peaks stand between its points; so the rule follows the state:
 
 - where ``u = asinh(k / r)`` changes by less than `SPAN` on the segment, `FreeTwist.points` Gauss points;
 - elsewhere panels of equal width in u, at most `WIDE`, that grow with the distance from k = 0 as a graded mesh does:

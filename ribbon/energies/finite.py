@@ -8,8 +8,8 @@ Per length in D w / l^2 (docs/theory.md, eq. (10.12) to (10.14))::
 v is how the curvature along the strip varies across it, as k - y t' in a section that is soft (restrained warping), as
 along the rulings of a developable surface, k / (1 + y eta'), in one that is stiff, where v = k eta'; zeta^2 =
 (1 - nu^2) w^4 / (60 h^2) is the stiffness of the section against stretching at k = 0 (`ribbon.energies.sano`). To the
-second order in the gradients both are w^2 v^2 / 24; what H has beyond is of rulings, and is there as far as there are any:
-h -> 0 is Wunderlich's energy, k -> 0 the rod with restrained warping. Nothing is fitted.
+second order in the gradients both are w^2 v^2 / 24; what H has beyond is of rulings, and is there as far as there are
+any: h -> 0 is Wunderlich's energy, k -> 0 the rod with restrained warping. Nothing is fitted.
 
 Where rulings would meet inside the strip (|x| -> 1) Wunderlich's H is infinite; a strip that can stretch rounds that
 point: from x^2 = `ROUNDED` on H goes on as its quadratic in x^2, and no bound is needed. Where k passes zero x = 0: the
