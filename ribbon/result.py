@@ -152,7 +152,7 @@ class Equilibrium:
     branch: of a ribbon between two clamps with a given seed, whether it is the state that the seed means; None: no seed
     was given, or it means no side;
     quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
-    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings) or nothing was judged.
+    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged.
     """
 
     problem: Problem

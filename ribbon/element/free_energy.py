@@ -1,9 +1,9 @@
-"""Elastic energy of one segment whose twist is free, with gradient and Hessian: the integral, whatever the state (numba).
+"""Elastic energy of one segment whose twist is free, with gradient and Hessian: its integral in any state (numba).
 
 Curvature k, twist t and natural curvature are linear on the segment; the density (`ribbon.energies.free`) is no
-polynomial. Its singularities nearest to the real axis lie at ``k = +- i r``, r = `FreeTwist.reach` / zeta (docs/theory.md,
-eq. (10.20)): where the curvature passes zero the density has a peak 1 / (zeta |k'|) long. A rule that is fixed while
-the state moves has minima whose peaks stand between its points; so the rule follows the state:
+polynomial. Its singularities nearest to the real axis lie at ``k = +- i r``, r = `FreeTwist.reach` / zeta
+(docs/theory.md, eq. (10.26)): where the curvature passes zero the density has a peak 1 / (zeta |k'|) long. A rule that
+is fixed while the state moves has minima whose peaks stand between its points; so the rule follows the state:
 
 - where ``u = asinh(k / r)`` changes by less than `SPAN` on the segment, `FreeTwist.points` Gauss points;
 - elsewhere panels of equal width in u, at most `WIDE`, that grow with the distance from k = 0 as a graded mesh does:
@@ -14,8 +14,8 @@ the state moves has minima whose peaks stand between its points; so the rule fol
 
 The integral is that of the continuous density to about `ERROR`, so that derivatives of the density on the same points
 are the derivatives of the value, although panels move with the state. r = 0 (Sadowsky's energy): a segment on which
-the curvature changes its sign, twisted, has no finite energy: it is infinite. `ribbon.problems.quadrature` checks it all
-by a rule of its own.
+the curvature changes its sign, twisted, has no finite energy: it is infinite. `ribbon.problems.quadrature` checks it
+all by a rule of its own.
 """
 
 from __future__ import annotations

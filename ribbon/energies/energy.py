@@ -100,7 +100,7 @@ class FreeTwist:
     of its own; holds_twist: a clamp with a straight ruling holds t = 0 (the others know no derivative of t).
     points: Gauss points of an element on which the density hardly changes its character (`ribbon.element.element`).
     reach: how far from the real axis the density's nearest singularity lies in the plane of the curvature, times zeta
-    (docs/theory.md, eq. (10.20)): inf none, 0 at k = 0; tested: whether its gradients have singularities of their own,
+    (docs/theory.md, eq. (10.26)): inf none, 0 at k = 0; tested: whether its gradients have singularities of their own,
     so that every panel is tested.
     section: shape of the cross-section and what its energy consists of; words: what it is, for a page.
     """

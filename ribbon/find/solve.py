@@ -589,8 +589,8 @@ def found_at(
     if integral is not None and not integral <= quadrature.TOLERANCE:
         status, known = Status.NOT_CONVERGED, False
         message = (
-            f"not converged: the elastic energy hangs on its quadrature, an adaptive integral differs by {integral:.2g} "
-            "of it; use more segments"
+            "not converged: the elastic energy hangs on its quadrature, an adaptive integral differs by "
+            f"{integral:.2g} of it; use more segments"
         )
     if known and check is not None and check.stable is None:
         message += "; stability could not be judged"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.element.adaptive import beside_zero, integrated
-from ribbon.energies.free import free_numbers, in_plane_stiffness
+from ribbon.energies.free import FREE_ENERGIES, free_numbers, in_plane_stiffness
 from ribbon.energies.names import FREE_CODE
 from ribbon.problems.protocol import Problem
 
@@ -27,10 +27,10 @@ _SHARE = 1e-2
 
 def error(problem: Problem, x: FloatArray, own: float) -> float | None:
     """|E - E_adaptive| over the elastic energy, both with the constant of the natural curvature, of the unknowns x
-    (n,), whose energy by the problem's rule is `own` (D w / l); None for energies of rulings, whose rule is exact, inf
-    where the integral has no value."""
+    (n,), whose energy by the problem's rule is `own` (D w / l); None for polynomials (energies of rulings, the
+    rod), whose rule is exact, inf where the integral has no value."""
     fields = problem.fields
-    if not fields.free:
+    if not fields.free or FREE_ENERGIES[problem.energy].reach == float("inf"):
         return None
     start, end = problem.strip.curvature
     constant = (start * start + start * end + end * end) / 6.0

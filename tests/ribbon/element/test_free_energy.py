@@ -1,4 +1,4 @@
-"""The energy of a segment with free twist is its integral, wherever the curvature passes zero: value and derivatives."""
+"""The energy of a segment with free twist is its integral, where the curvature passes zero too, with derivatives."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -64,8 +65,9 @@ def density(name: str, strip: tuple[float, float, float], k: float, t: float, dk
         return found
     r = k * k + 1.0 / zeta2
     eta = k * t / r
-    x = 0.5 * w * (k * dt + t * dk - 2.0 * eta * k * dk) / r
-    return found + w * w / (24.0 * zeta2 * r) * dt * dt + 0.5 * r * (1.0 + eta * eta) ** 2 * ruling(x)
+    v = dt - eta * dk
+    beyond = ruling(0.5 * w * k * v / r) - (0.5 * w * k * v / r) ** 2 / 3.0
+    return found + (1.0 + eta * eta) ** 2 * (w * w / 24.0 * v * v + 0.5 * k * k * beyond)
 
 
 def integral(found: Any) -> float:
@@ -89,8 +91,8 @@ def integral(found: Any) -> float:
 
 
 def adaptive(along: Callable[[float], float], q: Any, length: float) -> float:
-    """Integral of ``along`` from 0 to `length`, in pieces on which the curvature q_0 s + q_1, which may pass zero or come
-    near it, changes tenfold at most (QUADPACK's extrapolation is misled by poles beside an end)."""
+    """Integral of ``along`` from 0 to `length`, in pieces on which the curvature q_0 s + q_1, which may pass zero or
+    come near it, changes tenfold at most (QUADPACK's extrapolation is misled by poles beside an end)."""
     ends = [0.0, length]
     if q[0]:
         decades = np.concatenate([[0.0], 10.0 ** np.arange(-7.0, 4.0)])
@@ -98,5 +100,4 @@ def adaptive(along: Callable[[float], float], q: Any, length: float) -> float:
         ends = np.unique(np.concatenate([ends, places[(places > 0.0) & (places < length)]])).tolist()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IntegrationWarning)  # rounding below the tolerance
-        pieces = zip(ends[:-1], ends[1:], strict=True)
-        return sum(quad(along, a, b, epsabs=0.0, epsrel=1e-11, limit=400)[0] for a, b in pieces)
+        return sum(quad(along, a, b, epsabs=0.0, epsrel=1e-11, limit=400)[0] for a, b in pairwise(ends))
