@@ -70,6 +70,7 @@ _COLUMNS = (
     _column("y_over_x"),
     *force_displacement.SUPPORTS,
     *force_displacement.CURVE,
+    _column("forces_why", kind=_WORD),
     _column("error", "l"),
     *(_column(key, "s") for key in ("seconds.ribbon", "seconds.shell", "seconds")),
     _column("message", kind=_WORD),
@@ -235,10 +236,15 @@ def is_number(value: Any) -> bool:
 
 def answer(finished: Finished) -> Verdict:
     """How many cases are stable equilibria: good where all are, fair where nine of ten are."""
-    found = summary(finished)
-    ok, count = found["ok"], found["cases"]
+    n = summary(finished)
+    ok, count = n["ok"], n["cases"]
     several = f"{ok} of {count} cases are" if count != 1 else "The case is" if ok else "The case is not"
-    return Verdict(f"{several} in a stable equilibrium", GOOD if ok == count else FAIR if ok >= 0.9 * count else POOR)
+    found = GOOD if ok == count else FAIR if ok >= 0.9 * count else POOR
+    untold = sum(any("forces_why" in row for row in case.record["rows"]) for case in finished.cases)
+    if not untold:
+        return Verdict(f"{several} in a stable equilibrium", found)
+    least = FAIR if found == GOOD else found
+    return Verdict(f"{several} in a stable equilibrium; of {untold} the forces are undetermined (forces_why)", least)
 
 
 def verdict(finished: Finished) -> list[str]:
