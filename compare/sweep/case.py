@@ -165,6 +165,8 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
     row["residual"] = state.residual
     row["iterations"] = state.iterations
     row["lowest_eigenvalue"] = state.lowest_eigenvalue
+    if "forces" in state.whys:
+        row["forces_why"] = state.whys["forces"]
     for name, value in state.numbers.items():
         if isinstance(value, Mapping):
             row.update({f"{name}.{part}": number for part, number in value.items()})

@@ -76,6 +76,7 @@ _COLUMNS = (
     _column("y_over_x"),
     *force_displacement.SUPPORTS,
     *force_displacement.CURVE,
+    _column("forces_why", kind=_WORD),
     _column("error", "l"),
     *(_column(key, "s") for key in ("seconds.ribbon", "seconds.shell", "seconds")),
     _column("message", kind=_WORD),
@@ -270,9 +271,14 @@ def _stable_rows(finished: Finished) -> Rows:
 
 
 def _finite_check(finished: Finished) -> Check:
-    """Whether the energy of every state in the table is a number."""
+    """Whether the energy of every state in the table is a number, and its forces are determined."""
     bad = sum(not is_number(row.get("energy.total")) for row in _stable_rows(finished))
-    return Check("finite", POOR if bad else GOOD, f"{bad} energies are no numbers" if bad else "energies are numbers")
+    if bad:
+        return Check("finite", POOR, f"{bad} energies are no numbers")
+    untold = sum(any("forces_why" in row for row in case.record["rows"]) for case in finished.cases)
+    if untold:
+        return Check("finite", FAIR, f"of {untold} the forces are undetermined (forces_why)")
+    return Check("finite", GOOD, "energies and forces are numbers")
 
 
 def _elements_check(finished: Finished) -> Check:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+#: Who else can be asked.
+_ASK = 'ask one that stretches: model.energy = "antman", or ribbonbench shell'
 #: Weight along the strip, over that across it, up to which it counts as none: it changes the tension from one end to
 #: the other by this part of the weight, which is small against the tension.
 _ACROSS = 1e-6
@@ -75,8 +77,8 @@ def words(scene: Scene) -> str:
             f"{units.text(found.tension, 'D w / l^2')}"
         )
     if scene.thickness is None and not scene.shell.width_to_thickness:
-        return "give strip.thickness, and ask a strip that stretches: ribbonbench shell"
-    return "ask a strip that stretches: ribbonbench shell"
+        return f"give strip.thickness, and {_ASK}"
+    return _ASK
 
 
 def between_clamps(weight: float, stretching: float) -> Taut:

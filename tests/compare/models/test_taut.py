@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_bvp, trapezoid
 
 from compare.cli import DONE, main
+from compare.models import solve
 from compare.models.ribbon.taut import between_clamps, taut
 from compare.scene.scene import loads
 
@@ -69,6 +70,17 @@ def test_where_it_does_not_hold_there_is_none():
     unloaded = taut(scene.replace({"gravity": None}))
     assert unloaded is not None
     assert (unloaded.tension, unloaded.sag) == (0.0, 0.0)
+
+
+def test_the_rod_that_stretches():
+    scene = loads(SCENE).replace({"model.energy": "antman", "model.elements": 40})
+    expected, rod = taut(scene), solve(scene)
+    assert expected is not None
+    assert rod.ok
+    assert rod.supports.end is not None
+    assert rod.supports.end.force[2] == pytest.approx(expected.tension, rel=5e-3)
+    assert rod.middle is not None
+    assert -rod.middle.position[1] == pytest.approx(expected.sag, rel=5e-3)
 
 
 @pytest.mark.shell
