@@ -46,6 +46,8 @@ EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
 #: Energies whose strip of finite thickness is the one with energy "finite".
 RULED = ("sadowsky", "wunderlich")
+#: Elastic energy over the weight below which a strip is straight.
+_STRAIGHT = 1e-9
 _SAMPLES = 1000
 _ALONG, _ACROSS = 200, 4
 
@@ -58,7 +60,8 @@ class Estimate:
     "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the strip of finite
     thickness was not found; own: the part of that share which the model has in its own energy; scale: z of the strip's
     edges at the mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's
-    solve not included.
+    solve not included; bends: whether the strip does, so that there is an elastic energy to have a share of: the shares
+    of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
     """
 
     width_to_thickness: float
@@ -67,6 +70,7 @@ class Estimate:
     scale: float
     seconds: float
     own: float = 0.0
+    bends: bool = True
 
     @property
     def missing(self) -> float:
@@ -112,6 +116,8 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     in_plane = in_plane_density(state.moment, nu, scene.width, h)
     tension = tension_density(state.tension, nu, h)
     whole = elastic + float(in_plane.mean()) + float(tension.mean())
+    bends = not elastic <= _STRAIGHT * scene.gamma
+    whole += 0.0 if bends else 0.5 * scene.gamma  # of the weight Gamma, half a length below its clamp
     whole = whole if whole > 0.0 else 1.0
     parts = {
         "edges": float(section.membrane(*arguments).mean()) / whole,
@@ -126,7 +132,8 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     else:
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     mean = float(np.sqrt(np.mean(state.omega**2)))
-    return Estimate(width_to_thickness, parts, distance, section.scale * mean**0.5, time.perf_counter() - clock)
+    seconds = time.perf_counter() - clock
+    return Estimate(width_to_thickness, parts, distance, section.scale * mean**0.5, seconds, bends=bends)
 
 
 def in_plane_density(moment: FloatArray, poisson: float, width: float, thickness: float) -> FloatArray:
