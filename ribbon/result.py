@@ -50,6 +50,22 @@ class Branch(Enum):
 
 
 @dataclass(frozen=True)
+class Left:
+    """A saddle that was left along its unstable mode.
+
+    above: its energy over that of the state it was left for, D w / l; mirrored: whether the other way along the mode
+    leads to a state of the same energy, as the mirror image of a symmetric saddle's does; None: it leads to none.
+    """
+
+    above: float
+    mirrored: bool | None
+
+    def __str__(self) -> str:
+        also = "; the other way leads to a state of the same energy" if self.mirrored else ""
+        return f"left a saddle {self.above:.3g} D w / l above{also}"
+
+
+@dataclass(frozen=True)
 class Energy:
     """Energies in units of D w / l; `elastic` leaves out the constant of the natural curvature, 1/2 int K^2 ds."""
 
@@ -140,7 +156,7 @@ class Equilibrium:
     minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
     moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first;
     branch: of a ribbon between two clamps with a given seed, whether it is the state that the seed means; None: no seed
-    was given, or it means no side.
+    was given, or it means no side; left: the saddle that was left for it, None: none.
     """
 
     problem: Problem
@@ -168,6 +184,7 @@ class Equilibrium:
     solver: str = "Ipopt"
     moved: float | None = None
     branch: Branch | None = None
+    left: Left | None = None
 
     @property
     def ok(self) -> bool:

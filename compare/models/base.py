@@ -246,7 +246,9 @@ class State(Shown):
     reason of the chosen formulation; native: the solver's own result, for code about one model; units, width: of the
     scene (w / l), where `compare.models.solve` has solved it; branch: of a ribbon between two clamps with a given seed
     (`ribbon.result.Branch`), "own": on the seed's side, "slid": on the other, the energy falls all the way there,
-    "left": on the other, whether the seed's side has a state is open; None: no seed, or it means no side.
+    "left": on the other, whether the seed's side has a state is open; None: no seed, or it means no side; left_saddle:
+    the saddle that was left for it, `above` (its energy over the state's, D w / l) and `mirrored` (whether the other
+    way leads to a state of the same energy; None: to none); None: none was.
     """
 
     model: str
@@ -276,6 +278,7 @@ class State(Shown):
     units: Units = field(default_factory=Units)
     width: float = 0.0
     branch: str | None = None
+    left_saddle: Mapping[str, Any] | None = None
 
     @property
     def ok(self) -> bool:

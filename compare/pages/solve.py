@@ -46,6 +46,9 @@ def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
     choice = state.numbers.get("auto")
     if choice is not None and not choice["enough"]:
         near += f"; its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
+    if state.left_saddle is not None:
+        mirror = ", as its mirror image is" if state.left_saddle["mirrored"] else ""
+        near += f"; the state beside its seed is a saddle, which it leaves for this one{mirror}"
     near += _SIDES.get(state.branch or "own", "")
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -111,6 +111,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         start="path" if way is not None else "seed",
         reused=way.resumed if way is not None else False,
         native=e,
+        left_saddle=None if e.left is None else asdict(e.left),
         branch=None if e.branch is None or way is not None else e.branch.name.lower(),
     )
 
