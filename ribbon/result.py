@@ -51,6 +51,22 @@ class Branch(Enum):
 
 
 @dataclass(frozen=True)
+class Left:
+    """A saddle that was left along its unstable mode.
+
+    above: its energy over that of the state it was left for, D w / l; mirrored: whether the other way along the mode
+    leads to a state of the same energy, as the mirror image of a symmetric saddle's does; None: it leads to none.
+    """
+
+    above: float
+    mirrored: bool | None
+
+    def __str__(self) -> str:
+        also = "; the other way leads to a state of the same energy" if self.mirrored else ""
+        return f"left a saddle {self.above:.3g} D w / l above{also}"
+
+
+@dataclass(frozen=True)
 class Energy:
     """Energies in units of D w / l; `elastic` leaves out the constant of the natural curvature, 1/2 int K^2 ds."""
 
@@ -150,7 +166,7 @@ class Equilibrium:
     forces_why: why forces and moments are not determined, although the shape is; "" where they are. `start`,
     `end_support` and `walls` are then None, None and (), and `rows` NaN;
     branch: of a ribbon between two clamps with a given seed, whether it is the state that the seed means; None: no seed
-    was given, or it means no side;
+    was given, or it means no side; left: the saddle that was left for it, None: none;
     quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
     (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged.
     """
@@ -182,6 +198,7 @@ class Equilibrium:
     forces_why: str = ""
     branch: Branch | None = None
     quadrature_error: float | None = None
+    left: Left | None = None
 
     @property
     def ok(self) -> bool:

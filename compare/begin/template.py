@@ -12,6 +12,7 @@ from compare.begin.materials import MATERIALS
 from compare.begin.sketch import commented
 from compare.scene.declare import LENGTH, NONE, literal
 from compare.scene.keys import KEYS
+from compare.scene.spec import STANDARD_GRAVITY
 
 HELD = {
     "one": "clamped at one end, horizontally: a cantilever",
@@ -22,6 +23,8 @@ HELD = {
 }
 """How a strip of the template is held, in words."""
 
+#: Gamma over the root of the slack up to which an arch stands well between two clamps.
+_STANDS = 150.0
 _COLUMN = 36
 _LINE = 120
 _SI = {LENGTH: "m", "1/length": "1/m", NONE: "", None: ""}
@@ -154,7 +157,9 @@ def _supports(start: Start) -> list[str]:
     lines.append(_line(start, "clamp.start.ruling", "straight", 'the clamp holds the whole edge; or "free"'))
     if start.held != "two":
         return [*lines, "", "# [clamp.end] with the same keys would hold the other end; without it, it is free."]
-    amplitude = _buckled(start)
+    bend, words = _buckled(start), "an arch towards t_y (up); other signs: away from it"
+    if _hangs(start):
+        bend, words = -bend, "away from t_y (down): no arch stands under this weight"
     return [
         *lines,
         "",
@@ -168,23 +173,34 @@ def _supports(start: Start) -> list[str]:
         _line(start, "clamp.end.ruling", "straight", 'the clamp holds the whole edge; or "free"'),
         "",
         "[seed]                               # where the search for the equilibrium begins",
-        _line(
-            start, "seed.curvature", [-amplitude, amplitude, amplitude, -amplitude],
-            "an arch towards t_y (up); other signs: away from it",
-        ),
+        _line(start, "seed.curvature", [-bend, bend, -bend], words),
     ]  # fmt: skip
 
 
 def _buckled(start: Start) -> float:
-    """Curvature at the ends of a strip that is clamped at both and slightly compressed: the angle a sin(2 pi s / l)
-    shortens it by a^2 / 4 of its length."""
+    """Curvature at the ends, and against it in the middle, of a strip that is clamped at both and slightly compressed:
+    the angle a s (1 - 2 s) of one half, and the same with the other sign of the other, shortens it by a^2 / 240 of its
+    length, and turns its end by nothing."""
     slack = max(1.0 - start.apart, 0.0)
-    return float(f"{4.0 * math.pi * math.sqrt(slack) / start.length:.4g}")
+    return float(f"{math.sqrt(240.0 * slack) / start.length:.4g}")
+
+
+def _hangs(start: Start) -> bool:
+    """Whether the strip between two clamps weighs so much that it hangs: its arch is pushed through at Gamma = 250
+    sqrt(1 - apart) (0.5 to 0.98 of the length apart, by `ribbon.solve`: 249 to 312)."""
+    gamma = start.gamma
+    if start.si:
+        assert start.young is not None
+        assert start.density is not None
+        assert start.thickness is not None
+        bending = start.young * start.thickness**2 / (12.0 * (1.0 - start.poisson**2))
+        gamma = start.density * STANDARD_GRAVITY * start.length**3 / bending
+    return start.weighs and (gamma or 0.0) > _STANDS * math.sqrt(max(1.0 - start.apart, 0.0))
 
 
 def _model(start: Start) -> list[str]:
     if start.held == "moebius":
-        return ["", "[model]", _line(start, "model.elements", 60, "a Moebius band is bent sharply in places")]
+        return ["", "[model]", _line(start, "model.tolerance", 1e-3, "a Moebius band is bent sharply in places")]
     return [
         "",
         "# [model]                            # how the ribbon is computed; the defaults are right for most scenes",

@@ -106,7 +106,7 @@ def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE/COMM
     parser.add_argument("--out", metavar="FOLDER", default=None, help=f"where results go (default {default})")
 
 
-def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
+def leave_saddle_argument(parser: argparse._ActionsContainer) -> None:
     """--leave-saddle."""
     parser.add_argument(
         "--leave-saddle", action="store_true",

@@ -274,7 +274,9 @@ class State(Shown):
     branch: of a ribbon between two clamps with a given seed (`ribbon.result.Branch`), "own": on the seed's side,
     "slid": on the other, the energy falls all the way there, "left": on the other, whether the seed's side has a state
     is open, None: no seed, or it means no side; rivals: other states that were looked for, None: none were; quadrature:
-    by how much of itself the elastic energy differs from its adaptive integral, None: the rule is exact.
+    by how much of itself the elastic energy differs from its adaptive integral, None: the rule is exact; left_saddle:
+    the saddle that was left for it, `above` (its energy over the state's, D w / l) and `mirrored` (whether the other
+    way leads to a state of the same energy; None: to none); None: none was.
     """
 
     model: str
@@ -308,6 +310,7 @@ class State(Shown):
     branch: str | None = None
     rivals: Rivals | None = None
     quadrature: float | None = None
+    left_saddle: Mapping[str, Any] | None = None
 
     @property
     def ok(self) -> bool:

@@ -21,8 +21,14 @@ def length(units: Units, value: float | None) -> str:
     """A length given in l: "0.96 mm (0.32 % of the length)", without the millimetres where the scene has none."""
     if value is None or not math.isfinite(value):
         return "an unknown length"
-    part = f"{100.0 * value:.2g} %"
+    part = percent(value)
     return f"{units.text(value, 'l')} ({part} of the length)" if units.known else f"{part} of the length"
+
+
+def percent(share: float) -> str:
+    """A share in percent, two digits or all before the point: "0.32 %", "100 %", "1240 %"."""
+    value = 100.0 * share
+    return f"{value:.0f} %" if abs(value) >= 99.5 else f"{value:.2g} %"
 
 
 def force(values: FloatArray, units: Units) -> str:

@@ -11,7 +11,7 @@ from compare.page.page import Picture, Surface
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import LAST, Cell, Column, ColumnOf, Table
-from compare.page.told import length
+from compare.page.told import length, percent
 from compare.page.verdict import Check, Verdict, unchecked
 from compare.pages import result as results
 from compare.scene.units import Units
@@ -228,7 +228,7 @@ def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
         return Verdict.of(command, bad.sentence.removesuffix("."), checks)
     told = Units.of(first.scene) if units is None else units
     by = "By estimate the" if first.row is None else "The"
-    off = f"off by {length(told, first.distance)} and {100.0 * (first.left_out or 0.0):.2g} % of the energy"
+    off = f"off by {length(told, first.distance)} and {percent(first.left_out or 0.0)} of the energy"
     if len(findings) == 1:
         text = f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}"
     else:
@@ -357,7 +357,7 @@ def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str)
     return [
         Picture(
             names["shares"],
-            f"Energies by kind; {held}; stretching is at most {100 * worst:.2g} % of the elastic energy",
+            f"Energies by kind; {held}; stretching is at most {percent(worst)} of the elastic energy",
             "Shares of bending, membrane and shear (thesis, figure 7.9); the estimate from the ribbon alone dotted.",
         ),
         Picture(

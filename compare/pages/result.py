@@ -106,6 +106,7 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
         },
         "start": state.start,
         "branch": state.branch,
+        "left_saddle": state.left_saddle,
         **dimensions(scene),
         "provenance": provenance(scene),
     }

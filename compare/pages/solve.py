@@ -45,6 +45,9 @@ def answer(scene: Scene, state: State, units: Units | None = None, command: str 
     near = f"computed to {length(units, state.error)}"
     if state.error is None:
         near = "how accurately is not known" + (f" ({state.error_why})" if state.error_why else "")
+    if state.left_saddle is not None:
+        mirror = ", as its mirror image is" if state.left_saddle["mirrored"] else ""
+        near += f"; the state beside its seed is a saddle, which it leaves for this one{mirror}"
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:
         near += f"; its inputs leave {length(units, unsure.total)} open"

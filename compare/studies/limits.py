@@ -26,6 +26,7 @@ from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
 from compare.models.base import Options, State, check_keys
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.ribbon.estimate import Estimate
+from compare.page.told import percent
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -224,7 +225,8 @@ def _found(
     whole = row.energy.elastic + row.energy.constant + abs(row.energy.gravity)
     of_total = {name: abs(energy[name]) / whole for name in ("bending", "membrane", "shear", "gravity")}
     case = state.native
-    share = row.share["membrane"] + row.share["shear"]
+    parts = row.share if bare.estimate.bends else of_total  # an elastic energy of almost nothing has no shares
+    share = parts["membrane"] + parts["shear"]
     surface = case.surface
     k = surface.degree
     maps = Maps(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(case), surface.points)
@@ -236,7 +238,7 @@ def _found(
         bare,
         share_of_total=of_total,
         zones=zones,
-        parts=_by_cause(bare.estimate, zones, share, row.share["shear"], shear_there),
+        parts=_by_cause(bare.estimate, zones, share, parts["shear"], shear_there),
         distance=row.hausdorff,
         share=share,
         level=level,
@@ -315,12 +317,12 @@ def sentence(finding: Finding) -> str:
         return f"No verdict for {where}: its tension is {finding.estimate.why}; ask shells (without --quick)."
     if finding.another is not False:
         return f"No verdict for {where}: {_elsewhere(finding)}."
-    distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"
+    distance = "unknown" if finding.distance is None else percent(finding.distance)
     model = "inextensible model" if not finding.estimate.own else finding.words
     by = f"By estimate from the ribbon alone: {model}" if finding.row is None else model[0].upper() + model[1:]
     level = f": {finding.level}" if finding.level else ""
     text = (
-        f"{by} off by {distance} of l and {100 * (finding.left_out or 0.0):.2g} % of energy here ({where}){level}; "
+        f"{by} off by {distance} of l and {percent(finding.left_out or 0.0)} of energy here ({where}){level}; "
         f"the reason is {reason(finding)}."
     )
     return text + _doubt(finding)
@@ -346,7 +348,7 @@ def _doubt(finding: Finding) -> str:
     said = ""
     if row.share_error is not None and finding.share and row.share_error > _SHARE_CHANGE * finding.share:
         said = (
-            f" By the change to another mesh the share is sure to {100 * row.share_error:.2g} %: refine shell.elements "
+            f" By the change to another mesh the share is sure to {percent(row.share_error)}: refine shell.elements "
             "before quoting it."
         )
     if row.claimed:

@@ -85,7 +85,9 @@ def _to_tolerance(
         loose = build(*arguments, segments=found.problem.lengths, **{**asked, "closure": closure})
         slid = switch(loose, found)
         found = replace(slid, tolerance_error=found.tolerance_error, refinements=found.refinements)
-    found = replace(found, branch=first.branch)
+    found = replace(found, branch=first.branch, left=found.left or first.left)
+    if first.left is not None and found.left is first.left and found.ok:
+        found = replace(found, message=f"{found.message}; {first.left}")
     if first.minima is not None and found.status in _GOOD:
         found = replace(found, minima=first.minima, message=f"{found.message}; {first.minima}")
     return found

@@ -21,7 +21,7 @@ from ribbon.problems import formulation, quadrature
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem as Problem
-from ribbon.result import Energy, Equilibrium, Status
+from ribbon.result import Energy, Equilibrium, Left, Status
 from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.solvers.problem import (
@@ -442,7 +442,8 @@ def solve_from(
     """
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
-    found = _solve_once(problem, x, warm, options, progress, check, near, hold)
+    first = found = _solve_once(problem, x, warm, options, progress, check, near, hold)
+    gone: tuple[Equilibrium, float] | None = None
     if leave_saddle:
         for _ in range(_DEPARTURES):
             if found.status is not Status.SADDLE or spent():
@@ -450,8 +451,22 @@ def solve_from(
             better = _depart(found, options, progress)
             if better is None:
                 break
-            found = better
-    return found
+            gone, found = gone or better, better[0]
+    return found if gone is None else _told_left(first, found, *gone, options, progress)
+
+
+def _told_left(
+    saddle: Equilibrium, found: Equilibrium, beside: Equilibrium, step: float, options: Any, progress: Progress | None
+) -> Equilibrium:
+    """`found` with the saddle that was left for it by `step`, which led to `beside`, and where the other way leads."""
+    if not found.ok:
+        return found
+    other = None if spent() else _kicked(saddle, -step, options, progress)
+    mirrored = None
+    if other is not None and other.status in (Status.CONVERGED, Status.SADDLE) and _below(other, saddle):
+        mirrored = abs(other.energy.total - beside.energy.total) <= _SAME * max(1.0, abs(beside.energy.total))
+    left = Left(saddle.energy.total - found.energy.total, mirrored)
+    return replace(found, left=left, message=f"{found.message}; {left}")
 
 
 #: Saddles that are left in turn, and sizes of the first step along the unstable mode (largest change of omega or eta,
@@ -460,26 +475,40 @@ _DEPARTURES = 6
 _KICKS = (0.03, 0.3)
 
 
-def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progress | None) -> Equilibrium | None:
-    """The equilibrium of lower energy reached from a saddle along its unstable mode, either way, or None."""
+#: Difference of energies, relative (at least 1), up to which they are the same.
+_SAME = 1e-6
+
+
+def _depart(
+    saddle: Equilibrium, options: dict[str, Any] | None, progress: Progress | None
+) -> tuple[Equilibrium, float] | None:
+    """The equilibrium of lower energy reached from a saddle along its unstable mode, either way, and the step; or
+    None."""
+    best: tuple[Equilibrium, float] | None = None
+    for kick in _KICKS:
+        for step in (kick, -kick):
+            found = _kicked(saddle, step, options, progress)
+            if found.status in (Status.CONVERGED, Status.SADDLE) and _below(found, saddle):
+                if best is None or (found.ok and not best[0].ok):
+                    best = found, step
+                if best[0].ok:
+                    return best
+    return best
+
+
+def _below(found: Equilibrium, saddle: Equilibrium) -> bool:
+    return found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
+
+
+def _kicked(saddle: Equilibrium, step: float, options: dict[str, Any] | None, progress: Progress | None) -> Equilibrium:
+    """Where a saddle leads to that is moved by `step` along its unstable mode."""
     problem = saddle.problem
     omega, eta = problem.joint_values(saddle.at if saddle.at is not None else saddle.x)
     d_omega, d_eta = problem.joint_values(saddle.mode)
     size = max(np.abs(d_omega).max() / (1.0 + np.abs(omega).max()), np.abs(d_eta).max(), 1e-300)
-    best: Equilibrium | None = None
-    for kick in _KICKS:
-        for sign in (1.0, -1.0):
-            step = sign * kick / size
-            turned = eta + step * d_eta
-            shape = omega + step * d_omega, turned if problem.fields.free else np.clip(turned, -5.0, 5.0)
-            found = _solve_once(problem, problem.state(*shape), None, options, progress, True)
-            lower = found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
-            if found.status in (Status.CONVERGED, Status.SADDLE) and lower:
-                if best is None or (found.ok and not best.ok):
-                    best = found
-                if best.ok:
-                    return best
-    return best
+    turned = eta + step / size * d_eta
+    shape = omega + step / size * d_omega, turned if problem.fields.free else np.clip(turned, -5.0, 5.0)
+    return _solve_once(problem, problem.state(*shape), None, options, progress, True)
 
 
 def _minimum(

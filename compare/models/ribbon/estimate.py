@@ -46,6 +46,8 @@ FloatArray = NDArray[np.float64]
 #: sqrt(w h) / c, c the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
 EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
+#: Elastic energy over the weight below which a strip is straight.
+_STRAIGHT = 1e-9
 _SAMPLES = 1000
 _ALONG, _ACROSS = 200, 4
 
@@ -60,7 +62,8 @@ class Estimate:
     sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
     the model has in its own energy; scale: z of the strip's edges at the mean curvature (below about 2 the layers of
     both edges meet); seconds: for the estimate, the ribbon's solve not included; why: why nothing can be said, "" where
-    it can; there are then no parts.
+    it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
+    of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
     """
 
     width_to_thickness: float
@@ -71,6 +74,7 @@ class Estimate:
     rival: Rival | None
     own: float = 0.0
     why: str = ""
+    bends: bool = True
 
     @property
     def missing(self) -> float:
@@ -118,6 +122,8 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     in_plane = in_plane_density(state.moment, nu, scene.width, h)
     tension = tension_density(state.tension, nu, h)
     whole = elastic + float(in_plane.mean()) + float(tension.mean())
+    bends = not elastic <= _STRAIGHT * scene.gamma
+    whole += 0.0 if bends else 0.5 * scene.gamma  # of the weight Gamma, half a length below its clamp
     # what stretches is in the whole too: no share is above 1, however heavy the strip (tension) or steep the clamp
     clamps = _clamps(scene, there, state, h) * whole
     whole += clamps
@@ -136,7 +142,7 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     mean = float(np.sqrt(np.mean(state.omega**2)))
     scale, rival = section.scale * mean**0.5, probe(scene, equilibrium)
-    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, rival)
+    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, rival, bends=bends)
 
 
 def of_a_straight_strip(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -125,6 +125,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         reused=way.resumed if way is not None else False,
         native=e,
         whys=_whys(e),
+        left_saddle=None if e.left is None else asdict(e.left),
         branch=None if e.branch is None or way is not None else e.branch.name.lower(),
         rivals=None if e.minima is None else Rivals(e.minima.tries, e.minima.above, str(e.minima)),
         quadrature=e.quadrature_error,
