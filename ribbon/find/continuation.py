@@ -86,9 +86,9 @@ def _same_structure(problem: Problem, found: Equilibrium) -> bool:
 
 def anchored(problem: Problem, found: Equilibrium) -> Problem:
     """The problem with its gauges and the signs of its quaternions referring to where `found` stands, held on its
-    walls' side at the points where `found` is."""
+    walls' side at the points where `found` is; places that slide are looked for anew."""
     if problem.walls and problem.formulation == "mixed":
-        kept = tuple(touch for touch in found.problem.touching if touch.wall < len(problem.walls))
+        kept = tuple(t for t in found.problem.touching if t.wall < len(problem.walls) and not t.slides)
         problem = problem.with_changes(touching=kept)
     return problem.anchored(found.problem.anchor(found.x))
 
@@ -210,7 +210,7 @@ def follow(
             if size < smallest:
                 return _stopped(found, last_bad, t, start, log)
             continue
-        if target == 1.0 and (new.penetration or 0.0) > penetration.TOLERANCE:
+        if target == 1.0 and new.problem.walls:
             new = solve_from(new.problem, new.x, warm=(new.rows, new.multipliers), progress=progress)
             if new.status not in (Status.CONVERGED, Status.SADDLE):
                 log.append(asdict(_record(target, step, new, False, seconds, jump)))

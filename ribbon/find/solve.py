@@ -729,6 +729,8 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
     """The same scene on segments of other `lengths` (k,), started from `equilibrium`, whose shape is close."""
     old: Any = equilibrium.problem
     fresh = old.with_changes(lengths=lengths)
+    if old.touching:
+        fresh = fresh.with_changes(touching=tuple(touch for touch in old.touching if not touch.slides))
     if not old.row_count:
         return _beside(fresh, relax.on_joints(old, equilibrium.x, fresh), **keywords)
     if stretched.is_stretched(fresh):

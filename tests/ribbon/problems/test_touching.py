@@ -21,14 +21,15 @@ ENERGIES = ("wunderlich", "finite", "kirchhoff")
 
 
 def tilted(energy: str, plate: float | None = None, where: str = "any"):
-    """A free strip between a tilted wall and a plate, held all along its segments, and a shape of it that is not glued:
-    one whose edges are nearest inside the segments, at `where` "inside", or at any place."""
+    """A free strip between a tilted wall and a plate, and a shape of it that is not glued. where "fixed": held at
+    points in its segments; else where its segments are nearest, "inside" them or at "any" place."""
     walls = (Wall((0.1, -0.2, 0.3), (0.6, 0.8, 0.0)), Wall((0.0, 2.0, 0.0), (0.0, -1.0, 0.0), plate))
     problem = build(
         STRIP, Clamp(None, None, None), Gravity(UP), walls=walls, energy=energy, segments=[0.2, 0.3, 0.5],
         formulation="mixed",
     )  # fmt: skip
-    problem = problem.with_changes(touching=(Touch(0, 0.05, 1.0), Touch(0, 0.33, -1.0), Touch(1, 0.9, 1.0)))
+    points = Touch(0, 0.05, 1.0), Touch(0, 0.33, -1.0), Touch(1, 0.9, 1.0)
+    problem = problem.with_changes(touching=tuple(point._replace(slides=where != "fixed") for point in points))
     rng = np.random.default_rng(1)
     n = problem.lengths.size + 1
     x = problem.state(3.0 * rng.normal(size=n), 0.3 * rng.normal(size=n), rng.normal(size=n))
@@ -46,9 +47,10 @@ def tilted(energy: str, plate: float | None = None, where: str = "any"):
 
 @pytest.mark.parametrize("plate", [None, 50.0])
 @pytest.mark.parametrize("energy", ENERGIES)
-def test_derivatives_have_their_orders(energy, plate):
-    """Of the least distance of a segment, whose place moves with the shape."""
-    problem, x, rng = tilted(energy, plate, "inside")
+@pytest.mark.parametrize("where", ["fixed", "inside"])
+def test_derivatives_have_their_orders(energy, plate, where):
+    """Of the distance of a point, and of the least distance of a segment, whose place moves with the shape."""
+    problem, x, rng = tilted(energy, plate, where)
     ways = rng.normal(size=(4, x.size))
     steps = 0.002 * 0.5 ** np.arange(4)
     for name in ("touch_0", "touch_1"):
@@ -100,7 +102,7 @@ def beyond(found: Equilibrium, per_segment: int = 15) -> float:
     return max(-float(((edges - w.point) @ np.asarray(w.normal)).min()) for w in found.problem.walls)
 
 
-@pytest.mark.parametrize("where", ["any", "inside"])
+@pytest.mark.parametrize("where", ["fixed", "any", "inside"])
 @pytest.mark.parametrize("energy", ["wunderlich", "kirchhoff"])
 def test_a_row_is_the_least_distance_of_its_edge(energy, where):
     """Against the distances at joints of a segment that is cut at many places, where the row's place is one of them."""
@@ -112,7 +114,8 @@ def test_a_row_is_the_least_distance_of_its_edge(energy, where):
         touches = [touch for touch in problem.touching if touch.wall == k]
         for value, place, touch in zip(rows.values(x), rows.places(x), touches, strict=True):
             i = problem.segment_at(touch.s)
-            cuts = np.unique(np.concatenate([np.linspace(starts[i], starts[i + 1], 41), [starts[i] + place]]))
+            tried = [] if where == "fixed" else np.linspace(starts[i], starts[i + 1], 41)
+            cuts = np.unique(np.append(tried, starts[i] + place))
             far = problem.with_changes(touching=(), lengths=np.diff(np.unique(np.append(starts, cuts))))
             finer = np.concatenate([[0.0], np.cumsum(far.lengths)])
             fields = [np.interp(finer, starts, v) for v in problem.joint_values(x)]
@@ -122,8 +125,12 @@ def test_a_row_is_the_least_distance_of_its_edge(energy, where):
             y = far.with_changes(start=None).state(*fields, bent)
             turned = far.layout.joint(first)
             distances = []
-            for joint in range(first, int(np.argmin(np.abs(finer - starts[i + 1]))) + 1):
-                distances.append(_edge_distance(far, y, turned, joint, x[own.position], x[own.quaternion], k, touch.side))
+            last = int(np.argmin(np.abs(finer - starts[i + 1])))
+            at = [int(np.argmin(np.abs(finer - starts[i] - place)))]
+            for joint in at if where == "fixed" else range(first, last + 1):
+                distances.append(
+                    _edge_distance(far, y, turned, joint, x[own.position], x[own.quaternion], k, touch.side)
+                )
             assert value == pytest.approx(min(distances), abs=1e-11)
             if where == "inside":
                 assert 0.0 < place < problem.lengths[i]
@@ -133,7 +140,7 @@ def _edge_distance(problem, y, first, joint, position, q, k, side) -> float:
     """Distance of an edge at a joint of the shape y from wall k, the shape moved rigidly so that its joint `first`
     stands at `position` and is turned as the quaternion q."""
     points, frames = problem.joints(y)
-    here = int(round(first.position[0] / (problem.layout.joint(1).position[0] - problem.layout.joint(0).position[0])))
+    here = round(first.position[0] / (problem.layout.joint(1).position[0] - problem.layout.joint(0).position[0]))
     turn = quaternion.matrix(q) @ frames[here].T
     eta = 0.0 if problem.fields.free else y[problem.layout.joint(joint).eta]
     ruling = frames[joint][:, 0] + eta * frames[joint][:, 2]
