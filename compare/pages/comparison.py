@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from compare.measure.grades import GOOD, POOR, UNKNOWN, grade
 from compare.models.base import BESIDE
-from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell import START
 from compare.models.shell_build import line_weight
 from compare.page.remedies import message
@@ -233,6 +232,8 @@ def _factor(ratio: float, fast: str, start: str) -> str:
 
 def _left_plane(comparison: Comparison) -> str:
     """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
+    from compare.models.elastica_start import PLANAR, out_of_plane  # not where scikit-fem is not installed
+
     shape = comparison.fast.shape
     if shape is None:
         return ""
