@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import importlib
+import importlib.util
 from dataclasses import replace
 
 from rich.console import Console
@@ -26,7 +28,6 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
     from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict
-    from compare.pages import compare as report
     from compare.pages import comparison as tables
     from compare.pages import solve as alone
     from compare.store.shared import shared_store
@@ -34,6 +35,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
     scene = common.scene_of(options)
     scene.require_shell()
+    if importlib.util.find_spec("dolfinx") is not None:
+        importlib.import_module("compare.pages.compare")  # what its pictures lack is said before anything is solved
     out = common.out_folder(options, scene.name)
     reporter = Reporter(quiet=options.quiet)
     with common.held(out, reporter.step):
@@ -57,6 +60,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
                     console.print(f"- {sentence}")
                 console.file.flush()
         with reporter:
+            from compare.pages import compare as report
+
             reporter.step("writing tables, pictures and surfaces")
             page = report.write(out, comparison, options.line)
     if common.spoken(options):
