@@ -71,8 +71,29 @@ class Missing(RibbonbenchError):
         self.remedy = remedy
         super().__init__(f"{what} is missing; {remedy}" if remedy else f"{what} is missing")
 
+    @classmethod
+    def of(cls, words: str) -> Missing:
+        """From a sentence of another process, "WHAT is missing: REMEDY" or one that says only what is wrong."""
+        what, said, remedy = words.partition(" is missing")
+        return cls(what, remedy.lstrip(":; ")) if said else cls("a library that fits", words)
+
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.what, self.remedy)
+
+
+class ShellMissing(Missing):
+    """The shell cannot be run here, and another model's answer is there already.
+
+    found: its `compare.models.base.State`; scene: the one that it is of.
+    """
+
+    def __init__(self, why: Missing, scene: Any, found: Any) -> None:
+        super().__init__(why.what, why.remedy)
+        self.scene = scene
+        self.found = found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (Missing(self.what, self.remedy), self.scene, self.found)
 
 
 def _shorten(value: Any, limit: int = 120) -> str | None:

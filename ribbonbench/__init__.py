@@ -8,6 +8,8 @@ importing this package imports no solver. What these three share, and is no mech
 from __future__ import annotations
 
 import importlib
+import importlib.util
+import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -36,7 +38,18 @@ __all__ = list(_FROM)
 def __getattr__(name: str) -> Any:
     if name not in _FROM:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    alone(_FROM[name].partition(".")[0])
     return getattr(importlib.import_module(_FROM[name]), name)
+
+
+def alone(package: str) -> None:
+    """Raises ImportError, which names it, where a folder of the user's stands in the place of our package."""
+    spec = importlib.util.find_spec(package)
+    places = [] if spec is None else [*(spec.submodule_search_locations or [spec.origin or ""])]
+    here = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+    if places and here not in [os.path.dirname(os.path.realpath(place)) for place in places]:
+        words = f"{places[0]} stands in the place of ribbonbench's own package {package!r}: rename that folder"
+        raise ImportError(words, name=package, path=places[0])
 
 
 def __dir__() -> list[str]:
@@ -45,6 +58,7 @@ def __dir__() -> list[str]:
 
 def main() -> int:
     """The command `ribbonbench`: the process's exit code. Signals and threads are seen to before anything is loaded."""
+    alone("compare")
     from compare import start
 
     def command() -> int:

@@ -92,6 +92,15 @@ def test_scripts_are_executable_bash(name):
     assert subprocess.run(["bash", "-n", script], check=False).returncode == 0
 
 
+def test_what_set_up_compiles_is_kept_for_no_other_venv():
+    """cyipopt is built for the NumPy of this venv, past the wheels that pip keeps for all."""
+    lines = (ROOT / ".ci" / "setup.sh").read_text().splitlines()
+    installs = [line for line in lines if line.strip().startswith("pip install") and ".ci/requirements.lock" in line]
+    pinned, built = installs
+    assert "grep -v '^cyipopt=='" in pinned
+    assert {"--no-cache-dir", "--no-deps", "--no-binary"} <= set(built.split())
+
+
 def test_the_default_run_of_pytest_leaves_the_long_validation_out():
     options = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]
     assert "-m 'not validate'" in options["addopts"]

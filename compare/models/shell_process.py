@@ -215,7 +215,7 @@ def _work(
         if code == _BAD_REQUEST:
             raise BadInput("shell", None, words)
         if code == _MISSING:
-            raise Missing(words, "")
+            raise Missing.of(words)
         if code != 0 or not (folder / "shell.json").exists():
             return f"the shell's process ended with code {code}: {words}"
         return None

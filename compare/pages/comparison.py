@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.models.base import BESIDE, State
-from compare.models.elastica_start import PLANAR, out_of_plane
 from compare.models.shell import START
 from compare.models.shell_build import line_weight
 from compare.page.remedies import message
@@ -286,6 +285,8 @@ def _factor(row: Row, fast: str) -> str:
 
 def _left_plane(comparison: Comparison) -> str:
     """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
+    from compare.models.elastica_start import PLANAR, out_of_plane  # not where scikit-fem is not installed
+
     shape = comparison.fast.shape
     if shape is None:
         return ""

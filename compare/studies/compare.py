@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.errors import Missing, ShellMissing
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import Energy, Options, Shape, State, Variant, check_keys
@@ -171,6 +172,8 @@ def compare(
     Finished shell cases are taken from `store` and new ones are kept there at once; the state of an interrupted path of
     the ribbon stands beside them. leave_saddle: the ribbon leaves a saddle for a stable state. bare: the distances and
     their errors alone, without the elastica, and without solves that are repeated for their warm time.
+
+    Raises `ShellMissing`, with the scene's own model's answer, where no shell can be run here.
     """
     scene.require_shell()
     shell, quick = model("shell"), beside_the_shell(scene)
@@ -188,7 +191,10 @@ def compare(
     elastica = None
     if third is not None:
         begin = fast.shape if fast.ok else None
-        elastica = third.solve(scene, near=begin, options=Options(error=True, repeats=None), say=reporter)
+        try:
+            elastica = third.solve(scene, near=begin, options=Options(error=True, repeats=None), say=reporter)
+        except ModuleNotFoundError as error:  # an optional library: a third opinion that is not to be had here
+            reporter.aside(f"without the elastica beside it: {error.name} is not installed")
     planar = None if elastica is None or elastica.shape is None else elastica.shape.centreline(grid.s)
     several = scene.several_equilibria or leave_saddle
     rows: list[Row] = []
@@ -197,7 +203,10 @@ def compare(
         k = min(k, len(beside) - 1)  # one for all, or one for each
         near = beside[k].shape if beside[k].ok else None
         options = Options(error=True, store=store, fallback=True, grid=grid, selects=several)
-        state = shell.solve(variant.scene, near=near, options=options, say=reporter)
+        try:
+            state = shell.solve(variant.scene, near=near, options=options, say=reporter)
+        except Missing as why:
+            raise ShellMissing(why, own[-1].scene, fast) from why
         same = same_state(quick, own[k].scene, beside[k], state, grid)
         rows.append(_row(beside[k], grid, *lines[k], planar, variant, state, same))
         shells.append(state)

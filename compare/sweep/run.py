@@ -149,7 +149,7 @@ def run(
     cases = tuple(Case(point, key, *ends[key]) for key, point in zip(keys, grid, strict=True))
     missing = [case for case in cases if case.status == "missing"]
     if missing and len(missing) == len(cases):
-        raise Missing(str(missing[0].record["message"]).removesuffix(" is missing"), "")
+        raise Missing.of(str(missing[0].record["message"]))
     return Finished(sweep, cases, time.perf_counter() - clock, workers)
 
 
