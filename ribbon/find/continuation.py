@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon import penetration
 from ribbon.find import contacts, relax
 from ribbon.find.solve import solve_from, starting_shapes
 from ribbon.problems.protocol import Problem

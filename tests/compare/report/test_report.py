@@ -72,7 +72,8 @@ def result(folder, title="A strip", surfaces=2, film=False, **more):
     table = Table(f"Rows of {title}", columns, rows, "What the columns mean.")
     page = Page(
         command="compare", title=title,
-        verdict=Verdict(f"It holds{EVIL * (title == EVIL)}", "fair", (Check("seen", "fair", EVIL),)), sentences=("Said.", EVIL),
+        verdict=Verdict(f"It holds{EVIL * (title == EVIL)}", "fair", (Check("seen", "fair", EVIL),)),
+        sentences=("Said.", EVIL),
         tables=(table,),
         pictures=(Picture("curve.png", "A straight line from 0 to 1", "Rising"),), surfaces=tuple(listed),
         files={"result.json": "numbers"}, scene='title = "x"\n# ``` in a comment\n', up=(0.0, 0.0, 1.0),

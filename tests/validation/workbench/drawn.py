@@ -1,5 +1,5 @@
-"""Scenes drawn at random, the same ones wherever this runs: forty of the table of hits, and a hundred `unseen` ones, which
-were drawn once when every constant stood as it does (`tests.validation.workbench.unseen`)."""
+"""Scenes drawn at random, the same ones wherever this runs: forty of the table of hits, and a hundred `unseen` ones,
+which were drawn once when every constant stood as it does (`tests.validation.workbench.unseen`)."""
 
 from __future__ import annotations
 
