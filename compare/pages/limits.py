@@ -110,7 +110,7 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("share.membrane", "membrane %", kind="percent:2", rank=2), part(share, "membrane")),
         (Column("share.shear", "shear %", kind="percent:2"), part(share, "shear")),
         (Column("share_error", "share's error %", kind="percent:2", rank=LAST,
-                legend="of the membrane share, by the mesh that tells the error of the shape"), of_row("share_error")),
+                legend="of the membrane share, as the error of the shape"), of_row("share_error")),
         (Column("zones.clamps", "at clamps %", kind="percent:0", rank=LAST,
                 legend="part of that stretching within w/2 of a clamp"), part(lambda f: f.zones, "clamps")),
         (Column("energy.elastic", "elastic", "D w / l", "digits:4", rank=LAST,
