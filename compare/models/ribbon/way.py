@@ -296,7 +296,7 @@ def run_way(
     accepted step's entry of the log. film: keep states along the way (`compare.measure.states`). A stage that fails
     stops the way: the result has its status. `BadInput` when the way leads through an impossible scene.
     """
-    keeper = _Keeper(folder, run_key(scene, leave_saddle))
+    keeper = _Keeper(folder, "" if folder is None else run_key(scene, leave_saddle))
     keeper.film = Film(scene.width) if film else None
     walk = _Walk(scene, keeper, leave_saddle, progress, on_step)
     found, resumed = walk.run()
