@@ -19,6 +19,9 @@ from compare.measure.distance import grid_hausdorff, grid_hausdorffs
 
 FloatArray = NDArray[np.float64]
 
+#: Factor for what an estimate by three meshes leaves out, the terms of higher order (P. J. Roache 1994,
+#: doi:10.1115/1.2910291).
+SAFETY = 1.25
 #: Largest factor by which a halving is taken to lessen the error.
 MOST_RATIO = 0.5
 #: Furthest that a change is believed to fall in a halving: the order 5, where energies of linear curvatures have 4.
@@ -59,11 +62,11 @@ def extrapolated(shapes: Sequence[FloatArray]) -> float | None:
 
 def error_of_first(values: Sequence[ArrayLike]) -> float | None:
     """Error of the first of up to three values, numbers or vectors of one shape and unit, each on elements half as long
-    as the one before, in the Euclidean norm: `behind`; of two 2 |change|. None for a single one, or where one is not
-    finite.
+    as the one before, in the Euclidean norm: `SAFETY` times `behind`; of two 2 |change|. None for a single one, or
+    where one is not finite.
 
-    It is the error itself for one term c h^q with q >= 1; with noise of at most e on every value the error is less than
-    it and 12 e.
+    For one term c h^q with q >= 1 `behind` is the error itself; with noise of at most e on every value the error is
+    less than it and 12 e.
     """
     known = _finite(values)
     if known is None or len(known) < 2:
@@ -71,7 +74,7 @@ def error_of_first(values: Sequence[ArrayLike]) -> float | None:
     if len(known) == 2:
         return 2.0 * _apart(known[0], known[1])
     first, second, third = known[:3]
-    return behind(_apart(first, second), _apart(second, third), _apart(first, third))
+    return SAFETY * behind(_apart(first, second), _apart(second, third), _apart(first, third))
 
 
 def error_of_last(values: Sequence[ArrayLike]) -> float | None:

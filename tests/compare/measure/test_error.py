@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare.measure.error import MOST_DROP, behind, error_of_first, error_of_last, extrapolated
+from compare.measure.error import MOST_DROP, SAFETY, behind, error_of_first, error_of_last, extrapolated
 from compare.measure.numbers import errors_of
 
 ORDERS = st.floats(1.0, 6.0)
@@ -21,7 +21,7 @@ def sequence(order, size, factors=(1.0, 1.0, 1.0), noise=0.0):
 @given(order=st.floats(1.0, 4.9), size=SIZES, sign=st.sampled_from([1.0, -1.0]))
 def test_the_error_of_one_power_is_found_itself(order, size, sign):
     values = [sign * v for v in sequence(order, size)]
-    assert error_of_first(values) == pytest.approx(size, rel=1e-9)
+    assert error_of_first(values) == pytest.approx(SAFETY * size, rel=1e-9)
 
 
 @given(order=ORDERS, size=SIZES, noise=st.floats(0.0, 1e2), factors=NOISE)
@@ -35,7 +35,7 @@ def test_the_error_is_covered_for_every_order_and_up_to_the_noise(order, size, n
 @given(st.floats(1.0, 4.0), st.floats(1.0, 4.0), st.floats(0.0, 1.0))
 def test_terms_of_two_orders_of_one_sign_are_covered(one, other, part):
     values = [2.0 ** (-one * k) + part * 2.0 ** (-other * k) for k in range(3)]
-    assert error_of_first(values) >= values[0] * (1.0 - 0.1)
+    assert error_of_first(values) >= values[0]
     assert error_of_first(values[:2]) >= values[0] * (1.0 - 1e-9)
 
 
