@@ -38,7 +38,7 @@ from ribbon.problems.protocol import Problem
 from ribbon.result import Branch, Equilibrium, Minima
 from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import FloatArray, Minimum
+from ribbon.solvers.problem import FloatArray, Minimum, force_scale
 
 #: Least change of eta across a segment that counts as a flip of the ruling.
 FLIP = 0.3
@@ -79,7 +79,7 @@ class Seen:
         """A minimum at which a search ended; its energy."""
         energy, positions = problem.value(x), problem.joints(x)[0]
         for known, there in zip(self.energies, self.places, strict=True):
-            close = abs(known - energy) <= SAME_ENERGY * max(1.0, abs(energy))
+            close = abs(known - energy) <= SAME_ENERGY * max(force_scale(problem), abs(energy))
             if close and float(np.abs(there - positions).max()) <= _SAME_PLACE:
                 return energy
         self.energies.append(energy)
