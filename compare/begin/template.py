@@ -25,6 +25,8 @@ HELD = {
 
 #: Gamma over the root of the slack up to which an arch stands well between two clamps.
 _STANDS = 150.0
+#: Gamma beyond which a ring is not found from a circle.
+_HEAVY_RING = 300.0
 _COLUMN = 36
 _LINE = 120
 _SI = {LENGTH: "m", "1/length": "1/m", NONE: "", None: ""}
@@ -82,6 +84,7 @@ def text_of(start: Start) -> str:
         *_strip(start),
         *_gravity(start),
         *_supports(start),
+        *_path(start),
         *_model(start),
         *_shell(start),
     ]
@@ -188,14 +191,37 @@ def _buckled(start: Start) -> float:
 def _hangs(start: Start) -> bool:
     """Whether the strip between two clamps weighs so much that it hangs: its arch is pushed through at Gamma = 250
     sqrt(1 - apart) (0.5 to 0.98 of the length apart, by `ribbon.solve`: 249 to 312)."""
-    gamma = start.gamma
+    return _gamma(start) > _STANDS * math.sqrt(max(1.0 - start.apart, 0.0))
+
+
+def _gamma(start: Start) -> float:
+    """Gamma of the strip, 0 without weight."""
+    if not start.weighs:
+        return 0.0
+    if not start.si:
+        return start.gamma or 0.0
+    assert start.young is not None
+    assert start.density is not None
+    assert start.thickness is not None
+    bending = start.young * start.thickness**2 / (12.0 * (1.0 - start.poisson**2))
+    return start.density * STANDARD_GRAVITY * start.length**3 / bending
+
+
+def _path(start: Start) -> list[str]:
+    """The way to a heavy ring: it begins light, for the circle is no seed of a ring that folds under its weight."""
+    gamma = _gamma(start)
+    if start.held != "ring" or gamma <= _HEAVY_RING:
+        return []
+    key, value, words = "strip.gamma", 0.5 * _HEAVY_RING, "Gamma, no unit"
     if start.si:
-        assert start.young is not None
-        assert start.density is not None
-        assert start.thickness is not None
-        bending = start.young * start.thickness**2 / (12.0 * (1.0 - start.poisson**2))
-        gamma = start.density * STANDARD_GRAVITY * start.length**3 / bending
-    return start.weighs and (gamma or 0.0) > _STANDS * math.sqrt(max(1.0 - start.apart, 0.0))
+        key, value = "gravity.acceleration", float(f"{STANDARD_GRAVITY * 0.5 * _HEAVY_RING / gamma:.2g}")
+        words = "acceleration of gravity, in m/s^2"
+    shown = f'"{key}" = {number(value)}'
+    return [
+        "",
+        f"{'[[path]]':<{_COLUMN}} # so heavy a ring is reached from a lighter one",
+        f"{shown:<{_COLUMN}} # {words}",
+    ]
 
 
 def _model(start: Start) -> list[str]:
