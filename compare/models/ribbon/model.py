@@ -27,10 +27,10 @@ from compare.models.base import (
     Variant,
 )  # fmt: skip
 from compare.models.reference import cut
-from compare.models.ribbon.compiling import compiling
 from compare.models.ribbon.refinement import judged, left, refined
 from compare.models.ribbon.solving import solved, solved_together, together
 from compare.models.ribbon.state import own_size, state_of
+from compare.models.timing import compiling
 from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
 
