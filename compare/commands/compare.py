@@ -44,11 +44,13 @@ def run(options: argparse.Namespace, console: Console) -> int:
             try:
                 comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
             except ShellMissing as missing:  # what is finished is kept and told; then what is missing
-                alone.write(out, missing.scene, missing.found, options.line)
+                kept = out / "ribbon"  # result.json beside it is a comparison's
+                kept.mkdir(exist_ok=True)
+                alone.write(kept, missing.scene, missing.found, options.line)
                 if common.spoken(options):
                     units = common.units_of(options, scene)
                     print_verdict(console, alone.answer(missing.scene, missing.found, units))
-                    console.print(f"Without the shell, as ribbonbench solve: {out}")
+                    console.print(f"Without the shell, as ribbonbench solve: {kept}")
                 raise
         if common.spoken(options):
             with common.telling():  # first the answer, then what is drawn and written for its files

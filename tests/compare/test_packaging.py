@@ -269,10 +269,11 @@ def test_without_a_shell_compare_keeps_the_ribbon(tmp_path, others):
     done = run("-c", without, *words, "--out", str(tmp_path / "o"), paths=[place])
     assert done.returncode == 3
     assert done.stderr.count(" is missing") == 1
-    kept = json.loads((tmp_path / "o" / "result.json").read_text())
+    assert not (tmp_path / "o" / "result.json").exists()  # that is a comparison's
+    kept = json.loads((tmp_path / "o" / "ribbon" / "result.json").read_text())
     assert kept["status"] == "converged"
     assert "stable" in done.stdout
-    assert (tmp_path / "o" / "page.json").exists()
+    assert (tmp_path / "o" / "ribbon" / "page.json").exists()
 
 
 @pytest.mark.parametrize(

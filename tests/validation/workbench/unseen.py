@@ -95,8 +95,8 @@ def write(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         "The estimate on a hundred scenes that no constant has seen",
         COMMAND,
         f"Drawn once (seed {UNSEEN_SEED}), after every constant of the estimate: pose, width, w/h from 15 to 400, nu, "
-        "K, Gamma; 60 held at one end, 15 arches, 25 between clamps that are shifted, turned and leaning. Each is asked "
-        "as a user asks, `limits --quick` and `limits`: grades of both first lines. None is left out.",
+        "K, Gamma; 60 held at one end, 15 arches, 25 between clamps that are shifted, turned and leaning. Each is "
+        "asked as a user asks, `limits --quick` and `limits`: grades of both first lines. None is left out.",
         page.table(["", "scenes"], [[name, str(count[name])] for name in ("scenes", "judged", *OUTCOMES)]),
         "## Every scene",
         "Distances in % of l; doubts: checks of the estimate's verdict that keep it from being good.",
