@@ -119,16 +119,16 @@ class StripSpec:
     )
     young: float | None = key(
         Kind.NUMBER, "Young's modulus", "Pa", "> 0", "1.8e9", default=None,
-        note="together with density and thickness, instead of gamma", known="1e-12 <= Y <= 1e18"
+        note="together with density and thickness, instead of gamma", known="1e-100 <= Y <= 1e100"
     )
     density: float | None = key(
         Kind.NUMBER, "mass density", "kg/m^3", "> 0", "1000.0", default=None,
-        note="together with young and thickness, instead of gamma", known="1e-12 <= rho <= 1e12"
+        note="together with young and thickness, instead of gamma", known="1e-100 <= rho <= 1e100"
     )
     second_moment: float | None = key(
         Kind.NUMBER, "second moment of area I of a rod's section about the axis of bending", "m^4", "> 0",
         "1.2566370614359172e-11", default=None, newer=True,
-        note="with young, instead of thickness; the rod weighs nothing", known="1e-40 <= I <= 1e12"
+        note="with young, instead of thickness; the rod weighs nothing", known="1e-100 <= I <= 1e100"
     )
 
 
@@ -161,11 +161,11 @@ class UncertaintySpec:
     )
     young: float | None = key(
         Kind.NUMBER, "standard uncertainty of strip.young", "Pa", ">= 0", "5e7", default=None, newer=True,
-        known="dY <= 1e18"
+        known="dY <= 1e100"
     )
     density: float | None = key(
         Kind.NUMBER, "standard uncertainty of strip.density", "kg/m^3", ">= 0", "10.0", default=None, newer=True,
-        known="drho <= 1e12"
+        known="drho <= 1e100"
     )
 
 
@@ -176,7 +176,7 @@ class TipSpec:
     mass: float | None = key(
         Kind.NUMBER, "mass at s = length", "kg", ">= 0", "0.005", default=None, newer=True,
         note="with young and second_moment, or young, density and thickness",
-        hint="give a mass >= 0 and turn gravity.up instead", known="M <= 1e12"
+        hint="give a mass >= 0 and turn gravity.up instead", known="M <= 1e100"
     )
     load: float | None = key(
         Kind.NUMBER, "load at s = length along -up against bending stiffness", "D w / l^2", ">= 0", "3.9",
@@ -205,7 +205,7 @@ class GravitySpec:
     up: Vector = key(Kind.DIRECTION, "unit vector UP, against the weight", NONE, example="[1.0, 0.0, 0.0]")
     acceleration: float = key(
         Kind.NUMBER, "acceleration of gravity", "m/s^2", "> 0", "9.81", default=STANDARD_GRAVITY,
-        note="used with young and density", known="1e-12 <= g <= 1e12"
+        note="used with young and density", known="1e-100 <= g <= 1e100"
     )
     exact: bool = key(
         Kind.TRUTH, "weight over the surface (true) or along the centreline (false)", example="false", default=False
