@@ -2,19 +2,17 @@
 
 Per length in D w / l^2 (docs/theory.md, eq. (10.12) to (10.14))::
 
-    e = e_extensible(k, t) + (1 + eta^2)^2 [w^2 / 24 v^2 + 1/2 k^2 (H(x) - 1 - x^2 / 3)]
-    eta = k t / (k^2 + 1 / zeta^2) ,  v = t' - eta k' ,  x = w / 2 k v / (k^2 + 1 / zeta^2)
+    e = e_extensible(k, t) + (1 - psi) w^2 / 24 t'^2 + 1/2 (k^2 + 1 / zeta^2) (1 + eta^2)^2 (H(x) - 1)
+    psi = k^2 / (k^2 + 1 / zeta^2) ,  eta = k t / (k^2 + 1 / zeta^2) ,  x = w eta' / 2
 
-v is how the curvature along the strip varies across it, as k - y t' in a section that is soft (restrained warping), as
-along the rulings of a developable surface, k / (1 + y eta'), in one that is stiff, where v = k eta'; zeta^2 =
-(1 - nu^2) w^4 / (60 h^2) is the stiffness of the section against stretching at k = 0 (`ribbon.energies.sano`). To the
-second order in the gradients both are w^2 v^2 / 24; what H has beyond is of rulings, and is there as far as there are
-any: h -> 0 is Wunderlich's energy, k -> 0 the rod with restrained warping. Nothing is fitted.
+How the curvature along the strip varies across it: as k - y t' in a section that is soft (restrained warping), as along
+the rulings of a developable surface, k / (1 + y eta'), in one that is stiff; zeta^2 = (1 - nu^2) w^4 / (60 h^2) is the
+stiffness of the section against stretching at k = 0 (`ribbon.energies.sano`), so that psi tells which it is. h -> 0 is
+Wunderlich's energy, k -> 0 the rod with restrained warping. Nothing is fitted.
 
 Where rulings would meet inside the strip (|x| -> 1) Wunderlich's H is infinite; a strip that can stretch rounds that
-point: from x^2 = `ROUNDED` on H goes on as its quadratic in x^2, and no bound is needed. Where k passes zero x = 0: the
-section is flat there, and turns over in a length 1 / (zeta k'), which the rule of an element follows
-(`ribbon.element.free_energy`).
+point: from x^2 = `ROUNDED` on H goes on as its quadratic in x^2, and no bound is needed. Where k passes zero the energy
+is a wall, 1 / (zeta k') long, which the rule of an element follows (`ribbon.element.free_energy`).
 """
 
 from __future__ import annotations
@@ -70,29 +68,33 @@ def _add(k, t, dk, dt, section, out):
     soft = 60.0 * thickness * thickness / ((1.0 - nu * nu) * square * square)  # 1 / zeta^2
     jk, jt, jdk, jdt = variable(k, 0), variable(t, 1), variable(dk, 2), variable(dt, 3)
     a, b, c = np.empty(15), np.empty(15), np.empty(15)
-    inverse, eta, v = np.empty(15), np.empty(15), np.empty(15)
-    product(jk, jk, a)  # k^2
-    r = a[0] + soft
-    through(a, 1.0 / r, -1.0 / (r * r), 2.0 / (r * r * r), inverse)
-    product(jk, jt, b)
-    product(b, inverse, eta)
-    product(eta, jdk, b)
-    v[:] = jdt - b
-    product(jk, v, b)
-    product(b, inverse, c)
-    c *= half_width  # x
-    product(c, c, b)
-    f0, f1, f2 = rounded_factor(b[0])
-    third = b[0] / 3.0
-    through(b, f0 - third, f1 - 1.0 / 3.0, f2, c)
-    product(a, c, b)  # k^2 (H - 1 - x^2 / 3)
-    product(v, v, c)
-    b += square / 12.0 * c
+    softened, inverse, eta, x = np.empty(15), np.empty(15), np.empty(15), np.empty(15)
+    product(jk, jk, softened)
+    softened[0] += soft
+    r = softened[0]
+    through(softened, 1.0 / r, -1.0 / (r * r), 2.0 / (r * r * r), inverse)
+    product(jk, jt, a)
+    product(a, inverse, eta)
+    # eta' = (k t' + t k' - 2 eta k k') / (k^2 + 1 / zeta^2)
+    product(jdt, jk, a)
+    product(jt, jdk, b)
+    a += b
+    product(eta, jk, b)
+    product(b, jdk, c)
+    a -= 2.0 * c
+    product(a, inverse, x)
+    x *= half_width
+    product(x, x, a)
+    f0, f1, f2 = rounded_factor(a[0])
+    through(a, f0, f1, f2, b)
     product(eta, eta, a)
     through(a, (1.0 + a[0]) ** 2, 2.0 * (1.0 + a[0]), 2.0, c)
     product(b, c, a)
+    product(a, softened, c)
+    product(jdt, jdt, a)
+    product(a, inverse, b)  # (1 - psi) t'^2 = t'^2 / (zeta^2 k^2 + 1)
     for i in range(15):
-        out[i] += 0.5 * a[i]
+        out[i] += 0.5 * c[i] + square * soft / 24.0 * b[i]
 
 
 @njit(cache=True)

@@ -6,8 +6,8 @@ width:
 - "along": (1 - psi) (1 - nu) <f_sy^2>, twist of a section that changes along the strip, where it is soft (psi: how
   stiff, `ribbon.energies.finite`; Wunderlich's energy has it where it is stiff);
 - "odd": -(1 - psi) nu^2 w^2 / 24 t'^2, what restrained warping gains where the section is free to curl oddly;
-- "between": (1 - psi^2) of what `finite` has beyond `extensible` and restrained warping, w^2 / 24 t'^2: by about as
-  much two ways to pass from soft to stiff differ;
+- "between": (1 - psi^2) 1/2 (k^2 + 1 / zeta^2) (1 + eta^2)^2 (H(x) - 1), by which two ways to pass from soft to stiff
+  differ (the factor k^2 psi in the place of k^2 + 1 / zeta^2);
 - "clamp", at an end whose edge is held: the section is flat there. Scaled by 1 - p, p = 1 and p' = 0 at the clamp, it
   costs min int A p^2 + B p'^2 + C p''^2 = sqrt(A (B + 2 sqrt(A C))), A the energy that relaxing gains,
   B = (1 - nu) <f_y^2>, C = 1/2 <f^2>.
@@ -77,9 +77,9 @@ class Dropped:
         return np.asarray(k * k / (k * k + 180.0 / self._c4))
 
     def crossing(self, k: FloatArray, t: FloatArray, dk: FloatArray, dt: FloatArray) -> FloatArray:
-        """x (...,), how near rulings come to meeting on an edge (docs/theory.md, 10.12)."""
+        """x = w eta' / 2 (...,), how near rulings come to meeting on an edge (docs/theory.md, 10.12)."""
         softened = k * k + 180.0 / self._c4
-        return np.asarray(0.5 * self.width * k * (dt - k * t * dk / softened) / softened)
+        return np.asarray(0.5 * self.width * (k * dt + t * dk - 2.0 * k * k * t * dk / softened) / softened)
 
     def curl(self, k: FloatArray, t: FloatArray, natural: FloatArray) -> FloatArray:
         """Coefficients (..., n) of f_yy at curvature k, twist t, natural curvature K, all (...,)."""
@@ -99,7 +99,7 @@ class Dropped:
         by_k, by_t = (np.repeat(q[:, i], k.shape[1]) for i in (0, 2))
         section = (0.5 * self.width, self.thickness, self.poisson, 0.0)
         ruled = added(k.ravel(), t.ravel(), by_k, by_t, section).reshape(k.shape)
-        ruled -= self.width**2 / 24.0 * q[:, 2:3] ** 2
+        ruled -= (1.0 - self.stiff(k)) * self.width**2 / 24.0 * q[:, 2:3] ** 2
         return {
             "along": twist * np.einsum("pg,pgn,nm,pgm->p", weight, by_s, _SLOPE, by_s),
             "odd": -((self.poisson * self.width) ** 2) / 24.0 * weight.sum(axis=1) * q[:, 2] ** 2,

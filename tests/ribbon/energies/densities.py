@@ -65,9 +65,8 @@ def density(name: str, strip: tuple[float, float, float], k: float, t: float, dk
         return found
     r = k * k + 1.0 / zeta2
     eta = k * t / r
-    v = dt - eta * dk
-    beyond = ruling(0.5 * w * k * v / r) - (0.5 * w * k * v / r) ** 2 / 3.0
-    return found + (1.0 + eta * eta) ** 2 * (w * w / 24.0 * v * v + 0.5 * k * k * beyond)
+    x = 0.5 * w * (k * dt + t * dk - 2.0 * eta * k * dk) / r
+    return found + w * w / (24.0 * zeta2 * r) * dt * dt + 0.5 * r * (1.0 + eta * eta) ** 2 * ruling(x)
 
 
 def integral(found: Any) -> float:

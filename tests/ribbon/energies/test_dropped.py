@@ -85,7 +85,7 @@ def test_terms_along_the_strip():
     ruled = [free_value("finite", k, t, 1.0, 2.0) - free_value("extensible", k, t, 1.0, 2.0)]
     at = Dropped(0.1, 0.02, 0.3).along(np.array([[1.0, k, 2.0, t]]), np.array([1e-5]), natural[:1])
     psi = k * k / (k * k + 60.0 * 0.02**2 / (0.91 * 0.1**4))
-    ruled[0] -= 0.01 / 24.0 * 4.0
+    ruled[0] -= (1.0 - psi) * 0.01 / 24.0 * 4.0
     assert at["between"][0] == pytest.approx(1e-5 * (1.0 - psi**2) * ruled[0], rel=1e-3)
     for name, energy in here.items():
         assert mirrored[name] == pytest.approx(energy, rel=1e-12)

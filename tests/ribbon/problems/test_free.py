@@ -55,7 +55,10 @@ def test_gradient_jacobian_and_hessian_leave_errors_of_their_order(case):
     p = MixedProblem(**{**given, **CASES[case]})
     rng = np.random.default_rng(3)
     k, t, c = rng.normal(size=(3, p.lengths.size + 1)) * np.array([[4.0], [2.0], [0.3]])
-    x = p.state(3.0 * k if "passes zero" in case else k + 6.0, t, c) + 0.05 * rng.normal(size=p.size)
+    bent = 3.0 * k if "passes zero" in case else k + 6.0
+    if p.energy == "sadowsky_kt":  # infinite where the curvature passes zero
+        bent = 1.0 + np.abs(bent)
+    x = p.state(bent, t, c) + 0.05 * rng.normal(size=p.size)
     rows = rng.normal(size=p.constraint_bounds()[0].size)
     gradient, jacobian = p.gradient(x).copy(), p.jacobian_matrix(x).toarray()
     hessian = p.hessian_matrix(x, rows).toarray()
