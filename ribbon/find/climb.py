@@ -33,8 +33,9 @@ _TURNS = 1.0
 _BARRIER = 1e-5
 #: Distance (l) between joints that are the same.
 _ROUNDING = 1e-12
-#: Difference of energies, relative (at least 1), up to which they are the same.
-_SAME = 1e-6
+#: Difference of energies, relative (at least 1), up to which they are the same, by one rule and by those of two sets of
+#: segments.
+_SAME, _HIGHER = 1e-6, 1e-4
 #: Residual of a state that is a start for another only, and of one that is exact.
 ROUGH, EXACT = 1e-6, 1e-10
 
@@ -73,7 +74,7 @@ def doubled(coarse: MixedProblem, found: Minimum, problem: MixedProblem, rough: 
         return None
     rows = prolonged.multipliers(coarse, found.rows, problem, x)
     fine = settle(problem, x, rows, ROUGH if rough else EXACT)
-    if fine is None or above(problem, fine.x, x):
+    if fine is None or _higher(coarse, found, problem, fine):
         return None
     moved = _moved(coarse, found, problem, fine)
     if moved is None:
@@ -115,10 +116,9 @@ def climbed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Mini
 def _relaxed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Minimum | None:
     """As `doubled`, by Newton's iteration with its barrier and its line search: while segments are few rulings may
     turn far in a doubling."""
-    start = prolonged.shape(coarse, found.x, problem)
-    fine = choose.minimise(problem, start, {"mu_init": _BARRIER})
+    fine = choose.minimise(problem, prolonged.shape(coarse, found.x, problem), {"mu_init": _BARRIER})
     moved = _moved(coarse, found, problem, fine)
-    if not fine.finished or moved is None or above(problem, fine.x, start):
+    if not fine.finished or moved is None or _higher(coarse, found, problem, fine):
         return None
     return replace(
         fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved
@@ -131,6 +131,14 @@ def above(problem: Any, x: FloatArray, start: FloatArray) -> bool:
     The shapes nest, and a minimiser goes down: x is then another state than that which it began beside."""
     there, here = problem.value(start), problem.value(x)
     return bool(np.isfinite(there) and here > there + _SAME * max(1.0, abs(there)))
+
+
+def _higher(coarse: MixedProblem, found: Minimum, problem: MixedProblem, fine: Minimum) -> bool:
+    """Whether the finer minimum has clearly more energy than the coarse one, which its segments contain: another one.
+
+    The rules of both differ where rulings are steep, so that this is coarser than `above`."""
+    there = coarse.value(found.x)
+    return bool(problem.value(fine.x) > there + _HIGHER * max(1.0, abs(there)))
 
 
 def _moved(coarse: MixedProblem, found: Minimum, problem: MixedProblem, fine: Minimum) -> float | None:

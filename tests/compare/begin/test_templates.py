@@ -41,3 +41,16 @@ def test_a_light_strip_between_two_clamps_stands_and_a_heavy_one_hangs():
     heavy = is_good({"material": "polycarbonate", "held": "two"})
     assert light.middle.position[1] > 0.1
     assert heavy.middle.position[1] < -0.1
+
+
+def test_a_strip_that_hangs_straight_down_is_no_alarm():
+    """Its weight stretches it by a part in 1e7 and nothing bends: "1e+02 % of the energy: poor" on b061e3f."""
+    from compare.page.told import percent
+    from compare.studies.limits import Thresholds, quick
+
+    _, scene = started({"material": "steel", "held": "hanging"}, True, "x")
+    (found,) = quick(scene, Thresholds(0.01, 0.01))
+    assert found.level == "good"
+    assert not found.estimate.bends
+    assert found.share < 1e-3
+    assert [percent(share) for share in (1.0, 12.4, 0.0032, 0.994)] == ["100 %", "1240 %", "0.32 %", "99 %"]
