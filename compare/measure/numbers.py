@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 
+#: Part of a number that is rounding.
+ROUNDING = 1e-14
 #: Energies that have an error, as `result.json` names them, and numbers of a state that stand by themselves.
 ENERGIES = ("elastic", "gravity", "tip", "plates", "total")
 ALONE = ("lowest_eigenvalue", "max_abs_eta", "max_abs_eta_prime_w_half", "max_abs_tau")
@@ -44,14 +46,15 @@ def errors_of(
 
     estimate: `compare.measure.error.error_of_first` or `error_of_last`, whichever of the chain is the state; least: no
     error is less (the residual, up to which the forces of the state balance). The names of the state's own numbers are
-    all there, those without an error as None.
+    all there, those without an error as None. None is less than `ROUNDING` of its number either.
     """
     own = chain[0] if chain else {}
     flat: dict[str, float | None] = {}
     for name in own:
         values = [one[name] for one in chain if name in one]
         error = estimate(values) if len(values) == len(chain) else None
-        flat[name] = None if error is None else max(error, least)
+        rounding = ROUNDING * float(np.linalg.norm(np.atleast_1d(np.asarray(own[name], dtype=float))))
+        flat[name] = None if error is None else max(error, least, rounding)
     return nested(flat)
 
 

@@ -71,6 +71,7 @@ def test_numbers_are_nested_as_the_result_has_them_and_never_below_the_least():
     fine = {"forces.start": [1.0, 0.3, 0.4], "forces.walls.0": [0.0, 2.0, 0.0], "energy.total": 2.5}
     found = errors_of([coarse, fine], error_of_first, least=1e-9)
     assert found["forces"] == {"start": pytest.approx(1.0), "end": None, "walls": [1e-9]}
+    assert errors_of([coarse, coarse], error_of_first)["energy"]["total"] == pytest.approx(3e-14)
     assert found["moments"] == {"start": None, "end": None}
     assert found["energy"] == {"total": pytest.approx(1.0)}
     unknown = errors_of([coarse], error_of_first)
