@@ -5,10 +5,11 @@ from __future__ import annotations
 from itertools import islice
 from math import cos, sin
 
+import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Status, Strip, solve
-from ribbon.find.solve import build, solve_shape, starting_shapes
+from ribbon.find.solve import build, on_segments, solve_shape, starting_shapes
 from ribbon.problems import quadrature
 from tests.ribbon.energies.densities import integral
 from tests.ribbon.find.free_twist_set import drawn
@@ -69,6 +70,20 @@ def test_turned_clamps_of_finite(segments):
     found = solve(**turned("finite", segments, 1e-3))
     assert found.ok, found.message
     assert_of_its_energy(found)
+
+
+@pytest.mark.parametrize("energy", ["extensible", "sano"])
+def test_energies_settle_with_an_order(energy):
+    """Where the passage is longer than elements (h/w = 0.05): twice the elements, a quarter of the change or less."""
+    found = solve(**turned(energy, 20, 5e-3))
+    energies = [found.energy.total]
+    for count in (40, 80):
+        found = on_segments(found, np.full(count, 1.0 / count))
+        assert found.ok, found.message
+        energies.append(found.energy.total)
+    first, second = np.abs(np.diff(energies))
+    assert second < 1e-4 * energies[-1]
+    assert np.log2(first / second) > 2.0
 
 
 @pytest.mark.parametrize("number", range(FEW))
