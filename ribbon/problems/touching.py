@@ -11,7 +11,7 @@ normal> + q^T N(normal, y) q``, so that all derivatives follow from the jets of 
 
 Of a point that slides the row is the least distance of its segment, ``min g(x, h)`` over 0 <= h <= L: where the strip
 touches is not chosen, it touches where it is nearest. At a minimum inside ``g_h = 0``, and by the implicit function
-theorem (docs/theory.md, eq. (5.7); R. Hettich and K. Kortanek 1993, section 3, doi:10.1137/1035089)::
+theorem (docs/theory.md, eq. (5.8); R. Hettich and K. Kortanek 1993, section 3, doi:10.1137/1035089)::
 
     (min g)_x = g_x ,   (min g)_xx = g_xx - g_xh g_hx / g_hh ,   h_x = -g_hx / g_hh .
 
