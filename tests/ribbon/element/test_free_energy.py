@@ -63,8 +63,8 @@ def test_the_energy_of_a_segment_is_its_integral(name, strip):
 @pytest.mark.parametrize("strip", STRIPS)
 @pytest.mark.parametrize("name", ["sano", "extensible", "finite"])
 def test_derivatives_are_of_the_integral(name, strip):
-    """Gradient and Hessian against fourth-order differences of value and gradient, which panels follow (`finite`: across
-    the jump of the third derivative where H is continued)."""
+    """Gradient and Hessian against fourth-order differences of value and gradient, which panels follow (`finite`:
+    across the jump of the third derivative where H is continued)."""
     rounding = 1e-6 if name == "finite" else 1e-7
     for q, length in segments(9, 11):
         here = jet(name, strip, q, length)
