@@ -35,7 +35,7 @@ def error(problem: Problem, x: FloatArray, own: float) -> float | None:
     start, end = problem.strip.curvature
     constant = (start * start + start * end + end * end) / 6.0
     exact = elastic(problem, x)
-    size = float(max(abs(exact + constant), 1e-6 * constant, float(np.finfo(float).tiny)))
+    size = max(abs(exact + constant), 1e-6 * constant, float(np.finfo(float).tiny))
     return abs(own - exact) / size if np.isfinite(exact) else float("inf")
 
 

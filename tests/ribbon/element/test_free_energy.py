@@ -63,7 +63,9 @@ def test_the_energy_of_a_segment_is_its_integral(name, strip):
 @pytest.mark.parametrize("strip", STRIPS)
 @pytest.mark.parametrize("name", ["sano", "extensible", "finite"])
 def test_derivatives_are_of_the_integral(name, strip):
-    """Gradient and Hessian against fourth-order differences of value and gradient, which panels follow."""
+    """Gradient and Hessian against fourth-order differences of value and gradient, which panels follow (`finite`:
+    across the jump of the third derivative where H is continued)."""
+    rounding = 1e-6 if name == "finite" else 1e-7
     for q, length in segments(9, 11):
         here = jet(name, strip, q, length)
         zeta = np.sqrt((1.0 - strip[2] ** 2) / 60.0) * strip[0] ** 2 / strip[1]
@@ -75,7 +77,7 @@ def test_derivatives_are_of_the_integral(name, strip):
             exactly = [here[1 + i], *(here[PAIRS[min(i, j), max(i, j)]] for j in range(4))]
             sizes = [np.abs(here[:5]).max() / step[i], *(np.abs(here[1:5]) / step[i])]
             for value, right, size in zip(got[:5], exactly, sizes, strict=True):
-                assert abs(value - right) <= 1e-6 * abs(right) + 1e-7 * size
+                assert abs(value - right) <= 1e-6 * abs(right) + rounding * size
 
 
 def test_a_twisted_strip_cannot_pass_zero_curvature_with_sadowskys_energy():
