@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from compare.battery.motions import end_for_end, moved, rotation
 from compare.models import solve as solve_scene
 from compare.models.base import Options, State
 from compare.pages.result import state_result
@@ -102,3 +103,20 @@ def test_what_was_not_asked_for_is_said():
     told = state_result(scene, solve_scene(scene, "ribbon"))
     assert told["forces_error"]["start"] is None
     assert told["errors_why"] == "not asked for"
+
+
+@pytest.mark.parametrize("name", ["roman_6_2", "roman_folds"])
+def test_a_roof_does_not_hang_on_rounding(name):
+    """The same scene turned and shifted, and end for end: one state."""
+    scene = load(name)
+    turned = moved(scene, rotation(np.array([0.3, -0.5, 0.7])), np.array([0.1, 0.2, 0.3]))
+    own, *others = (solve_scene(one, "ribbon") for one in (scene, turned, end_for_end(scene)))
+    for other in others:
+        assert other.energy.elastic == pytest.approx(own.energy.elastic, rel=1e-9)
+        assert other.lowest_eigenvalue == pytest.approx(own.lowest_eigenvalue, rel=1e-7)
+        for kind in ("force", "moment"):
+            sizes = [
+                sorted(np.linalg.norm(getattr(held, kind)) for held in (state.supports.start, state.supports.end))
+                for state in (own, other)
+            ]
+            assert sizes[1] == pytest.approx(sizes[0], rel=1e-6)
