@@ -241,12 +241,16 @@ def brought(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[
 
     A minimiser that begins far off satisfies the rows first, by steps as long as the ribbon, and forgets on which side
     of the clamps the shape was. What a seed says of a state is its bend: the nearest shape between the clamps keeps it.
+    Where the fit changes the bend by more than it is, and by more than a whole turn (root mean square), it has lost it:
+    a seed that ends half a turn away may be fitted as a coil. The given shape is then begun with.
     """
     away = float(np.abs(end_mismatch(problem, problem.state(omega, eta))).max(initial=0.0))
     if away <= _NEAR:
         return omega, eta
     there, turned, missing = fitted(problem, omega, eta, whole=True)
-    return (there, turned) if missing <= _NEARER * away else (omega, eta)
+    size, change = (float(np.sqrt(np.mean(bend * bend))) for bend in (omega, there - omega))
+    kept = missing <= _NEARER * away and change <= max(size, 2.0 * math.pi)
+    return (there, turned) if kept else (omega, eta)
 
 
 def guesses(problem: MixedProblem) -> list[tuple[FloatArray, FloatArray]]:

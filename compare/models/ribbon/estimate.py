@@ -122,7 +122,7 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     in_plane = in_plane_density(state.moment, nu, scene.width, h)
     tension = tension_density(state.tension, nu, h)
     whole = elastic + float(in_plane.mean()) + float(tension.mean())
-    bends = not elastic <= _STRAIGHT * scene.gamma
+    bends = not elastic <= _STRAIGHT * scene.gamma or bool(in_plane.mean() > tension.mean())
     whole += 0.0 if bends else 0.5 * scene.gamma  # of the weight Gamma, half a length below its clamp
     # what stretches is in the whole too: no share is above 1, however heavy the strip (tension) or steep the clamp
     clamps = _clamps(scene, there, state, h) * whole

@@ -137,3 +137,14 @@ def test_a_seed_is_brought_between_the_clamps_with_its_detail():
     assert relax.misfit(problem, problem.state(*again)) < 0.03
     (shape,) = starting_shapes(problem, tuple(omega), 0.0)
     np.testing.assert_allclose(shape[0], omega, atol=1.0)
+
+
+def test_a_seed_that_ends_half_a_turn_away_is_no_coil():
+    """[6, -12, 6] turns its end by 3 rad: fitted it was a coil of energy 320; the strip bows down, by 8.19."""
+    along = {"tangent": (0.0, 0.0, 1.0), "normal": (1.0, 0.0, 0.0)}
+    found = solve(
+        Strip(1.0, 0.05, 0.4, gamma=1.0), Clamp(**along), Gravity((1.0, 0.0, 0.0)),
+        end=Clamp((0.0, 0.0, 0.8), **along), seed_curvature=(6.0, -12.0, 6.0), segments=20,
+    )  # fmt: skip
+    assert found.ok
+    assert found.energy.total == pytest.approx(8.19, abs=0.05)
