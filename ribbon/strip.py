@@ -73,7 +73,7 @@ class Material:
 #: (Scenes have the same ones: `compare.scene.spec`.)
 KNOWN: dict[str, tuple[str, float, float]] = {
     "width": ("w / l", 1e-6, math.inf),
-    "thickness": ("h / l", 1e-8, math.inf),
+    "thickness": ("h / l", 1e-10, math.inf),
     "natural_curvature": ("K l", -1e4, 1e4),
     "gamma": ("Gamma", 0.0, 1e12),
     "position": ("x / l", -1e6, 1e6),

@@ -101,7 +101,7 @@ class StripSpec:
     )
     width: float = key(Kind.NUMBER, "width w", LENGTH, "0 < w < length", "0.03", known="w / l >= 1e-6")
     thickness: float | None = key(
-        Kind.NUMBER, "thickness h", LENGTH, "0 < h < width", "3e-4", default=None, known="h / l >= 1e-8"
+        Kind.NUMBER, "thickness h", LENGTH, "0 < h < width", "3e-4", default=None, known="h / l >= 1e-10"
     )
     poisson: float = key(Kind.NUMBER, "Poisson's ratio nu", NONE, "-1 < nu <= 0.5", "0.4")
     natural_curvature: Linear = key(

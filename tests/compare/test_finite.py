@@ -62,7 +62,7 @@ SCENES = {
 #: Keys of result.json that a scene need not have: null is then no number that is missing.
 ABSENT = {
     "D", "width_to_thickness", "si", "minima", "tolerance_error", "max_abs_eta", "max_abs_eta_prime_w_half", "up",
-    "height", "order", "taut_tension", "taut_sag", "lowest_eigenvalue_limit",
+    "height", "order", "taut_tension", "taut_sag", "lowest_eigenvalue_limit", "branch", "left_saddle",
 }  # fmt: skip
 #: Of lists of states along a way and on other elements: nothing before the first one, nothing judged.
 OF_STEPS = {"distance", "lowest_eigenvalue"}
@@ -79,8 +79,8 @@ def unexplained(value, free_end: bool, at: tuple[str, ...] = ()):
     if not isinstance(value, dict):
         return
     for key, part in value.items():
-        told = value.get(f"{key}_why")
-        if told:
+        told = value.get(f"{key}_why") or (key in ("value", "bound") and value.get("said"))
+        if told or (key.endswith("_error") and value.get("errors_why")):
             continue
         of_step = at[:1] in (("refinements",), ("path",)) and key in OF_STEPS
         of_no_end = free_end and key == "end" and at[-1:] in (("forces",), ("moments",))

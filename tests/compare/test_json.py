@@ -43,7 +43,7 @@ def held(capsys, line, tmp_path):
     assert code in (DONE, NOT_CONVERGED), err
     stored = json.loads((tmp_path / "o" / "result.json").read_text())
     assert json.loads(out) == stored
-    assert {"text", "grade"} == stored["answer"].keys()
+    assert {"text", "grade", "checks"} == stored["answer"].keys()
     return code, stored, err
 
 

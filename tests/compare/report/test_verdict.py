@@ -168,7 +168,7 @@ def test_first_line_of_terminal_page_and_reports(capsys, tmp_path):
 def test_a_saddle_is_said_first(capsys, tmp_path):
     path = tmp_path / "edge.toml"
     path.write_text(held_scenes.ON_EDGE)
-    assert main(["solve", str(path), "--out", str(tmp_path / "o")]) == NOT_CONVERGED
+    assert main(["solve", str(path), "--stay", "--out", str(tmp_path / "o")]) == NOT_CONVERGED
     assert read_page(tmp_path / "o").verdict.grade == "poor"
     assert capsys.readouterr().out.splitlines()[0] == read_page(tmp_path / "o").verdict.line
 
