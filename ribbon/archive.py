@@ -67,6 +67,8 @@ def _plain(value: Any, name: str) -> Any:
         return value.name
     if dataclasses.is_dataclass(value):
         return {one.name: _plain(getattr(value, one.name), f"{name}.{one.name}") for one in dataclasses.fields(value)}
+    if isinstance(value, np.ndarray):
+        return {"array": value.tolist(), "dtype": str(value.dtype)}
     if isinstance(value, list | tuple):
         return [_plain(one, name) for one in value]
     if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
@@ -86,6 +88,8 @@ def _made(kind: Any, value: Any, name: str) -> Any:
     if origin is tuple:
         kinds = [parts[0]] * len(value) if parts[1:] == (...,) else parts
         return tuple(_made(one, each, name) for one, each in zip(kinds, value, strict=True))
+    if origin is np.ndarray:
+        return np.array(value["array"], dtype=value["dtype"])
     if origin is dict:
         return {key: _made(parts[1], each, f"{name}.{key}") for key, each in value.items()}
     if isinstance(kind, type) and issubclass(kind, Enum):

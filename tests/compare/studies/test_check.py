@@ -31,7 +31,7 @@ def row(ratio=100.0, **changes):
         ribbon_error=0.001, shell_error=0.002, claimed=True, energy=None,
         share={"bending": 0.98, "membrane": 0.015, "shear": 0.005}, shell_end=None, shell_middle=None,
         seconds={"ribbon": 0.01, "shell": 9.0}, elements=(40, 4), newton_iterations=40, reused=False,
-        same_state=True, same_why="", share_error=0.001,
+        same_state=True, same_why="", share_error=0.001, warm=True, searched=False,
     )  # fmt: skip
     return replace(plain, **changes)
 

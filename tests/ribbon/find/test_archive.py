@@ -10,7 +10,7 @@ import pytest
 
 from compare.pages.ribbon import LINEAR_SOLVERS
 from ribbon import Clamp, Equilibrium, Gravity, Strip, archive, refine, solve
-from ribbon.result import Minima, Refinement, Status
+from ribbon.result import Branch, Left, Minima, Refinement, Status
 from ribbon.solvers.problem import SOLVERS
 
 
@@ -31,7 +31,11 @@ OTHERS = {
     "status": Status.SADDLE, "message": "ends\nhere", "stable": None, "lowest_eigenvalue": float("nan"),
     "evaluations": {"value": np.int64(3)}, "rows": np.array([1.5, np.inf]), "at": np.array([0.1, 0.2]),
     "log": ({"t": 0.5, "moved": [1.0, None]},), "tolerance_error": 1e-3, "penetration": 0.0,
-    "refinements": (Refinement(8, Status.SADDLE, -1e-3, None), Refinement(16, Status.CONVERGED, 1e-3, 1.0 / 3.0)),
+    "refinements": (
+        Refinement(8, Status.SADDLE, -1e-3, None, {"energy.total": np.array(1.0)}, None),
+        Refinement(16, Status.CONVERGED, 1e-3, 1.0 / 3.0, {"forces.start": np.arange(3.0) / 7.0}, {"x": np.array(0.1)}),
+    ),
+    "left": Left(0.5, None), "branch": Branch.SLID, "quadrature_error": 1e-12, "forces_why": "taut",
     "minima": Minima((1.0, 2.0), 2.0, 8, 3, False), "solver": "Newton, dense", "moved": 1.0 / 3.0,
     "options": {"max_iter": 3, "mu_strategy": "adaptive"}, "active_bounds": 2, "iterations": 7,
 }  # fmt: skip
