@@ -153,6 +153,11 @@ def _thicker(scene: Scene) -> list[str]:
     return ["sweep", "--vary", f"strip.thickness={thickness!r}:{1.5 * thickness!r}:3"]
 
 
+#: Gamma beyond which a ring falls out of its plane, to one of several states that rounding chooses among (own 5 has
+#: elastic energies of 146.7 and 156.8): moved, it is asked for a state, and not for the same one.
+_FALLS = 300.0
+
+
 def _moved(rung: Rung) -> Iterator[Check]:
     """The mirrored scene, and the one in another unit of length, against the scene itself."""
 
@@ -166,8 +171,11 @@ def _moved(rung: Rung) -> Iterator[Check]:
                 (motions.scaled(scene, 1e3), motions.Alike(either=True)),
             )
             for other, alike in others:
-                for check in alike.apart(state, answer(other), 1e-6):
-                    yield replace(check, said=f"own {number}: {check.said}")
+                there = answer(other)
+                found = alike.apart(state, there, 1e-6)
+                if scene.closure is not None and scene.gamma > _FALLS:
+                    found = [holds("a heavy ring rests somewhere", there.is_equilibrium, there.message)]
+                yield from (replace(check, said=f"own {number}: {check.said}") for check in found)
 
     yield from _worst(found())
 

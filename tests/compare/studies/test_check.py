@@ -320,8 +320,8 @@ def test_a_real_pair_and_its_cache(tmp_path, monkeypatch):
     assert again.returncode == 0, again.stderr
 
 
-#: A check whose shells are found, in a process of its own: it solves the ribbon once on each of three sizes, starts no
-#: process of the shell's, and loads nothing but what that takes.
+#: A check whose shells are found, in a process of its own: it solves the ribbon once on each of three sizes, looks for
+#: rivals three times, starts no process of the shell's, and loads nothing but what that takes.
 AGAIN = f"""
 import subprocess, sys
 import compare.check
@@ -340,7 +340,7 @@ def counted(*rest, **more):
 find._solve_once = counted
 assert_agreement("cantilever", distance=1e-3, share=1e-3, width_to_thickness=100, keys={CHEAP!r}, cache=sys.argv[1])
 assert not [words for words in started if any("shellref" in word for word in words)], started
-assert len(solved) == 3, solved
+assert len(solved) == 3 + 3, solved  # on three sizes, and the probe for rivals
 heavy = ("vtkmodules", "vtk", "pyvista", "matplotlib", "skfem", "dolfinx")
 assert not [name for name in sys.modules if name in heavy]
 """
