@@ -70,8 +70,8 @@ LINES = {
     "export": [("export", "coil_10_100", "--set", "model.elements=4", "--format", "npz,obj", "--scale", "2", *PLACE)],
     "sweep": [
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--solver", "ribbon",
-         "--errors", "--leave-saddle", "--yes", "--show", "end.y", "--against", "strip.gamma", "--workers", "1", "--fresh",
-         *OUT),
+         "--errors", "--leave-saddle", "--yes", "--show", "end.y", "--against", "strip.gamma", "--workers", "1",
+         "--fresh", *OUT),
     ],
     "identify": [
         ("identify", "cantilever", "own points.csv", "--set", "model.elements=6", "--free", "strip.gamma", "--yes",

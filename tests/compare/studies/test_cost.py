@@ -400,7 +400,7 @@ def test_runs_are_what_solve_finds(which, request):
     found = request.getfixturevalue(which)
     cost = found[0] if which == "flat" else found
     assert len(cost.rows) >= 8
-    # from the seed alone an elastica ends on one of two branches, and rounding decides: it is begun where the bench's is
+    # from the seed alone an elastica ends on one of two branches, by rounding: it is begun where the bench's is
     beside = solve(cost.scene, "ribbon").shape if which == "bowed" else None
     for row in cost.rows:
         state = solve(cost.scene, row.model, size=row.run.size, near=None if row.model == "ribbon" else beside)
