@@ -2,7 +2,7 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test validate lint clean
+.PHONY: help setup demo test portable validate lint clean
 
 BIN := .venv/bin
 DEMO := out/demo
@@ -30,6 +30,9 @@ lint: setup  ## ruff and mypy
 test: lint  ## set-up, lint and tests; pytest's own closing line comes last
 	@echo "test: running pytest, results below and in out/test/junit.xml" && mkdir -p out/test
 	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not validate" --junitxml=out/test/junit.xml
+
+portable: setup  ## the tests that rounding can turn, as on other processors (VARIANT=name: one; python -m tests.portable --list)
+	@WORKERS=$(WORKERS) $(BIN)/python -m tests.portable $(VARIANT)
 
 # Long validation. Commands that check more than pytest does go into VALIDATE, one per line, each failing by exit code.
 define VALIDATE

@@ -18,11 +18,10 @@ from setuptools import build_meta
 get_requires_for_build_wheel = build_meta.get_requires_for_build_wheel
 get_requires_for_build_sdist = build_meta.get_requires_for_build_sdist
 get_requires_for_build_editable = build_meta.get_requires_for_build_editable
-build_editable = build_meta.build_editable
 
 #: What a distribution is made from.
 PARTS = (
-    "pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "ribbonbench.py", "ribbon", "shellref",
+    "pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "ribbonbench", "ribbon", "shellref",
     "compare", ".ci/backend.py",
 )  # fmt: skip
 
@@ -45,6 +44,12 @@ def _copy() -> Iterator[None]:
             yield
         finally:
             os.chdir(here)
+
+
+def build_editable(folder: str, settings: Any = None, metadata: str | None = None) -> str:
+    """The tree on the path, by a file .pth: a mere folder of a user's called `compare` or `ribbon` does not hide a
+    package that stands on the path. It hides one that setuptools' own finder gives, which is asked last."""
+    return build_meta.build_editable(folder, {**(settings or {}), "editable_mode": "compat"}, metadata)
 
 
 def prepare_metadata_for_build_wheel(folder: str, settings: Any = None) -> str:

@@ -80,7 +80,7 @@ fi
 wanted=$(
     echo "folder $PWD"
     echo "python $(readlink -f $PYTHON) $($PYTHON -c 'import sys; print(sys.version.split()[0])')"
-    sha256sum .ci/requirements.lock .ci/build.lock pyproject.toml
+    sha256sum .ci/requirements.lock .ci/build.lock .ci/backend.py pyproject.toml
 )
 usable() { # the venv runs, is ours, sees Debian's packages, and no set-up was interrupted in it
     [[ ! -e $UNFINISHED && -x $VENV/bin/python && -f $VENV/pyvenv.cfg ]] || return 1
@@ -118,7 +118,10 @@ pip() {
     PIP_CONSTRAINT=".ci/requirements.lock .ci/build.lock" \
         "$VENV/bin/python" -m pip --disable-pip-version-check --no-input "$@" --quiet </dev/null 9<&-
 }
-pip install --requirement .ci/requirements.lock ||
+pip install --requirement <(grep -v '^cyipopt==' .ci/requirements.lock) &&
+    # Built for the NumPy of this venv. pip would keep the wheel for every other venv, whatever NumPy that has, and
+    # would take one here that another venv left.
+    pip install --no-cache-dir --no-deps --no-binary cyipopt "$(grep '^cyipopt==' .ci/requirements.lock)" ||
     missing "pip could not install the Python packages (see above); check the network, then again: make setup"
 pip install --no-deps --editable . ||
     missing "pip could not install ribbonbench itself (see above)"

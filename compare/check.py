@@ -171,7 +171,7 @@ def assert_pin(pin: Pin, cache: str | os.PathLike[str] | None = None) -> None:
 
 
 def _unsolved(what: str, bound: Any, row: Row | None, found: Comparison) -> Claim | None:
-    """The claim where one of the models is no stable equilibrium, or None."""
+    """The claim where one of the models is no stable equilibrium, or the two are in different states; or None."""
     fast = found.fast
     ratio = None if row is None else row.width_to_thickness
     rows = found.rows if row is None else (row,)
@@ -181,6 +181,10 @@ def _unsolved(what: str, bound: Any, row: Row | None, found: Comparison) -> Clai
         if r.status != "converged":
             says = f"{what} at w/h = {r.width_to_thickness:g}: the shell is {r.status}: {r.message}"
             return Claim(what, ratio, bound, None, None, Verdict.UNSOLVED, says)
+        if r.same_state is not True:
+            state = "not known to rest in the same state" if r.same_state is None else "in another state"
+            at = f"{what} at w/h = {r.width_to_thickness:g} is undecided: the shell is {state} ({r.same_why})"
+            return Claim(what, ratio, bound, None, None, Verdict.UNDECIDED, at)
     return None
 
 

@@ -16,6 +16,7 @@ from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, pri
 from compare.commands.line import recorded
 from compare.commands.parser import whole as _parser
 from compare.errors import BadInput, RibbonbenchError
+from compare.scene.given.accepted import accepting
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
 
@@ -70,7 +71,8 @@ def _main(arguments: Sequence[str] | None) -> int:
         return BAD_INPUT
     try:
         _check_alone(options.command)
-        code = commands.module(options.command).run(options, console)
+        with accepting(getattr(options, "yes", False)):
+            code = commands.module(options.command).run(options, console)
         print_json(options)
         return code
     except RibbonbenchError as error:
@@ -81,11 +83,11 @@ def _main(arguments: Sequence[str] | None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except ModuleNotFoundError as error:
-        extra = _EXTRAS.get((error.name or "").partition(".")[0])
-        if extra is None:
+    except ImportError as error:
+        absent = _absent_words(error)
+        if absent is None:
             raise
-        print(f"ribbonbench: {error.name} is missing; pip install 'ribbonbench[{extra}]'", file=sys.stderr)
+        print(f"ribbonbench: {absent}", file=sys.stderr)
         return MISSING
     except Exception as error:
         from compare.store.store import disk_full
@@ -95,6 +97,19 @@ def _main(arguments: Sequence[str] | None) -> int:
             raise
         print(f"ribbonbench: {_full_words(full)}", file=sys.stderr)
         return MISSING
+
+
+def _absent_words(error: ImportError) -> str | None:
+    """What is said of a library that is not there or does not fit; None for one that we do not know."""
+    name = (error.name or "").partition(".")[0]
+    if name == "cyipopt":
+        from compare.doctor.probes import APT, REBUILD
+
+        library = "" if getattr(error, "reason", "") == "numpy" else f"{APT} coinor-libipopt-dev pkg-config; "
+        return f"{error}, and Ipopt is needed here; {library}{REBUILD}"
+    if isinstance(error, ModuleNotFoundError) and name in _EXTRAS:
+        return f"{error.name} is missing; pip install 'ribbonbench[{_EXTRAS[name]}]'"
+    return None
 
 
 def _full_words(error: OSError) -> str:

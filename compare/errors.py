@@ -46,7 +46,8 @@ class BadInput(RibbonbenchError):
         self.problem = problem
         self.remedy = remedy
         shown = _shorten(value)
-        head = key if shown is None else f"{key} = {shown}"
+        name = _cut(key)
+        head = name if shown is None else f"{name} = {shown}"
         super().__init__(f"{head}: {problem}; {remedy}" if remedy else f"{head}: {problem}")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -70,15 +71,39 @@ class Missing(RibbonbenchError):
         self.remedy = remedy
         super().__init__(f"{what} is missing; {remedy}" if remedy else f"{what} is missing")
 
+    @classmethod
+    def of(cls, words: str) -> Missing:
+        """From a sentence of another process, "WHAT is missing: REMEDY" or one that says only what is wrong."""
+        what, said, remedy = words.partition(" is missing")
+        return cls(what, remedy.lstrip(":; ")) if said else cls("a library that fits", words)
+
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.what, self.remedy)
+
+
+class ShellMissing(Missing):
+    """The shell cannot be run here, and another model's answer is there already.
+
+    found: its `compare.models.base.State`; scene: the one that it is of.
+    """
+
+    def __init__(self, why: Missing, scene: Any, found: Any) -> None:
+        super().__init__(why.what, why.remedy)
+        self.scene = scene
+        self.found = found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (Missing(self.what, self.remedy), self.scene, self.found)
 
 
 def _shorten(value: Any, limit: int = 120) -> str | None:
     """The value as shown in the line: None stays None, long texts are cut in the middle."""
     if value is None:
         return None
-    text = _one_line(repr(value) if isinstance(value, str) else str(value))
+    return _cut(_one_line(repr(value) if isinstance(value, str) else str(value)), limit)
+
+
+def _cut(text: str, limit: int = 120) -> str:
     if len(text) <= limit:
         return text
     half = (limit - 5) // 2

@@ -13,12 +13,10 @@ The entry point's name is the model's, and the value of ``model.energy`` that ch
 from __future__ import annotations
 
 import functools
-import hashlib
 import importlib
 import importlib.metadata
 import importlib.util
 import runpy
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,22 +93,23 @@ def name_for(energy: str) -> str:
     raise KeyError(energy)
 
 
-def outside(name: str) -> str:
-    """SHA-256 of the module of a model that is not ours, "" for one of ours (whose `wing` is digested)."""
-    known = model(name)
-    module = sys.modules[type(known).__module__]
-    file = getattr(module, "__file__", None)
-    if module.__name__.split(".")[0] in ("compare", "ribbon", "shellref") or file is None:
-        return ""
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+def home(name: str) -> str:
+    """The module that a model's class stands in: what its numbers depend on begins there (`ribbonbench.sources`).
+    Raises KeyError for a name that none has."""
+    return entry(name).target.partition(":")[0]
+
+
+def entry(name: str) -> Entry:
+    """The entry of the model of this name; the built-in ones are looked at first. KeyError for a name that none has."""
+    for known in (BUILT_IN, entries()):
+        for found in known:
+            if found.name == name:
+                return found
+    raise KeyError(name)
 
 
 @functools.cache
 def model(name: str) -> Any:
     """The model of this name (`compare.models.base.Model`), made once. Raises KeyError for a name that none has."""
-    for known in (BUILT_IN, entries()):
-        for entry in known:
-            if entry.name == name:
-                module, _, attribute = entry.target.partition(":")
-                return getattr(importlib.import_module(module), attribute)()
-    raise KeyError(name)
+    module, _, attribute = entry(name).target.partition(":")
+    return getattr(importlib.import_module(module), attribute)()

@@ -5,7 +5,8 @@
     >>> result = solve(strip, Clamp(), Gravity(up=(1, 0, 0)), energy="wunderlich", segments=20)
     >>> result.status.code, result.energy.bending, result.surface(400, 8).points.shape  # doctest: +SKIP
 
-Lengths are given in any unit; results are in units of l (lengths) and D w / l (energies).
+What is given of the strip and of what holds it is in the strip's own unit of length, whatever that is; abscissae and
+all that a result tells are in l and D w; a derivative is what is told per what is given; `si` is SI (`ribbon.strip`).
 """
 
 import importlib

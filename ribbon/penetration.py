@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ribbon.problems.protocol import Problem
 from ribbon.problems.touching import Touch
+from ribbon.solvers.problem import violation
 from ribbon.surface import centreline
 
 FloatArray = NDArray[np.float64]
@@ -55,12 +56,27 @@ def minima(problem: Problem, x: FloatArray, below: float = 0.0) -> list[tuple[fl
 
 
 def deepest(problem: Problem, x: FloatArray) -> float | None:
-    """How far (l) the strip reaches beyond a wall, 0 where it does not; None without walls."""
-    if not problem.walls:
+    """How far (l) the strip reaches beyond a wall, 0 where it does not; None without walls, and where it has no shape.
+
+    Where a minimiser stopped before the pieces of a strip fit together, the strip is the one that their curvatures make
+    from its start on: one in pieces, each on its own side of the wall, would reach nowhere.
+    """
+    if not problem.walls or not np.all(np.isfinite(x)):
         return None
-    if not np.all(np.isfinite(x)):
-        return float("nan")
+    if violation(problem, x) > TOLERANCE:
+        x = _in_one_piece(problem, x)
     return max((-distance for distance, _ in minima(problem, x)), default=0.0)
+
+
+def _in_one_piece(problem: Problem, x: FloatArray) -> FloatArray:
+    """The unknowns with every piece where the one before it ends."""
+    held: Any = problem
+    anchored = held.anchored(held.anchor(x))
+    whole = anchored.state(*held.joint_values(x), held.in_plane_values(x))
+    if held.start_position is None:
+        held.layout.positions(whole)[:] += x[held.layout.joint(0).position] - whole[held.layout.joint(0).position]
+    whole[held.layout.ribbon :] = x[held.layout.ribbon :]  # plates
+    return np.asarray(whole)
 
 
 def _abscissae(problem: Problem, x: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from ribbon import sections, shown
 from ribbon import surface as _surface
 from ribbon.forces import Force, WallForce
 from ribbon.problems.protocol import Problem
+from ribbon.strip import abscissae
 from ribbon.surface import Surface
 from ribbon.units import InSI, StripUnits
 
@@ -39,6 +40,30 @@ class Status(Enum):
     def code(self) -> str:
         """Short name for files: "converged", "saddle", ..."""
         return self.name.lower()
+
+
+class Branch(Enum):
+    """How a state between two clamps stands to the seed that was given (`ribbon.find.minima`)."""
+
+    OWN = "on the side of its seed"
+    SLID = "on the other side than its seed: the energy falls all the way from there, the seed's side holds no state"
+    LEFT = "on the other side than its seed, and whether the seed's side has a state is open"
+
+
+@dataclass(frozen=True)
+class Left:
+    """A saddle that was left along its unstable mode.
+
+    above: its energy over that of the state it was left for, D w / l; mirrored: whether the other way along the mode
+    leads to a state of the same energy, as the mirror image of a symmetric saddle's does; None: it leads to none.
+    """
+
+    above: float
+    mirrored: bool | None
+
+    def __str__(self) -> str:
+        also = "; the other way leads to a state of the same energy" if self.mirrored else ""
+        return f"left a saddle {self.above:.3g} D w / l above{also}"
 
 
 @dataclass(frozen=True)
@@ -72,13 +97,16 @@ class Pose:
 
 @dataclass(frozen=True)
 class Refinement:
-    """What a state is on other segments: how many, its status and lowest eigenvalue there, and the distance (Hausdorff
-    over l) to the one before; None where it is not known."""
+    """What a state is on other segments: how many, its status and lowest eigenvalue there, the distance (Hausdorff
+    over l) to the one before; None where it is not known; its `Equilibrium.numbers`, and before: those of the state on
+    segments twice as long that it was begun at, None where there is none."""
 
     segments: int
     status: Status
     lowest_eigenvalue: float
     distance: float | None
+    numbers: dict[str, FloatArray]
+    before: dict[str, FloatArray] | None
 
 
 @dataclass(frozen=True)
@@ -114,7 +142,10 @@ class Minima:
 
 @dataclass(frozen=True, repr=False)
 class Equilibrium:
-    """A ribbon at rest, or where the minimiser stopped; lengths in l, energies in D w / l (l, D of the strip).
+    """A ribbon at rest, or where the minimiser stopped; all in l and D w, abscissae too (`ribbon.strip`; SI: `si`).
+
+    An abscissa that is not in [0, 1] raises `RibbonInputError`; `continued` goes on beyond the ends. A closed band has
+    none: it goes on behind its seam.
 
     Attributes
     ----------
@@ -129,8 +160,15 @@ class Equilibrium:
     "stability"}; log: one entry for every step of a continuation; tolerance_error: estimated distance to the limit of
     many segments (Hausdorff / l) when a tolerance placed the segments; refinements: all that were judged on the way;
     penetration: how far (l) the strip reaches beyond a wall, anywhere; None without walls;
-    minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it;
-    moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first.
+    minima: what was seen where several were looked for, None: nowhere; solver: which minimiser found it
+    (`ribbon.solvers.problem.SOLVERS`); options: those that Ipopt was given, none of another;
+    moved: how far (l) the joints went in the last doubling of the segments, where it was solved on fewer first;
+    forces_why: why forces and moments are not determined, although the shape is; "" where they are. `start`,
+    `end_support` and `walls` are then None, None and (), and `rows` NaN;
+    branch: of a ribbon between two clamps with a given seed, whether it is the state that the seed means; None: no seed
+    was given, or it means no side; left: the saddle that was left for it, None: none;
+    quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
+    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged.
     """
 
     problem: Problem
@@ -147,16 +185,20 @@ class Equilibrium:
     mode: FloatArray
     active_bounds: int
     seconds: dict[str, float]
-    options: dict[str, object] = field(default_factory=dict)
-    rows: FloatArray = field(default_factory=lambda: np.empty(0))
+    options: dict[str, object] = field(kw_only=True)
+    rows: FloatArray = field(kw_only=True)
     at: FloatArray | None = None
     log: tuple[dict[str, Any], ...] = ()
     tolerance_error: float | None = None
-    penetration: float | None = None
+    penetration: float | None = field(kw_only=True)
     refinements: tuple[Refinement, ...] = ()
     minima: Minima | None = None
-    solver: str = "Ipopt"
+    solver: str = field(kw_only=True)
     moved: float | None = None
+    forces_why: str = ""
+    branch: Branch | None = None
+    quadrature_error: float | None = None
+    left: Left | None = None
 
     @property
     def ok(self) -> bool:
@@ -184,13 +226,27 @@ class Equilibrium:
         """Whether the energy's twist is free of the curvature; there are then no rulings."""
         return self.problem.fields.free
 
-    def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        abscissae = np.atleast_1d(np.asarray(s, dtype=float))
+    def continued(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """r (k, 3) in l, frames (k, 3, 3), omega (k,) in 1/l, eta (k,) or the free twist in 1/l, at any s (k,) in l:
+        beyond an open end the strip goes on with the end's own curvature and ruling, of a band with what lies
+        behind its seam. Feet of rulings (`rulings`) lie there."""
+        at = np.atleast_1d(np.asarray(s, dtype=float))
         points, frames = self.joints
         return _surface.centreline(
-            self.parameters, self.problem.lengths, points, frames, abscissae, self.problem.exponent_limit, self.seam,
+            self.parameters, self.problem.lengths, points, frames, at, self.problem.exponent_limit, self.seam,
             self.has_free_twist,
         )  # fmt: skip
+
+    def _along(self, s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        return self.continued(self._on(s))
+
+    def _on(self, s: ArrayLike) -> FloatArray:
+        """Abscissae in [0, 1]; of a band, which has no ends, any number."""
+        if self.seam == 0:
+            return abscissae(s)
+        at = np.asarray(s, dtype=float)
+        abscissae(at - np.floor(at))
+        return at
 
     def rulings(self, material: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet s (N,) of the rulings through the particles (S, v) of `material` (N, 2), units of l; with the positions
@@ -200,54 +256,54 @@ class Equilibrium:
         (`ribbon.sections`)."""
         if self.has_free_twist:
             foot = np.array(material[:, 0], dtype=float)
-            r, frame, _, _ = self._along(foot)
+            r, frame, _, _ = self.continued(foot)
             return foot, r + np.einsum("kij,kj->ki", frame, sections.placed(self, material)[0]), frame
         foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
-        r, frame, _, eta = self._along(foot)
+        r, frame, _, eta = self.continued(foot)
         return foot, r + material[:, 1:] * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2]), frame
 
     def normals(self, material: FloatArray) -> FloatArray:
         """Unit normals (N, 3) of the surface at the particles (S, v) of `material` (N, 2), on the side of t_y."""
         if self.has_free_twist:
-            frame = self._along(material[:, 0])[1]
+            frame = self.continued(material[:, 0])[1]
             return np.asarray(np.einsum("kij,kj->ki", frame, sections.placed(self, material)[1]))
         return np.asarray(self.rulings(material)[2][:, :, 1])
 
     def position(self, s: ArrayLike) -> FloatArray:
-        """r (k, 3) at abscissae s (k,) in [0, 1], units of l."""
+        """r (k, 3) in l at abscissae s (k,) in l, [0, 1]."""
         return self._along(s)[0]
 
     def frame(self, s: ArrayLike) -> FloatArray:
-        """Material frames (k, 3, 3), columns t_x t_y t_z, at abscissae s (k,)."""
+        """Material frames (k, 3, 3), columns t_x t_y t_z, at abscissae s (k,) in l, [0, 1]."""
         return self._along(s)[1]
 
     def omega(self, s: ArrayLike) -> FloatArray:
-        """Normal curvature (k,) in 1/l at abscissae s (k,)."""
+        """Normal curvature (k,) in 1/l at abscissae s (k,) in l, [0, 1]."""
         return self._along(s)[2]
 
     def eta(self, s: ArrayLike) -> FloatArray:
-        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,); 0 where the twist is free: sections are then
-        square to the centreline."""
+        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,) in l, [0, 1]; 0 where the twist is free: sections
+        are then square to the centreline."""
         found = self._along(s)[3]
         return np.zeros_like(found) if self.has_free_twist else found
 
     def tau(self, s: ArrayLike) -> FloatArray:
-        """Twist kappa_3 (k,) in 1/l at abscissae s (k,)."""
+        """Twist kappa_3 (k,) in 1/l at abscissae s (k,) in l, [0, 1]."""
         _, _, omega, eta = self._along(s)
         return eta if self.has_free_twist else eta * omega
 
     def in_plane(self, s: ArrayLike) -> FloatArray:
-        """In-plane curvature kappa_2 (k,) in 1/l at abscissae s (k,); 0 where the energy has none."""
-        abscissae = np.atleast_1d(np.asarray(s, dtype=float))
+        """In-plane curvature kappa_2 (k,) in 1/l at abscissae s (k,) in l, [0, 1]; 0 where the energy has none."""
+        at, sign = _surface.behind_seam(np.atleast_1d(self._on(s)), self.seam)
         q = self.parameters
         if q.shape[1] == 4:
-            return np.zeros(abscissae.size)
+            return np.zeros(at.size)
         joints = np.concatenate([[0.0], np.cumsum(self.problem.lengths)])
-        i = np.clip(np.searchsorted(joints, abscissae, side="right") - 1, 0, len(q) - 1)
-        return np.asarray(q[i, 4] * (abscissae - joints[i]) + q[i, 5])
+        i = np.clip(np.searchsorted(joints, at, side="right") - 1, 0, len(q) - 1)
+        return np.asarray(sign * (q[i, 4] * (at - joints[i]) + q[i, 5]))
 
     def pose(self, s: float) -> Pose:
-        """Position and frame at one abscissa."""
+        """Position (l) and frame at one abscissa s in l, [0, 1]."""
         r, frame, _, _ = self._along([s])
         return Pose(r[0], frame[0])
 
@@ -278,19 +334,41 @@ class Equilibrium:
         return float(np.abs(self.parameters[:, 2]).max() * self.problem.half_width)
 
     @cached_property
-    def start(self) -> Force:
-        """What the support at s = 0 exerts on the ribbon (zero where nothing is held)."""
-        return self.problem.start_force(self.x, self.rows)
+    def start(self) -> Force | None:
+        """What the support at s = 0 exerts on the ribbon (zero where nothing is held); None where it is not determined
+        (`forces_why`), or not finite in a state that is no equilibrium."""
+        return None if self.forces_why else _finite(self.problem.start_force(self.x, self.rows))
 
     @cached_property
     def end_support(self) -> Force | None:
-        """What the clamp at s = l exerts on the ribbon; None for a free or closed end."""
-        return self.problem.end_force(self.x, self.rows)
+        """What the clamp at s = l exerts on the ribbon; None for a free or closed end, and as `start`."""
+        return None if self.forces_why else _finite(self.problem.end_force(self.x, self.rows))
 
     @cached_property
     def walls(self) -> tuple[WallForce, ...]:
-        """What every wall exerts on the ribbon."""
-        return self.problem.wall_forces(self.x, self.rows)
+        """What every wall exerts on the ribbon; () where it is not determined, as `start`."""
+        found = () if self.forces_why else self.problem.wall_forces(self.x, self.rows)
+        return found if all(np.all(np.isfinite(wall.force)) for wall in found) else ()
+
+    @property
+    def numbers(self) -> dict[str, FloatArray]:
+        """What is told of the state, by name: "forces.start", "forces.end" and "forces.walls.0" (3,) in D w / l^2,
+        "moments.start" and "moments.end" (3,) and "energy.elastic", "energy.gravity", "energy.tip", "energy.plates",
+        "energy.total" in D w / l, "lowest_eigenvalue", "max_abs_eta", "max_abs_eta_prime_w_half"; of a free twist
+        "max_abs_tau" (1/l) for those. Their changes between segments are their errors."""
+        absent = {"tip": self.problem.tip is None, "plates": all(wall.stiffness is None for wall in self.problem.walls)}
+        told = [name for name in ("elastic", "gravity", "tip", "plates", "total") if not absent.get(name)]
+        found: dict[str, Any] = {f"energy.{name}": getattr(self.energy, name) for name in told}
+        for name, held in (("start", self.start), ("end", self.end_support)):
+            if held is not None:
+                found |= {f"forces.{name}": held.force, f"moments.{name}": held.moment}
+        found |= {f"forces.walls.{k}": wall.force for k, wall in enumerate(self.walls)}
+        found["lowest_eigenvalue"] = self.lowest_eigenvalue
+        if self.has_free_twist:
+            found["max_abs_tau"] = np.abs(self.problem.joint_values(self.x)[1]).max()
+        else:
+            found |= {"max_abs_eta": self.max_abs_eta, "max_abs_eta_prime_w_half": self.max_abs_eta_prime_w_half}
+        return {name: np.asarray(value, dtype=float) for name, value in found.items()}
 
     def surface(self, along: int = 400, across: int = 8) -> Surface:
         """Triangulation with `along` x `across` cells in material coordinates (S, v), units of l."""
@@ -300,8 +378,8 @@ class Equilibrium:
 
     @property
     def si(self) -> InSI:
-        """The result in m, N, N m, J; `RibbonInputError` where the strip does not know its stiffness, as one
-        `Strip.from_material` does."""
+        """The result in m, N, N m, J, asked at abscissae in m; `RibbonInputError` where the strip does not know its
+        stiffness, as one of `Strip.from_material` does."""
         return InSI(self, StripUnits.of(self.problem.strip))
 
     def __repr__(self) -> str:
@@ -322,3 +400,10 @@ class Equilibrium:
     def to_pyvista(self, along: int = 400, across: int = 8) -> Any:
         """The surface as `pyvista.PolyData` with S, v, omega, eta (or tau), units of l; ImportError without PyVista."""
         return shown.to_pyvista(self, along, across)
+
+
+def _finite(found: Force | None) -> Force | None:
+    """A force that is a number; None otherwise."""
+    if found is None or not (np.all(np.isfinite(found.force)) and np.all(np.isfinite(found.moment))):
+        return None
+    return found

@@ -5,8 +5,9 @@
     >>> moved = session.move(end=Clamp((0, 0.1, 0.7)))  # doctest: +SKIP
     >>> moved.ok, session.forces["end"].force, session.stiffness.shape  # doctest: +SKIP
 
-Every move is a way (`ribbon.follow`): warm starts, adaptive steps, cut-back. Lengths that go in are in the strip's
-unit; what comes out is in l and D w, as everywhere.
+Every move is a way (`ribbon.follow`): warm starts, adaptive steps, cut-back. What goes in is in the strip's own unit
+of length, what comes out in l and D w, and a stiffness is what comes out per what goes in (`ribbon.strip`); `si` has it
+in newtons and metres.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 from ribbon.sensitivity.gradients import energy_slopes, gradients
 from ribbon.strip import Strip
+from ribbon.units import StripUnits
 
 FloatArray = NDArray[np.float64]
 OnStep = Callable[[StepRecord, Equilibrium], None]
@@ -114,11 +116,13 @@ class Session:
 
     @property
     def stiffness(self) -> FloatArray:
-        """Derivative (6, 6) of force and moment of the end clamp by its displacement (in l) and turn (rad), exact.
+        """Derivative (6, 6) of force and moment of the end clamp by its displacement and turn, exact: the columns
+        "end.position" and "end.rotation" of `ribbon.gradients`.
 
-        Rows: force (3) in D w / l^2, moment (3) in D w / l; columns: displacement, small rotation vector, both about
-        the fixed axes. Symmetric, but for the block of moments by turns: turns do not commute, and its skew part is
-        half the moment, ``(S - S^T)/2 = -[M]_x / 2`` with ``[M]_x u = M x u``.
+        Rows: force (3) in D w / l^2, moment (3) in D w / l; columns: displacement in the strip's unit of length, small
+        rotation vector in rad, both about the fixed axes. With the displacement in l (its columns times the strip's
+        length), as in `si`, it is symmetric, but for the block of moments by turns: turns do not commute, and its skew
+        part is half the moment, ``(S - S^T)/2 = -[M]_x / 2`` with ``[M]_x u = M x u``.
 
         Raises `RibbonInputError` where no clamp holds position and frame of the end, `NotDifferentiable` at a fold.
         """
@@ -127,9 +131,12 @@ class Session:
             raise RibbonInputError("end", None, "a stiffness needs a clamp that holds position and frame at s = l")
         g = gradients(self.state, ["end.position", "end.rotation"], unstable=True)
         force, moment = g.end_force(), g.end_moment()
-        length = self.state.problem.strip.length
-        rows = [[part["end.position"] * length, part["end.rotation"]] for part in (force, moment)]
-        return np.block(rows)
+        return np.block([[part["end.position"], part["end.rotation"]] for part in (force, moment)])
+
+    @property
+    def si(self) -> SessionInSI:
+        """Forces and stiffness in N and m; `RibbonInputError` where the strip does not know its stiffness."""
+        return SessionInSI(self, StripUnits.of(self.state.problem.strip))
 
     def move(
         self,
@@ -144,9 +151,10 @@ class Session:
     ) -> Move:
         """Takes what is given from where it is to its new value, all at once, and the ribbon with it.
 
-        clamp, end: at s = 0 and s = l; places move on straight lines, frames by the shortest turn (at most half a
-        turn a move). gamma, natural_curvature: of the strip, tip: the force at s = l, linearly. steps: "auto", or a
-        number of equal ones. on_step: called with (`StepRecord`, `Equilibrium`) after every accepted step.
+        clamp, end: at s = 0 and s = l, places in the strip's unit of length; these move on straight lines, frames by
+        the shortest turn (at most half a turn a move). gamma, natural_curvature (per the strip's unit of length): of
+        the strip, tip: the force at s = l in D w / l^2, linearly. steps: "auto", or a number of equal ones. on_step:
+        called with (`StepRecord`, `Equilibrium`) after every accepted step.
 
         A move that cannot be gone to its end leaves the session at the last equilibrium on the way.
         Raises `RibbonInputError` on bad input.
@@ -209,6 +217,28 @@ class Session:
             raise RibbonInputError("steps", steps, f"there are {len(self.history) - 1} states to take back")
         del self.history[-steps:]
         return self.state
+
+
+@dataclass(frozen=True)
+class SessionInSI:
+    """Forces and stiffness of a session in N, N m and m."""
+
+    session: Session
+    units: StripUnits
+
+    @property
+    def forces(self) -> dict[str, Force | None]:
+        """What the supports exert on the ribbon, "start" and "end": force in N, moment in N m; None where nothing
+        holds."""
+        return {
+            name: None if held is None else Force(self.units.force * held.force, self.units.energy * held.moment)
+            for name, held in self.session.forces.items()
+        }
+
+    @property
+    def stiffness(self) -> FloatArray:
+        """`Session.stiffness` (6, 6) with rows in N and N m, per metre and per rad."""
+        return np.repeat([self.units.force, self.units.energy], 3)[:, None] * self.session.stiffness
 
 
 def _rates(first: Problem, last: Problem) -> dict[str, FloatArray]:

@@ -36,13 +36,21 @@ def rows(result: Equilibrium) -> list[tuple[str, str]]:
         ("energy", energy),
         ("end", end),
         ("segments", str(result.problem.lengths.size)),
-        ("lowest eigenvalue", f"{result.lowest_eigenvalue:.4g}"),
+        ("lowest eigenvalue", _eigenvalue(result)),
         ("residual", f"{result.residual:.1e} after {result.iterations} iterations"),
     ]
-    if np.any(result.start.force):
+    if result.forces_why:
+        found.append(("forces", f"not determined: {result.forces_why}"))
+    elif result.start is not None and np.any(result.start.force):
         force = f"({_vector(result.start.force)}) D w / l^2"
         found.append(("force at s = 0", force + (f" = ({_vector(result.si.start_force)}) N" if known else "")))
     return found
+
+
+def _eigenvalue(result: Equilibrium) -> str:
+    if np.isfinite(result.lowest_eigenvalue):
+        return f"{result.lowest_eigenvalue:.4g}"
+    return "none: no freedom is left" if result.lowest_eigenvalue == np.inf else "not judged"
 
 
 def _vector(values: Any) -> str:
@@ -79,23 +87,28 @@ def plot(result: Equilibrium, axes: Any = None) -> Any:
 
 def numbers(result: Equilibrium) -> dict[str, Any]:
     """Numbers in Python's own types, in l and D w; `si`: in m, N, N m, J; None where the strip does not know them."""
-    strip, end = result.problem.strip, result.end_support
+    strip, start, end = result.problem.strip, result.start, result.end_support
     known = strip.bending_stiffness is not None
     return {
         "status": result.status.code,
         "message": result.message,
         "stable": result.stable,
         "lowest_eigenvalue": _finite(result.lowest_eigenvalue),
+        **({} if np.isfinite(result.lowest_eigenvalue) else {"lowest_eigenvalue_why": _eigenvalue(result)}),
         "residual": _finite(result.residual),
         "iterations": result.iterations,
-        "energy": {name: getattr(result.energy, name) for name in _ENERGIES},
+        "energy": {name: _finite(getattr(result.energy, name)) for name in _ENERGIES},
         "end": {"position": result.end.position.tolist(), "frame": result.end.frame.tolist()},
         "forces": {
-            "start": result.start.force.tolist(),
+            "start": None if start is None else start.force.tolist(),
             "end": None if end is None else end.force.tolist(),
             "walls": [wall.force.tolist() for wall in result.walls],
         },
-        "moments": {"start": result.start.moment.tolist(), "end": None if end is None else end.moment.tolist()},
+        "moments": {
+            "start": None if start is None else start.moment.tolist(),
+            "end": None if end is None else end.moment.tolist(),
+        },
+        **({"forces_why": result.forces_why} if result.forces_why else {}),
         "segments": int(result.problem.lengths.size),
         "penetration": result.penetration,
         "strip": {
@@ -106,8 +119,8 @@ def numbers(result: Equilibrium) -> dict[str, Any]:
         "si": None if not known else {
             "energy": dict(result.si.energy),
             "end_position": result.si.end_position.tolist(),
-            "start_force": result.si.start_force.tolist(),
-            "start_moment": result.si.start_moment.tolist(),
+            "start_force": None if start is None else result.si.start_force.tolist(),
+            "start_moment": None if start is None else result.si.start_moment.tolist(),
             "end_force": None if end is None else result.si.end_force.tolist(),
             "end_moment": None if end is None else result.si.end_moment.tolist(),
         },
@@ -158,9 +171,8 @@ def to_pyvista(result: Equilibrium, along: int = 400, across: int = 8) -> Any:
     mesh = pyvista.PolyData(surface.points, faces)
     foot, _, _ = result.rulings(surface.material)
     mesh.point_data["S"], mesh.point_data["v"] = surface.material.T
-    mesh.point_data["omega"] = result.omega(foot)
-    for name, values in _second(result, foot).items():
-        mesh.point_data[name] = values
+    _, _, mesh.point_data["omega"], second = result.continued(foot)
+    mesh.point_data["tau" if result.has_free_twist else "eta"] = second
     return mesh
 
 

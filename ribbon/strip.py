@@ -1,14 +1,28 @@
-"""The strip: dimensions, material and natural curvature, to and from dimensionless groups (thesis, 4.1)."""
+"""The strip: dimensions, material and natural curvature, to and from dimensionless groups (thesis, 4.1).
+
+Units, everywhere in `ribbon`. What is given of the strip and of what holds it (lengths, places, curvatures) is in the
+strip's own unit of length. What is without a unit when it is given (abscissae, lengths of segments, Gamma, forces,
+springs) and all that a result tells is in l and D w. A derivative is what is told per what is given. `si` of a result
+or a session has all of it, what goes in too, in m, N, N m and J; the strip's unit is then the metre.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ribbon.errors import RibbonInputError
 
 #: Standard acceleration of gravity of the thesis, m/s^2.
 STANDARD_GRAVITY = 9.81
+#: Share of its length by which an abscissa may lie beyond an end: rounding.
+_ROUNDING = 1e-9
+#: Relative difference up to which numbers of a strip are those of its material.
+_SAME = 1e-12
 
 
 def finite(key: str, value: object) -> float:
@@ -19,6 +33,78 @@ def finite(key: str, value: object) -> float:
     if not math.isfinite(number):
         raise RibbonInputError(key, value, "a finite number is needed")
     return number
+
+
+def abscissae(s: ArrayLike, end: float = 1.0, unit: str = "l") -> NDArray[np.float64]:
+    """`s`, of any shape, as numbers in [0, end]; `RibbonInputError` for one beyond the ends and for what is no number.
+
+    unit: of s and `end`, for the message.
+    """
+    try:
+        at = np.asarray(s, dtype=float)
+    except (TypeError, ValueError):
+        raise RibbonInputError("s", s, "abscissae are numbers") from None
+    slack = _ROUNDING * end
+    outside = ~((at >= -slack) & (at <= end + slack))
+    if outside.any():
+        worst = float(at[outside].flat[0])
+        raise RibbonInputError("s", worst, f"is not on the strip: abscissae lie in [0, {end:g}], here in {unit}")
+    return np.clip(at, 0.0, end)
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a strip is made of and where it stands: Y in Pa, rho in kg/m^3, g in m/s^2."""
+
+    young: float
+    density: float
+    acceleration: float = STANDARD_GRAVITY
+
+    def stiffness(self, thickness: float, poisson: float) -> float:
+        """``D = Y h^3 / (12 (1 - nu^2))`` in N m, h in m."""
+        return self.young * thickness**3 / (12.0 * (1.0 - poisson * poisson))
+
+    def gamma(self, length: float, thickness: float, poisson: float) -> float:
+        """``rho h g l^3 / D``, l and h in m (docs/theory.md, eq. (2.1))."""
+        return self.density * thickness * self.acceleration * length**3 / self.stiffness(thickness, poisson)
+
+
+#: The dimensionless numbers for which the models are known to work, by argument: what it is, the least, the largest.
+#: (Scenes have the same ones: `compare.scene.spec`.)
+KNOWN: dict[str, tuple[str, float, float]] = {
+    "width": ("w / l", 1e-6, math.inf),
+    "thickness": ("h / l", 1e-10, math.inf),
+    "natural_curvature": ("K l", -1e4, 1e4),
+    "gamma": ("Gamma", 0.0, 1e12),
+    "position": ("x / l", -1e6, 1e6),
+    "point": ("x / l", -1e6, 1e6),
+    "stiffness": ("k", 1e-12, 1e18),
+    "turns": ("turns", 1.0, 1000.0),
+    "tip": ("F l^2 / (D w)", -1e12, 1e12),
+    "seed_curvature": ("omega l", -1e4, 1e4),
+    "seed_ruling": ("eta", -1e3, 1e3),
+    "segments": ("each / l", 1e-13, 1.0),
+}
+
+
+def known(key: str, value: object, numbers: Iterable[float]) -> None:
+    """`RibbonInputError` where one of the dimensionless `numbers` that `value` gives is beyond `KNOWN`; key: the
+    argument, with what it stands in before a dot ("clamp.position")."""
+    symbol, least, most = KNOWN[key.rpartition(".")[2]]
+    for number in numbers:
+        if not least <= number <= most:
+            within = f"{least:g} <= {symbol} <= {most:g}" if most < math.inf else f"{symbol} >= {least:g}"
+            remedy = f"gives {symbol} = {number:.6g}, beyond what the models are known to work for ({within})"
+            raise RibbonInputError(key, value, remedy)
+
+
+def check_known(strip: Strip) -> None:
+    """`RibbonInputError` for a strip beyond what the models are known to work for."""
+    known("width", strip.width, [strip.relative_width])
+    if strip.thickness is not None:
+        known("thickness", strip.thickness, [strip.thickness / strip.length])
+    known("natural_curvature", strip.natural_curvature, strip.curvature)
+    known("gamma", strip.gamma, [strip.gamma])
 
 
 @dataclass(frozen=True)
@@ -41,6 +127,9 @@ class Strip:
         h, in the unit of length; the inextensible energies do not need it, others may.
     bending_stiffness:
         D in N m, where length and width are in m; `from_material` gives it, and results then have numbers in SI.
+    material:
+        `from_material` gives it; derivatives then hold it, so that D and Gamma move with the thickness. None where
+        length, thickness, poisson, gamma and bending_stiffness are not what follows from it (`dataclasses.replace`).
 
     Raises `RibbonInputError` naming the parameter. Below, all is dimensionless: lengths in l, energies in D w / l.
     """
@@ -52,6 +141,7 @@ class Strip:
     gamma: float = 0.0
     thickness: float | None = None
     bending_stiffness: float | None = None
+    material: Material | None = None
 
     def __post_init__(self) -> None:
         length = finite("length", self.length)
@@ -77,6 +167,18 @@ class Strip:
             raise RibbonInputError("natural_curvature", k, "one number, or two (at s = 0 and s = l)")
         start, end = (finite("natural_curvature", v) for v in ends)
         object.__setattr__(self, "natural_curvature", (start, end))
+        if self.material is not None and not self._is_of(self.material):
+            object.__setattr__(self, "material", None)
+
+    def _is_of(self, material: Material) -> bool:
+        """Whether D and Gamma are those of the material."""
+        if self.thickness is None or self.bending_stiffness is None:
+            return False
+        stiffness = material.stiffness(self.thickness, self.poisson)
+        gamma = material.gamma(self.length, self.thickness, self.poisson)
+        return math.isclose(stiffness, self.bending_stiffness, rel_tol=_SAME) and math.isclose(
+            gamma, self.gamma, rel_tol=_SAME
+        )
 
     @classmethod
     def from_material(
@@ -97,9 +199,9 @@ class Strip:
         nu = finite("poisson", poisson)
         if not -1 < nu <= 0.5:
             raise RibbonInputError("poisson", poisson, "Poisson's ratio lies in (-1, 0.5]")
-        stiffness = young * thickness**3 / (12.0 * (1.0 - nu * nu))
-        gamma = density * thickness * finite("acceleration", acceleration) * finite("length", length) ** 3 / stiffness
-        return cls(length, width, nu, natural_curvature, gamma, thickness, stiffness)
+        material = Material(young, density, finite("acceleration", acceleration))
+        gamma = material.gamma(finite("length", length), thickness, nu)
+        return cls(length, width, nu, natural_curvature, gamma, thickness, material.stiffness(thickness, nu), material)
 
     @property
     def relative_width(self) -> float:

@@ -24,6 +24,8 @@ FloatArray = NDArray[np.float64]
 
 #: Multiplier above which a joint counts as in contact, units D w / l^2.
 _TOUCHES = 1e-6
+#: Abscissae nearer than this (l) are one place of contact.
+_ONE_PLACE = 1e-6
 
 
 class Glued(Protocol):
@@ -109,7 +111,8 @@ def walls(problem: Glued, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
             assert isinstance(between, TouchRows)
             push = -rows[slices[f"touch_{k}"]]
             total += push.sum()
-            touching = np.union1d(touching, (s[between.segments] + between.along)[push > _TOUCHES])
+            touching = np.union1d(touching, (s[between.segments] + between.places(x))[push > _TOUCHES])
+            touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
         height = float(x[block.plate]) if block.plate >= 0 else None
         found.append(WallForce(total * np.asarray(wall.normal), touching, height))
     return tuple(found)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ribbon.errors import RibbonInputError
-from ribbon.strip import Strip
+from ribbon.strip import Strip, abscissae
 
 Equilibrium = Any
 """A `ribbon.Equilibrium`, which is built on this module."""
@@ -39,7 +39,10 @@ class StripUnits:
 
 @dataclass(frozen=True)
 class InSI:
-    """A result in m, N, N m and J; the numbers of `Equilibrium` under the same names."""
+    """A result in m, N, N m and J; the numbers of `Equilibrium` under the same names, asked at abscissae in m.
+
+    `RibbonInputError` for an abscissa that is not in [0, length] (a closed band goes on behind its seam).
+    """
 
     result: Equilibrium
     units: StripUnits
@@ -51,9 +54,33 @@ class InSI:
         names = ("bending", "natural", "gravity", "plates", "tip", "elastic", "total")
         return {name: self.units.energy * getattr(found, name) for name in names}
 
-    def position(self, s: float | FloatArray) -> FloatArray:
+    def _at(self, s: ArrayLike) -> FloatArray:
+        at = np.asarray(s, dtype=float) if self.result.seam else abscissae(s, self.units.length, "m")
+        return at / self.units.length
+
+    def position(self, s: ArrayLike) -> FloatArray:
         """r (k, 3) in m at abscissae s (k,) in m from the start."""
-        return self.units.length * self.result.position(np.asarray(s) / self.units.length)
+        return self.units.length * self.result.position(self._at(s))
+
+    def frame(self, s: ArrayLike) -> FloatArray:
+        """Material frames (k, 3, 3), columns t_x t_y t_z, at abscissae s (k,) in m."""
+        return self.result.frame(self._at(s))
+
+    def omega(self, s: ArrayLike) -> FloatArray:
+        """Normal curvature (k,) in 1/m at abscissae s (k,) in m."""
+        return self.result.omega(self._at(s)) / self.units.length
+
+    def eta(self, s: ArrayLike) -> FloatArray:
+        """Ruling direction eta = tan(theta) (k,) at abscissae s (k,) in m."""
+        return self.result.eta(self._at(s))
+
+    def tau(self, s: ArrayLike) -> FloatArray:
+        """Twist kappa_3 (k,) in 1/m at abscissae s (k,) in m."""
+        return self.result.tau(self._at(s)) / self.units.length
+
+    def in_plane(self, s: ArrayLike) -> FloatArray:
+        """In-plane curvature kappa_2 (k,) in 1/m at abscissae s (k,) in m."""
+        return self.result.in_plane(self._at(s)) / self.units.length
 
     @property
     def end_position(self) -> FloatArray:
@@ -61,18 +88,21 @@ class InSI:
         return self.units.length * self.result.end.position
 
     @property
-    def start_force(self) -> FloatArray:
-        """What the support at s = 0 exerts on the ribbon (3,), N."""
-        return self.units.force * self.result.start.force
+    def start_force(self) -> FloatArray | None:
+        """What the support at s = 0 exerts on the ribbon (3,), N; None where it is not determined."""
+        found = self.result.start
+        return None if found is None else self.units.force * found.force
 
     @property
-    def start_moment(self) -> FloatArray:
+    def start_moment(self) -> FloatArray | None:
         """Its moment (3,), N m."""
-        return self.units.energy * self.result.start.moment
+        found = self.result.start
+        return None if found is None else self.units.energy * found.moment
 
     @property
     def end_force(self) -> FloatArray | None:
-        """What the clamp at s = l exerts on the ribbon (3,), N; None for a free or closed end."""
+        """What the clamp at s = l exerts on the ribbon (3,), N; None for a free or closed end, and where it is not
+        determined."""
         found = self.result.end_support
         return None if found is None else self.units.force * found.force
 

@@ -21,7 +21,7 @@ PAGE = (DOCS / "tutorials" / "researchers.md").read_text()
 def test_the_energy_of_the_page_passes_the_tests_of_the_page(tmp_path):
     """numba's compiler off: few segments, no compilation."""
     root = tmp_path / "copy"
-    for package in ("ribbon", "compare", "shellref"):
+    for package in ("ribbonbench", "ribbon", "compare", "shellref"):
         shutil.copytree(ROOT / package, root / package, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", root)
     written, changed = [], []

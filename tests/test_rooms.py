@@ -9,17 +9,18 @@ from pathlib import Path
 import pytest
 
 from compare.commands import NAMES
-from tests.test_setup import ROOT, imported
+from ribbonbench.sources import Sources
+from tests.test_setup import ROOT
 
 #: The rooms of `compare`, top to bottom: a module imports from its own room and from those below. Rooms of one tuple
 #: stand side by side and do not import each other.
 LEVELS = (
     ("compare.cli",),
     ("compare.commands",),
-    ("compare.doctor", "compare.begin"),
+    ("compare.doctor",),
     ("compare.pages",),
     ("compare.battery",),
-    ("compare.sweep", "compare.pictures", "compare.check"),
+    ("compare.sweep", "compare.pictures", "compare.check", "compare.begin"),
     ("compare.studies",),
     ("compare.report",),
     ("compare.export",),
@@ -35,6 +36,7 @@ LEVELS = (
 #: Who in `compare` may import a solver.
 KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pictures.ribbon", "compare.battery.cases")
 SOLVERS = ("ribbon", "shellref")
+PACKAGES = (*SOLVERS, "compare")
 #: Most modules of a room, its __init__ not counted; a command is a module, and there are as many as there are commands.
 FULL = 16
 UNCOUNTED = {f"compare/commands/{name}.py" for name in NAMES}
@@ -42,26 +44,13 @@ UNCOUNTED = {f"compare/commands/{name}.py" for name in NAMES}
 Graph = Mapping[str, set[str]]
 
 
-def modules(root: Path) -> dict[str, Path]:
-    """Dotted name -> file of every module of the three packages; a package's own name stands for its __init__."""
-    found = {}
-    for package in ("ribbon", "shellref", "compare"):
-        for path in sorted((root / package).rglob("*.py")):
-            parts = path.relative_to(root).with_suffix("").parts
-            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
+SOURCES = Sources(ROOT)
 
 
 def graph() -> dict[str, set[str]]:
-    """Every module with the modules of ours that it imports, wherever in it."""
-    known = modules(ROOT)
-    found: dict[str, set[str]] = {}
-    for name, path in known.items():
-        targets = imported(name, path.read_text(), path.name == "__init__.py")
-        # `from a import b` yields a and a.b: where a.b is a module, a itself is only its package
-        deeper = {target.rpartition(".")[0] for target in targets if target in known}
-        found[name] = {target for target in targets if target in known and target != name} - (deeper - {name})
-    return found
+    """Every module of the three packages with the modules of theirs that it imports, wherever in it."""
+    known = SOURCES.every(*PACKAGES)
+    return {name: SOURCES.imports(name) & known.keys() for name in known}
 
 
 def circles(edges: Graph) -> list[set[str]]:
@@ -142,7 +131,7 @@ def test_every_room_of_compare_has_a_level():
 
 def test_rooms_are_not_full():
     held: dict[Path, int] = defaultdict(int)
-    for path in modules(ROOT).values():
+    for path in SOURCES.every(*PACKAGES).values():
         held[path.parent] += path.name != "__init__.py" and str(path.relative_to(ROOT)) not in UNCOUNTED
     assert {str(folder.relative_to(ROOT)): count for folder, count in held.items() if count > FULL} == {}
 

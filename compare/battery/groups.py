@@ -21,6 +21,7 @@ GROUPS = {
     "shell": "the shell: thin, coiled, incompressible, snapping, coarse",
     "elastica": "the planar elastica: great weight, S-shapes, branches",
     "models": "every model of the registry",
+    "own": "scenes as people write them, through the commands: what the terminal and the files say",
     "process": "killed, interrupted, without room, with damaged or foreign files",
     "inputs": "whatever a scene file may say",
     "endurance": "thousands of solves in one process",

@@ -13,7 +13,7 @@ from compare.page.drawing import pictured
 from compare.page.page import Page, Picture
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.store.provenance import versions
 
 TITLE = "Hard cases"
@@ -86,7 +86,7 @@ def answer(outcomes: Sequence[Outcome]) -> Verdict:
     rest += [f"{skipped} skipped for what this machine lacks"] if skipped else []
     what = "1 hard case holds" if len(ends) == held == 1 else f"{held} of {len(ends)} hard cases hold"
     grade = POOR if failed else FAIR if known else UNKNOWN if skipped == len(ends) else GOOD
-    return Verdict(", ".join([what, *rest]), grade)
+    return Verdict.of("battery", ", ".join([what, *rest]), [Check("cases", grade, what)])
 
 
 def sentences(outcomes: Sequence[Outcome]) -> list[str]:

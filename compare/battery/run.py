@@ -139,7 +139,7 @@ def run(
 
 def software() -> str:
     """Digest of all sources and libraries that a rung depends on."""
-    return case_key(provenance.software("ribbon", "shellref", "compare"))
+    return case_key(provenance.software())
 
 
 def label(case: Case, rung: Rung) -> str:

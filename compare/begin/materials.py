@@ -13,13 +13,14 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class Material:
     """Young's modulus in Pa, density in kg/m^3, Poisson's ratio; `words`: what it is; `spread`: the usual range of
-    Young's modulus."""
+    Young's modulus; thickness: that of a sheet which one would cut a strip from, in m."""
 
     young: float
     density: float
     poisson: float
     words: str
     spread: str
+    thickness: float = 1e-4
 
 
 MATERIALS: Mapping[str, Material] = {
@@ -29,5 +30,5 @@ MATERIALS: Mapping[str, Material] = {
     "pet": Material(4e9, 1390.0, 0.38, "PET film", "3.5 to 5 GPa"),
     "polycarbonate": Material(2.4e9, 1200.0, 0.37, "polycarbonate", "2.2 to 2.5 GPa"),
     "paper": Material(3e9, 800.0, 0.3, "office paper", "2 to 6 GPa, stiffer along the machine's direction"),
-    "silicone": Material(2e6, 1100.0, 0.49, "silicone rubber", "0.5 to 5 MPa"),
+    "silicone": Material(2e6, 1100.0, 0.49, "silicone rubber", "0.5 to 5 MPa", 1e-3),
 }

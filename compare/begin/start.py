@@ -38,10 +38,10 @@ _CURVED = "natural curvature (0: flat; two numbers with a comma: at start, at en
 ASKED = (
     Ask("length", "length of the strip", "length", "0.3", True),
     Ask("width", "its width", "length", "0.01", True),
-    Ask("thickness", "its thickness", "length", "1e-4", True),
+    Ask("material", "material, for typical values", "choice", "steel", True, _MATERIALS),
+    Ask("thickness", "its thickness", "length", "", True),
     Ask("length", "length of the strip, in any unit", "number", "1", False),
     Ask("width", "its width, in the same unit", "number", "0.03", False),
-    Ask("material", "material, for typical values", "choice", "steel", True, _MATERIALS),
     Ask("young", "Young's modulus", "stress", "", True),
     Ask("density", "density", "density", "", True),
     Ask("poisson", "Poisson's ratio", "number", "", True),
@@ -61,7 +61,7 @@ def asked(si: bool) -> tuple[Ask, ...]:
 
 def default_of(ask: Ask, said: Mapping[str, str]) -> str:
     """The default as typed; of the material where it knows."""
-    if ask.default or ask.name not in ("young", "density", "poisson"):
+    if ask.default or ask.name not in ("thickness", "young", "density", "poisson"):
         return ask.default
     return f"{getattr(MATERIALS[said.get('material', 'steel')], ask.name):g}"
 

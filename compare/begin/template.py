@@ -12,6 +12,7 @@ from compare.begin.materials import MATERIALS
 from compare.begin.sketch import commented
 from compare.scene.declare import LENGTH, NONE, literal
 from compare.scene.keys import KEYS
+from compare.scene.spec import STANDARD_GRAVITY
 
 HELD = {
     "one": "clamped at one end, horizontally: a cantilever",
@@ -22,6 +23,10 @@ HELD = {
 }
 """How a strip of the template is held, in words."""
 
+#: Gamma over the root of the slack up to which an arch stands well between two clamps.
+_STANDS = 150.0
+#: Gamma beyond which a ring is not found from a circle.
+_HEAVY_RING = 300.0
 _COLUMN = 36
 _LINE = 120
 _SI = {LENGTH: "m", "1/length": "1/m", NONE: "", None: ""}
@@ -79,6 +84,7 @@ def text_of(start: Start) -> str:
         *_strip(start),
         *_gravity(start),
         *_supports(start),
+        *_path(start),
         *_model(start),
         *_shell(start),
     ]
@@ -154,7 +160,9 @@ def _supports(start: Start) -> list[str]:
     lines.append(_line(start, "clamp.start.ruling", "straight", 'the clamp holds the whole edge; or "free"'))
     if start.held != "two":
         return [*lines, "", "# [clamp.end] with the same keys would hold the other end; without it, it is free."]
-    amplitude = _buckled(start)
+    bend, words = _buckled(start), "an arch towards t_y (up); other signs: away from it"
+    if _hangs(start):
+        bend, words = -bend, "away from t_y (down): no arch stands under this weight"
     return [
         *lines,
         "",
@@ -168,23 +176,57 @@ def _supports(start: Start) -> list[str]:
         _line(start, "clamp.end.ruling", "straight", 'the clamp holds the whole edge; or "free"'),
         "",
         "[seed]                               # where the search for the equilibrium begins",
-        _line(
-            start, "seed.curvature", [-amplitude, amplitude, amplitude, -amplitude],
-            "an arch towards t_y (up); other signs: away from it",
-        ),
+        _line(start, "seed.curvature", [-bend, bend, -bend], words),
     ]  # fmt: skip
 
 
 def _buckled(start: Start) -> float:
-    """Curvature at the ends of a strip that is clamped at both and slightly compressed: the angle a sin(2 pi s / l)
-    shortens it by a^2 / 4 of its length."""
+    """Curvature at the ends, and against it in the middle, of a strip that is clamped at both and slightly compressed:
+    the angle a s (1 - 2 s) of one half, and the same with the other sign of the other, shortens it by a^2 / 240 of its
+    length, and turns its end by nothing."""
     slack = max(1.0 - start.apart, 0.0)
-    return float(f"{4.0 * math.pi * math.sqrt(slack) / start.length:.4g}")
+    return float(f"{math.sqrt(240.0 * slack) / start.length:.4g}")
+
+
+def _hangs(start: Start) -> bool:
+    """Whether the strip between two clamps weighs so much that it hangs: its arch is pushed through at Gamma = 250
+    sqrt(1 - apart) (0.5 to 0.98 of the length apart, by `ribbon.solve`: 249 to 312)."""
+    return _gamma(start) > _STANDS * math.sqrt(max(1.0 - start.apart, 0.0))
+
+
+def _gamma(start: Start) -> float:
+    """Gamma of the strip, 0 without weight."""
+    if not start.weighs:
+        return 0.0
+    if not start.si:
+        return start.gamma or 0.0
+    assert start.young is not None
+    assert start.density is not None
+    assert start.thickness is not None
+    bending = start.young * start.thickness**2 / (12.0 * (1.0 - start.poisson**2))
+    return start.density * STANDARD_GRAVITY * start.length**3 / bending
+
+
+def _path(start: Start) -> list[str]:
+    """The way to a heavy ring: it begins light, for the circle is no seed of a ring that folds under its weight."""
+    gamma = _gamma(start)
+    if start.held != "ring" or gamma <= _HEAVY_RING:
+        return []
+    key, value, words = "strip.gamma", 0.5 * _HEAVY_RING, "Gamma, no unit"
+    if start.si:
+        key, value = "gravity.acceleration", float(f"{STANDARD_GRAVITY * 0.5 * _HEAVY_RING / gamma:.2g}")
+        words = "acceleration of gravity, in m/s^2"
+    shown = f'"{key}" = {number(value)}'
+    return [
+        "",
+        f"{'[[path]]':<{_COLUMN}} # so heavy a ring is reached from a lighter one",
+        f"{shown:<{_COLUMN}} # {words}",
+    ]
 
 
 def _model(start: Start) -> list[str]:
     if start.held == "moebius":
-        return ["", "[model]", _line(start, "model.elements", 60, "a Moebius band is bent sharply in places")]
+        return ["", "[model]", _line(start, "model.tolerance", 1e-3, "a Moebius band is bent sharply in places")]
     return [
         "",
         "# [model]                            # how the ribbon is computed; the defaults are right for most scenes",

@@ -31,6 +31,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
         help="replace a key of the scene, e.g. --set 'shell.elements=[40, 4]' (repeatable)",
     )  # fmt: skip
+    common.yes_argument(parser)
     common.units_argument(parser)
     common.printed_arguments(parser)
     common.out_argument(parser, "out/SCENE/check, of a file of pins out/check")

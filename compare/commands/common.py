@@ -25,7 +25,7 @@ UNITS = ("auto", "si", "l")
 
 
 def scene_arguments(parser: argparse.ArgumentParser) -> None:
-    """SCENE, --set, --units, --quiet, --wide."""
+    """SCENE, --set, --yes, --units, --quiet, --wide."""
     parser.add_argument(
         "scene", metavar="SCENE", help="name of a shipped scene, path of a TOML file, or - for the standard input"
     )
@@ -33,8 +33,17 @@ def scene_arguments(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="assignments",
         help="replace a key of the scene, e.g. --set strip.gamma=50 (repeatable)",
     )  # fmt: skip
+    yes_argument(parser)
     units_argument(parser)
     printed_arguments(parser)
+
+
+def yes_argument(parser: argparse.ArgumentParser) -> None:
+    """--yes."""
+    parser.add_argument(
+        "--yes", action="store_true",
+        help="compute also what looks like a slip of units, or takes hours or much memory",
+    )  # fmt: skip
 
 
 def printed_arguments(parser: argparse.ArgumentParser) -> None:
@@ -81,13 +90,13 @@ def print_json(options: argparse.Namespace) -> None:
     """With --json what the command has found: `options.result`, or result.json of its folder `options.results`."""
     import json
 
-    from compare.store.store import jsonable
+    from compare.store.finite import explained
 
     if not getattr(options, "json", False):
         return
     found, folder = getattr(options, "result", None), getattr(options, "results", None)
     if found is not None:
-        print(json.dumps(jsonable(found), indent=2, ensure_ascii=False, allow_nan=False))
+        print(json.dumps(explained(found), indent=2, ensure_ascii=False, allow_nan=False))
     elif folder is not None:
         sys.stdout.write((folder / "result.json").read_text(encoding="utf-8"))
 
@@ -97,7 +106,7 @@ def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE/COMM
     parser.add_argument("--out", metavar="FOLDER", default=None, help=f"where results go (default {default})")
 
 
-def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
+def leave_saddle_argument(parser: argparse._ActionsContainer) -> None:
     """--leave-saddle."""
     parser.add_argument(
         "--leave-saddle", action="store_true",
@@ -105,8 +114,10 @@ def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def scene_of(options: argparse.Namespace) -> Scene:
-    """The scene with the assignments of --set, and its notes on stderr."""
+def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
+    """The scene with the assignments of --set, and its notes on stderr. Where it is to be solved (`computes`), one that
+    cannot be meant is a `BadInput`, unless --yes."""
+    from compare.scene.given.plausible import check_meant
     from compare.scene.scene import parse_assignment
 
     scene = loaded(options, options.scene)
@@ -114,6 +125,8 @@ def scene_of(options: argparse.Namespace) -> Scene:
     if keys:
         scene = scene.replace(keys)
     units_of(options, scene)
+    if computes:
+        check_meant(scene)
     tell_notes(scene)
     return scene
 

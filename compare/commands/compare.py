@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import importlib
+import importlib.util
 from dataclasses import replace
 
 from rich.console import Console
 
 from compare.commands import common
+from compare.errors import ShellMissing
 from compare.store.progress import Reporter
 
 HELP = "compare the ribbon of a scene with shells of several thicknesses"
@@ -25,18 +28,30 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
     from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict
-    from compare.pages import compare as report
     from compare.pages import comparison as tables
+    from compare.pages import solve as alone
     from compare.store.shared import shared_store
     from compare.studies.compare import compare
 
     scene = common.scene_of(options)
     scene.require_shell()
+    if importlib.util.find_spec("dolfinx") is not None:
+        importlib.import_module("compare.pages.compare")  # what its pictures lack is said before anything is solved
     out = common.out_folder(options, scene.name)
     reporter = Reporter(quiet=options.quiet)
     with common.held(out, reporter.step):
         with reporter:
-            comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
+            try:
+                comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
+            except ShellMissing as missing:  # what is finished is kept and told; then what is missing
+                kept = out / "ribbon"  # result.json beside it is a comparison's
+                kept.mkdir(exist_ok=True)
+                alone.write(kept, missing.scene, missing.found, options.line)
+                if common.spoken(options):
+                    units = common.units_of(options, scene)
+                    print_verdict(console, alone.answer(missing.scene, missing.found, units))
+                    console.print(f"Without the shell, as ribbonbench solve: {kept}")
+                raise
         if common.spoken(options):
             with common.telling():  # first the answer, then what is drawn and written for its files
                 units = common.units_of(options, scene)
@@ -47,6 +62,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
                     console.print(f"- {sentence}")
                 console.file.flush()
         with reporter:
+            from compare.pages import compare as report
+
             reporter.step("writing tables, pictures and surfaces")
             page = report.write(out, comparison, options.line)
     if common.spoken(options):

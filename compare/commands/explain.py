@@ -38,7 +38,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.studies import effects_measured
     from compare.studies.effects import explain
 
-    scene = common.scene_of(options)
+    scene = common.scene_of(options, computes=False)
     if options.shell:
         scene.require_shell()
     out = None if options.out is None else common.out_folder(options, scene.name)

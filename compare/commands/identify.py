@@ -21,6 +21,14 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="CSV file with the columns x, y, z and, if known, s, in the unit of strip.length and the scene's own axes",
     )  # fmt: skip
     parser.add_argument(
+        "--unit", metavar="UNIT",
+        help="unit of the points: m, cm, mm, in (strip.length in m), or how many units of strip.length it is",
+    )  # fmt: skip
+    parser.add_argument(
+        "--register", action="store_true",
+        help="the points stand in axes of their own: find their rigid motion (shift and turn) together with the keys",
+    )  # fmt: skip
+    parser.add_argument(
         "--free", metavar="KEY,KEY", required=True,
         help="keys to fit, e.g. strip.young,strip.natural_curvature (also gamma, density, poisson, thickness, width)",
     )  # fmt: skip
@@ -31,15 +39,17 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Fits and says what was found."""
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import identify as page
+    from compare.studies.fit.points import unit_of
     from compare.studies.identify import check_free, identify, read_points
 
     scene = common.scene_of(options)
     free = check_free(scene, options.free.split(","))
-    points = read_points(options.points, scene.strip.length)
+    unit = unit_of(options.unit)
+    points = read_points(options.points, scene.strip.length, unit)
     out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         reporter.step(f"fitting {len(free)} keys to {len(points.places)} points")
-        found = identify(scene, points, free)
+        found = identify(scene, points, free, register=options.register, unit=unit)
         reporter.step("writing results")
         page.write(out, found, options.line)
     if common.spoken(options):
@@ -48,4 +58,4 @@ def run(options: argparse.Namespace, console: Console) -> int:
         for sentence in page.sentences(found):
             console.print(sentence)
         console.print(f"Files: {out}")
-    return common.DONE if found.ok else common.NOT_CONVERGED
+    return common.DONE if found.passes else common.NOT_CONVERGED

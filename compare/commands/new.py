@@ -112,8 +112,6 @@ def _tell(console: Console, path: Path, scene: Scene) -> None:
         numbers.append(f"Gamma = {scene.gamma:.3g}")
     console.print(f"Written: {path} ({', '.join(numbers)})")
     steps = [(f"ribbonbench solve {name}", "its shape")]
-    if any(scene.curvature) and scene.closure is None:  # its planar shape may be a saddle: it turns over sideways
-        steps = [(f"ribbonbench solve {name} --leave-saddle", "its shape, be it out of the plane")]
     if scene.has_shell():
         steps.append((f"ribbonbench limits {name} --quick", "may the ribbon model be trusted?"))
         steps.append((f"ribbonbench compare {name}", "beside the shell (needs dolfinx)"))

@@ -52,6 +52,7 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="cases at once on this machine (default: the usable cores); under mpiexec its processes but one",
     )  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
+    common.yes_argument(parser)
     common.units_argument(parser)
     common.out_argument(parser, "out/SWEEP/sweep, with --vary out/SCENE/sweep")
     common.printed_arguments(parser)

@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from compare.doctor.probes import APT, ELASTICA, MARK, PICTURES, SETUP, SHELL
+from compare.errors import BadInput
 from compare.start import THREADS
-from compare.store.shared import CASES, STORE, cache_root
-from compare.store.store import CaseStore
+from compare.store.shared import STORE, shared_store
 
 TIMEOUT = 300.0
 """Seconds a probe may take; all run at the same time."""
@@ -295,12 +295,15 @@ def _caches() -> Iterator[Row]:
 
 def _store() -> Row:
     """The user's store of finished shells: how much is in it."""
-    store = CaseStore(cache_root() / CASES)
+    remedy = f"export {STORE}=FOLDER, one you may write to"
+    try:
+        store = shared_store(Path())  # the one that --clean-store empties
+    except BadInput as error:
+        return Row("store of finished shells", str(error), False, remedy)
     if not _takes_files(store.root):
-        remedy = f"export {STORE}=FOLDER, one you may write to"
         return Row("store of finished shells", f"{store.root} cannot be written", False, remedy)
     count, size = store.size()
-    what = f"{count} shells, {size / 1e6:.3g} MB (ribbonbench doctor --clean-store empties it)"
+    what = f"{count} shells, {size / 1e6:.3g} MB in {store.root} (ribbonbench doctor --clean-store empties it)"
     return Row("store of finished shells", what, True)
 
 

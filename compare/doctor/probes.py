@@ -28,6 +28,8 @@ MARK = "@doctor@ "
 
 SETUP = "make setup"
 APT = "sudo apt-get install --no-install-recommends"
+REBUILD = "pip install --force-reinstall --no-cache-dir --no-binary cyipopt cyipopt --no-deps"
+"""Mends a cyipopt that was built for another NumPy: built anew, past the one that pip keeps, and nothing else moved."""
 
 Row = dict[str, Any]
 
@@ -121,6 +123,15 @@ class _Parabola:
         return 2.0 * (x - 1.0)
 
 
+def cyipopt_broken(error: BaseException, remedy: str) -> Row:
+    """The row of a cyipopt that cannot be loaded; one that was built for another NumPy is built anew."""
+    words = str(error).lower()
+    if isinstance(error, ModuleNotFoundError) or not any(part in words for part in ("numpy", "multiarray", "api ver")):
+        return broken("cyipopt", error, remedy)
+    numpy = importlib.metadata.version("numpy")
+    return row("cyipopt", f"was built for another NumPy than {numpy} ({str(error).partition(' (')[0]})", False, REBUILD)
+
+
 def ipopt() -> Iterator[Row]:
     """cyipopt, the Ipopt library behind it, the linear solvers it can use, and its BLAS."""
     remedy = f"{APT} coinor-libipopt-dev pkg-config; {SETUP}"
@@ -130,7 +141,7 @@ def ipopt() -> Iterator[Row]:
 
         yield row("cyipopt", cyipopt.__version__)
     except Exception as error:
-        yield broken("cyipopt", error, remedy)
+        yield cyipopt_broken(error, remedy)
         return
 
     def mumps_works() -> bool:

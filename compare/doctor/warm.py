@@ -17,8 +17,8 @@ import numpy as np
 from compare import registry
 from compare.errors import Missing, RibbonbenchError
 from compare.models.base import Options
-from compare.models.ribbon.compiling import compiled
 from compare.models.ribbon.solving import solved_together, together
+from compare.models.timing import compiled
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.studies.inputs import input_uncertainty

@@ -17,7 +17,6 @@ from compare.export import formats as export_formats
 from compare.export import gltf as export_gltf
 from compare.export.scale import Scale
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
-from compare.measure.grades import UNKNOWN
 from compare.measure.states import States, read_states
 from compare.page.page import PAGE, Page, Surface, read_page, write_page
 from compare.page.study import Study
@@ -229,9 +228,9 @@ def answer(source: Source, files: Mapping[str, str]) -> Verdict:
     written = f"{count} written as {len(files)} file{'s' if len(files) != 1 else ''}"
     shown = source.page.verdict
     return (
-        Verdict(written, UNKNOWN)
+        Verdict(written)
         if shown is None
-        else Verdict(f"{written}; of what it shows: {shown.text}", shown.grade)
+        else Verdict(f"{written}; of what it shows: {shown.text}", shown.grade, shown.checks)
     )
 
 

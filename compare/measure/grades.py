@@ -8,8 +8,9 @@ GOOD, FAIR, POOR, UNKNOWN = GRADES
 #: The thesis calls two shapes the same to the eye when their Hausdorff distance is below 1 permille of the length.
 YARDSTICK = 1e-3
 #: Up to which a number is good. error: of a discretisation, Hausdorff over l; distance: between two models, the same;
-#: share: of stretching in the elastic energy (the thesis calls a scene safe when it is well under 1 %).
-GOOD_UP_TO = {"error": YARDSTICK, "distance": 0.01, "share": 0.01}
+#: share: of stretching in the elastic energy (the thesis calls a scene safe when it is well under 1 %); force: error of
+#: a force or moment over the largest of its kind.
+GOOD_UP_TO = {"error": YARDSTICK, "distance": 0.01, "share": 0.01, "force": 0.01}
 #: Times that up to which it is fair.
 FAIR_FACTOR = 5.0
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from compare.errors import BadInput, Missing
-from compare.store.store import jsonable
+from compare.store.finite import explained
 
 #: Points along and across of a surface that is drawn or saved.
 ALONG, ACROSS = 401, 9
@@ -48,6 +48,8 @@ class Shown:
         for name, support in (("force at s = 0", state.supports.start), ("force at s = l", state.supports.end)):
             if support is not None:
                 found.append((f"{name}, size", _both(units, float(np.linalg.norm(support.force)), "D w / l^2")))
+        if "forces" in state.whys:
+            found.append(("forces", f"not determined: {state.whys['forces']}"))
         if state.error is not None:
             found.append(("discretisation error", _both(units, state.error, "l")))
         return found
@@ -88,8 +90,9 @@ class Shown:
             "end": state.end, "middle": state.middle,
             "supports": {"start": state.supports.start, "end": state.supports.end, "walls": state.supports.walls},
             "units": {**state.units.to_dict(), "known": state.units.known},
+            **{f"{name}_why": why for name, why in state.whys.items()},
         }  # fmt: skip
-        text = json.dumps(jsonable(told), indent=2, allow_nan=False)
+        text = json.dumps(explained(told), indent=2, allow_nan=False)
         if path.suffix == ".json":
             path.write_text(text + "\n", encoding="utf-8")
             return path

@@ -34,17 +34,14 @@ def solve(
     """The scene's state by the model of this name ("ribbon", "elastica", "shell", ...; None: the one that the scene's
     `model.energy` asks for). The other arguments, and what is raised: `compare.models.base.Model.solve`.
 
-    Keys of the scene that the model does not read are refused only where the scene chooses the model.
+    Keys of the scene that the model does not read are refused, as by every command (`BadInput`).
     """
     from compare import registry
     from compare.models.base import check_keys
     from compare.models.choice import chosen
     from compare.scene.units import Units
 
-    if model is not None:
-        found = registry.model(model)
-    else:
-        found = chosen(scene)
-        check_keys(found, scene)
+    found = chosen(scene) if model is None else registry.model(model)
+    check_keys(found, scene)
     state = found.solve(scene, size, near=near, options=options, say=say)
     return replace(state, units=Units.of(scene), width=scene.width)

@@ -25,6 +25,7 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.timing import clocked
@@ -61,11 +62,11 @@ class RodShape:
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3)."""
-        return self.result.position(s)
+        return self.result.position(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z; t_z normal to the section, which may shear."""
-        return self.result.frames(s)
+        return self.result.frames(on_strip(s))
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
@@ -80,6 +81,7 @@ class RodShape:
         """S, v, normal, the six strains, omega (= kappa_1), and energy_density without the constant of the natural
         curvature."""
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        s = on_strip(s)
         found = self.result.strains(s)
         problem = self.result.problem
         start, end = problem.curvature
@@ -126,7 +128,6 @@ class AntmanModel:
         "model.solver": _RIBBON,
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("shellref/rod", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """What a rod with two ends and a section of known stiffness cannot do."""
@@ -191,17 +192,27 @@ class AntmanModel:
             )  # fmt: skip
 
         found, seconds = clocked(lambda: once(options.error), options.repeats)
-        return self._state(scene, found, seconds, there.kind if near is None else BESIDE)
+        state = self._state(scene, found, seconds, there.kind if near is None else BESIDE)
+        return self._with_errors(state) if options.error else state
+
+    def _with_errors(self, state: State) -> State:
+        """With the errors of forces, moments and energies, from elements half as long."""
+        from dataclasses import replace
+
+        from compare.measure.error import error_of_first
+        from compare.measure.numbers import errors_of, numbers_of
+
+        finer = self.refined(state) if state.is_equilibrium else None
+        known = finer is not None and finer.is_equilibrium
+        chain = [numbers_of(one) for one in ((state, finer) if known else (state,))]
+        why = "from elements half as long" if known else "none was found on elements half as long"
+        return replace(state, errors=errors_of(chain, error_of_first, state.residual or 0.0), error_why=why)
 
     def _state(self, scene: Scene, r: RodResult, seconds: object, kind: str) -> State:
         from compare.models.base import Seconds
 
         assert isinstance(seconds, Seconds)
-        constant = natural_constant(r.problem.curvature)
-        energy = r.energy
         count = len(r.elements.joints) - 1
-        start = None if scene.clamp_start is None else Force(r.start.force, r.start.moment)
-        end = None if scene.clamp_end is None else Force(r.end.force, r.end.moment)
         return State(
             model=self.name,
             size=Size(f"antman {r.degree}", (float(count),), r.degree),
@@ -209,21 +220,12 @@ class AntmanModel:
             word=r.status.value,
             stable=r.stable,
             message=r.message,
-            energy=Energy(
-                elastic=energy.elastic - constant,
-                gravity=energy.gravity,
-                tip=None if scene.tip is None else energy.force,
-                constant=constant,
-                parts={
-                    "bending": energy.bending, "torsion": energy.torsion, "shear": energy.shear,
-                    "stretch": energy.stretch,
-                },
-            ),
+            energy=_energy(r, scene.tip is not None),
             shape=RodShape(r, scene.width),
             residual=r.residual,
             iterations=r.iterations,
             lowest_eigenvalue=r.lowest_eigenvalue,
-            supports=Supports(start, end),
+            supports=_supports(r, scene.clamp_start is not None, scene.clamp_end is not None),
             error=r.error,
             seconds=seconds,
             unknowns=r.unknowns,
@@ -249,6 +251,8 @@ class AntmanModel:
             word=found.status.value,
             stable=found.stable,
             message=found.message,
+            energy=_energy(found, state.energy is not None and state.energy.tip is not None),
+            supports=_supports(found, state.supports.start is not None, state.supports.end is not None),
             shape=RodShape(found, shape.width),
             residual=found.residual,
             iterations=found.iterations,
@@ -265,3 +269,24 @@ class AntmanModel:
         from compare.models.effects.antman import effects
 
         return effects(scene)
+
+
+def _energy(r: RodResult, pulled: bool) -> Energy:
+    """Its energies; pulled: whether a force acts at s = l."""
+    constant, energy = natural_constant(r.problem.curvature), r.energy
+    return Energy(
+        elastic=energy.elastic - constant,
+        gravity=energy.gravity,
+        tip=energy.force if pulled else None,
+        constant=constant,
+        parts={
+            "bending": energy.bending, "torsion": energy.torsion, "shear": energy.shear, "stretch": energy.stretch,
+        },
+    )  # fmt: skip
+
+
+def _supports(r: RodResult, start: bool, end: bool) -> Supports:
+    """What holds it at its ends, where something does."""
+    return Supports(
+        Force(r.start.force, r.start.moment) if start else None, Force(r.end.force, r.end.moment) if end else None
+    )

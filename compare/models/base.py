@@ -6,7 +6,7 @@ units of l, energies in D w / l, forces in D w / l^2, moments in D w / l, curvat
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from compare.errors import BadInput
 from compare.measure.align import Motions
@@ -113,7 +113,8 @@ class Force:
 
 @dataclass(frozen=True)
 class Supports:
-    """What holds the strip exerts on it: at both ends (None: nothing held), and every wall's entry of result.json."""
+    """What holds the strip exerts on it: at both ends (None: nothing held, or the model does not say), and every
+    wall's entry of result.json."""
 
     start: Force | None = None
     end: Force | None = None
@@ -139,7 +140,8 @@ class Seconds:
 
 
 class Shape(Protocol):
-    """The deformed strip of any model; the section is the model's own, straight rulings are not assumed."""
+    """The deformed strip of any model; the section is the model's own, straight rulings are not assumed. Abscissae s
+    and v in l; `BadInput` for an s that is not on the strip (`on_strip`)."""
 
     @property
     def bend(self) -> float:
@@ -160,6 +162,15 @@ class Shape(Protocol):
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """Name -> numbers (k, m) or vectors (k, m, 3) at the particles; "normal" (unit vectors) among them, and
         "energy_density" (D / l^2, without the constant of the natural curvature) where the model knows it."""
+
+
+def on_strip(s: ArrayLike) -> FloatArray:
+    """Abscissae as numbers in [0, 1]; `BadInput` for one beyond the ends (by more than rounding, 1e-9)."""
+    at = np.asarray(s, dtype=float)
+    outside = ~((at >= -1e-9) & (at <= 1.0 + 1e-9))
+    if outside.any():
+        raise BadInput("s", float(at[outside].flat[0]), "is not on the strip", "abscissae lie in [0, 1], in units of l")
+    return np.clip(at, 0.0, 1.0)
 
 
 def pose_of(shape: Shape, s: float) -> Pose:
@@ -211,7 +222,8 @@ class Options:
     one that fits the shape). repeats: timed solves beside the first; None: as many as a short budget allows. store:
     where finished cases and interrupted ways are kept and found. fallback: where the scene's own path cannot be gone,
     the state itself is looked for. selects: a shape `near` says which of several states is asked for; otherwise it is a
-    mere beginning, and the state is the one that the model finds on its own.
+    mere beginning, and the state is the one that the model finds on its own. yes: also what takes hours or more memory
+    than is usual (`compare.models.effects.price`).
     """
 
     leave_saddle: bool = False
@@ -221,6 +233,7 @@ class Options:
     fallback: bool = False
     grid: Grid | None = None
     selects: bool = True
+    yes: bool = False
 
 
 @dataclass(frozen=True)
@@ -234,17 +247,36 @@ class Refinement:
     distance: float | None
 
 
+@dataclass(frozen=True)
+class Rivals:
+    """Other states that were looked for beside one: solves that looked for them, and by how much (D w / l) the lowest
+    that they found lies below; 0: none does. text: that in words, without a full stop."""
+
+    tries: int
+    below: float
+    text: str
+
+
 @dataclass(frozen=True, repr=False)
 class State(Shown):
     """A model's answer to a scene.
 
     word: the solver's own word for `status`; stable None: not judged; residual: relative, as the solver measures it;
-    error: of the discretisation (Hausdorff over l), share_error: of the stretching's share; numbers: what only some
-    models have, by the name under which a table shows it; motions: rigid motions that nothing resists; log: the steps
-    of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones first (`status`
-    and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was found; why: the
-    reason of the chosen formulation; native: the solver's own result, for code about one model; units, width: of the
-    scene (w / l), where `compare.models.solve` has solved it.
+    error: of the discretisation (Hausdorff over l), share_error: of the stretching's share; errors: of what is told of
+    the state, each by its own change between meshes, nested as ``forces``, ``moments`` and ``energy`` of result.json
+    and in their units, others by name (`compare.measure.numbers`), None where it is not known (`error_why`); numbers:
+    what only some models have, by the name under which a table shows it; motions: rigid motions that nothing resists;
+    log: the steps of a way, states: some along it; refinements: the state on all elements that were tried, coarse ones
+    first (`status` and `stable` are those of the finest that tells); error_why: why `error` is not known, or how it was
+    found; why: the reason of the chosen formulation; native: the solver's own result, for code about one model; units,
+    width: of the scene (w / l), where `compare.models.solve` has solved it; whys: why a number of an equilibrium is not
+    known, by its key in result.json ("forces", "moments", "lowest_eigenvalue"), where there it stands as KEY_why;
+    branch: of a ribbon between two clamps with a given seed (`ribbon.result.Branch`), "own": on the seed's side,
+    "slid": on the other, the energy falls all the way there, "left": on the other, whether the seed's side has a state
+    is open, None: no seed, or it means no side; rivals: other states that were looked for, None: none were; quadrature:
+    by how much of itself the elastic energy differs from its adaptive integral, None: the rule is exact; left_saddle:
+    the saddle that was left for it, `above` (its energy over the state's, D w / l) and `mirrored` (whether the other
+    way leads to a state of the same energy; None: to none); None: none was.
     """
 
     model: str
@@ -260,8 +292,9 @@ class State(Shown):
     lowest_eigenvalue: float | None = None
     supports: Supports = field(default_factory=Supports)
     error: float | None = None
+    errors: Mapping[str, Any] = field(default_factory=dict)
     seconds: Seconds = field(default_factory=lambda: Seconds(float("nan")))
-    unknowns: int = 0
+    unknowns: int = field(kw_only=True)
     numbers: Mapping[str, Any] = field(default_factory=dict)
     motions: Motions | None = None
     log: tuple[Mapping[str, Any], ...] = ()
@@ -273,6 +306,11 @@ class State(Shown):
     native: Any = field(default=None, repr=False)
     units: Units = field(default_factory=Units)
     width: float = 0.0
+    whys: Mapping[str, str] = field(default_factory=dict)
+    branch: str | None = None
+    rivals: Rivals | None = None
+    quadrature: float | None = None
+    left_saddle: Mapping[str, Any] | None = None
 
     @property
     def ok(self) -> bool:
@@ -351,14 +389,13 @@ class Model(Protocol):
 
     reads: the scene keys that it honours ("wall.*": all of a section); without_effect: keys that it may be given and
     that change nothing, each with the reason. A key that is set and in neither is refused by name (`check_keys`).
-    wing: folders and modules of our own sources that its numbers depend on, for the keys of kept results.
+    What its numbers depend on is not declared: all that its module imports (`compare.registry.home`).
     presenter: dotted name of the module that draws and writes what only this model has; None: what every state has.
     """
 
     name: str
     reads: frozenset[str]
     without_effect: Mapping[str, str]
-    wing: tuple[str, ...]
     presenter: str | None
 
     def refusal(self, scene: Scene) -> BadInput | None:
@@ -410,6 +447,27 @@ class Evaluates(Protocol):
 
     def evaluation(self, scene: Scene) -> Evaluation:
         """The scene's problem as the model sees it. Raises `BadInput` like `Model.solve`."""
+
+
+@runtime_checkable
+class Rests(Protocol):
+    """A model that can say where it comes to rest from another model's shape; a model need not."""
+
+    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
+        """The state of the scene, on the elements of `state`, that is reached from `near`, whether or not it is
+        `state` again; None where none is found."""
+
+
+@runtime_checkable
+class Batches(Protocol):
+    """A model that can solve several scenes at once; a model need not."""
+
+    def together(self, scene: Scene) -> Hashable | None:
+        """What scenes have in common that `solve_together` takes at once; None: this scene goes alone."""
+
+    def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
+        """States of scenes with the same `together`, each as `Model.solve` finds it, to the last digit. Whatever it
+        raises of one of them, it raises for all."""
 
 
 def covered(key: str, patterns: Mapping[str, Any] | frozenset[str]) -> bool:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from compare.models.base import Effect, Model, Size
+from compare.errors import BadInput
+from compare.models.base import Effect, Model, Size, check_keys
 from compare.registry import model, name_for
 from compare.scene.scene import Scene
 
@@ -30,7 +31,13 @@ def measure_of_all(names: Collection[str]) -> str:
 def third_opinion(scene: Scene, beside: Model) -> Model | None:
     """The planar elastica where the scene is planar, as a third opinion beside another model; None elsewhere."""
     found: Model = model("elastica")
-    return None if beside.name == found.name or found.refusal(scene) is not None else found
+    if beside.name == found.name:
+        return None
+    try:
+        check_keys(found, scene)
+    except BadInput:
+        return None
+    return found
 
 
 def is_third_opinion(found: Model) -> bool:

@@ -24,6 +24,7 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.timing import clocked
@@ -58,11 +59,11 @@ class CurveAngleShape:
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3)."""
-        return self.native.centreline(s)
+        return self.native.centreline(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z."""
-        return self.native.frames(s)
+        return self.native.frames(on_strip(s))
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
@@ -76,7 +77,7 @@ class CurveAngleShape:
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """S, v, omega, kappa_2, tau, normal, and energy_density without the constant of the natural curvature."""
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-        strain, rest = self.native.strain(s), self.native.rod.at_rest(s)
+        strain, rest = self.native.strain(on_strip(s)), self.native.rod.at_rest(on_strip(s))
         density = 0.5 * (strain - rest) ** 2 @ np.array(self.native.rod.stiffness) - 0.5 * rest[:, 0] ** 2
         along = dict(zip(("omega", "kappa_2", "tau", "energy_density"), (*strain.T, density), strict=True))
         return {
@@ -120,7 +121,6 @@ class CurveAngleModel:
         "model.arc_length": "how the elastica beside it passes limit points",
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("ribbon/rods", "ribbon/solvers", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """What the rod needs: stiffnesses, and ends that keep it from turning for ever."""
@@ -169,7 +169,7 @@ class CurveAngleModel:
             found, seconds = clocked(lambda: way(scene, lengths, near), options.repeats)
             stability = judged(found.found) if found.found.ok else None
             if options.leave_saddle and stability is not None and stability.stable is False:
-                found = RodShape(left(found.found, stability))
+                found = RodShape(left(found.found, stability), found.origin)
                 stability = judged(found.found) if found.found.ok else None
             state = state_of(scene, found, stability)
             state = replace(state, seconds=seconds, start="near" if near is not None else state.start)
@@ -244,20 +244,27 @@ def state_of(scene: Scene | None, shape: RodShape, stability: Stability | None) 
 
 
 def with_error(model: CurveAngleModel, state: State, options: Options, width: float) -> State:
-    """The state with its discretisation error, from edges cut in two and in four; width: w / l of the strip shown."""
-    from compare.measure.error import extrapolated
+    """The state with its discretisation error and those of its forces, moments and energies, from edges cut in two and
+    in four; width: w / l of the strip shown."""
+    from compare.measure.error import error_of_first, extrapolated
     from compare.measure.grid import Grid
+    from compare.measure.numbers import errors_of, numbers_of
 
     assert state.shape is not None
     grid = options.grid or Grid(np.linspace(0.0, 1.0, 401), np.array([-0.5, 0.0, 0.5]) * width)
-    shapes, current = [grid.of(state.shape)], state
+    shapes, chain, current = [grid.of(state.shape)], [numbers_of(state)], state
     for _ in range(2):
         finer = model.refined(current)
         if finer is None or finer.shape is None or not finer.ok:
             break
         shapes.append(grid.of(finer.shape))
+        chain.append(numbers_of(finer))
         current = finer
     why = {1: "the rod with its edges cut in two was not found", 2: "from edges cut in two"}
+    errors = errors_of(chain, error_of_first, state.residual or 0.0)
     return replace(
-        state, error=extrapolated(shapes), error_why=why.get(len(shapes), "extrapolated from edges cut in two and four")
+        state,
+        error=extrapolated(shapes),
+        errors=errors,
+        error_why=why.get(len(shapes), "from edges cut in two, in four"),
     )

@@ -81,12 +81,18 @@ def stiffness_of(scene: Scene) -> tuple[float, float, float]:
     return float(bending[0]), float(bending[1]), float(torsion)
 
 
-def _end(scene: Scene, end: str) -> RodEnd:
+def origin_of(scene: Scene) -> FloatArray:
+    """The place (3,) that the rod is seen from while it is solved: what holds it, at s = 0 if that does (l = 1)."""
+    held = scene.start_position if scene.start_position is not None else scene.end_position
+    return np.zeros(3) if held is None else held
+
+
+def _end(scene: Scene, end: str, origin: FloatArray) -> RodEnd:
     spec = scene.clamp_start if end == "start" else scene.clamp_end
     position = scene.start_position if end == "start" else scene.end_position
     frame = scene.start_frame if end == "start" else scene.end_frame
     slide = None if spec is None or spec.slide is None else np.array(spec.slide) / np.linalg.norm(spec.slide)
-    return RodEnd(position, frame, slide)
+    return RodEnd(None if position is None else position - origin, frame, slide)
 
 
 def seam_turn(scene: Scene) -> float:
@@ -95,14 +101,14 @@ def seam_turn(scene: Scene) -> float:
     return math.pi if scene.closure.kind == "moebius" else scene.closure.twist
 
 
-def rod_of(scene: Scene, lengths: FloatArray) -> Rod:
-    """The scene's rod with edges of `lengths` (n,), l = 1. A closed rod is held at its seam, on both sides: that takes
-    its rigid motions from it and nothing else."""
+def rod_of(scene: Scene, lengths: FloatArray, origin: FloatArray) -> Rod:
+    """The scene's rod with edges of `lengths` (n,), l = 1, seen from `origin` (3,). A closed rod is held at its seam,
+    on both sides: that takes its rigid motions from it and nothing else."""
     size = scene.strip.length
-    start, end = _end(scene, "start"), _end(scene, "end")
+    start, end = _end(scene, "start", origin), _end(scene, "end", origin)
     if scene.closure is not None:
         frame = np.eye(3) if start.frame is None else start.frame
-        position = np.zeros(3) if start.position is None else start.position
+        position = -origin if start.position is None else start.position
         start = RodEnd(position, frame)
         end = RodEnd(position, frame @ rotation(np.array([0.0, 0.0, seam_turn(scene)])))
     rest = [scene.curvature, (0.0, 0.0), (0.0, 0.0)]
@@ -153,19 +159,21 @@ def begun(scene: Scene, rod: Rod) -> tuple[CurveAngle, FloatArray]:
     return from_frames(rod, points, frames)
 
 
-def beside(rod: Rod, shape: Shape) -> tuple[CurveAngle, FloatArray]:
-    """Problem and unknowns of the rod in another model's shape."""
+def beside(rod: Rod, shape: Shape, origin: FloatArray) -> tuple[CurveAngle, FloatArray]:
+    """Problem and unknowns of the rod, seen from `origin` (3,), in another model's shape."""
     s = rod.vertices
-    return from_frames(rod, np.asarray(shape.centreline(s)), np.asarray(shape.frames(0.5 * (s[1:] + s[:-1]))))
+    points = np.asarray(shape.centreline(s)) - origin
+    return from_frames(rod, points, np.asarray(shape.frames(0.5 * (s[1:] + s[:-1]))))
 
 
 def way(scene: Scene, lengths: FloatArray, near: Shape | None) -> RodShape:
     """The scene's rod: from the seed through the stages of the path, or from another model's shape."""
     quasi = scene.rod is not None and scene.rod.twist == "quasi-static"
+    origin = origin_of(scene)
     if near is not None:
-        return RodShape(solve(*beside(rod_of(scene, lengths), near), quasi_static=quasi))
+        return RodShape(solve(*beside(rod_of(scene, lengths, origin), near, origin), quasi_static=quasi), origin)
     stages = scene.stages()
-    problem, y = begun(stages[0], rod_of(stages[0], lengths))
+    problem, y = begun(stages[0], rod_of(stages[0], lengths, origin))
     # a round rod's circle of even twist is an equilibrium at every turn: not to be left for any other on the way
     found = newton(problem, y) if scene.closure is not None else None
     if found is None or not found.ok:
@@ -173,14 +181,14 @@ def way(scene: Scene, lengths: FloatArray, near: Shape | None) -> RodShape:
     for stage in stages[1:]:
         if not found.ok:
             break
-        rod = rod_of(stage, lengths)
+        rod = rod_of(stage, lengths, origin)
         frames = found.problem.anchors.frames.copy()
         for at, end in ((0, rod.start.frame), (-1, rod.end.frame)):
             if end is not None:
                 frames[at] = end
         anchors = replace(found.problem.anchors, frames=frames)
         found = solve(replace(problem, rod=rod, anchors=anchors), found.y, quasi_static=quasi)
-    return RodShape(found)
+    return RodShape(found, origin)
 
 
 def cut_in_two(shape: RodShape) -> RodShape:
@@ -188,4 +196,5 @@ def cut_in_two(shape: RodShape) -> RodShape:
     rod = replace(shape.rod, lengths=np.repeat(0.5 * shape.rod.lengths, 2))
     s = rod.vertices
     turn = 0.5 * float(shape.problem.evaluated(shape.found.y).strain[-1, 2])
-    return RodShape(solve(*from_frames(rod, shape.centreline(s), shape.frames(0.5 * (s[1:] + s[:-1])), turn)))
+    points = shape.centreline(s, shape.origin)
+    return RodShape(solve(*from_frames(rod, points, shape.frames(0.5 * (s[1:] + s[:-1])), turn)), shape.origin)

@@ -25,6 +25,7 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.timing import clocked
@@ -65,13 +66,13 @@ class ElasticaShape:
         """Positions (k, 3)."""
         from shellref.elastica.result import embed
 
-        return embed(self.result, self.position, self.frame, s)
+        return embed(self.result, self.position, self.frame, on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z."""
         from shellref.elastica.result import embed_frames
 
-        return embed_frames(self.result, self.frame, s)
+        return embed_frames(self.result, self.frame, on_strip(s))
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
@@ -85,6 +86,7 @@ class ElasticaShape:
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """S, v, omega, normal, and energy_density without the constant of the natural curvature."""
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        s = on_strip(s)
         omega = self._curvature(s)
         start, end = self.result.problem.curvature
         density = 0.5 * omega**2 - (start + (end - start) * s) * omega
@@ -135,7 +137,6 @@ class ElasticaModel:
         "model.solver": _RIBBON,
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("shellref/elastica", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """What breaks planarity."""
@@ -183,9 +184,26 @@ class ElasticaModel:
         elements = None if size is None else int(size.values[0])
         degree = None if size is None else size.degree
         found, seconds = clocked(lambda: start.once(elements, degree, False), options.repeats)
-        if options.error:
-            found = start.once(elements, degree, True)
-        return self._state(scene, found, seconds, start)
+        if not options.error:
+            return self._state(scene, found, seconds, start)
+        state = self._state(scene, start.once(elements, degree, True), seconds, start)
+        return self._with_errors(scene, state, start)
+
+    def _with_errors(self, scene: Scene, state: State, start: Start) -> State:
+        """With the errors of forces, moments and energies, from elements half as long."""
+        from compare.measure.error import error_of_first
+        from compare.measure.numbers import errors_of, numbers_of
+        from shellref.elastica.start import halved, solve_near
+
+        r = state.native
+        finer = None
+        if state.is_equilibrium:
+            finer = solve_near(r.problem, r.nodes, r.angle(r.nodes), halved(r.nodes), r.degree, estimate_error=False)
+        chain = [numbers_of(state)]
+        if finer is not None:
+            chain.append(numbers_of(self._state(scene, finer, state.seconds, start)))
+        why = "from elements half as long" if finer is not None else "none was found on elements half as long"
+        return replace(state, errors=errors_of(chain, error_of_first, state.residual or 0.0), error_why=why)
 
     def _state(self, scene: Scene, r: ElasticaResult, seconds: object, start: Start) -> State:
         from compare.models.base import Seconds

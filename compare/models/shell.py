@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
-from compare.measure.grid import Grid
+from compare.measure.numbers import nested
 from compare.models.base import (
     BESIDE,
     NEAR,
@@ -36,11 +36,14 @@ from compare.models.base import (
     Supports,
     Variant,
     natural_constant,
+    on_strip,
     pose_of,
 )  # fmt: skip
+from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
+from compare.models.reference import beside_mesh, judged
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
-from compare.models.shell_process import SOURCES, ShellCase, run_shell
+from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
 
 if TYPE_CHECKING:
@@ -108,15 +111,15 @@ class ShellShape:
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
-        return self.surface.grid(s, v)
+        return self.surface.grid(on_strip(s), v)
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3) of v = 0."""
-        return self.surface.centreline(s)
+        return self.surface.centreline(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3) of the centreline, columns across, normal, along."""
-        return self.surface.frames(s)
+        return self.surface.frames(on_strip(s))
 
     def pose(self, s: float) -> Pose:
         """Position and frame of the centreline at one abscissa."""
@@ -173,7 +176,6 @@ class ShellModel:
         "seed.ruling": "a shell has no rulings",
         "model.*": _RIBBON,
     }
-    wing: tuple[str, ...] = (*SOURCES, "compare/models", "compare/scene", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A scene without thickness, or held as no shell can be."""
@@ -219,8 +221,10 @@ class ShellModel:
         if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
             scene = scene.replace({"shell.tolerance": None, "shell.goal": None})
         elements = shell_elements(scene) if size is None else (int(size.values[0]), int(size.values[1]))
+        asked = check_price(scene, elements, 2 if size is None or size.degree is None else size.degree, options.yes)
         if say is not None:
-            say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements")
+            words = f", {asked.text}" if asked.said else ""
+            say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements{words}")
         problem = problem_of(scene, ratio, elements, options.fallback)
         if size is not None and size.degree is not None:
             problem = replace(problem, degree=size.degree)
@@ -252,30 +256,21 @@ class ShellModel:
         options: Options,
         say: Reporter | None,
     ) -> State:
-        """Errors by the distance to, and the change of the share from, a mesh with half as many elements each way.
-
-        That bounds the finer mesh's own error from above as long as halving the elements more than halves the error. A
-        mesh that cannot have the held corners' knots leaves the errors unknown. It begins at the finer mesh's state,
-        the same branch, unless the scene asks for its path.
+        """Errors by what changes on `beside_mesh`, as `judged` says. It begins at the state's own shape, on the same
+        branch, unless the scene asks for its path.
         """
         # a mesh refined for a goal is compared with its first mesh, which is coarser, as it is
-        check = coarser(elements) if scene.shell.tolerance is None else elements
+        check = beside_mesh(elements) if scene.shell.tolerance is None else elements
         how = replace(how, accuracy=None)
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
         if scene.shell.start != "path" and found.ok:
             near, how = found.shape, replace(how, begin="given")
-        with contextlib.suppress(BadInput):
+        try:
             case, _ = _run(how, problem_of(scene, ratio, check, options.fallback), store, near, say)
-            if case.ok and found.ok and found.shape is not None:
-                own = found.native
-                assert isinstance(own, ShellCase)
-                grid = options.grid or Grid.for_shape(scene, found.shape.bend)
-                error = grid_hausdorff(grid.of(found.shape), grid.of(ShellShape(case, scene.curvature)))
-                here, there = ((c.data.get("share") or {}).get("membrane") for c in (own, case))
-                change = None if here is None or there is None else abs(here - there)
-                found = replace(found, error=error, numbers={**found.numbers, "share_error": change})
-        return found
+        except BadInput as refused:  # a mesh that cannot have the held corners' knots
+            return replace(found, error_why=f"on {check[0]} x {check[1]} elements: {refused}")
+        return judged(scene, found, state_of(scene, case), options.grid)
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""
@@ -319,14 +314,9 @@ class ShellModel:
         return effects(scene)
 
 
-def mesh_size(mesh: tuple[int, int], degree: int = 2) -> Size:
-    """The size of a mesh (elements along, across)."""
+def mesh_size(mesh: tuple[int, int], degree: int | None = 2) -> Size:
+    """The size of a mesh (elements along, across) of elements of this degree; None: not known."""
     return Size(LADDER, (float(mesh[0]), float(mesh[1])), degree)
-
-
-def coarser(elements: tuple[int, int]) -> tuple[int, int]:
-    """Half as many elements each way, at least one."""
-    return max(1, elements[0] // 2), max(1, elements[1] // 2)
 
 
 def problem_of(scene: Scene, ratio: float, elements: tuple[int, int], fallback: bool = False) -> ShellProblem:
@@ -388,10 +378,11 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
     unstable = case.status == "converged" and not case.ok
     mesh = data.get("elements") or shell_elements(scene)
     discretisation = data.get("discretisation") or {}
+    problem = data.get("problem")  # None: the worker died without a report
     seconds = case.seconds
     return State(
         model="shell",
-        size=mesh_size((int(mesh[0]), int(mesh[1])), int(data.get("degree", 2))),
+        size=mesh_size((int(mesh[0]), int(mesh[1])), None if problem is None else int(problem["degree"])),
         status=Status.UNSTABLE if unstable else _STATUS.get(case.status, Status.FAILED),
         word="unstable" if unstable else case.status,
         stable=data.get("stable"),
@@ -403,6 +394,8 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
         lowest_eigenvalue=_number(data.get("lowest_eigenvalue")),
         supports=_supports(data),
         error=discretisation.get("estimate") if discretisation.get("goal", "surface") == "surface" else None,
+        errors=nested((discretisation.get("meshes") or [{}])[-1].get("errors") or {}) if discretisation else {},
+        error_why="by the meshes that were refined" if discretisation else "",
         seconds=Seconds(seconds if math.isfinite(seconds) else float("nan"), process=wall),
         unknowns=int(data.get("dofs", 0)),
         numbers={

@@ -32,11 +32,8 @@ __all__ = ["DEFAULT_ELEMENTS", "ShellCase", "run_shell", "shell_elements", "shel
 
 Progress = Callable[[str], None]
 
-#: Our own sources that a shell's numbers depend on.
-SOURCES = (
-    "shellref/__init__.py", "shellref/inputs.py", "shellref/worker.py", "shellref/shell", "shellref/path",
-    "shellref/fenics",
-)  # fmt: skip
+#: The module that solves a shell, in a process of its own: what a kept case depends on begins there.
+WORKER = "shellref.worker"
 #: Digits of a start that count in a case's key: a start only selects a branch.
 START_DIGITS = 6
 _BAD_REQUEST = 2
@@ -97,8 +94,8 @@ class ShellCase:
 
 
 def shell_key(problem: ShellProblem, options: ShellOptions, start: ShellSurface | None = None) -> str:
-    """The key of a case: problem, options, software, the shell's sources, and the start to `START_DIGITS` digits."""
-    made_by = software(*SOURCES)
+    """The key of a case: problem, options, software, the worker's sources, and the start to `START_DIGITS` digits."""
+    made_by = software(WORKER)
     parts: list[Any] = ["shell", problem.to_dict(), options.to_dict(), made_by]
     if start is not None:
         digest = hashlib.sha256()
@@ -190,7 +187,7 @@ def _work(
                     "-m",
                     "compare.start",
                     str(os.getpid()),
-                    "shellref.worker",
+                    WORKER,
                     str(request),
                     str(folder),
                 ],
@@ -218,7 +215,7 @@ def _work(
         if code == _BAD_REQUEST:
             raise BadInput("shell", None, words)
         if code == _MISSING:
-            raise Missing(words, "")
+            raise Missing.of(words)
         if code != 0 or not (folder / "shell.json").exists():
             return f"the shell's process ended with code {code}: {words}"
         return None

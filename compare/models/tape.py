@@ -33,6 +33,7 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    on_strip,
     pose_of,
 )  # fmt: skip
 from compare.models.effects.tape import effects
@@ -81,14 +82,14 @@ class TapeShape:
         """Positions (k, 3) of the line v = 0."""
         from ribbon.tape.surface import middle
 
-        plane, _ = middle(self.tape.rod, self.x, np.asarray(s, dtype=float))
+        plane, _ = middle(self.tape.rod, self.x, on_strip(s))
         return np.asarray(self.origin + plane @ self.axes[:, [2, 1]].T)
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3) of the sections, columns t_x t_y t_z."""
         from ribbon.tape.surface import middle
 
-        _, phi = middle(self.tape.rod, self.x, np.asarray(s, dtype=float))
+        _, phi = middle(self.tape.rod, self.x, on_strip(s))
         x, y, z = self.axes.T
         cosine, sine = np.cos(phi)[:, None], np.sin(phi)[:, None]
         return np.stack([np.broadcast_to(x, (len(phi), 3)), cosine * y - sine * z, cosine * z + sine * y], axis=2)
@@ -97,7 +98,7 @@ class TapeShape:
         """Positions (k, m, 3): the section's arc about its middle."""
         from ribbon.tape.surface import profile
 
-        y, z, _ = profile(self.tape.rod, self.x, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
+        y, z, _ = profile(self.tape.rod, self.x, on_strip(s), np.asarray(v, dtype=float))
         frames = self.frames(s)[:, None]
         return np.asarray(self.centreline(s)[:, None] + y[..., None] * frames[..., 0] - z[..., None] * frames[..., 1])
 
@@ -110,8 +111,8 @@ class TapeShape:
         from ribbon.tape.surface import densities, profile
 
         grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
-        found = densities(self.tape.rod, self.x, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
-        _, _, beta = profile(self.tape.rod, self.x, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
+        found = densities(self.tape.rod, self.x, on_strip(s), np.asarray(v, dtype=float))
+        _, _, beta = profile(self.tape.rod, self.x, on_strip(s), np.asarray(v, dtype=float))
         frames = self.frames(s)[:, None]
         normal = np.cos(beta)[..., None] * frames[..., 1] + np.sin(beta)[..., None] * frames[..., 0]
         return {
@@ -144,7 +145,6 @@ class TapeModel:
         "model.tolerance": "the elements are as given",
         "shell.*": "how the shell beside it is made and held",
     }
-    wing: tuple[str, ...] = ("ribbon/tape", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A section that is not shallow, and what leaves the plane."""
@@ -214,10 +214,7 @@ class TapeModel:
         n = len(tape.rod.lengths)
         membrane, bending = parts(tape.rod, tape.x)
         mark = tape.marks[-1] if tape.marks else None
-        error, why = (None, "not asked for")
-        if options.error and tape.status.value != "not_converged":
-            error, why = _error(scene, shape, options.grid)
-        return State(
+        state = State(
             model=self.name,
             size=Size(_name_of(tape), (float(n),)),
             status=Status(tape.status.value),
@@ -228,9 +225,8 @@ class TapeModel:
             shape=shape,
             residual=float(tape.residual),
             iterations=tape.iterations,
-            supports=Supports() if mark is None else _supports(mark, axes, scene),
-            error=error,
-            error_why=why,
+            supports=Supports() if mark is None else _supports(mark, axes, scene.clamp_end is not None),
+            error_why="not asked for",
             seconds=seconds,
             unknowns=tape.rod.size - len(tape.rod.fixed),
             numbers={
@@ -244,6 +240,25 @@ class TapeModel:
             start="path" if scene.path else "rest",
             native=tape,
         )
+        known = options.error and tape.status.value != "not_converged"
+        return self._with_errors(scene, state, options.grid) if known else state
+
+    def _with_errors(self, scene: Scene, state: State, grid: Grid | None) -> State:
+        """With the distance (Hausdorff over l) to the same state on elements half as long, and the errors of forces,
+        moments and energies."""
+        from dataclasses import replace
+
+        from compare.measure.error import error_of_first
+        from compare.measure.numbers import errors_of, numbers_of
+
+        finer, shape = self.refined(state), state.shape
+        chain = [numbers_of(one) for one in (state, finer) if one is not None]
+        errors = errors_of(chain, error_of_first, state.residual or 0.0)
+        if finer is None or shape is None or finer.shape is None:
+            return replace(state, errors=errors, error_why="no equilibrium was found on elements half as long")
+        grid = grid or Grid.for_shape(scene, shape.bend)
+        error = float(grid_hausdorff(grid.of(shape), grid.of(finer.shape)))
+        return replace(state, error=error, errors=errors, error_why="from elements half as long")
 
     def refined(self, state: State) -> State | None:
         """The same state on elements half as long."""
@@ -258,8 +273,12 @@ class TapeModel:
         shape = state.shape
         assert isinstance(shape, TapeShape)
         membrane, bending = parts(finer.rod, finer.x)
+        supports = state.supports
+        if finer.marks:
+            supports = _supports(finer.marks[-1], shape.axes, state.supports.end is not None)
         return replace(
             state,
+            supports=supports,
             size=Size(state.size.ladder, (float(len(finer.rod.lengths)),)),
             status=Status(finer.status.value),
             word=finer.status.value,
@@ -376,14 +395,14 @@ def _unwound(stages: list[tuple[Hold, Hold]]) -> list[tuple[Hold, Hold]]:
     return found
 
 
-def _supports(mark: Mark, axes: FloatArray, scene: Scene) -> Supports:
-    """Forces and moments of the clamps, in space."""
+def _supports(mark: Mark, axes: FloatArray, held: bool) -> Supports:
+    """Forces and moments of the clamps, in space; held: whether there is one at s = l."""
 
     def part(force: tuple[float, float], moment: float) -> Force:
         return Force(force[0] * axes[:, 2] + force[1] * axes[:, 1], -moment * axes[:, 0])
 
     start = part(mark.start_force, mark.moments[0])
-    return Supports(start, None if scene.clamp_end is None else part(mark.force, mark.moments[1]))
+    return Supports(start, None if not held else part(mark.force, mark.moments[1]))
 
 
 def _entry(mark: Mark) -> dict[str, object]:
@@ -403,15 +422,3 @@ def _film(scene: Scene, tape: Tape, origin: FloatArray, axes: FloatArray) -> Sta
         shape = TapeShape(tape, mark.x, origin, axes)
         film.add(mark.stage + 1, mark.share, shape.points(film.s, film.v), shape.fields(film.s, film.v))
     return film.states
-
-
-def _error(scene: Scene, shape: TapeShape, grid: Grid | None) -> tuple[float | None, str]:
-    """Distance (Hausdorff over l) to the same state on elements half as long."""
-    from ribbon.tape.solve import refined
-
-    finer = refined(shape.tape)
-    if finer is None:
-        return None, "no equilibrium was found on elements half as long"
-    grid = grid or Grid.for_shape(scene, shape.bend)
-    other = TapeShape(finer, finer.x, shape.origin, shape.axes)
-    return float(grid_hausdorff(grid.of(shape), grid.of(other))), "from elements half as long"

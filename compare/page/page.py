@@ -96,7 +96,7 @@ def read_page(folder: Path) -> Page:
         return Page(
             command=data["command"],
             title=data["title"],
-            verdict=None if old or data["verdict"] is None else Verdict(**data["verdict"]),
+            verdict=None if old or data["verdict"] is None else Verdict.from_data(data["verdict"]),
             sentences=tuple(data["verdict"] if old else data["sentences"]),
             tables=tuple(table(entry) for entry in data["tables"]),
             pictures=tuple(Picture(**entry) for entry in data["pictures"]),

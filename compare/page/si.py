@@ -21,6 +21,8 @@ from compare.scene.units import Units
 KEYS = {
     "end": "l", "middle": "l", "shell_end": "l", "shell_middle": "l",
     "forces": "D w / l^2", "moments": "moment", "energy": "D w / l",
+    "forces_error": "D w / l^2", "moments_error": "moment", "energy_error": "D w / l", "max_abs_tau_error": "1/l",
+    "taut_tension": "D w / l^2", "taut_sag": "l",
     "tip_load": "D w / l^2", "tip_force": "D w / l^2", "max_abs_tau": "1/l",
     **dict.fromkeys(("discretisation_error", "tolerance_error", "penetration", "hausdorff", "centreline",
                      "ribbon_error", "shell_error", "elastica", "ribbon_centreline"), "l"),

@@ -12,6 +12,7 @@ from compare.page.markdown import as_markdown
 from compare.page.page import Page, Picture, Surface, write_page
 from compare.page.table import Table
 from compare.page.verdict import Verdict
+from compare.store.finite import explained
 from compare.store.store import atomic_write_json, atomic_write_text, jsonable
 
 RESULT = "result.json"
@@ -82,7 +83,7 @@ class Study:
         stand there already. result: with its `provenance`; the verdict is added to it as `answer`, what the scene has
         to be noted as `notes`. The rest as of `page`."""
         notes = {} if scene is None else {"notes": list(scene.notes())}
-        atomic_write_json(out / RESULT, {**result, **notes, "answer": self.verdict})
+        atomic_write_json(out / RESULT, explained({**result, **notes, "answer": self.verdict}))
         for name, table in self.data.items():
             atomic_write_text(out / name, _WRITERS[Path(name).suffix](table))
         page = self.page(again, result["provenance"], scene, text=text)

@@ -114,8 +114,8 @@ class Table:
     """A table: `rows` hold values in the order of `columns`, `below` rows that stand under a line (a limit, a sum; not
     in CSV; a word may stand in their first cell, None is a blank); `legend` what all columns have in common.
 
-    NumPy's scalars become Python's. ValueError: two columns of one key, a row of another length, a value that is not of
-    its column's kind, such as a number that somebody has made text of.
+    NumPy's scalars become Python's, numbers that are not finite None. ValueError: two columns of one key, a row of
+    another length, a value that is not of its column's kind, such as a number that somebody has made text of.
     """
 
     title: str
@@ -213,6 +213,8 @@ def _plain(cell: Any) -> Cell:
         cell = cell.tolist()
     if isinstance(cell, list | tuple):
         return tuple(_plain(part) for part in cell)  # type: ignore[misc]
+    if isinstance(cell, float) and not math.isfinite(cell):
+        return None  # as in JSON: a number that is none is not known
     if cell is None or isinstance(cell, str | bool | int | float):
         return cell
     raise ValueError(f"{cell!r} is no value of a table")

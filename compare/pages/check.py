@@ -62,15 +62,27 @@ _GRADES = {Verdict.AGREED: GOOD, Verdict.UNDECIDED: UNKNOWN, Verdict.DISPROVED: 
 
 def answer(outcomes: Sequence[Outcome], pinned: bool = False) -> page.Verdict:
     """Whether ribbon and shell agree as closely as is claimed."""
-    grade = worst(*(_GRADES[outcome.verdict] for outcome in outcomes))
     agreed = sum(outcome.agreed for outcome in outcomes)
-    if pinned and agreed == len(outcomes):
-        return page.Verdict("Ribbon and shell were measured, and the claims that hold are pinned", GOOD)
-    if len(outcomes) > 1:
-        return page.Verdict(f"Ribbon and shell agree as claimed in {agreed} of {len(outcomes)} pins", grade)
     claims = "; ".join(claim.says for claim in outcomes[0].claims)
     yes = "agree as claimed" if agreed else "are not shown to agree as claimed"
-    return page.Verdict(f"Ribbon and shell {yes}: {claims}", grade)
+    text = f"Ribbon and shell {yes}: {claims}"
+    if pinned and agreed == len(outcomes):
+        text = "Ribbon and shell were measured, and the claims that hold are pinned"
+    elif len(outcomes) > 1:
+        text = f"Ribbon and shell agree as claimed in {agreed} of {len(outcomes)} pins"
+    return page.Verdict.of("check", text, _checks(outcomes))
+
+
+def _checks(outcomes: Sequence[Outcome]) -> list[page.Check]:
+    """What the answer rests on: that both models were solved, and what came of every claim."""
+    unsolved = sum(outcome.verdict is Verdict.UNSOLVED for outcome in outcomes)
+    count = len(outcomes)
+    grade = worst(*(_GRADES[outcome.verdict] for outcome in outcomes)) if count else UNKNOWN
+    agreed = sum(outcome.agreed for outcome in outcomes)
+    return [
+        page.Check("solved", POOR if unsolved else GOOD, f"{count - unsolved} of {count} solved by both models"),
+        page.Check("agreed", grade, f"{agreed} of {count} agreed"),
+    ]
 
 
 def sentences(outcomes: Sequence[Outcome], pinned: bool = False) -> list[str]:

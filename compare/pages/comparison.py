@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.grades import GOOD, POOR, UNKNOWN, grade
-from compare.models.base import BESIDE
-from compare.models.elastica_start import PLANAR, out_of_plane
+from compare.models.base import BESIDE, State
 from compare.models.shell import START
 from compare.models.shell_build import line_weight
 from compare.page.remedies import message
 from compare.page.table import Column, ColumnOf, Table
-from compare.page.told import length
+from compare.page.told import force, length
 from compare.page.verdict import Verdict
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
 from compare.scene.units import Units
+from compare.studies.checks import of_rows, of_state
 from compare.studies.compare import Comparison, Row
 from compare.studies.inputs import input_uncertainty
 
@@ -59,8 +58,12 @@ _COLUMNS: tuple[ColumnOf[Row], ...] = (
      lambda r: r.ribbon_error),
     (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell", rank=2),
      lambda r: r.shell_error),
+    (Column("same_state", "state", kind="truth", words={"true": "the same", "false": "another"},
+            legend="whether both are in one state: the shell settled at the ribbon's surface, or the ribbon, begun at "
+            "the shell's shape, comes back; elsewhere the distance is none between models", rank=1),
+     lambda r: r.same_state),
     (Column("claimed", "models differ", kind="truth", words={"false": "not shown"},
-            legend="the distance exceeds the sum of both errors", rank=1), lambda r: r.claimed),
+            legend="the distance exceeds the sum of both errors, both in one state", rank=1), lambda r: r.claimed),
     (Column("membrane_share", "membrane %", kind="share", rank=3), _part("share", "membrane")),
     (Column("shear_share", "shear %", kind="share", rank=6), _part("share", "shear")),
     (Column("elastic", "elastic", "D w / l", "digits:6", rank=6), _energy("elastic")),
@@ -117,29 +120,48 @@ def table(comparison: Comparison) -> Table:
 
 def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
     """How far the ribbon (or the model beside the shells) is from the thinnest shell; where the comparison error does
-    not exceed the numerical uncertainty, the bound of both together."""
+    not exceed the numerical uncertainty, the bound of both together. As good as what was checked of both."""
     scene, fast = comparison.scene, comparison.fast
     units = Units.of(scene) if units is None else units
-    if not fast.ok:
-        return Verdict(f"No comparison: the {fast.model} is {message(fast)}", POOR)
+    checks = [*of_state(scene, fast, "compare"), *of_rows(comparison.rows, "compare")]
     row = max(comparison.rows, key=lambda r: r.width_to_thickness)
     ratio = f"w/h = {row.width_to_thickness:g}"
+    if not fast.ok:
+        return Verdict.of("compare", f"No comparison: the {fast.model} is {message(fast)}", checks)
     if row.hausdorff is None or row.status != "converged":
-        return Verdict(f"No comparison at {ratio}: the shell is {row.status}", POOR)
+        return Verdict.of("compare", f"No comparison at {ratio}: the shell is {row.status}", checks)
+    if row.same_state is not True:
+        return Verdict.of("compare", another_state(row, fast, units), checks).doubted("same", "distance", "shell")
+    far = f"At {ratio} the {fast.model} is {length(units, row.hausdorff)} from the shell"
     if row.ribbon_error is None or row.shell_error is None:
         lacking = fast.model if row.ribbon_error is None else "shell"
-        far = length(units, row.hausdorff)
-        return Verdict(f"At {ratio} the {fast.model} is {far} from the shell; the {lacking}'s own error is not known")
-    if row.claimed:
-        return Verdict(
-            f"At {ratio} the {fast.model} is {length(units, row.hausdorff)} from the shell",
-            grade("distance", row.hausdorff),
-        )
-    bound = row.hausdorff + row.ribbon_error + row.shell_error
-    text = (
-        f"At {ratio} the {fast.model} is at most {length(units, bound)} from the shell, as far as the meshes can tell"
-    )
-    return Verdict(text, GOOD if grade("distance", bound) == GOOD else UNKNOWN)
+        text = f"{far}; the {lacking}'s own error is not known"
+        return Verdict.of("compare", text, checks).doubted("distance", "elements", "shell")
+    if not row.claimed:
+        bound = length(units, row.hausdorff + row.ribbon_error + row.shell_error)
+        far = f"At {ratio} the {fast.model} is at most {bound} from the shell, as far as the meshes can tell"
+    return Verdict.of("compare", far, checks).doubted("distance")
+
+
+def another_state(row: Row, fast: State, units: Units) -> str:
+    """What is to be said of a shell that is not known to be in the state of the model beside it: both energies, and how
+    far apart the two states are; a sentence without its full stop."""
+    ratio, beside = f"w/h = {row.width_to_thickness:g}", fast.model
+    own = None if fast.energy is None else fast.energy.total
+    its = None if row.energy is None else row.energy.total
+
+    def told(value: float | None) -> str:
+        return "unknown" if value is None else units.text(value, "D w / l", 6)
+
+    both = f"total energies {told(its)} (shell) and {told(own)} ({beside}), {length(units, row.hausdorff)} apart"
+    if row.same_state is None:
+        return f"At {ratio} it is not known whether shell and {beside} are in one state: {both}; {row.same_why}"
+    text = f"At {ratio} the shell rests in another state than the {beside}: {both}"
+    found = row.counterpart
+    if found is None:
+        return text
+    there = f"{told(found.energy)}, {length(units, found.distance)} from the shell"
+    return f"{text}; the {beside} has a state there too ({there})"
 
 
 def separable(comparison: Comparison, units: Units | None = None) -> list[str]:
@@ -149,6 +171,7 @@ def separable(comparison: Comparison, units: Units | None = None) -> list[str]:
         (row, row.hausdorff, row.ribbon_error + row.shell_error)
         for row in comparison.rows
         if row.hausdorff is not None and row.ribbon_error is not None and row.shell_error is not None
+        if row.same_state is True
     ]
     if not known:
         return []
@@ -177,8 +200,11 @@ def _inputs(comparison: Comparison, units: Units) -> str:
 
 def verdict(comparison: Comparison) -> list[str]:
     """What the table says, in sentences that its numbers bear out: the numbers, then how they were computed."""
-    said = separable(comparison)
     fast = comparison.fast
+    units = Units.of(comparison.scene)
+    elsewhere = [row for row in comparison.rows if fast.ok and row.hausdorff is not None and row.same_state is not True]
+    said = [f"{another_state(row, fast, units)}." for row in elsewhere]
+    said += separable(comparison)
     if comparison.slope is not None:
         low, high = comparison.slope.spread
         word = "falls" if comparison.falls else "does not fall on every row"
@@ -192,13 +218,15 @@ def verdict(comparison: Comparison) -> list[str]:
         said += _undecided(comparison)
         said += _other_model(comparison)
     said += sentences(comparison.scene, fast)
-    times = [r for r in comparison.rows if r.ratio is not None and None not in (r.shell_error, r.ribbon_error)]
+    said += _tension(comparison)
+    times = [r for r in comparison.rows if None not in (r.seconds["shell"], r.shell_error, r.ribbon_error)]
     if times:
         last = times[-1]
         said.append(
             f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
-            f"{last.shell_error:.1e} l), the {fast.model} {fast.seconds.warm:.2g} s (error {last.ribbon_error:.1e} l): "
-            + _factor(last.ratio or 0.0, fast.model, last.start)
+            f"{last.shell_error:.1e} l), the {fast.model} {last.seconds['ribbon']:.2g} s (error "
+            f"{last.ribbon_error:.1e} l): "
+            + _factor(last, fast.model)
             + ("; the shell's time is from the run that stored it." if last.reused else ".")
         )
     weight = line_weight(comparison.scene)
@@ -218,9 +246,33 @@ def verdict(comparison: Comparison) -> list[str]:
     return said
 
 
-def _factor(ratio: float, fast: str, start: str) -> str:
-    """Which of the two is the faster one and by how much, and where the shell began: that is part of its time."""
-    factor = f"a factor {ratio:.3g}" if ratio >= 1.0 else f"the shell is the faster one, by a factor {1.0 / ratio:.3g}"
+def _tension(comparison: Comparison) -> list[str]:
+    """What the shells' ends are pulled with where the model's forces are not determined."""
+    if "forces" not in comparison.fast.whys:
+        return []
+    units = Units.of(comparison.scene)
+    each = "; ".join(
+        f"w/h = {row.width_to_thickness:g}: {force(np.asarray(state.supports.end.force), units)}"
+        for row, state in zip(comparison.rows, comparison.shells, strict=True)
+        if state.ok and state.supports.end is not None
+    )
+    name = comparison.fast.model
+    return [f"The {name}'s forces are undetermined; the shell is held at s = l by {each}."] if each else []
+
+
+def _factor(row: Row, fast: str) -> str:
+    """Which of the two is the faster one and by how much at least, and where the shell began: that is part of its time;
+    no factor where that would not be like for like."""
+    ratio, start = row.ratio, row.start
+    if ratio is None:
+        why = {
+            "first": f"the {fast}'s is of a first solve, with all that it loads",
+            "exact": "the faster one is the less exact",
+            "search": f"the {fast} searches its elements too",
+        }[row.unlike or "first"]
+        return f"no factor: {why} (ribbonbench cost compares like with like)"
+    factor = "the shell is the faster one, by a factor" if ratio < 1.0 else "a factor"
+    factor += f" {max(ratio, 1.0 / ratio):.3g} or more"
     surface = f"the shell begun at the surface of the {fast}"
     began = {
         "path": "the shell on its own, along its path",
@@ -233,6 +285,8 @@ def _factor(ratio: float, fast: str, start: str) -> str:
 
 def _left_plane(comparison: Comparison) -> str:
     """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
+    from compare.models.elastica_start import PLANAR, out_of_plane  # not where scikit-fem is not installed
+
     shape = comparison.fast.shape
     if shape is None:
         return ""
@@ -264,7 +318,7 @@ def _undecided(comparison: Comparison) -> list[str]:
     """Rows where no difference between the models can be claimed, and why."""
     said = []
     for row in comparison.rows:
-        if row.hausdorff is None or row.claimed:
+        if row.hausdorff is None or row.claimed or (comparison.fast.ok and row.same_state is not True):
             continue
         head = f"w/h = {row.width_to_thickness:g}: no difference is claimed, "
         if row.ribbon_error is None:

@@ -10,18 +10,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.measure.grades import FAIR, GOOD, POOR, UNKNOWN, YARDSTICK, grade, worst
+from compare.measure.grades import FAIR, GOOD, UNKNOWN, YARDSTICK, grade, worst
 from compare.page import study as page
 from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.si import for_reader, with_si
 from compare.page.table import Cell, Column, ColumnOf, Table
 from compare.page.told import length
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict, unchecked
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
 from compare.pages.surfaces import write_fast, write_shells
 from compare.scene.units import Units
+from compare.studies.checks import of_rows, of_state
 from compare.studies.compare import Row
 from compare.studies.converge import LEAST_FOR_LIMIT, line_band
 from compare.studies.converge_run import Study
@@ -47,16 +48,35 @@ def answer(found: Sequence[Study], units: Units | None = None) -> Verdict:
     units = Units.of(scene) if units is None else units
     head = _head(one, len(found) > 1)
     if one.limit is None:
-        bad = None if one.comparison.ok else POOR
-        return Verdict(f"{head}No limit: it takes {LEAST_FOR_LIMIT} distances above the errors", bad or UNKNOWN)
+        text = f"{head}No limit: it takes {LEAST_FOR_LIMIT} distances above the errors"
+        return Verdict.of("converge", text, _checks(one))
     low, high = one.limit.d0.both
     if low > 0.0:
-        text = f"The {one.model} is not the limit of these shells: at least {length(units, low)} is left at h/w = 0"
-        return Verdict(head + text, worst(FAIR, grade("distance", low)))
-    text = f"these shells, to {length(units, max(high, 0.0))}"
-    if high <= YARDSTICK:
-        return Verdict(f"{head}The {one.model} is the limit of {text}", GOOD)
-    return Verdict(f"{head}The {one.model} may be the limit of {text}; thinner shells would tell more", UNKNOWN)
+        left = f"at least {length(units, low)} is left at h/w = 0"
+        text = f"{head}The {one.model} is not the limit of these shells: {left}"
+    elif high <= YARDSTICK:
+        text = f"{head}The {one.model} is the limit of these shells, to {length(units, max(high, 0.0))}"
+    else:
+        far = length(units, max(high, 0.0))
+        text = f"{head}The {one.model} may be the limit of these shells, to {far}; thinner shells would tell more"
+    return Verdict.of("converge", text, _checks(one)).doubted("limit")
+
+
+def _checks(one: Study) -> list[Check]:
+    """What the answer rests on: the model's own state, the shells, the interval of what is left at h/w = 0."""
+    comparison = one.comparison
+    own = of_state(comparison.scene, comparison.fast, "converge")
+    return [*own, *of_rows(comparison.rows, "converge"), _limit_check(one)]
+
+
+def _limit_check(one: Study) -> Check:
+    if one.limit is None:
+        return unchecked("limit", f"it takes {LEAST_FOR_LIMIT} distances above the errors")
+    low, high = one.limit.d0.both
+    said = f"{low:.1e} to {high:.1e} l are left at h/w = 0"
+    if low > 0.0:
+        return Check("limit", worst(FAIR, grade("distance", low)), said, low, YARDSTICK)
+    return Check("limit", GOOD if high <= YARDSTICK else UNKNOWN, said, high, YARDSTICK)
 
 
 def sentences(found: Sequence[Study]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,16 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.measure.front import Reach, front, reach
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import GOOD, GOOD_UP_TO, POOR, YARDSTICK, grade
 from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
 from compare.scene.units import Units
-from compare.studies.cost_plan import Cost, Party, Reference, Row
+from compare.studies.cost_plan import FAR, Cost, Party, Reference, Row
 
 #: Colour and marker of each solver's curve.
 STYLES = {
@@ -143,30 +144,62 @@ def plateau(cost: Cost, model: str) -> float | None:
 
 
 def answer(cost: Cost) -> Verdict:
-    """What the fast model needs for the first target that it reaches, beside the shell; good where it is 1 permille of
-    l or less."""
-    for target in sorted({YARDSTICK, *cost.plan.targets}):
-        if target < YARDSTICK:
-            continue
-        known = {p: r.seconds for p, r in _reached(cost, target, False).items() if r.seconds}
-        if not known:
-            continue
-        each = ", ".join(f"the {party.words} {seconds_text(seconds)}" for party, seconds in known.items())
-        quick = min((seconds for party, seconds in known.items() if party.model != "shell"), default=None)
-        slow = [seconds for party, seconds in known.items() if party.model == "shell"]
-        factors = [seconds / quick for seconds in slow] if quick else []
-        factor = f", factors {' and '.join(f'{f:.3g}' for f in factors)}" if len(factors) > 1 else ""
-        factor = f", a factor {factors[0]:.3g}" if len(factors) == 1 else factor
-        return Verdict(
-            f"To {_target(target)} of discretisation error {each}{factor if min(factors, default=0.0) > 1.0 else ''}",
-            grade("error", target),
-        )
-    return Verdict("No run reaches an error of 1 permille of l", POOR)
+    """What the fast models need for the first target that one of them reaches, in total error where there is a common
+    reference, and what the others need; good where that is good between models, or 1 permille of discretisation."""
+    common = cost.common
+    kind = "discretisation error" if common is None else f"total error, against the {common.model}"
+    targets = [target for target in sorted({YARDSTICK, *cost.plan.targets}) if target >= YARDSTICK]
+    reached = {target: _seconds(cost, target) for target in targets}
+    richest = "shell" if common is None else common.model
+    fast = next((t for t in targets if any(party.model != richest for party in reached[t])), None)
+    alone = next((t for t in targets if reached[t]), None)
+    left = "".join(f"; the {model} is left out, {100 * far:.2g} % of l away" for model, far in cost.far.items())
+    if alone is None:
+        return Verdict.of("cost", f"No run reaches a {kind} of 1 permille of l{left}", _checks(cost, None, ()))
+    target = alone if fast is None else fast
+    known = reached[target]
+    each = ", ".join(f"the {party.words} {seconds_text(seconds)}" for party, seconds in known.items())
+    quick = min((seconds for party, seconds in known.items() if party.model != "shell"), default=None)
+    slow = [seconds for party, seconds in known.items() if party.model == "shell"]
+    factors = [seconds / quick for seconds in slow] if quick else []
+    factor = f", factors {' and '.join(f'{f:.3g}' for f in factors)}" if len(factors) > 1 else ""
+    factor = f", a factor {factors[0]:.3g}" if len(factors) == 1 else factor
+    text = f"To {_target(target)} of {kind} {each}{factor if min(factors, default=0.0) > 1.0 else ''}"
+    if alone < target:
+        only = ", ".join(f"the {party.words} {seconds_text(seconds)}" for party, seconds in reached[alone].items())
+        text += f"; to {_target(alone)} only {only}"
+    return Verdict.of("cost", text + left, _checks(cost, target, [party.model for party in known]))
+
+
+def _checks(cost: Cost, target: float | None, models: Sequence[str]) -> list[Check]:
+    """What the answer rests on: target, the error that was reached, None: none; models: those that it names."""
+    if target is None:
+        reached = Check("reached", POOR, "no run reaches the yardstick", None, YARDSTICK)
+    else:
+        kind = "error" if cost.common is None else "distance"
+        said = f"an error of {target:.0e} l is reached"
+        reached = Check("reached", grade(kind, target), said, target, GOOD_UP_TO[kind])
+    far = [model for model in models if model in cost.far]
+    return [
+        reached,
+        Check("read", GOOD, "a model that would ignore a key takes no part"),
+        Check("near", POOR if far else GOOD, f"farther than {FAR:g} l: {', '.join(far) or 'none named'}", bound=FAR),
+    ]
+
+
+def _seconds(cost: Cost, target: float) -> dict[Party, float]:
+    """What the parties that reach a target need (s), in total error where there is a common reference."""
+    found = _reached(cost, target, cost.common is not None)
+    return {party: value.seconds for party, value in found.items() if value.seconds}
 
 
 def sentences(cost: Cost) -> list[str]:
     """The verdict: discretisation errors, the common reference, first calls, what is missing."""
-    said = []
+    said = [
+        f"The {model} is {far:.1e} l from the common reference, farther than {FAR:g} l: it is in another state, or no "
+        "model of this scene, and is left out of fronts and times."
+        for model, far in cost.far.items()
+    ]
     for target in cost.plan.targets:
         text = _said(cost, target, common=False)
         if text is not None:
@@ -234,9 +267,9 @@ def table(cost: Cost) -> Table:
 
 
 _REACHED = (
-    Column("kind", "error", kind="word", legend="discretisation, or distance to the common reference: a distance "
-           "counts at least as much as the run's own discretisation error, as a coarse run may be near another model "
-           "by accident", rank=2),
+    Column("kind", "error", kind="word", legend="discretisation, or total: distance to the common reference and that "
+           "one's own error; a distance counts at least as much as the run's own discretisation error, as a coarse run "
+           "may be near another model by accident", rank=2),
     Column("target", "target / l", "l", "exponent:0", rank=0),
     Column("model", "model", kind="word", rank=0),
     Column("seconds", "s", "s", "seconds:3", legend="interpolated in log-log between neighbours on the model's Pareto "
@@ -258,7 +291,7 @@ def reach_table(cost: Cost) -> Table:
                     if found.seconds is not None
                     else f"best: {found.best.label}"
                 )
-                kind = "distance to the common reference" if common else "discretisation"
+                kind = "total, against the common reference" if common else "discretisation"
                 rows.append((kind, target, party.words, found.seconds, found.bound, how, found.best.error))
     return Table("Time to reach an error", _REACHED, tuple(rows))
 
@@ -267,7 +300,8 @@ def reach_table(cost: Cost) -> Table:
 
 
 def picture(path: Path, cost: Cost) -> Path:
-    """Error against warm time, log-log: left of the discretisation, right to the common reference."""
+    """Error against warm time, log-log: left of the discretisation, right in all, with the Pareto front of all models:
+    an error against a model's own reference says nothing beside another model's."""
     figure = Figure(figsize=(12.5 if cost.common is not None else 6.8, 5.6), layout="constrained")
     kinds = (False, True) if cost.common is not None else (False,)
     for place, common in enumerate(kinds, start=1):
@@ -307,7 +341,7 @@ def _panel(axes: Axes, cost: Cost, common: bool) -> None:
                 fontsize=6.5,
                 color=colour,
             )
-    line = front(marks)
+    line = front(marks) if common or len({row.model for row in cost.rows}) == 1 else []  # across models: of the total
     if line:
         axes.plot(
             [m.seconds for m in line], [m.error for m in line], color="gold", lw=6.0, alpha=0.45, zorder=1,
@@ -330,9 +364,7 @@ def _panel(axes: Axes, cost: Cost, common: bool) -> None:
     axes.set_xlabel("time of a warm solve (s)")
     axes.set_ylabel("Hausdorff distance / l")
     own = "discretisation: to the own model's reference"
-    title = (
-        own if not common or cost.common is None else f"to one reference: the {cost.common.model}, {cost.common.what}"
-    )
+    title = own if not common or cost.common is None else f"total error: to the {cost.common.model}, {cost.common.what}"
     axes.set_title(title, fontsize=9)
     axes.grid(True, which="both", lw=0.3, alpha=0.6)
 
@@ -349,9 +381,18 @@ def _alt(cost: Cost) -> str:
 def result(cost: Cost) -> dict[str, Any]:
     """`result.json`: the contract's keys of the scene's own state, and the measurement under `cost`."""
     document = state_result(cost.scene, cost.base)
-    document["cost"] = {
+    document["cost"] = result_of(cost)
+    document["complete"] = cost.ok
+    return document
+
+
+def result_of(cost: Cost) -> dict[str, Any]:
+    """The entry `cost` of result.json."""
+    return {
         "machine": cost.machine,
         "plan": cost.plan,
+        "left_out_beyond": FAR,
+        "far": cost.far,
         "references": [
             {"model": r.model, "what": r.what, "error": r.error, "checked_against": r.checked} for r in cost.references
         ],
@@ -372,8 +413,6 @@ def result(cost: Cost) -> dict[str, Any]:
         "left_out": cost.left_out,
         "sentences": sentences(cost),
     }  # fmt: skip
-    document["complete"] = cost.ok
-    return document
 
 
 def write(out: Path, cost: Cost, again: str) -> None:

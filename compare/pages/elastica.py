@@ -91,18 +91,17 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     """What `ribbonbench solve` prints of an elastica: name and text, of a state that is no equilibrium nothing about
     its place. units: in which forces stand first; None: the scene's."""
     units = Units.of(scene) if units is None else units
-    energy, supports, end = state.energy, state.supports, state.end
+    energy, end = state.energy, state.end
     assert energy is not None
     assert end is not None
     values = {name: value for name, value in energy.to_dict().items() if name in ("elastic", "gravity", "tip")}
-    held = (("s = 0", supports.start), ("s = l", supports.end))
     hangs = scene.tip is not None and scene.tip.force is None and scene.tip.tension is None
     force = np.array([scene.tip_load]) if hangs else scene.tip_force
     load = [("load at the tip", told.force(force, units))] if scene.tip is not None else []
     place = [
-        ("energy", told.energies(values, units)),
+        ("energy", told.energies(values, units, state.errors.get("energy", {}))),
         ("s = l", told.place(end.position, units)),
-        *((f"force at {where}", told.force(found.force, units)) for where, found in held if found is not None),
+        *told.supports(state, units),
     ]
     return [
         ("status", message(state)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import YARDSTICK
 from compare.models.base import Effect
 from compare.page.si import dimensions
 from compare.page.study import Study
@@ -16,6 +16,7 @@ from compare.pages.result import presenter, state_result
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.made_by import provenance
+from compare.studies.checks import of_state
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
 
@@ -124,12 +125,14 @@ def answer(scene: Scene, found: Explanation, solves: Solves | None) -> Verdict:
     if solves is None:
         return Verdict(text)
     if not solves.state.ok:
-        return Verdict(f"{text}; no stable equilibrium: {solves.state.message}", POOR)
+        return Verdict.of(
+            "explain", f"{text}; no stable equilibrium: {solves.state.message}", of_state(scene, solves.state)
+        )
     moves = {name: off.moved for name, off in solves.without.items() if off.moved is not None}
     if moves:
         most = max(moves, key=lambda name: moves[name] or 0.0)
         text += f"; without {most} the shape would move most, by {length(Units.of(scene), moves[most])}"
-    return Verdict(text, grade("error", solves.state.error))
+    return Verdict.of("explain", text, of_state(scene, solves.state)).doubted()
 
 
 def sentences(scene: Scene, found: Explanation, solves: Solves | None) -> list[str]:

@@ -5,16 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from compare.measure.grades import POOR, YARDSTICK
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.study import Study
 from compare.page.table import Column, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
 from compare.pictures.identify import identify_picture
 from compare.scene.keys import KEYS
 from compare.scene.units import Units
 from compare.store.store import atomic_write_text
+from compare.studies.checks import finite, residual, stable_here
+from compare.studies.fit.judged import SYSTEMATIC
 from compare.studies.identify import Identified
 
 PICTURE, FITTED = "identify.png", "fitted.toml"
@@ -41,20 +46,83 @@ def table(found: Identified) -> Table:
 
 def answer(found: Identified) -> Verdict:
     """How near the fitted ribbon is to the points."""
-    left = Units.of(found.scene).text(found.rms, "l")
+    left = _length(found, found.rms)
     keys = ", ".join(f"{fitted.key} = {fitted.value:.5g}" for fitted in found.keys)
     if not found.ok:
-        return Verdict(f"The fit did not end at a stable equilibrium; the last one is {left} from the points: {keys}")
-    return Verdict(f"{keys}: the ribbon passes the {len(found.points.places)} points at {left} (root mean square)")
+        text = f"The fit did not end at a stable equilibrium; the last one is {left} from the points: {keys}"
+        return Verdict.of("identify", text, _checks(found))
+    moved = ", moved onto it," if found.registered is not None else ""
+    count = len(found.points.places)
+    if not found.passes:
+        text = f"No fit: the nearest ribbon stays {left} from the {count} points{moved} with {keys}"
+        return Verdict.of("identify", text, _checks(found))
+    text = f"{keys}: the ribbon passes the {count} points{moved} at {left} (root mean square)"
+    return Verdict.of("identify", text, _checks(found)).doubted("fit")
+
+
+def _checks(found: Identified) -> list[Check]:
+    """What the answer rests on: the last state, and how near it is to the points."""
+    state = found.state
+    grade = found.grade if found.ok and found.passes else POOR
+    fit = Check("fit", grade, f"{found.rms:.1e} l from the points", found.rms)
+    return [finite(state), residual(state), stable_here(state), fit]
+
+
+def _length(found: Identified, value: float) -> str:
+    """A length with its share of the strip's, where it has a unit."""
+    units = Units.of(found.scene)
+    return units.text(value, "l") + (f", {100.0 * value:.2g} % of its length," if units.known else "")
+
+
+def _noise(found: Identified) -> str:
+    """What is left beside the points' own scatter."""
+    text = Units.of(found.scene).text
+    if found.scatter is None:
+        return "The points are too few to tell their own scatter from a difference of shapes."
+    own = text(found.scatter, "l")
+    if found.rms <= SYSTEMATIC * found.scatter:
+        return f"The points scatter by {own} about a smooth curve: what is left is their noise."
+    if found.rms <= YARDSTICK:
+        return f"The points scatter by {own} about a smooth curve: what is left is no noise, but too small to be seen."
+    return (
+        f"The points scatter by {own} about a smooth curve: what is left is no noise, and the intervals do not hold. "
+        "Another key, the clamp, the axes or the model is not as the scene says."
+    )
+
+
+def _placed(found: Identified) -> str:
+    """Where the points stand."""
+    text = Units.of(found.scene).text
+    if found.registered is not None:
+        at = found.registered
+        shift, turn = at.motion.shift, np.degrees(at.motion.turn)
+        off = "" if at.shift_error is None else f" (standard error {text(float(np.linalg.norm(at.shift_error)), 'l')})"
+        return (
+            f"The points were moved as a rigid body: {text(float(np.linalg.norm(shift)), 'l')}{off} and "
+            f"{float(np.linalg.norm(turn)):.3g} degrees about their mean."
+        )
+    if found.offset is not None:
+        seen = found.offset
+        return (
+            f"The points seem to stand elsewhere: moved by {text(seen.shift, 'l')} and turned by "
+            f"{np.degrees(seen.turn):.2g} degrees they would be about {text(seen.rms, 'l')} from the ribbon. Mend "
+            "their axes, or let the fit move them: --register."
+        )
+    return "Points stand in the axes of the scene: nothing is moved to fit them."
 
 
 def sentences(found: Identified) -> list[str]:
     """What else to know of the fit."""
     how = "by their abscissae" if found.points.s is not None else "each with the nearest point of the centreline"
     said = [
-        f"{len(found.points.places)} points, {how}; {found.iterations} equilibria; {message(found.state)}. "
-        "Points stand in the axes of the scene: nothing is moved to fit them."
+        f"{len(found.points.places)} points, {how}; {found.iterations} equilibria; {message(found.state)}.",
+        _placed(found),
+        _noise(found),
     ]
+    if found.began_beside:
+        said.append("The scene's own state is a saddle: the fit began at the stable one that is nearer to the points.")
+    if found.differenced:
+        said.append("Where the equilibrium has no derivative (straight, or at a bifurcation) it was differenced.")
     if found.hardly:
         said.append(
             f"The keys can hardly be told apart by these points (condition {found.condition:.1e}): the intervals say "
@@ -65,7 +133,7 @@ def sentences(found: Identified) -> list[str]:
 
 def result(found: Identified) -> dict[str, Any]:
     """result.json: that of the fitted scene, and `identified`."""
-    length = Units.of(found.scene).length
+    length, at = Units.of(found.scene).length, found.registered
     return {
         **state_result(found.scene, found.state),
         "identified": {
@@ -77,6 +145,18 @@ def result(found: Identified) -> dict[str, Any]:
             "feet": found.feet,
             "rms": found.rms,
             "rms_m": None if length is None else found.rms * length,
+            "grade": found.grade,
+            "scatter": found.scatter,
+            "offset": found.offset,
+            "registered": None
+            if at is None
+            else {
+                "turn": at.motion.turn,
+                "turn_error": at.turn_error,
+                "shift": at.motion.shift,
+                "shift_error": at.shift_error,
+                "pivot": at.motion.pivot,
+            },
             "condition": found.condition,
             "correlation": found.correlation,
             "equilibria": found.iterations,

@@ -144,7 +144,8 @@ def _unit(about: Key) -> str:
 
 
 def _range(about: Key) -> str:
-    return about.range.text if about.range else ""
+    """What is right at all, and for which numbers the models are known to work."""
+    return "; ".join(part.text for part in (about.range, about.known) if part is not None)
 
 
 def _plain(text: str) -> str:

@@ -6,19 +6,22 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.measure.grades import GRADES, POOR, UNKNOWN, worst
+from compare.measure.grades import GRADES, UNKNOWN
 from compare.page.page import Picture, Surface
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import LAST, Cell, Column, ColumnOf, Table
-from compare.page.told import length
-from compare.page.verdict import Verdict
+from compare.page.told import length, percent
+from compare.page.verdict import Check, Verdict, unchecked
 from compare.pages import result as results
 from compare.scene.units import Units
 from compare.store.store import jsonable
+from compare.studies.checks import of_rows, of_state, worst_of
 from compare.studies.compare import Comparison
 from compare.studies.limits import Finding, Thresholds, hits
 
+#: The command whose verdict is of estimates alone.
+QUICK = "limits --quick"
 #: Findings up to which each gets its sentence.
 _MOST_SENTENCES = 6
 _FILES = {
@@ -59,12 +62,18 @@ def row_result(finding: Finding) -> dict[str, Any]:
         "reason": finding.cause,
         "estimate": {
             "distance": finding.estimate.distance,
-            "share": finding.estimate.share,
+            "share": None if finding.estimate.why else finding.estimate.share,
+            **(
+                {"share_why": finding.estimate.why, "distance_why": finding.estimate.why}
+                if finding.estimate.why
+                else {}
+            ),
             "parts": finding.estimate.parts,
             "level": finding.estimated_level,
             "scale": finding.estimate.scale,
             "seconds": finding.estimate.seconds,
             "false_safe": finding.false_safe,
+            "rival": None if finding.estimate.rival is None else finding.estimate.rival.to_dict(),
         },
     }
 
@@ -90,7 +99,7 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("clamp", "held", kind="word", rank=2), lambda f: f.scene.shell.clamp),
         (Column("width_to_thickness", "w/h", kind="digits", rank=1), lambda f: f.width_to_thickness),
         (Column("level", "level", kind="word", legend="good, fair, poor (see the verdict's thresholds)", rank=0),
-         lambda f: f.level or (f.row and f.row.status)),
+         lambda f: f.level or _without_level(f)),
         (Column("distance", "distance % l", "l", "percent:2", legend="Hausdorff between ribbon and shell", rank=1),
          lambda f: f.distance),
         (Column("centreline", "centreline % l", "l", "percent:2", rank=LAST), of_row("centreline")),
@@ -101,7 +110,7 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("share.membrane", "membrane %", kind="percent:2", rank=2), part(share, "membrane")),
         (Column("share.shear", "shear %", kind="percent:2"), part(share, "shear")),
         (Column("share_error", "share's error %", kind="percent:2", rank=LAST,
-                legend="change of the membrane share from a mesh half as fine"), of_row("share_error")),
+                legend="of the membrane share, as the error of the shape"), of_row("share_error")),
         (Column("zones.clamps", "at clamps %", kind="percent:0", rank=LAST,
                 legend="part of that stretching within w/2 of a clamp"), part(lambda f: f.zones, "clamps")),
         (Column("energy.elastic", "elastic", "D w / l", "digits:4", rank=LAST,
@@ -110,14 +119,22 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("estimate.level", "estimated level", kind="word", rank=3), lambda f: f.estimated_level),
         (Column("estimate.distance", "estimated distance % l", "l", "percent:2", rank=3),
          lambda f: f.estimate.distance),
-        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4), lambda f: f.estimate.share),
-        (Column("reason", "most of it", kind="word", rank=3), lambda f: f.cause),
+        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4),
+         lambda f: None if f.estimate.why else f.estimate.share),
+        (Column("reason", "most of it", kind="word", rank=3), lambda f: f.cause or None),
         (Column("seconds.shell", "shell s", "s", "seconds:3"), part(of_row("seconds"), "shell")),
     ]  # fmt: skip
 
 
 #: What an estimate alone has.
 _ESTIMATED = ("clamp", "width_to_thickness", "estimate.level", "estimate.distance", "estimate.share", "reason")
+
+
+def _without_level(finding: Finding) -> str | None:
+    """What stands in place of a level: the shell's status, or that it rests in another state."""
+    if finding.another is not False:
+        return "another state" if finding.another else "state not known"
+    return None if finding.row is None else finding.row.status
 
 
 def table(findings: Sequence[Finding]) -> Table:
@@ -201,19 +218,38 @@ def _extremes(findings: Sequence[Finding]) -> list[str]:
 
 
 def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
-    """By how much the model is off, at the worst of the findings."""
-    grades = [finding.level or UNKNOWN for finding in findings]
+    """By how much the model is off, at the worst of the findings; as good as what was checked of all of them."""
+    levels = [finding.level or UNKNOWN for finding in findings]
     first = max(findings, key=lambda f: (GRADES.index(f.level or UNKNOWN) if f.level else -1, f.distance or 0.0))
+    command = QUICK if all(finding.row is None for finding in findings) else "limits"
+    checks = worst_of(_checks(finding, command) for finding in findings)
     if first.level is None or first.share is None:
         bad = next((f for f in findings if not f.ok), first)
-        return Verdict(bad.sentence.removesuffix("."), UNKNOWN if bad.ok else POOR)
+        return Verdict.of(command, bad.sentence.removesuffix("."), checks)
     told = Units.of(first.scene) if units is None else units
     by = "By estimate the" if first.row is None else "The"
-    off = f"off by {length(told, first.distance)} and {100.0 * (first.left_out or 0.0):.2g} % of the energy"
+    off = f"off by {length(told, first.distance)} and {percent(first.left_out or 0.0)} of the energy"
     if len(findings) == 1:
-        return Verdict(f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}", first.level)
-    counts = ", ".join(f"{grades.count(name)} {name}" for name in GRADES if name in grades)
-    return Verdict(f"{by} {first.words} is {off} at the worst of {len(findings)} cases ({counts})", worst(*grades))
+        text = f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}"
+    else:
+        counts = ", ".join(f"{levels.count(name)} {name}" for name in GRADES if name in levels)
+        text = f"{by} {first.words} is {off} at the worst of {len(findings)} cases ({counts})"
+    return Verdict.of(command, text, checks).doubted("distance", "share")
+
+
+def _checks(finding: Finding, command: str) -> list[Check]:
+    """What a finding rests on: the model's own state, the shell where there is one, distance and share."""
+    found = {check.name: check for check in of_state(finding.scene, finding.ribbon, command)}
+    if finding.row is not None:
+        found |= {check.name: check for check in of_rows([finding.row], command)}
+    rival = finding.estimate.rival
+    if rival is not None:
+        found["rivals"] = unchecked("rivals", rival.text)
+    level = UNKNOWN if finding.level is None or finding.another is not False else finding.level
+    for name, value in (("distance", finding.distance), ("share", finding.left_out)):
+        said = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
+        found[name] = Check(name, level, said, value)
+    return list(found.values())
 
 
 def verdict(findings: Sequence[Finding], thresholds: Thresholds) -> list[str]:
@@ -321,7 +357,7 @@ def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str)
     return [
         Picture(
             names["shares"],
-            f"Energies by kind; {held}; stretching is at most {100 * worst:.2g} % of the elastic energy",
+            f"Energies by kind; {held}; stretching is at most {percent(worst)} of the elastic energy",
             "Shares of bending, membrane and shear (thesis, figure 7.9); the estimate from the ribbon alone dotted.",
         ),
         Picture(

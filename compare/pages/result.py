@@ -6,6 +6,8 @@ import importlib
 from dataclasses import asdict
 from typing import Any
 
+from compare.measure.error import error_of_first
+from compare.measure.numbers import ALONE, errors_of, nested, numbers_of
 from compare.models.base import Force, Model, Pose, Seconds, State, Supports
 from compare.page.remedies import message
 from compare.page.si import dimensions, si_of
@@ -58,6 +60,19 @@ def supports_result(state: State) -> dict[str, Any]:
     }
 
 
+def errors_result(state: State) -> dict[str, Any]:
+    """The errors of all that is told of a state, each in the unit of its number and nested as that is (`forces_error`
+    beside `forces`), None where it is not known; `errors_why`: how they were found, or why they are not known. Of an
+    end that nothing holds None, as its force is."""
+    known = state.errors or errors_of([numbers_of(state)], error_of_first)
+    parts = known if state.is_equilibrium else nested({})
+    return {
+        **{f"{name}_error": parts[name] for name in ("forces", "moments", "energy")},
+        **{f"{name}_error": parts[name] for name in ALONE if name in parts},
+        "errors_why": state.error_why or "not asked for",
+    }
+
+
 def state_result(scene: Scene, state: State) -> dict[str, Any]:
     """The contract's keys of a state, what its model's own page adds, and the scene's dimensions; what has a unit again
     under `si`, in m, N, N m and J."""
@@ -77,8 +92,10 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
         "max_abs_eta": state.numbers.get("max_abs_eta"),
         "max_abs_eta_prime_w_half": state.numbers.get("max_abs_eta_prime_w_half"),
         **supports_result(state),
+        **errors_result(state),
+        **{f"{key}_why": why for key, why in state.whys.items() if state.is_equilibrium},
         "discretisation_error": state.error,
-        "discretisation_error_why": state.error_why,
+        "discretisation_error_why": state.error_why or ("it was not asked for" if state.error is None else ""),
         "refinements": [asdict(one) for one in state.refinements],
         "seconds": {"first": state.seconds.first, "warm": state.seconds.warm},
         "model": {
@@ -88,6 +105,8 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
             "unknowns": state.unknowns,
         },
         "start": state.start,
+        "branch": state.branch,
+        "left_saddle": state.left_saddle,
         **dimensions(scene),
         "provenance": provenance(scene),
     }
@@ -130,6 +149,9 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
             "energy",
             "forces",
             "moments",
+            "energy_error",
+            "forces_error",
+            "moments_error",
             "discretisation_error",
             "seconds",
         )

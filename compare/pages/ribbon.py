@@ -16,8 +16,11 @@ from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.ribbon.build import formulation_why
+from compare.models.ribbon.rivals import Rival
 from compare.models.ribbon.state import RibbonShape
 from compare.models.ribbon.stretching import stretching
+from compare.models.ribbon.taut import taut
+from compare.models.ribbon.taut import words as taut_words
 from compare.page import force_displacement, told
 from compare.page.drawing import pictured
 from compare.page.page import Picture, Surface
@@ -40,7 +43,10 @@ FILES = {
 }
 
 #: What solves the linear systems of each minimiser.
-LINEAR_SOLVERS = {"Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "L D L^T along the strip"}
+LINEAR_SOLVERS = {
+    "Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "L D L^T along the strip", "Newton, dense": "LAPACK, dense",
+    "none": "none: the state was known",
+}  # fmt: skip
 
 
 def result(scene: Scene, state: State) -> dict[str, Any]:
@@ -67,6 +73,10 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         found["auto"] = state.numbers["auto"]
     if e.penetration is not None:
         found["penetration"] = e.penetration
+    if e.forces_why:
+        stretched = taut(scene)
+        found["taut_tension"] = None if stretched is None else stretched.tension
+        found["taut_sag"] = None if stretched is None else stretched.sag
     if e.has_free_twist:
         found |= _finite(scene, state)
     if scene.path:
@@ -195,7 +205,9 @@ def choice_text(choice: Mapping[str, Any]) -> str:
         beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
         said.append(f"{step['model']} {told}{beyond} {spent_on}")
     end = ": taken" if choice["enough"] else ": not enough, take the shell (ribbonbench shell)"
-    return "; ".join(said) + end
+    rival = choice.get("rival")
+    doubt = "" if rival is None else f", but not sure: {Rival(**rival).text}"
+    return "; ".join(said) + end + doubt
 
 
 def picture(state: State) -> Picture:
@@ -217,7 +229,7 @@ def sentences(scene: Scene, state: State) -> list[str]:
     known = f"unknown ({state.error_why})" if state.error is None else f"{state.error:.1e} l"
     said = [
         f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {message(state)}; residual {e.residual:.1e}, "
-        f"lowest eigenvalue {e.lowest_eigenvalue:.3g}, discretisation error {known}, "
+        f"lowest eigenvalue {_eigenvalue(state, 3)}, discretisation error {known}, "
         f"{state.seconds.warm * 1e3:.3g} ms."
     ]
     if "auto" in state.numbers:
@@ -240,6 +252,11 @@ def advice(scene: Scene, error: float | None) -> str | None:
     else:
         remedy = "raise model.elements, or give model.tolerance in its place"
     return f"The ribbon's discretisation error {error:.1e} l is above 1 permille of l: {remedy}."
+
+
+def undetermined(scene: Scene) -> str:
+    """What there is to say where the forces of a straight strip are not determined."""
+    return taut_words(scene)
 
 
 def _bent(scene: Scene, state: State, units: Units) -> list[tuple[str, str]]:
@@ -271,8 +288,15 @@ def _limit(state: State) -> str:
 
 def _lowest(state: State) -> str:
     """The lowest eigenvalue with its limit; in words where nothing is free."""
+    return f"{_eigenvalue(state, 4)}{_limit(state)}"
+
+
+def _eigenvalue(state: State, digits: int) -> str:
+    """The lowest eigenvalue; in words where there is none."""
     lowest = state.native.lowest_eigenvalue
-    return "none: no freedom is left" if lowest == np.inf else f"{lowest:.4g}{_limit(state)}"
+    if np.isfinite(lowest):
+        return f"{lowest:.{digits}g}"
+    return "none: no freedom is left" if lowest == np.inf else "not judged"
 
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
@@ -288,20 +312,20 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found = [("status", message(state))]
     if state.is_equilibrium:
         found += [
-            ("energy", told.energies(parts, units)),
+            ("energy", told.energies(parts, units, state.errors.get("energy", {}))),
             ("middle", told.place(e.middle.position, units)),
             ("end" if scene.clamp_end or scene.closure else "free end", told.place(e.end.position, units)),
             *_bent(scene, state, units),
         ]
-        if scene.clamp_start is not None:
-            found.append(("force at s = 0", told.force(e.start.force, units)))
-            found.append(("moment at s = 0", told.moment(e.start.moment, units)))
-        if e.end_support is not None:
-            found.append(("force at s = l", told.force(e.end_support.force, units)))
-            found.append(("moment at s = l", told.moment(e.end_support.moment, units)))
-        for wall in state.supports.walls:
+        if e.forces_why:
+            found.append(("forces", f"not determined: {e.forces_why}; {taut_words(scene)}"))
+        free = () if scene.clamp_start is not None else ("force at s = 0", "moment at s = 0")
+        found += [row for row in told.supports(state, units) if row[0] not in free]
+        sure = state.errors.get("forces", {}).get("walls", ())
+        for number, wall in enumerate(state.supports.walls):
             plate = "" if wall["height"] is None else f", plate at {units.text(wall['height'], 'l', 4)} from rest"
-            text = f"{told.force(wall['force'], units)}; {wall['contacts'].size} points in contact{plate}"
+            error = told.within(sure[number] if number < len(sure) else None, "D w / l^2", units)
+            text = f"{told.force(wall['force'], units)}{error}; {wall['contacts'].size} points in contact{plate}"
             found.append((f"force of wall {wall['name']}", text))
     if e.penetration is not None:
         found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))

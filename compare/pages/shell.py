@@ -20,6 +20,7 @@ from compare.page.si import dimensions, for_reader, si_of, with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.page.verdict import Verdict
+from compare.pages.result import errors_result
 from compare.pages.solve import answer as state_answer
 from compare.pages.written import Written
 from compare.scene.scene import Scene
@@ -35,6 +36,12 @@ def _of(name: str, part: str) -> Callable[[Entry], Any]:
     return lambda entry: (entry[name] or {}).get(part)
 
 
+def _error(entry: Entry) -> Any:
+    """The error of the shape; where the mesh was refined for something else, of that."""
+    own = entry["discretisation_error"]
+    return (entry["discretisation"] or {}).get("estimate") if own is None else own
+
+
 _COLUMNS: tuple[ColumnOf[Entry], ...] = (
     (Column("width_to_thickness", "w/h", kind="digits", rank=0), lambda e: e["width_to_thickness"]),
     (Column("status", "status", kind="word", rank=1), lambda e: e["status"]),
@@ -46,8 +53,8 @@ _COLUMNS: tuple[ColumnOf[Entry], ...] = (
     (Column("middle", "middle / l", "l", "decimals:5", rank=7), _of("middle", "position")),
     (Column("end", "end / l", "l", "decimals:5", rank=6), _of("end", "position")),
     (Column("elements", "elements", kind="sizes", rank=2), lambda e: e["model"]["elements"]),
-    (Column("error", "error", "l", "exponent:1", legend="estimated where a tolerance refines the mesh: Hausdorff / l, "
-            "or of what shell.goal says", rank=2), _of("discretisation", "estimate")),
+    (Column("error", "error", "l", "exponent:1", legend="of the discretisation, by another mesh or by refinement: "
+            "Hausdorff / l, or of what shell.goal says", rank=2), _error),
     (Column("seconds", "s", "s", "seconds:3", legend="of the solve, compilation apart", rank=3),
      _of("seconds", "warm")),
     (Column("reused", "kept", kind="truth", legend="solved by an earlier run", rank=6), lambda e: e["reused"]),
@@ -127,6 +134,9 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         "load_factor": data["load_factor"],
         "path_factor": data["path_factor"],
         "discretisation": data["discretisation"],
+        "discretisation_error": state.error,
+        "discretisation_error_why": state.error_why,
+        **errors_result(state),
         "seconds": {"first": spent["total"], "warm": state.seconds.warm, "parts": spent},
         "memory_mb": data["memory_mb"],
         "model": {
@@ -274,9 +284,12 @@ def answer(scene: Scene, states: Sequence[State], units: Units | None = None) ->
     is none."""
     bad = [state for state in states if not state.ok]
     shown = bad[0] if bad else max(states, key=ratio_of)
-    found = state_answer(scene, shown, units)
-    ratio = "" if shown.shape is None else f"Shell, w/h = {ratio_of(shown):g}: "
-    return Verdict(f"{ratio}{found.text[:1].lower()}{found.text[1:]}" if ratio else found.text, found.grade)
+    found = state_answer(scene, shown, units, "shell")
+    if shown.shape is None:
+        return found
+    return Verdict(
+        f"Shell, w/h = {ratio_of(shown):g}: {found.text[:1].lower()}{found.text[1:]}", found.grade, found.checks
+    )
 
 
 def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "") -> None:

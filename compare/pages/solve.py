@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.measure.grades import POOR, YARDSTICK, grade
+from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
 from compare.models.base import State, Status
 from compare.page.remedies import message
@@ -18,34 +18,48 @@ from compare.pages.result import presenter, spent, state_result
 from compare.pages.written import write_any
 from compare.scene.scene import Scene
 from compare.scene.units import Units
+from compare.store.finite import explained
 from compare.store.store import atomic_write_json
+from compare.studies.checks import of_state
 from compare.studies.inputs import input_uncertainty
 
 #: Names and texts: each row has a unit, or several values, of its own.
 _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
 
 
-def answer(scene: Scene, state: State, units: Units | None = None) -> Verdict:
-    """Whether the state is one that the strip stays in, where that is, and how accurately it is known."""
+def answer(scene: Scene, state: State, units: Units | None = None, command: str = "solve") -> Verdict:
+    """Whether the state is one that the strip stays in, where that is, and how accurately it is known: as good as what
+    was checked of it (`compare.studies.checks`), with what keeps it from being good."""
     units = Units.of(scene) if units is None else units
+    checks = of_state(scene, state, command)
     body = f"the {'band' if scene.closure else 'strip'}"
     if state.stable is False or state.status is Status.UNSTABLE:
-        return Verdict(f"{body.capitalize()} would not stay in the state that was found: {message(state)}", POOR)
+        text = f"{body.capitalize()} would not stay in the state that was found: {message(state)}"
+        return Verdict.of(command, text, checks)
     if not state.ok:
-        return Verdict(f"No equilibrium was found: {message(state)}", POOR)
+        return Verdict.of(command, f"No equilibrium was found: {message(state)}", checks)
+    if "forces" in state.whys:
+        text = f"{body.capitalize()} is straight; its tension is not determined: {remedy(scene, state)}"
+        return Verdict.of(command, text, checks)
     kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
     near = f"computed to {length(units, state.error)}"
     if state.error is None:
         near = "how accurately is not known" + (f" ({state.error_why})" if state.error_why else "")
-    choice = state.numbers.get("auto")
-    if choice is not None and not choice["enough"]:
-        near += f"; its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
+    if state.left_saddle is not None:
+        mirror = ", as its mirror image is" if state.left_saddle["mirrored"] else ""
+        near += f"; the state beside its seed is a saddle, which it leaves for this one{mirror}"
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:
         near += f"; its inputs leave {length(units, unsure.total)} open"
-    return Verdict(
-        f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}", grade("error", state.error)
-    )
+    text = f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}"
+    return Verdict.of(command, text, checks).doubted("elements", *(() if state.stable else ("stability",)))
+
+
+def remedy(scene: Scene, state: State) -> str:
+    """Why the forces of a state are not known, and what its model says of them."""
+    own = presenter(state)
+    more = "" if own is None else own.undetermined(scene)
+    return state.whys["forces"] + (f"; {more}" if more else "")
 
 
 def _where(scene: Scene, state: State, units: Units) -> str:
@@ -100,7 +114,7 @@ def write(out: Path, scene: Scene, state: State, again: str) -> None:
     """result.json first, then the files and pictures of the model, and page.json."""
     result = state_result(scene, state)
     verdict = answer(scene, state)
-    atomic_write_json(out / RESULT, {**result, "answer": verdict})
+    atomic_write_json(out / RESULT, explained({**result, "answer": verdict}))
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
     own = presenter(state)
     written = (write_any if own is None else own.write)(out, scene, state, grid)

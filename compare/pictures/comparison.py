@@ -36,7 +36,15 @@ def convergence(path: Path, comparison: Comparison) -> Path:
         hollow = [(a, r.hausdorff) for a, r in zip(x, shown, strict=True) if not r.claimed]
         if hollow:
             x_hollow, y_hollow = zip(*hollow, strict=True)
-            axes.loglog(x_hollow, y_hollow, "o", mfc="white", mec=RIBBON_COLOUR, ms=9, label="not above the errors")
+            axes.loglog(
+                x_hollow,
+                y_hollow,
+                "o",
+                mfc="white",
+                mec=RIBBON_COLOUR,
+                ms=9,
+                label="no claim",
+            )
     if comparison.fast.error:
         axes.axhline(comparison.fast.error, color=RIBBON_COLOUR, lw=1, ls="--", label="ribbon's error")
     if comparison.slope is not None:

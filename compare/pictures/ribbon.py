@@ -48,9 +48,11 @@ def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
     """A point (3,) in l and the normal (3,) of every wall, a pressure plate where it has moved to."""
     problem: Any = equilibrium.problem
     found = []
-    for wall, exerted in zip(getattr(problem, "walls", ()), equilibrium.walls, strict=True):
+    held = getattr(problem, "walls", ())
+    heights = [exerted.height for exerted in equilibrium.walls] or [None] * len(held)  # of undetermined forces: none
+    for wall, moved in zip(held, heights, strict=True):
         normal = np.asarray(wall.normal, dtype=float)
-        height = 0.0 if exerted.height is None else exerted.height
+        height = 0.0 if moved is None else moved
         found.append((np.asarray(wall.point) / problem.strip.length + height * normal, normal))
     return found
 

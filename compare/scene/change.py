@@ -10,7 +10,7 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.scene.data import SceneData
-from compare.scene.keys import FREE, KEYS, SECTIONS, contract_name
+from compare.scene.keys import DEEPEST, FREE, KEYS, SECTIONS, contract_name
 from compare.scene.spec import ClampSpec, ClosureSpec, ModelSpec, StageSpec
 
 EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
@@ -188,6 +188,8 @@ def changed(document: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, A
 
 def _assign(document: dict[str, Any], key: str, value: Any) -> None:
     """Set (or, with None, remove) the dotted `key` of a nested dictionary, making the tables on the way."""
+    if key.count(".") > DEEPEST:
+        raise BadInput(key, value, "is not a known key", "check the dots")
     *path, last = key.split(".")
     table: Any = document
     for name in path:

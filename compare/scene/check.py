@@ -21,7 +21,8 @@ TOO_FAR = 1e-12
 """How far, relatively, the two held points may be further apart than the length: rounding."""
 
 STRETCHED = 1e-9
-"""Difference of distance and length, relative to the length, below which the strip counts as stretched straight."""
+"""Difference of distance and length, relative to the length, up to which clamped frames have to lie along the chord:
+the strip has no room to turn to others."""
 
 THROUGH_WALL = 1e-9
 """How far a held point may stand behind a wall, in units of l: rounding."""

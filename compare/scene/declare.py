@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from typing import Any
 
 LENGTH = "the unit of length"
 FORCE = "N, or D w / l^2 without strip.young"
+MOMENT = "N m, or D w / l without strip.young"
+PER_LENGTH = "1/length"
 NONE = ""
 """The unit of a number that has none; `unit=None` is for what is no number."""
 
@@ -24,6 +27,7 @@ REQUIRED: Any = object()
 """The default of a key that must be there."""
 
 _BETWEEN = re.compile(r"(?P<low>\S+) (?P<left><=?) (?P<name>[^<]+) (?P<right><=?) (?P<high>[^<]+)")
+_KNOWN = re.compile(r"(?:(?P<low>[\d.e+-]+) <= )?(?P<name>[^<>]+?) (?:<= (?P<high>[\d.e+-]+)|>= (?P<least>[\d.e+-]+))")
 _ABOVE = re.compile(r"(?:(?P<name>\w+) )?(?P<left>>=?) (?P<low>\S+)")
 _ESCAPES = {'"': '\\"', "\\": "\\\\"}
 
@@ -99,12 +103,38 @@ class Range:
 
 
 @dataclass(frozen=True)
+class Known:
+    """The dimensionless numbers for which the models are known to work: "-1e4 <= K l <= 1e4", "Gamma <= 1e12" or
+    "h / l >= 1e-8", each entry where there are several. `compare.scene.given.known` checks them."""
+
+    text: str
+    symbol: str
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, text: str) -> Known:
+        """The numbers that `text` says; ValueError when it says none."""
+        found = _KNOWN.fullmatch(text)
+        if found is None:
+            raise ValueError(f"no numbers: {text!r}")
+        low = found["low"] or found["least"]
+        high = float(found["high"]) if found["high"] else math.inf
+        return cls(text, found["name"], -math.inf if low is None else float(low), high)
+
+    def holds(self, number: float) -> bool:
+        """Whether a number is one of them."""
+        return self.low <= number <= self.high
+
+
+@dataclass(frozen=True)
 class Key:
     """One declared key.
 
     name : dotted, set when the section is known ("clamp.start.position").
     example : a value that is right, as TOML.
     unit : None for what is no number, `NONE` for a number without unit.
+    known : the dimensionless numbers for which the models are known to work; None: no number, or all in `range`.
     default : what an absent key is read as; REQUIRED: it must be there.
     defaults : the default in single sections, where one dataclass is read in several.
     choices : the texts allowed, each with what it means (may be empty).
@@ -123,6 +153,7 @@ class Key:
     example: str
     unit: str | None = None
     range: Range | None = None
+    known: Known | None = None
     default: Any = REQUIRED
     defaults: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     choices: Mapping[str, str] = dataclasses.field(default_factory=dict)
@@ -190,11 +221,13 @@ def listed(choices: Mapping[str, str]) -> str:
 
 
 def declared(
-    kind: Kind, about: str, unit: str | None = None, range: str = "", example: str = "", choices: Any = (), **more: Any
-) -> Key:
+    kind: Kind, about: str, unit: str | None = None, range: str = "", example: str = "", choices: Any = (),
+    known: str = "", **more: Any,
+) -> Key:  # fmt: skip
     """A key without a field of its own; `choices`: texts, or texts with their meanings; `more`: attributes of `Key`."""
     texts = dict(choices) if isinstance(choices, Mapping) else dict.fromkeys(choices, "")
-    return Key(kind, about, example, unit, Range.of(range) if range else None, choices=texts, **more)
+    within, works = Range.of(range) if range else None, Known.of(known) if known else None
+    return Key(kind, about, example, unit, within, works, choices=texts, **more)
 
 
 def key(

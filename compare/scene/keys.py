@@ -59,6 +59,10 @@ FREE = "free"
 """The value of `position` or `frame` of a clamp that does not hold it."""
 
 
+DEEPEST = 4
+"""More dots than any key has: a bound for the nesting of tables."""
+
+
 def contract_name(dotted: str) -> str:
     """The name in the contract of a key as a scene says it, a wall without its number or name: "wall.roof.point"."""
     section, _, rest = dotted.partition(".")

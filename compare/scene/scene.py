@@ -20,6 +20,7 @@ from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import beyond_the_shell, check_geometry
 from compare.scene.data import SceneData
 from compare.scene.declare import Kind
+from compare.scene.given.known import check_known
 from compare.scene.given.plausible import implausible
 from compare.scene.given.source import name_of, shipped, text_of, text_of_shipped
 from compare.scene.given.without_effect import without_effect
@@ -118,6 +119,12 @@ class Scene(SceneData):
         return (*_stage_scenes(scene, self.path), scene)
 
 
+#: A key with far more dots than any has, whose tables within tables a parser would make for minutes (time and memory go
+#: with the square of the dots); and what is no bare key: texts in quotes (or keys in them) and comments.
+_DEEP = re.compile(r"(?:\.[ \t]*+[\w-]*+[ \t]*+){64}")
+_QUOTED = re.compile(r'"""(?:\\.|[^\\])*?"""|' r"'''.*?'''|" r'"(?:\\.|[^"\\\n])*+"|' r"'[^'\n]*+'|#[^\n]*+", re.DOTALL)
+
+
 def load(name_or_path: str | Path) -> Scene:
     """Read a shipped scene by its name, a scene file by its path, or with "-" what stands in the standard input."""
     return loads(*text_of(name_or_path))
@@ -126,6 +133,8 @@ def load(name_or_path: str | Path) -> Scene:
 def loads(text: str, source: str = "<text>") -> Scene:
     """Read a scene from TOML text; `source` is where it came from, its stem becomes the scene's name."""
     try:
+        if _DEEP.search(_QUOTED.sub("q", text)):
+            raise RecursionError
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise BadInput(
@@ -182,6 +191,7 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
     said = {**vars(sections), "title": sections.title or one_line(name)}
     scene = Scene(name=name, source=source, own_keys=given_keys(document), **said)
     check_geometry(scene)
+    check_known(scene)
     if scene.model.energy == "elastica":
         reason = scene.nonplanar_reason()
         if reason is not None:

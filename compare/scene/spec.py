@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from compare import registry
-from compare.scene.declare import FORCE, LENGTH, NONE, Key, Kind, declared, key
+from compare.scene.declare import FORCE, LENGTH, MOMENT, NONE, PER_LENGTH, Key, Kind, declared, key
 
 ENERGIES = tuple(energy for entry in registry.BUILT_IN for energy in entry.energies)
 """Values of `model.energy` that are always there; models from outside bring their own (`compare.registry`)."""
@@ -99,32 +99,36 @@ class StripSpec:
     length: float = key(
         Kind.NUMBER, "length l", "m", "> 0", "1.0", note="any unit when gamma is given or there is no gravity"
     )
-    width: float = key(Kind.NUMBER, "width w", LENGTH, "0 < w < length", "0.03")
-    thickness: float | None = key(Kind.NUMBER, "thickness h", LENGTH, "0 < h < width", "3e-4", default=None)
+    width: float = key(Kind.NUMBER, "width w", LENGTH, "0 < w < length", "0.03", known="w / l >= 1e-6")
+    thickness: float | None = key(
+        Kind.NUMBER, "thickness h", LENGTH, "0 < h < width", "3e-4", default=None, known="h / l >= 1e-10"
+    )
     poisson: float = key(Kind.NUMBER, "Poisson's ratio nu", NONE, "-1 < nu <= 0.5", "0.4")
     natural_curvature: Linear = key(
-        Kind.LINEAR, "natural normal curvature", "1/length", example="10.0", default=(0.0, 0.0)
+        Kind.LINEAR, "natural normal curvature", PER_LENGTH, example="10.0", default=(0.0, 0.0),
+        known="-1e4 <= K l <= 1e4"
     )
     transverse_curvature: float = key(
-        Kind.NUMBER, "natural curvature across the strip, of a tape spring", "1/length", example="20.0", default=0.0,
-        newer=True, note="the edges stand away from the normal where it is > 0, as the ends do for natural_curvature"
+        Kind.NUMBER, "natural curvature across the strip, of a tape spring", PER_LENGTH, example="20.0", default=0.0,
+        newer=True, note="the edges stand away from the normal where it is > 0, as the ends do for natural_curvature",
+        known="-1e4 <= k l <= 1e4"
     )
     gamma: float | None = key(
         Kind.NUMBER, "weight against bending stiffness rho h g l^3 / D", NONE, ">= 0", "100.0", default=None,
-        hint="give the weight parameter as a number >= 0 and turn gravity.up instead"
+        hint="give the weight parameter as a number >= 0 and turn gravity.up instead", known="Gamma <= 1e12"
     )
     young: float | None = key(
         Kind.NUMBER, "Young's modulus", "Pa", "> 0", "1.8e9", default=None,
-        note="together with density and thickness, instead of gamma"
+        note="together with density and thickness, instead of gamma", known="1e-100 <= Y <= 1e100"
     )
     density: float | None = key(
         Kind.NUMBER, "mass density", "kg/m^3", "> 0", "1000.0", default=None,
-        note="together with young and thickness, instead of gamma"
+        note="together with young and thickness, instead of gamma", known="1e-100 <= rho <= 1e100"
     )
     second_moment: float | None = key(
         Kind.NUMBER, "second moment of area I of a rod's section about the axis of bending", "m^4", "> 0",
         "1.2566370614359172e-11", default=None, newer=True,
-        note="with young, instead of thickness; the rod weighs nothing"
+        note="with young, instead of thickness; the rod weighs nothing", known="1e-100 <= I <= 1e100"
     )
 
 
@@ -136,26 +140,32 @@ class UncertaintySpec:
     """
 
     width: float | None = key(
-        Kind.NUMBER, "standard uncertainty of strip.width", LENGTH, ">= 0", "1e-4", default=None, newer=True
+        Kind.NUMBER, "standard uncertainty of strip.width", LENGTH, ">= 0", "1e-4", default=None, newer=True,
+        known="dw / l <= 1"
     )
     thickness: float | None = key(
-        Kind.NUMBER, "standard uncertainty of strip.thickness", LENGTH, ">= 0", "1e-5", default=None, newer=True
+        Kind.NUMBER, "standard uncertainty of strip.thickness", LENGTH, ">= 0", "1e-5", default=None, newer=True,
+        known="dh / l <= 1"
     )
     poisson: float | None = key(
-        Kind.NUMBER, "standard uncertainty of strip.poisson", NONE, ">= 0", "0.02", default=None, newer=True
+        Kind.NUMBER, "standard uncertainty of strip.poisson", NONE, ">= 0", "0.02", default=None, newer=True,
+        known="dnu <= 1"
     )
     natural_curvature: float | None = key(
-        Kind.NUMBER, "standard uncertainty of strip.natural_curvature", "1/length", ">= 0", "0.1", default=None,
-        newer=True, note="of the whole law, shifted as one"
+        Kind.NUMBER, "standard uncertainty of strip.natural_curvature", PER_LENGTH, ">= 0", "0.1", default=None,
+        newer=True, note="of the whole law, shifted as one", known="dK l <= 1e4"
     )
     gamma: float | None = key(
-        Kind.NUMBER, "standard uncertainty of strip.gamma", NONE, ">= 0", "2.0", default=None, newer=True
+        Kind.NUMBER, "standard uncertainty of strip.gamma", NONE, ">= 0", "2.0", default=None, newer=True,
+        known="dGamma <= 1e12"
     )
     young: float | None = key(
-        Kind.NUMBER, "standard uncertainty of strip.young", "Pa", ">= 0", "5e7", default=None, newer=True
+        Kind.NUMBER, "standard uncertainty of strip.young", "Pa", ">= 0", "5e7", default=None, newer=True,
+        known="dY <= 1e100"
     )
     density: float | None = key(
-        Kind.NUMBER, "standard uncertainty of strip.density", "kg/m^3", ">= 0", "10.0", default=None, newer=True
+        Kind.NUMBER, "standard uncertainty of strip.density", "kg/m^3", ">= 0", "10.0", default=None, newer=True,
+        known="drho <= 1e100"
     )
 
 
@@ -166,25 +176,25 @@ class TipSpec:
     mass: float | None = key(
         Kind.NUMBER, "mass at s = length", "kg", ">= 0", "0.005", default=None, newer=True,
         note="with young and second_moment, or young, density and thickness",
-        hint="give a mass >= 0 and turn gravity.up instead"
+        hint="give a mass >= 0 and turn gravity.up instead", known="M <= 1e100"
     )
     load: float | None = key(
         Kind.NUMBER, "load at s = length along -up against bending stiffness", "D w / l^2", ">= 0", "3.9",
         default=None, newer=True, note="Y I / l^2 of a rod; instead of mass",
-        hint="give a load >= 0 and turn gravity.up instead"
+        hint="give a load >= 0 and turn gravity.up instead", known="P <= 1e12"
     )
     force: Vector | None = key(
         Kind.VECTOR, "force at s = length, its direction fixed; on a shell along the end edge, evenly", FORCE,
-        example="[0.0, -0.01, 0.0]", default=None, newer=True
+        example="[0.0, -0.01, 0.0]", default=None, newer=True, known="-1e12 <= F l^2 / (D w) <= 1e12"
     )
     tension: float | None = key(
         Kind.NUMBER, "force at s = length along the tangent of clamp.end where that leaves the position free, else "
         "along the tangent of clamp.start", FORCE, example="0.5", default=None, newer=True,
-        note="its direction fixed; below 0 it pushes"
+        note="its direction fixed; below 0 it pushes", known="-1e12 <= F l^2 / (D w) <= 1e12"
     )
     moment: Vector | None = key(
-        Kind.VECTOR, "moment at s = length, its direction fixed", "N m, or D w / l without strip.young",
-        example="[0.1, 0.0, 0.0]", default=None, newer=True, note="rods only"
+        Kind.VECTOR, "moment at s = length, its direction fixed", MOMENT,
+        example="[0.1, 0.0, 0.0]", default=None, newer=True, note="rods only", known="-1e4 <= M l / (D w) <= 1e4"
     )
 
 
@@ -195,7 +205,7 @@ class GravitySpec:
     up: Vector = key(Kind.DIRECTION, "unit vector UP, against the weight", NONE, example="[1.0, 0.0, 0.0]")
     acceleration: float = key(
         Kind.NUMBER, "acceleration of gravity", "m/s^2", "> 0", "9.81", default=STANDARD_GRAVITY,
-        note="used with young and density"
+        note="used with young and density", known="1e-100 <= g <= 1e100"
     )
     exact: bool = key(
         Kind.TRUTH, "weight over the surface (true) or along the centreline (false)", example="false", default=False
@@ -211,7 +221,7 @@ class ClampSpec:
 
     position: Vector | None = key(
         Kind.VECTOR, "point held at {at}", LENGTH, example="[0.0, 0.0, 0.0]", words={"free": ("", None)},
-        default=None, defaults={"clamp.start": (0.0, 0.0, 0.0)}
+        default=None, defaults={"clamp.start": (0.0, 0.0, 0.0)}, known="-1e6 <= x / l <= 1e6"
     )
     frame: ClassVar[Key] = declared(
         Kind.CHOICE, "what of the frame is held at {at}", example='"free"',
@@ -261,10 +271,12 @@ class ClosureSpec:
         Kind.CHOICE, "ruling at the seam", example='"free"', choices={"free": "", "straight": "eta = 0"},
         default="free"
     )
-    turns: int = key(Kind.COUNT, "number of turns of a circle", range=">= 1", example="1", default=1)
+    turns: int = key(
+        Kind.COUNT, "number of turns of a circle", range=">= 1", example="1", default=1, known="turns <= 1000"
+    )
     twist: float = key(
         Kind.NUMBER, "angle by which the end is turned about its tangent before it is joined to the start", "rad",
-        example="6.28", default=0.0, newer=True, note="rods only"
+        example="6.28", default=0.0, newer=True, note="rods only", known="-1e4 <= twist <= 1e4"
     )
 
 
@@ -277,26 +289,27 @@ class RodSpec:
 
     bending: tuple[float, float] | None = key(
         Kind.PAIR, "bending stiffness about t_x (normal curvature) and about t_y (in the plane)", "D w", "each > 0",
-        "[1.0, 84.0]", default=None, newer=True, absent="of the section w x h"
+        "[1.0, 84.0]", default=None, newer=True, absent="of the section w x h", known="1e-12 <= each <= 1e18"
     )
     torsion: float | None = key(
         Kind.NUMBER, "torsional stiffness", "D w", "> 0", "1.12", default=None, newer=True,
-        absent="of the section w x h"
+        absent="of the section w x h", known="1e-12 <= G J <= 1e18"
     )
     shear: tuple[float, float] | None = key(
         Kind.PAIR, "shear stiffness along t_x and t_y", "D w / l^2", "each > 0", "[1e5, 1e5]", default=None,
-        newer=True, absent="of the section w x h"
+        newer=True, absent="of the section w x h", known="1e-12 <= each <= 1e18"
     )
     stretch: float | None = key(
         Kind.NUMBER, "axial stiffness", "D w / l^2", "> 0", "1e6", default=None, newer=True,
-        absent="of the section w x h"
+        absent="of the section w x h", known="1e-12 <= Y A <= 1e18"
     )
     natural_twist: Linear = key(
-        Kind.LINEAR, "twist at rest", "1/length", example="2.0", default=(0.0, 0.0), newer=True
+        Kind.LINEAR, "twist at rest", PER_LENGTH, example="2.0", default=(0.0, 0.0), newer=True,
+        known="-1e4 <= twist l <= 1e4"
     )
     natural_in_plane: Linear = key(
-        Kind.LINEAR, "curvature at rest in the plane of the strip", "1/length", example="1.0", default=(0.0, 0.0),
-        newer=True
+        Kind.LINEAR, "curvature at rest in the plane of the strip", PER_LENGTH, example="1.0", default=(0.0, 0.0),
+        newer=True, known="-1e4 <= kappa_2 l <= 1e4"
     )
     twist: str | None = key(
         Kind.CHOICE, "how a curve-angle rod finds its angle", example='"quasi-static"',
@@ -309,13 +322,15 @@ class RodSpec:
 class WallSpec:
     """A frictionless wall: a point, the unit normal towards the ribbon; rigid, or a pressure plate on a spring."""
 
-    point: Vector = key(Kind.VECTOR, "a point of the wall", LENGTH, example="[0.0, 0.0, 0.0]")
+    point: Vector = key(
+        Kind.VECTOR, "a point of the wall", LENGTH, example="[0.0, 0.0, 0.0]", known="-1e6 <= x / l <= 1e6"
+    )
     normal: Vector = key(
         Kind.DIRECTION, "unit normal of the wall towards the ribbon's side", NONE, example="[0.0, 1.0, 0.0]"
     )
     stiffness: float | None = key(
         Kind.NUMBER, "stiffness of the spring that holds the wall as a pressure plate, resting at point",
-        "D w / l^3", "> 0", "100.0", default=None, newer=True, absent="a rigid wall"
+        "D w / l^3", "> 0", "100.0", default=None, newer=True, absent="a rigid wall", known="1e-12 <= k <= 1e18"
     )
     name: str | None = key(
         Kind.TEXT, "name of the wall in keys and results: letters, digits and _, not a number", example='"roof"',
@@ -348,7 +363,8 @@ class ModelSpec:
     )
     accuracy: float | None = key(
         Kind.NUMBER, 'distance to the shell for which energy = "auto" chooses (Hausdorff distance / length)', NONE,
-        "0 < accuracy < 0.1", "1e-2", default=None, newer=True, absent='energy = "auto" is "wunderlich"'
+        "0 < accuracy < 0.1", "1e-2", default=None, newer=True, absent='energy = "auto" is "wunderlich"',
+        known="accuracy >= 1e-6"
     )
     elements: int = key(
         Kind.COUNT, "number of elements of equal length", range=">= 1", example="20", default=DEFAULT_ELEMENTS,
@@ -361,12 +377,13 @@ class ModelSpec:
     )
     element_lengths: tuple[float, ...] | None = key(
         Kind.LIST, "lengths of the elements from the start, summing to strip.length", LENGTH, "each > 0",
-        "[0.1, 0.2, 0.7]", default=None, newer=True, absent="elements, grading"
+        "[0.1, 0.2, 0.7]", default=None, newer=True, absent="elements, grading", known="each / l >= 1e-13"
     )
     tolerance: float | None = key(
         Kind.NUMBER, "error to reach by placing the elements (Hausdorff distance / length)", NONE,
         "0 < tolerance < 0.1", "1e-3", default=DEFAULT_TOLERANCE,
-        note="none where elements, grading or element_lengths say them, or energy or formulation cannot place them"
+        note="none where elements, grading or element_lengths say them, or energy or formulation cannot place them",
+        known="tolerance >= 1e-12"
     )
     formulation: str = key(
         Kind.CHOICE, "unknowns of the ribbon", example='"auto"',
@@ -392,7 +409,8 @@ class ModelSpec:
     )
     budget: float = key(
         Kind.NUMBER, "time for a solve, spent it ends not converged; on the processor, without compiling", "s", "> 0",
-        "60.0", default=DEFAULT_BUDGET, newer=True, note="of a path each stage, and the error estimate, for itself"
+        "60.0", default=DEFAULT_BUDGET, newer=True, note="of a path each stage, and the error estimate, for itself",
+        known="budget <= 1e9"
     )
     smallest: float | None = None
 
@@ -420,11 +438,12 @@ class SeedSpec:
     """
 
     curvature: tuple[float, ...] | None = key(
-        Kind.PIECEWISE, "starting curvature", "1/length", example='"natural"', words={"natural": ("", None)},
-        default=None
+        Kind.PIECEWISE, "starting curvature", PER_LENGTH, example='"natural"', words={"natural": ("", None)},
+        default=None, known="-1e4 <= omega l <= 1e4"
     )
     ruling: tuple[float, ...] = key(
-        Kind.PIECEWISE, "starting ruling eta = tan(angle)", NONE, example="0.0", default=(0.0, 0.0)
+        Kind.PIECEWISE, "starting ruling eta = tan(angle)", NONE, example="0.0", default=(0.0, 0.0),
+        known="-1e3 <= eta <= 1e3"
     )
 
 
@@ -454,7 +473,7 @@ class ShellSpec:
 
     width_to_thickness: tuple[float, ...] = key(
         Kind.NUMBERS, "w/h of the shell runs", NONE, "each > 1", "[10, 20, 50, 100, 200]", default=(),
-        note="replaces thickness", absent="strip.thickness"
+        note="replaces thickness", absent="strip.thickness", known="w / h <= 1e6"
     )
     clamp: str = key(
         Kind.CHOICE, "what the shell's clamps hold", example='"edge"',
@@ -466,11 +485,11 @@ class ShellSpec:
     )
     corner: float | None = key(
         Kind.NUMBER, "size of the held corner cells along and across", LENGTH, "0 < corner < width / 2", "0.01",
-        default=None, newer=True, absent="one cell of the mesh"
+        default=None, newer=True, absent="one cell of the mesh", known="corner / l >= 1e-9"
     )
     tolerance: float | None = key(
         Kind.NUMBER, "error to reach by refining the shell's mesh (Hausdorff distance / length)", NONE,
-        "0 < tolerance < 0.1", "1e-3", default=None, newer=True, absent="the mesh as given"
+        "0 < tolerance < 0.1", "1e-3", default=None, newer=True, absent="the mesh as given", known="tolerance >= 1e-9"
     )
     goal: str = key(
         Kind.CHOICE, "what the tolerance is asked of", example='"end"',
@@ -481,12 +500,12 @@ class ShellSpec:
     )
     grading: tuple[float, float] | None = key(
         Kind.PAIR, "size of the elements [at clamps, at long edges] over the even ones in the middle", NONE,
-        "0 < each <= 1", "[0.2, 0.1]", default=None, newer=True
+        "0 < each <= 1", "[0.2, 0.1]", default=None, newer=True, known="each >= 1e-6"
     )
     edge_layer: float | str | None = key(
         Kind.NUMBER, "width of the layer at clamps and edges that gets two elements", LENGTH,
         "0 < layer < width / 2", '"auto"', words={"auto": ("sqrt(h / curvature)", "auto")}, default=None, newer=True,
-        note="instead of grading"
+        note="instead of grading", known="layer / l >= 1e-9"
     )
     start: str = key(
         Kind.CHOICE, "where the solve begins; \"path\" is what is left of all when a beginning is refused",
@@ -498,7 +517,8 @@ class ShellSpec:
         default="auto", newer=True
     )
     start_curvature: float | None = key(
-        Kind.NUMBER, "curvature of the unstressed planar arc where the shell's path begins", "1/length",
+        Kind.NUMBER, "curvature of the unstressed planar arc where the shell's path begins", PER_LENGTH,
         example="0.0", default=None, newer=True,
-        absent="the natural one, or with two clamps that of the arc whose chord is their distance"
+        absent="the natural one, or with two clamps that of the arc whose chord is their distance",
+        known="-1e4 <= omega l <= 1e4"
     )

@@ -15,9 +15,6 @@ from compare.scene.change import known_walls, plain, wall_index
 from compare.scene.spec import StageSpec, WallSpec
 from compare.scene.table import Table, brief
 
-DEEPEST = 4
-"""More dots than any key has: a bound for the nesting of tables."""
-
 
 def read_path(data: Any, walls: Sequence[WallSpec]) -> tuple[StageSpec, ...]:
     """The stages in order: `data` is what stands at `path`, `walls` are the scene's, whose names keys may contain."""
@@ -78,7 +75,7 @@ def _flattened(data: Mapping[str, Any], prefix: str, index: int) -> Iterator[tup
     for name, value in data.items():
         key = f"{prefix}{name}"
         if isinstance(value, Mapping):
-            if key.count(".") > DEEPEST:
+            if key.count(".") > contract.DEEPEST:
                 raise BadInput(stage_name(index, key), None, "is not a known key", _suggestion(key))
             if not value:
                 raise BadInput(

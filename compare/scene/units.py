@@ -28,6 +28,10 @@ _READ: dict[str, tuple[tuple[float, float, str], ...]] = {
 }
 
 
+#: What is told of a number that is none.
+UNKNOWN = "not known"
+
+
 @dataclass(frozen=True)
 class Units:
     """What one unit of each dimensionless number is: length l in m, stiffness D w (Y I of a rod) in N m^2, width in m.
@@ -107,9 +111,11 @@ class Units:
 
     def text(self, value: float, unit: str, digits: int = 3) -> str:
         """A value as a reader wants it: "0.96 mm", "12.3 mN", "4.5 N mm", "1.2 mJ"; in l and D w where SI is not
-        known: "0.0032 l"."""
+        known: "0.0032 l"; "not known" where it is not finite."""
+        if not math.isfinite(value):
+            return UNKNOWN
         found = self.si(value, unit)
-        if found is None or not math.isfinite(value):
+        if found is None:
             return f"{value:.{digits}g} {'D w / l' if unit == 'moment' else unit}"
         return quantity(*found, digits=digits)
 
@@ -131,14 +137,17 @@ class Units:
 
 
 def reading(size: float, base: str) -> tuple[float, str]:
-    """Factor and unit in which a reader wants values of up to `size` (not negative) in an SI base unit: lengths in mm
-    below 1 m, moments in N mm below 1 N m, forces and energies with a prefix; nothing at all in the base unit."""
-    if size == 0.0 or base not in _READ:
+    """Factor and unit in which a reader wants values of up to `size`, of either sign, in an SI base unit: lengths in mm
+    below 1 m, moments in N mm below 1 N m, forces and energies with a prefix; nothing at all, and what is not finite,
+    in the base unit."""
+    if size == 0.0 or base not in _READ or not math.isfinite(size):
         return 1.0, base
-    return next((factor, unit) for least, factor, unit in _READ[base] if size >= least)
+    return next((factor, unit) for least, factor, unit in _READ[base] if abs(size) >= least)
 
 
 def quantity(value: float, base: str, digits: int = 3) -> str:
-    """A value in an SI base unit as a reader wants it (`reading`)."""
+    """A value in an SI base unit as a reader wants it (`reading`); "not known" where it is not finite."""
+    if not math.isfinite(value):
+        return UNKNOWN
     factor, unit = reading(abs(value), base)
     return f"{value * factor:.{digits}g} {unit}"

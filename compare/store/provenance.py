@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import datetime
 import functools
-import hashlib
 import importlib.metadata
-import json
 import os
 import platform
 import subprocess
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from compare.start import THREADS
+from ribbonbench import sources
 
 # Packages whose version goes into a result's provenance (distribution names).
 _PACKAGES = (
@@ -61,92 +58,32 @@ def versions() -> dict[str, Any]:
     }
 
 
-#: Our own packages.
-OWN = ("ribbon", "shellref", "compare")
+def software(*entries: str) -> dict[str, Any]:
+    """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, and the digest of the
+    sources that the modules `entries` depend on (`ribbonbench.sources`; of all that are ours where none is named). With
+    an entry from outside come the versions of what it imports beyond (`others`).
 
-
-def software(*sources: str) -> dict[str, Any]:
-    """The part of `versions` that belongs into a `case_key`: packages, Debian packages, Python, and the digest of our
-    own `sources` (folders and modules, see `source_digest`; all of `OWN` when none is named)."""
+    A version number does not change while one works on the code; the digest does, but not with comments, docstrings and
+    line breaks. Raises ModuleNotFoundError for an entry that is not there.
+    """
     fixed = _fixed_versions()
-    return {
+    found = {
         "packages": fixed["packages"],
         "debian": fixed["debian"],
         "python": fixed["python"],
-        "source": source_digest(*(sources or OWN)),
+        "source": sources.digest(*entries),
     }
+    outside = [entry for entry in entries if entry.partition(".")[0] not in sources.PACKAGES]
+    return {**found, "others": _others(*outside)} if outside else found
 
 
 @functools.cache
-def source_digest(*sources: str) -> str:
-    """SHA-256 over the names and the code of all modules of our own `sources`: folders with all below them ("ribbon",
-    "shellref/shell") or single modules ("shellref/worker.py"), relative to the root of the project.
-
-    A version number does not change while one works on the code; this does, but not with comments, docstrings and line
-    breaks. A source that is not there counts as empty. Digest once per process (cached).
-    """
-    root = Path(__file__).resolve().parents[2]
-    known = _known_code()
-    seen: dict[str, str] = {}
-    digest = hashlib.sha256()
-    for source in sources:
-        place = root / source
-        for path in [place] if place.is_file() else sorted(place.rglob("*.py")):
-            digest.update(path.relative_to(root).as_posix().encode() + b"\0")
-            text = path.read_bytes()
-            name = hashlib.sha256(text).hexdigest()
-            seen[name] = known.get(name) or hashlib.sha256(_code(text)).hexdigest()
-            digest.update(bytes.fromhex(seen[name]))
-    if not seen.keys() <= known.keys():
-        _keep_code({**known, **seen})
-    return digest.hexdigest()
-
-
-def _code_file() -> Path:
-    """Where the digests of modules' code are kept by those of their texts: syntax trees take a second to make."""
-    own = os.environ.get("RIBBONBENCH_CACHE")
-    home = Path(own).expanduser() if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    name = f"code-{platform.python_version()}.json"
-    return home / name if own else home / "ribbonbench" / name
-
-
-def _known_code() -> dict[str, str]:
-    """SHA-256 of a module's text -> that of its code; what cannot be read is not known."""
-    with contextlib.suppress(OSError, ValueError, AttributeError):
-        found = json.loads(_code_file().read_text())
-        return {
-            text: code for text, code in found.items() if len(bytes.fromhex(text)) == len(bytes.fromhex(code)) == 32
-        }
-    return {}
-
-
-def _keep_code(found: dict[str, str]) -> None:
-    """Keeps the latest digests, whole or not at all; a folder that cannot be written is no fault."""
-    with contextlib.suppress(OSError):
-        place = _code_file()
-        place.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
-        with os.fdopen(handle, "w") as stream:
-            json.dump(dict(list(found.items())[-_MOST_CODE:]), stream)
-        os.replace(name, place)
-
-
-#: Modules whose digests are kept.
-_MOST_CODE = 4000
-
-
-def _code(text: bytes) -> bytes:
-    """The syntax tree of a module without its docstrings, as text; the module's own text where it cannot be parsed."""
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError):
-        return text
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and node.body:
-            first = node.body[0]
-            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
-                first.value.value = ""
-    return ast.dump(tree).encode()
+def _others(*entries: str) -> dict[str, str]:
+    """Distribution -> version of what the modules `entries` import and is neither ours nor in `_PACKAGES`."""
+    names = sources.ours().others(sources.closure(*entries))
+    known = importlib.metadata.packages_distributions()
+    wanted = {distribution for name in names for distribution in known.get(name, ())} - set(_PACKAGES)
+    return {name: importlib.metadata.version(name) for name in sorted(wanted)}
 
 
 @functools.cache

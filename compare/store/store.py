@@ -72,17 +72,17 @@ def jsonable(value: Any) -> Any:
     NumPy scalars and arrays numbers and nested lists, paths text, sets sorted lists. NaN and infinities become None
     (JSON has no word for them). Anything else raises TypeError: nothing is stored as an unreadable ``repr``.
     """
-    return _plain(value, lambda number: None)
+    return plain(value, lambda number: None)
 
 
 def canonical_json(value: Any) -> str:
     """One spelling per value: sorted keys, no blanks, floats by ``repr``; NaN and infinities keep their names."""
-    plain = _plain(value, lambda number: {"nonfinite": repr(number)})
-    return json.dumps(plain, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    spelled = plain(value, lambda number: {"nonfinite": repr(number)})
+    return json.dumps(spelled, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
-def _plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
-    """Recursion of `jsonable`; `nonfinite` says what stands for NaN, inf and -inf."""
+def plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
+    """`jsonable` where `nonfinite` says what stands for NaN, inf and -inf."""
     kind = type(value)
     if kind is str or kind is int or kind is bool or value is None:  # nearly all
         return value
@@ -99,27 +99,27 @@ def _plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
     if isinstance(value, PurePath):
         return str(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _plain(getattr(value, f.name), nonfinite) for f in dataclasses.fields(value)}
+        return {f.name: plain(getattr(value, f.name), nonfinite) for f in dataclasses.fields(value)}
     if isinstance(value, Mapping):
         items: dict[str, Any] = {}
         for key, item in value.items():
-            name = key if type(key) is str else _plain(key, nonfinite)
+            name = key if type(key) is str else plain(key, nonfinite)
             name = name if isinstance(name, str) else json.dumps(name, sort_keys=True)
             if name in items:
                 raise TypeError(f"two keys of a mapping read {name!r} in JSON")
-            items[name] = _plain(item, nonfinite)
+            items[name] = plain(item, nonfinite)
         return items
     if hasattr(value, "tolist") and hasattr(value, "dtype"):  # numpy.ndarray and numpy.generic, without importing numpy
         listed = value.tolist()
         if hasattr(listed, "dtype"):  # e.g. numpy.longdouble: tolist() returns itself
             listed = float(listed)
-        return _plain(listed, nonfinite)
+        return plain(listed, nonfinite)
     if isinstance(value, tuple) and hasattr(value, "_fields"):
-        return {name: _plain(item, nonfinite) for name, item in zip(value._fields, value, strict=True)}
+        return {name: plain(item, nonfinite) for name, item in zip(value._fields, value, strict=True)}
     if isinstance(value, list | tuple):
-        return [_plain(item, nonfinite) for item in value]
+        return [plain(item, nonfinite) for item in value]
     if isinstance(value, set | frozenset):
-        return sorted((_plain(item, nonfinite) for item in value), key=lambda item: json.dumps(item, sort_keys=True))
+        return sorted((plain(item, nonfinite) for item in value), key=lambda item: json.dumps(item, sort_keys=True))
     raise TypeError(f"no JSON form for {type(value).__module__}.{type(value).__qualname__}")
 
 

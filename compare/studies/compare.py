@@ -11,22 +11,29 @@ The shell begins at the ribbon's surface and settles at the full load (`shell.st
 equilibria (two clamps, a path, a saddle left), both are then on one branch; where it has one, the beginning is refused
 unless the shell's own path, on a coarse mesh, leads to the same state. The shell's equilibrium satisfies its own
 equations all the same, wherever it began.
+
+Two models are compared in one state, or not at all (`compare.models.same_state`): where the shell rests in another one
+than the ribbon, the distance is none between models, and no difference, slope or grade is made of it.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.errors import Missing, ShellMissing
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.base import Energy, Options, Shape, State, Variant
+from compare.models.base import Energy, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
+from compare.models.effects.price import check_price
+from compare.models.same_state import Counterpart, Same, same_state
 from compare.registry import model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -43,7 +50,12 @@ class Row:
     claimed: the distance exceeds the sum of the errors; energy: the shell's (without the constant of the natural
     curvature, like every model's); share: of its elastic energy, the constant included; elastica: distance of the
     shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; share_error: change of
-    the membrane share from the coarser mesh, where one was solved.
+    the membrane share from the coarser mesh, where one was solved; same_state: whether the shell rests in the state
+    that is beside it, None: not known, or no shell; same_why: how that was found; counterpart: where the model beside
+    comes to rest from the shell's shape, where that is another state than its own; shell_errors: of the shell's forces,
+    moments, energies and lowest eigenvalue (`State.errors`); `claimed` is of one state only; warm: the ribbon's time is
+    of repeated solves, with all loaded, as the shell's always is without its imports and compilation; searched: it
+    holds a search for segments.
     """
 
     width_to_thickness: float
@@ -63,15 +75,37 @@ class Row:
     elements: tuple[int, int]
     newton_iterations: int | None
     reused: bool
+    same_state: bool | None
+    same_why: str
+    counterpart: Counterpart | None = None
+    shell_errors: Mapping[str, Any] = field(default_factory=dict)
     elastica: float | None = None
     start: str = "path"
     share_error: float | None = None
+    warm: bool = field(kw_only=True)
+    searched: bool = field(kw_only=True)
 
     @property
     def ratio(self) -> float | None:
-        """How many times longer the shell takes than the ribbon."""
+        """How many times longer the shell takes than the ribbon, like for like: the faster one at least as exact as the
+        other, so that at one error the factor is no smaller. None where `unlike` says why not."""
         ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
-        return None if not ribbon or shell is None else shell / ribbon
+        return None if not ribbon or shell is None or self.unlike is not None else shell / ribbon
+
+    @property
+    def unlike(self) -> str | None:
+        """Why the times are not compared: "error" (one is not known), "first" (of the ribbon a first solve only),
+        "exact" (the faster one is less exact), "search" (the ribbon is slower, but searches its segments); None."""
+        ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
+        if self.ribbon_error is None or self.shell_error is None:
+            return "error"
+        if not self.warm:
+            return "first"
+        quicker = ribbon is not None and shell is not None and ribbon <= shell
+        less, more = (self.ribbon_error, self.shell_error) if quicker else (self.shell_error, self.ribbon_error)
+        if less > more:
+            return "exact"
+        return "search" if self.searched and not quicker else None
 
 
 @dataclass(frozen=True)
@@ -138,12 +172,14 @@ def compare(
     Finished shell cases are taken from `store` and new ones are kept there at once; the state of an interrupted path of
     the ribbon stands beside them. leave_saddle: the ribbon leaves a saddle for a stable state. bare: the distances and
     their errors alone, without the elastica, and without solves that are repeated for their warm time.
+
+    Raises `ShellMissing`, with the scene's own model's answer, where no shell can be run here.
     """
     scene.require_shell()
     shell, quick = model("shell"), beside_the_shell(scene)
-    refused = shell.refusal(scene)
-    if refused is not None:
-        raise refused  # what the shell refuses is said before anything is solved
+    for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
+        check_keys(one, scene)
+    check_price(scene)
     repeats = 0 if bare else None
     asked = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
     own = quick.variants(scene)
@@ -155,7 +191,10 @@ def compare(
     elastica = None
     if third is not None:
         begin = fast.shape if fast.ok else None
-        elastica = third.solve(scene, near=begin, options=Options(error=True, repeats=None), say=reporter)
+        try:
+            elastica = third.solve(scene, near=begin, options=Options(error=True, repeats=None), say=reporter)
+        except ModuleNotFoundError as error:  # an optional library: a third opinion that is not to be had here
+            reporter.aside(f"without the elastica beside it: {error.name} is not installed")
     planar = None if elastica is None or elastica.shape is None else elastica.shape.centreline(grid.s)
     several = scene.several_equilibria or leave_saddle
     rows: list[Row] = []
@@ -164,8 +203,12 @@ def compare(
         k = min(k, len(beside) - 1)  # one for all, or one for each
         near = beside[k].shape if beside[k].ok else None
         options = Options(error=True, store=store, fallback=True, grid=grid, selects=several)
-        state = shell.solve(variant.scene, near=near, options=options, say=reporter)
-        rows.append(_row(beside[k], grid, *lines[k], planar, variant, state))
+        try:
+            state = shell.solve(variant.scene, near=near, options=options, say=reporter)
+        except Missing as why:
+            raise ShellMissing(why, own[-1].scene, fast) from why
+        same = same_state(quick, own[k].scene, beside[k], state, grid)
+        rows.append(_row(beside[k], grid, *lines[k], planar, variant, state, same))
         shells.append(state)
     found = tuple(rows)
     line = lines[-1][1]
@@ -188,6 +231,7 @@ def _row(
     planar_line: FloatArray | None,
     variant: Variant,
     state: State,
+    same: Same,
 ) -> Row:
     """The row of one shell; without a converged surface it keeps the status and no distances."""
     hausdorff = centreline = planar = None
@@ -199,7 +243,7 @@ def _row(
             centreline = centreline_distance(fast_line, line)
         if planar_line is not None:
             planar = centreline_distance(planar_line, line)
-    known = hausdorff is not None and state.error is not None and fast.error is not None
+    known = hausdorff is not None and state.error is not None and fast.error is not None and same.answer is True
     claimed = known and hausdorff > state.error + fast.error  # type: ignore[operator]
     seconds = state.seconds.warm
     mesh = tuple(int(value) for value in state.size.values)
@@ -221,9 +265,15 @@ def _row(
         elements=mesh,  # type: ignore[arg-type]
         newton_iterations=state.iterations,
         reused=state.reused,
+        same_state=same.answer,
+        same_why=same.why,
+        counterpart=same.counterpart,
+        shell_errors=state.errors,
         elastica=planar,
         start=state.start,
         share_error=state.numbers.get("share_error"),
+        warm=bool(fast.seconds.repeats),
+        searched=variant.scene.model.tolerance is not None,
     )
 
 

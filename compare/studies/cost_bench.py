@@ -14,10 +14,10 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
-from compare.models.base import BESIDE, Model, Options, Shape, Size
+from compare.models.base import BESIDE, Model, Options, Shape, Size, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.reference import reference
-from compare.registry import outside
+from compare.registry import home
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
@@ -30,8 +30,6 @@ from compare.studies.cost_start import request, seconds_of_first
 GROWTH = 8.0
 #: The model that always begins at the shape of `base`.
 SHELL = "shell"
-#: Our own sources beside the models' that kept runs depend on.
-_OWN = ("compare/studies/cost_runs.py", "compare/registry.py")
 
 
 class _Within(Reporter):
@@ -57,11 +55,12 @@ class Bench:
         #: Models whose every solve is a process of its own, known from their references.
         self.apart: set[str] = set()
         beside = beside_the_shell(scene)
+        check_keys(beside, scene)
         self.base = beside.solve(scene, options=Options(leave_saddle=plan.leave_saddle, repeats=None), say=reporter)
         self.grid = Grid.for_shape(scene, self.base.shape.bend if self.base.shape is not None else 1.0)
         self.surface = None if self.base.shape is None else self.grid.of(self.base.shape)
         third = third_opinion(scene, beside)
-        self._wing = beside.wing
+        self._beside = beside.name
         self._third = None if third is None else third.name
         self._key = [scene.canonical(), plan.leave_saddle, self.grid.s.size, self.grid.v.size]
 
@@ -87,9 +86,8 @@ class Bench:
         return Options(leave_saddle=leave, fallback=True, grid=self.grid, selects=selects, **more)
 
     def _parts(self, model: Model, scene: Scene, *parts: Any) -> list[Any]:
-        """What determines a kept run, its model's sources and those of `base` included."""
-        made_by = software(*sorted({*model.wing, *self._wing, *_OWN}))
-        return [model.name, *parts, scene.canonical(), self._key, made_by, outside(model.name)]
+        """What determines a kept run, the sources of its model, of that of `base` and of this study included."""
+        return [model.name, *parts, scene.canonical(), self._key, made_by(model.name, self._beside)]
 
     # -- references ---------------------------------------------------------------------------------------------------
 
@@ -212,6 +210,11 @@ class Bench:
                 compiled = seconds_of_first(asked, Path(cache))
         warm = run.warm or 0.0
         return Start(name, float(np.median(good)) - warm, None if compiled is None else compiled - warm)
+
+
+def made_by(*models: str) -> dict[str, Any]:
+    """What stands for versions and sources in the key of a run that these models make."""
+    return software(*sorted({__name__, *map(home, models)}))
 
 
 def _predicted(size: Size, found: dict[Size, list[Run]]) -> float:

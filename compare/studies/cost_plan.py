@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.front import Mark
+from compare.measure.grades import FAIR_FACTOR, GOOD_UP_TO
 from compare.measure.grid import Grid
-from compare.models.base import NEAR, Ladder, Model, Size, State
+from compare.models.base import NEAR, Ladder, Model, Size, State, check_keys
 from compare.registry import model, names
 from compare.scene.scene import Scene
 from compare.studies.cost_runs import Run
@@ -22,6 +24,9 @@ FloatArray = NDArray[np.float64]
 TARGETS = (1e-2, 1e-3, 1e-4)
 #: Seconds after which no new run is begun.
 BUDGET = 180.0
+#: Distance (l) to the common reference from which a model is another one than the scene's, or in another state: it is
+#: named and left out of fronts and times.
+FAR = FAIR_FACTOR * GOOD_UP_TO["distance"]
 #: In place of a common reference.
 OWN = "own"
 #: Which sizes of the plan are those of which ladders, or families of ladders.
@@ -74,7 +79,8 @@ class Entry:
 def chosen(scene: Scene, plan: Plan) -> tuple[tuple[Entry, ...], tuple[str, ...]]:
     """The ladders of the plan's solvers that the scene allows, and why others are left out.
 
-    Of a model that a scene asks several solves of the last one counts. Raises `BadInput` where none is left.
+    A model that would ignore a key of the scene is left out, as `ribbonbench solve` refuses it. Of a model that a scene
+    asks several solves of the last one counts. Raises `BadInput` where none is left.
     """
     asked = scene if plan.ratio is None else scene.replace({"shell.width_to_thickness": [plan.ratio]})
     found: list[Entry] = []
@@ -82,7 +88,7 @@ def chosen(scene: Scene, plan: Plan) -> tuple[tuple[Entry, ...], tuple[str, ...]
     for name in names():
         one: Model = model(name)
         ladders = [x for x in one.ladders(asked) if not plan.solvers or family(x.name) in plan.solvers]
-        refused = one.refusal(asked) if any(ladder.sizes for ladder in ladders) else None
+        refused = _refused(one, asked) if any(ladder.sizes for ladder in ladders) else None
         for ladder in ladders:
             reason = ladder.why if not ladder.sizes else None if refused is None else str(refused)
             if ladder.sizes and refused is None:
@@ -93,6 +99,15 @@ def chosen(scene: Scene, plan: Plan) -> tuple[tuple[Entry, ...], tuple[str, ...]
         wanted = plan.solvers or families(asked)
         raise BadInput("--solvers", ", ".join(wanted), f"none can solve the scene ({'; '.join(why.values())})")
     return tuple(found), tuple(why.values())
+
+
+def _refused(one: Model, scene: Scene) -> BadInput | None:
+    """Why a model is not for a scene (`check_keys`); None: it is."""
+    try:
+        check_keys(one, scene)
+    except BadInput as refused:
+        return refused
+    return None
 
 
 def sized(ladder: Ladder, plan: Plan) -> Ladder:
@@ -206,11 +221,13 @@ class Cost:
         return tuple(found)
 
     def marks(self, model: str | None = None, common: bool = False, near: bool | None = None) -> list[Mark]:
-        """The converged runs of a model (None: of all) as marks; common: by distance instead of error; near: those that
-        began at the shape of `base` (False: the others).
+        """The converged runs of a model (None: of all that are not `far`) as marks; common: by total error instead of
+        that of the discretisation; near: those that began at the shape of `base` (False: the others).
 
-        An error below its reference's own counts as that (nothing finer is known). A distance counts at least as much
-        as the run's own discretisation error: a coarse run may be near another model by accident.
+        An error below its reference's own counts as that (nothing finer is known). The total error is the distance to
+        the common reference and that one's own error, which bound together the distance to what it stands for; a
+        distance counts at least as much as the run's own discretisation error: a coarse run may be near another model
+        by accident.
         """
         found = []
         for row in self.rows:
@@ -218,10 +235,23 @@ class Cost:
             own = self.common if common else self.reference_of(row.model)
             if not row.run.ok or value is None or row.run.warm is None or own is None or own.error is None:
                 continue
+            if row.model in self.far:
+                continue
             if common:
-                value = max(value, row.error or 0.0)
+                value = max(value, row.error or 0.0) + own.error
             if (model is None or row.model == model) and near in (None, row.near):
                 found.append(Mark(row.label, row.run.warm, max(value, own.error, 1e-15)))
+        return found
+
+    @property
+    def far(self) -> dict[str, float]:
+        """Models whose most accurate run is farther than `FAR` from the common reference, and how far (l)."""
+        found: dict[str, float] = {}
+        for name in dict.fromkeys(row.model for row in self.rows):
+            rows = [r for r in self.rows if r.model == name and r.run.ok and r.distance is not None]
+            best = min(rows, key=lambda r: math.inf if r.error is None else r.error, default=None)
+            if self.common is not None and best is not None and (best.distance or 0.0) > FAR:
+                found[name] = best.distance or 0.0
         return found
 
     def reference_of(self, model: str) -> Reference | None:

@@ -11,7 +11,7 @@ import math
 import shutil
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -177,7 +177,8 @@ class Kept:
         return found
 
 
-_NAMES = ("solver", "label", "unknowns", "status", "ok", "seconds", "start", "model", "begun", "message", "energy")
+#: What stands in a kept run's JSON: all fields but the surface, and what is known only of a run in its study.
+_NAMES = tuple(field.name for field in fields(Run) if field.name not in ("points", "reused", "size"))
 
 
 def _save(place: Path, run: Run, name: str = "run") -> None:

@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
 from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
-from compare.models.base import Options, State
+from compare.models.base import Options, State, check_keys
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.ribbon.estimate import Estimate
+from compare.page.told import percent
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -98,9 +99,17 @@ class Finding:
         return self.ribbon.ok and (self.row is None or self.row.status == "converged")
 
     @property
+    def another(self) -> bool | None:
+        """Whether the shell rests in another state than the ribbon; None: not known, of a shell that was found."""
+        row = self.row
+        if row is None or row.hausdorff is None or row.same_state is True:
+            return False
+        return None if row.same_state is None else True
+
+    @property
     def cause(self) -> str:
-        """What stretches most."""
-        return max(self.parts, key=lambda name: self.parts[name])
+        """What stretches most; "" where that is not known."""
+        return max(self.parts, key=lambda name: self.parts[name], default="")
 
     @property
     def left_out(self) -> float | None:
@@ -148,6 +157,7 @@ def require_limits(scene: Scene) -> None:
             "has no estimate of what it leaves out",
             'choose "wunderlich" where the ribbon can do the scene, or ask shells: ribbonbench compare',
         )
+    check_keys(beside_the_shell(scene), scene)
 
 
 def quick(
@@ -158,7 +168,7 @@ def quick(
 ) -> list[Finding]:
     """The estimates from the ribbon alone, one per w/h."""
     require_limits(scene)
-    ribbon = beside_the_shell(scene).solve(scene, options=Options(), say=say)
+    ribbon = beside_the_shell(scene).solve(scene, options=Options(error=True), say=say)
     return [_estimated(scene, ribbon, ratio, thresholds, values or {}, say) for ratio in scene.require_shell()]
 
 
@@ -171,10 +181,12 @@ def _estimated(
     say: Reporter | None = None,
 ) -> Finding:
     found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
-    level = thresholds.level(found.distance, found.missing) if ribbon.ok else None
+    sure = ribbon.ok and found.rival is None and not found.why
+    level = thresholds.level(found.distance, found.missing) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
-        estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance, share=found.share,
+        estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,
+        share=None if found.why else found.share,
         level=level, estimated_level=level, sentence="", maps=None,
     )  # fmt: skip
     return replace(bare, sentence=sentence(bare))
@@ -213,18 +225,20 @@ def _found(
     whole = row.energy.elastic + row.energy.constant + abs(row.energy.gravity)
     of_total = {name: abs(energy[name]) / whole for name in ("bending", "membrane", "shear", "gravity")}
     case = state.native
-    share = row.share["membrane"] + row.share["shear"]
+    parts = row.share if bare.estimate.bends else of_total  # an elastic energy of almost nothing has no shares
+    share = parts["membrane"] + parts["shear"]
     surface = case.surface
     k = surface.degree
     maps = Maps(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(case), surface.points)
     zones, shear_there = stretching_zones(scene, maps, ratio)
     left_out = abs(share - bare.estimate.own)
-    level = thresholds.level(row.hausdorff, left_out) if comparison.fast.ok else None
+    sure = comparison.fast.ok and row.same_state is True
+    level = thresholds.level(row.hausdorff, left_out) if sure else None
     full = replace(
         bare,
         share_of_total=of_total,
         zones=zones,
-        parts=_by_cause(bare.estimate, zones, share, row.share["shear"], shear_there),
+        parts=_by_cause(bare.estimate, zones, share, parts["shear"], shear_there),
         distance=row.hausdorff,
         share=share,
         level=level,
@@ -246,8 +260,8 @@ def _by_cause(
     parts = {
         "clamps": zones["clamps"] * share,
         "shear": shear * shear_away,
-        "in_plane": found.parts["in_plane"],
-        "tension": found.parts["tension"],
+        "in_plane": found.parts.get("in_plane", 0.0),
+        "tension": found.parts.get("tension", 0.0),
     }
     return {"edges": max(share - sum(parts.values()), 0.0), **parts}
 
@@ -261,9 +275,11 @@ def reason(finding: Finding) -> str:
     h = scene.width / finding.width_to_thickness
     whole = sum(finding.parts.values())
     portion = f" ({finding.parts[cause] / whole:.0%} of the stretching)" if whole > 0.0 else ""
-    curvature = float(np.sqrt(np.mean(finding.ribbon.native.omega(np.linspace(0.0, 1.0, 401)) ** 2)))
-    layer = math.sqrt(h / curvature) if curvature > 0.0 else math.inf
     if cause == "edges":
+        curvature = float(np.sqrt(np.mean(finding.ribbon.native.omega(np.linspace(0.0, 1.0, 401)) ** 2)))
+        if not curvature > 0.0:
+            return f"the layers along the free edges{portion}"
+        layer = math.sqrt(h / curvature)
         if finding.estimate.scale < 2.0:
             text = f"that the whole width curves across (sqrt(h / kappa) = {layer:.2g} l, w = {scene.width:g} l)"
         else:
@@ -297,27 +313,43 @@ def sentence(finding: Finding) -> str:
         return f"No verdict for {where}: the ribbon is {finding.ribbon.word}."
     if finding.row is not None and finding.share is None:
         return f"No verdict for {where}: the shell is {finding.row.status} ({finding.row.message})."
-    distance = "unknown" if finding.distance is None else f"{100 * finding.distance:.2g} %"
+    if finding.estimate.why and finding.share is None:
+        return f"No verdict for {where}: its tension is {finding.estimate.why}; ask shells (without --quick)."
+    if finding.another is not False:
+        return f"No verdict for {where}: {_elsewhere(finding)}."
+    distance = "unknown" if finding.distance is None else percent(finding.distance)
     model = "inextensible model" if not finding.estimate.own else finding.words
     by = f"By estimate from the ribbon alone: {model}" if finding.row is None else model[0].upper() + model[1:]
     level = f": {finding.level}" if finding.level else ""
     text = (
-        f"{by} off by {distance} of l and {100 * (finding.left_out or 0.0):.2g} % of energy here ({where}){level}; "
+        f"{by} off by {distance} of l and {percent(finding.left_out or 0.0)} of energy here ({where}){level}; "
         f"the reason is {reason(finding)}."
     )
     return text + _doubt(finding)
 
 
+def _elsewhere(finding: Finding) -> str:
+    """That the shell is not known to be in the ribbon's state, with both energies (total, D w / l)."""
+    row = finding.row
+    assert row is not None
+    energies = (("shell", row.energy), ("ribbon", finding.ribbon.energy))
+    both = ", ".join(f"{name} {'unknown' if e is None else f'{e.total:.6g} D w / l'}" for name, e in energies)
+    state = "the shell rests in another state" if finding.another else "shell and ribbon may be in different states"
+    return f"{state} (total energies: {both}; {row.same_why})"
+
+
 def _doubt(finding: Finding) -> str:
     """What keeps the distance from being claimed, or nothing."""
     row = finding.row
+    if row is None and finding.estimate.rival is not None:
+        return f" Not sure: {finding.estimate.rival.text}."
     if row is None or row.hausdorff is None:
         return ""
     said = ""
     if row.share_error is not None and finding.share and row.share_error > _SHARE_CHANGE * finding.share:
         said = (
-            f" On half as fine a mesh the share differs by {100 * row.share_error:.2g} %: refine shell.elements before "
-            "quoting it."
+            f" By the change to another mesh the share is sure to {percent(row.share_error)}: refine shell.elements "
+            "before quoting it."
         )
     if row.claimed:
         return said

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 import time
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,13 +53,15 @@ class Task:
 def slice_key(task: Task) -> Hashable | None:
     """What cases have in common that can be solved together; None: the case goes alone.
 
-    Together go ribbons of which nothing is asked but the state of a strip that is held at s = 0 only.
+    Together go cases of a model that takes them so (`compare.models.base.Batches`) and of which nothing is asked but
+    the state.
     """
-    if task.solver != "ribbon" or task.errors or task.leave_saddle:
-        return None
-    from compare.models.ribbon.solving import together
+    from compare.models.base import Batches
 
-    return together(task.scene)
+    if task.solver == COMPARE or task.errors or task.leave_saddle:
+        return None
+    asked = model(task.solver)
+    return asked.together(task.scene) if isinstance(asked, Batches) else None
 
 
 def run_cases(tasks: Sequence[Task]) -> list[Record]:
@@ -71,13 +73,12 @@ def run_cases(tasks: Sequence[Task]) -> list[Record]:
     """
     if tasks[0].slice is None:
         return [run_case(task) for task in tasks]
-    from compare.models.ribbon.solving import solved_together
-
     clock = time.perf_counter()
     try:
-        if any(model(task.solver).refusal(task.scene) is not None for task in tasks):
+        asked = model(tasks[0].solver)
+        if any(asked.refusal(task.scene) is not None for task in tasks):
             return [run_case(task) for task in tasks]
-        states = solved_together([task.scene for task in tasks])
+        states = asked.solve_together([task.scene for task in tasks])
         rows = [row_of(task.scene, state) for task, state in zip(tasks, states, strict=True)]
     except Exception:
         return [run_case(task) for task in tasks]
@@ -86,15 +87,17 @@ def run_cases(tasks: Sequence[Task]) -> list[Record]:
     made = now()
     return [
         {
-            "status": _worst([row]), "message": message(state), "rows": [row], "together": True,
+            "status": worst([row]), "message": message(state), "rows": [row], "together": True,
             "seconds": seconds + share, "time": made,
         }
         for row, state, seconds in zip(rows, states, own, strict=True)
     ]  # fmt: skip
 
 
-def run_case(task: Task) -> Record:
+def run_case(task: Task, answer: Callable[[Task], Record] | None = None) -> Record:
     """The record of a case: `status`, `message`, `rows`, `seconds` (wall time of the whole case, s), `time`.
+
+    answer: gives the first three; None: the model of `task.solver` does.
 
     status: the solver's own word; "refused" (bad input that only the solver sees), "missing" (a library), "error"
     (anything else), with the message. `disk_full` holds the errno of a disk that took nothing more.
@@ -102,7 +105,7 @@ def run_case(task: Task) -> Record:
     clock = time.perf_counter()
     record: Record = {"status": "error", "message": "", "rows": []}
     try:
-        record.update(_compared(task) if task.solver == COMPARE else _solved(task))
+        record.update((answer or _solved)(task))
     except Exception as error:
         record.update(_fault(error))
     record["seconds"] = time.perf_counter() - clock
@@ -145,7 +148,7 @@ def _solved(task: Task) -> Record:
         label = ", ".join(f"{_LABELS.get(key, key)} = {value:g}" for key, value in variant.keys.items())
         said = message(state)
         messages.append(f"{label}: {said}" if label else said)
-    return {"status": _worst(rows), "message": "; ".join(messages), "rows": rows}
+    return {"status": worst(rows), "message": "; ".join(messages), "rows": rows}
 
 
 _LABELS = {"width_to_thickness": "w/h"}
@@ -162,6 +165,8 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
     row["residual"] = state.residual
     row["iterations"] = state.iterations
     row["lowest_eigenvalue"] = state.lowest_eigenvalue
+    if "forces" in state.whys:
+        row["forces_why"] = state.whys["forces"]
     for name, value in state.numbers.items():
         if isinstance(value, Mapping):
             row.update({f"{name}.{part}": number for part, number in value.items()})
@@ -171,12 +176,20 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
     _pose(row, "end", state.end)
     _pose(row, "middle", state.middle)
     _reach(scene, row, state.end)
+    if scene.several_equilibria:
+        import numpy as np
+
+        row["quarters"] = state.shape.centreline(np.array(_QUARTERS)).tolist()
+    if state.branch is not None:
+        row["side"] = state.branch
     row.update(supports_of(_stand(scene, state)))
     if errors or state.error is not None:
         row["error"] = state.error
     return row
 
 
+#: Where a strip that may rest in several ways is compared with its neighbours in the grid, besides middle and end.
+_QUARTERS = (0.25, 0.75)
 #: Numbers of a model that have a column of their own.
 _SHOWN = ("segments", "elements", "max_abs_eta", "max_abs_tau")
 
@@ -225,44 +238,7 @@ def _energy(row: Row, state: State) -> None:
             row[f"energy.{name}"] = float(value)
 
 
-def _compared(task: Task) -> Record:
-    """A row for each shell beside the scene's model."""
-    from compare.store.progress import Reporter
-    from compare.studies.compare import compare
-
-    found = compare(task.scene, shared_store(Path(task.folder)), Reporter(quiet=True), leave_saddle=task.leave_saddle)
-    own = found.fast
-    rows: list[Row] = []
-    for r in found.rows:
-        row = row_of(task.scene, own)
-        row.pop("segments", None)
-        row.update(
-            {
-                "width_to_thickness": r.width_to_thickness,
-                "status": r.status if own.ok else own.word,
-                "stable": r.stable,
-                "ribbon.status": own.word,
-                "ribbon.stable": own.stable,
-                "hausdorff": r.hausdorff,
-                "centreline": r.centreline,
-                "ribbon_error": r.ribbon_error,
-                "shell_error": r.shell_error,
-                "claimed": r.claimed,
-                "seconds.ribbon": r.seconds["ribbon"],
-                "seconds.shell": r.seconds["shell"],
-            }
-        )
-        for name, value in (r.share or {}).items():
-            row[f"share.{name}"] = value
-        if r.shell_end is not None:
-            for axis, value in zip("xyz", r.shell_end["position"], strict=True):
-                row[f"shell_end.{axis}"] = float(value)
-        rows.append(row)
-    messages = [f"{own.model}: {message(own)}", *(f"w/h = {r.width_to_thickness:g}: {r.message}" for r in found.rows)]
-    return {"status": _worst(rows), "message": "; ".join(messages), "rows": rows}
-
-
-def _worst(rows: list[Row]) -> str:
+def worst(rows: list[Row]) -> str:
     """ "converged" when every row is; else the first other status, a passing one before the others."""
     others = [str(row["status"]) for row in rows if row["status"] != "converged"]
     passing = [status for status in others if status in PASSING]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
-from compare.measure.grades import FAIR, GOOD, POOR
+from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, grade
 from compare.measure.travel import Travel, travel_of, watched
 from compare.page import force_displacement
 from compare.page.drawing import pictured
@@ -19,11 +19,13 @@ from compare.page.page import Page, Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Cell, Column, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict, unchecked
 from compare.scene.change import value_of
 from compare.scene.units import Units
+from compare.store.finite import explained
 from compare.store.made_by import provenance
-from compare.store.store import atomic_write_text, case_key, jsonable
+from compare.store.store import atomic_write_text, case_key
+from compare.sweep.branches import branches, others
 from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.run import Finished, summary
 
@@ -32,6 +34,8 @@ CASES_FORMAT = 1
 
 #: Rows of the page's table; all of them are in cases.csv.
 ROWS_SHOWN = 20
+#: Part of the cases that is nearly all.
+_MOST = 0.9
 #: What is shown when nothing is asked for: of a comparison, and of a model.
 SHOWN_OF_COMPARE, SHOWN = "hausdorff", "energy.total"
 _PARTS = ("bending", "membrane", "shear")
@@ -52,9 +56,12 @@ _COLUMNS = (
     _column("width_to_thickness"),
     _column("status", kind=_WORD),
     _column("stable", kind=_TRUTH),
+    _column("branch", kind="integer"),
+    _column("side", kind=_WORD),
     _column("ribbon.status", kind=_WORD),
     _column("ribbon.stable", kind=_TRUTH),
     *(_column(key, "l") for key in ("hausdorff", "centreline", "ribbon_error", "shell_error")),
+    _column("same_state", kind=_TRUTH),
     _column("claimed", kind=_TRUTH),
     _column("residual"),
     _column("iterations", kind="integer"),
@@ -69,6 +76,7 @@ _COLUMNS = (
     _column("y_over_x"),
     *force_displacement.SUPPORTS,
     *force_displacement.CURVE,
+    _column("forces_why", kind=_WORD),
     _column("error", "l"),
     *(_column(key, "s") for key in ("seconds.ribbon", "seconds.shell", "seconds")),
     _column("message", kind=_WORD),
@@ -83,11 +91,11 @@ def rows_of(finished: Finished) -> Rows:
     A case without a result has a row too.
     """
     found: Rows = []
-    for case in finished.cases:
+    for case, branch in zip(finished.cases, branches(finished), strict=True):
         scene, record = case.point.scene, case.record
         base = {"case": case.point.number, **case.point.values, "gamma": scene.gamma, "width": scene.width}
-        for row in record["rows"] or [{}]:
-            own = {"status": record["status"], "stable": None, **row}
+        for row, number in zip(record["rows"] or [{}], branch or [None], strict=True):
+            own = {"status": record["status"], "stable": None, "branch": number, **row}
             found.append({**base, **own, "seconds": record["seconds"], "message": record["message"]})
     for travel, numbers in _curves(finished, found).values():
         for place, values in force_displacement.curve_of(travel).items():
@@ -172,8 +180,8 @@ def cases_json(finished: Finished) -> str:
         }
         for case in finished.cases
     ]
-    top = json.dumps(jsonable(head), indent=2, ensure_ascii=False, allow_nan=False).rstrip().removesuffix("}").rstrip()
-    body = ",\n".join("    " + json.dumps(jsonable(line), ensure_ascii=False, allow_nan=False) for line in lines)
+    top = json.dumps(explained(head), indent=2, ensure_ascii=False, allow_nan=False).rstrip().removesuffix("}").rstrip()
+    body = ",\n".join("    " + json.dumps(explained(line), ensure_ascii=False, allow_nan=False) for line in lines)
     return f'{top},\n  "cases": [\n{body}\n  ]\n}}\n'
 
 
@@ -199,6 +207,7 @@ def result(finished: Finished, rows: Rows) -> dict[str, Any]:
              "message": case.record["message"]}
             for case in finished.cases if not case.ok
         ],
+        "other_branches": [{"case": number, "branch": branch} for number, branch in others(finished)],
         "units": _units(finished),
         "provenance": provenance(finished.sweep.scene, {"solver": finished.sweep.solver}),
     }  # fmt: skip
@@ -233,11 +242,55 @@ def is_number(value: Any) -> bool:
 
 
 def answer(finished: Finished) -> Verdict:
-    """How many cases are stable equilibria: good where all are, fair where nine of ten are."""
+    """How many cases are stable equilibria, on one branch, and how accurately: good where all are, fair where nine of
+    ten are."""
     found = summary(finished)
     ok, count = found["ok"], found["cases"]
     several = f"{ok} of {count} cases are" if count != 1 else "The case is" if ok else "The case is not"
-    return Verdict(f"{several} in a stable equilibrium", GOOD if ok == count else FAIR if ok >= 0.9 * count else POOR)
+    aside = len(others(finished))
+    if aside:
+        several_lie = "one lies" if aside == 1 else f"{aside} lie"
+        several = f"Of {count} cases {several_lie} on another branch than the others; {several}"
+    checks = [
+        _shared("cases", ok, count, "stable equilibria"),
+        _shared("branch", count - aside, count, "on the branch of most"),
+        _finite_check(finished),
+        _elements_check(finished),
+    ]
+    return Verdict.of("sweep", f"{several} in a stable equilibrium", checks).doubted("cases", "branch")
+
+
+def _shared(name: str, held: int, count: int, what: str) -> Check:
+    """A check of how many of the cases are something: all, nine of ten, fewer."""
+    grade = GOOD if held == count else FAIR if held >= _MOST * count else POOR
+    return Check(name, grade, f"{held} of {count} {what}", held / max(1, count), 1.0)
+
+
+def _stable_rows(finished: Finished) -> Rows:
+    return [row for row in rows_of(finished) if row["status"] == "converged" and row.get("stable") is not False]
+
+
+def _finite_check(finished: Finished) -> Check:
+    """Whether the energy of every state in the table is a number, and its forces are determined."""
+    bad = sum(not is_number(row.get("energy.total")) for row in _stable_rows(finished))
+    if bad:
+        return Check("finite", POOR, f"{bad} energies are no numbers")
+    untold = sum(any("forces_why" in row for row in case.record["rows"]) for case in finished.cases)
+    if untold:
+        return Check("finite", FAIR, f"of {untold} the forces are undetermined (forces_why)")
+    return Check("finite", GOOD, "energies and forces are numbers")
+
+
+def _elements_check(finished: Finished) -> Check:
+    """The largest discretisation error of the states, where each is known."""
+    rows = _stable_rows(finished)
+    names = ("error", "ribbon_error", "shell_error")
+    errors = [[float(row[name]) for name in names if is_number(row.get(name))] for row in rows]
+    if not all(errors) or not errors:
+        lacking = sum(not one for one in errors)
+        return unchecked("elements", f"discretisation errors of {lacking} cases were not measured (--errors)")
+    most = max(max(one) for one in errors)
+    return Check("elements", grade("error", most), f"errors of {most:.1e} l at most", most, GOOD_UP_TO["error"])
 
 
 def verdict(finished: Finished) -> list[str]:
@@ -249,6 +302,7 @@ def verdict(finished: Finished) -> list[str]:
     if others:
         first += "; " + ", ".join(f"{count} {status}" for status, count in others.items())
     sentences = [first + "."]
+    sentences += _asides(finished)
     failed = [case for case in finished.cases if not case.ok]
     for case in failed[:3]:
         where = ", ".join(f"{key} = {_brief(value)}" for key, value in case.point.values.items())
@@ -269,6 +323,26 @@ def verdict(finished: Finished) -> list[str]:
     elif not n["new"]:
         sentences.append(f"All {n['cases']} were finished before.")
     return sentences
+
+
+def _asides(finished: Finished) -> list[str]:
+    """Which cases lie on another branch than most, or not on the side of their seed."""
+    found = []
+    places = {case.point.number: case.point.values for case in finished.cases}
+    aside = others(finished)
+    for number, branch in aside[:3]:
+        where = ", ".join(f"{key} = {_brief(value)}" for key, value in places[number].items())
+        found.append(f"Case {number} ({where}) lies on branch {branch}: its state is none that its neighbours lead to.")
+    if len(aside) > 3:
+        found.append(f"{len(aside) - 3} more are on other branches: column branch of cases.csv.")
+    sides = [row.get("side") for case in finished.cases for row in case.record["rows"]]
+    for side, words in (
+        ("slid", "slide from the side of their seed, where the strip would not stay, to the other"),
+        ("left", "are on the other side of the clamps than their seed"),
+    ):
+        if side in sides:
+            found.append(f"{sides.count(side)} of {len(sides)} states {words} (column side).")
+    return found
 
 
 def _time(seconds: float) -> str:
@@ -298,7 +372,18 @@ def tables(finished: Finished, cases: Table, rows: Rows, show: str) -> list[Tabl
         Column("bad", "not converged", kind="integer"),
         *(Column(name, name, unit, "digits:4") for name in ("smallest", "median", "largest")),
     )
-    brief = ("width_to_thickness", "status", "stable", "iterations", show, "hausdorff", "y_over_x", "error", "seconds")
+    brief = (
+        "width_to_thickness",
+        "status",
+        "stable",
+        "branch",
+        "iterations",
+        show,
+        "hausdorff",
+        "y_over_x",
+        "error",
+        "seconds",
+    )
     chosen = ["case", *sweep.keys, *(key for key in brief if key in cases.keys)]
     first = cases.select(dict.fromkeys(chosen))
     order = ["case", *sweep.keys, show, "status"]

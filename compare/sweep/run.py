@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
-from compare.registry import model, name_for, names, outside
+from compare.registry import home, model, name_for, names
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
@@ -75,8 +75,11 @@ def check(sweep: Sweep) -> list[Point]:
 def _check_point(sweep: Sweep, point: Point) -> None:
     from compare.models.base import check_keys
     from compare.models.choice import beside_the_shell
+    from compare.models.effects.price import check_price
+    from compare.scene.given.plausible import check_meant
 
     scene = point.scene
+    check_meant(scene)
     if sweep.leave_saddle and sweep.solver not in ("ribbon", COMPARE):
         raise BadInput("--leave-saddle", None, f"is for the ribbon, and the solver is {sweep.solver}", "leave it out")
     asked = beside_the_shell(scene) if sweep.solver == COMPARE else model(sweep.solver)
@@ -90,17 +93,15 @@ def _check_point(sweep: Sweep, point: Point) -> None:
     check_keys(asked, scene)
     if sweep.solver == COMPARE:
         check_keys(model("shell"), scene)
+        check_price(scene)
 
 
 def software_digest(solver: str) -> str:
-    """What stands for versions and sources in a case's key: of the folders that the solver lives in, and of this one's
-    record of a case."""
-    wings = {wing for name in names() for wing in model(name).wing} if solver == COMPARE else set(model(solver).wing)
-    own = {"compare/sweep/case.py", "compare/registry.py"}
-    if solver == COMPARE:
-        own |= {"compare/studies/compare.py"}
+    """What stands for versions and sources in a case's key: of the solver, and of what makes a record of its answer; a
+    comparison may ask any model."""
+    record = "compare.sweep.pair" if solver == COMPARE else "compare.sweep.case"
     asked = names() if solver == COMPARE else (solver,)
-    return case_key(software(*sorted(wings | own)), [outside(name) for name in asked])
+    return case_key(software(*sorted({record, *map(home, asked)})))
 
 
 def key_of(sweep: Sweep, point: Point, digest: str) -> str:
@@ -148,7 +149,7 @@ def run(
     cases = tuple(Case(point, key, *ends[key]) for key, point in zip(keys, grid, strict=True))
     missing = [case for case in cases if case.status == "missing"]
     if missing and len(missing) == len(cases):
-        raise Missing(str(missing[0].record["message"]).removesuffix(" is missing"), "")
+        raise Missing.of(str(missing[0].record["message"]))
     return Finished(sweep, cases, time.perf_counter() - clock, workers)
 
 

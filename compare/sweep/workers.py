@@ -21,7 +21,7 @@ from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
 
 from compare.start import end_with, one_thread_each, shielded
-from compare.sweep.case import Record, Task, crashed, run_cases
+from compare.sweep.case import COMPARE, Record, Task, crashed, run_case, run_cases
 
 #: Tries of a case whose worker dies.
 TRIES = 2
@@ -59,7 +59,16 @@ def _serve(pipe: Connection, launched: bool, master: int) -> None:
             del os.environ[name]
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
-            pipe.send(run_cases(pipe.recv()))
+            pipe.send(_records(pipe.recv()))
+
+
+def _records(tasks: Sequence[Task]) -> list[Record]:
+    """The records of the tasks that a worker gets at once."""
+    if tasks[0].solver != COMPARE:
+        return run_cases(tasks)
+    from compare.sweep.pair import compared
+
+    return [run_case(task, compared) for task in tasks]
 
 
 def _stop(*_: object) -> None:

@@ -5,8 +5,7 @@ of Sadowsky and Wunderlich are polynomials in s of degree 6, the natural-curvatu
 4: Gauss-Legendre with four points (exact to degree 7) integrates both exactly (thesis, 3.4.1: P and Q in closed form;
 docs/theory.md, eq. (3.8)).
 
-Energies of a free twist (codes from FREE_CODE on; `ribbon.energies.free`) are no polynomials: as many points as they
-ask for, at least these, integrate them to an order beyond that of the element.
+Energies of a free twist (codes from FREE_CODE on) are no polynomials: `ribbon.element.free_energy` integrates them.
 
 The kinematics of the element are in `ribbon.element.series`; energies and kinematics know nothing of each other.
 """
@@ -16,21 +15,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.energies import FREE_POINTS, density, factor, free_density, natural
+from ribbon.element.free_energy import free_jet
+from ribbon.energies import density, factor, natural
 from ribbon.energies.names import FREE_CODE
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 #: Gauss points and weights on [0, 1].
 GAUSS_POINTS = 0.5 * (_NODES + 1.0)
 GAUSS_WEIGHTS = 0.5 * _WEIGHTS
-
-#: Of the energies of a free twist, by code: how many points, and the points and weights on [0, 1] (energies, most).
-_FREE_COUNT = np.array(FREE_POINTS)
-_FREE_POINTS = np.zeros((_FREE_COUNT.size, _FREE_COUNT.max()))
-_FREE_WEIGHTS = np.zeros_like(_FREE_POINTS)
-for _code, _count in enumerate(FREE_POINTS):
-    _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_count)
-    _FREE_POINTS[_code, :_count], _FREE_WEIGHTS[_code, :_count] = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
 @njit(cache=True)
@@ -134,52 +126,6 @@ def natural_value(a, b, n, m, length, k_start, k_slope, poisson):
         eta = n * s + m
         total -= GAUSS_WEIGHTS[g] * (k_start + k_slope * s) * (a * s + b) * (1.0 + poisson * eta * eta)
     return total * length
-
-
-@njit(cache=True)
-def free_jet(code, q, length, k_start, k_slope, section, jet):
-    """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist, parameters q (4 or 6,).
-
-    kappa_1 = q_0 s + q_1, kappa_3 = q_2 s + q_3, kappa_2 = q_4 s + q_5; K(s) = k_start + k_slope s; section: w / (2 l),
-    h / l, nu, plate (`ribbon.energies.free`). Layout of the jet: `ribbon.element.free_series`.
-    """
-    d = np.empty(15)
-    jet[:] = 0.0
-    six = q.size == 6
-    o = 7 if six else 5  # places of second derivatives: rows a, b, n, m
-    ob = o + q.size
-    on = ob + q.size - 1
-    om = on + q.size - 2
-    code -= FREE_CODE
-    for g in range(_FREE_COUNT[code]):
-        s = _FREE_POINTS[code, g] * length
-        w = _FREE_WEIGHTS[code, g] * length
-        free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], k_start + k_slope * s, k_slope, section, d)
-        jet[0] += w * d[0]
-        jet[1] += w * (s * d[1] + d[3])
-        jet[2] += w * d[1]
-        jet[3] += w * (s * d[2] + d[4])
-        jet[4] += w * d[2]
-        jet[o] += w * (s * (s * d[5] + 2.0 * d[7]) + d[12])
-        jet[o + 1] += w * (s * d[5] + d[7])
-        jet[o + 2] += w * (s * (s * d[6] + d[8] + d[10]) + d[13])
-        jet[o + 3] += w * (s * d[6] + d[10])
-        jet[ob] += w * d[5]
-        jet[ob + 1] += w * (s * d[6] + d[8])
-        jet[ob + 2] += w * d[6]
-        jet[on] += w * (s * (s * d[9] + 2.0 * d[11]) + d[14])
-        jet[on + 1] += w * (s * d[9] + d[11])
-        jet[om] += w * d[9]
-    if six:
-        stiffness = 4.0 * (1.0 - section[2] * section[2]) * (section[0] / section[1]) ** 2
-        c, e = q[4], q[5]
-        first, second, third = stiffness * length, 0.5 * stiffness * length**2, stiffness * length**3 / 3.0
-        jet[0] += 0.5 * (third * c * c + first * e * e) + second * c * e
-        jet[5] += third * c + second * e
-        jet[6] += second * c + first * e
-        jet[25] += third
-        jet[26] += second
-        jet[27] += first
 
 
 @njit(cache=True)

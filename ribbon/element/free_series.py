@@ -23,7 +23,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ribbon.element.series import FMA, MAX_TERMS, STATES, TINY
+from ribbon.element.series import FMA, MAX_TERMS, MOST_PIECES, STATES, TINY
 
 _LANES = 4
 #: Components of a jet by four and by six parameters.
@@ -41,15 +41,19 @@ def parameter_count(components):
 
 @njit(cache=True)
 def _step(q, start, left, limit):
-    """Length of the next sub-segment of a segment with parameters q (4 or 6,) from `start`: C stays below `limit`."""
+    """Length of the next sub-segment of a segment with parameters q (4 or 6,) from `start`: C stays below `limit`; nan
+    where the rest would take more than `MOST_PIECES`."""
     square = (q[1] + q[0] * start) ** 2 + (q[3] + q[2] * start) ** 2
     slope = q[0] * q[0] + q[2] * q[2]
     if q.size == 6:
         square += (q[5] + q[4] * start) ** 2
         slope += q[4] * q[4]
     l0, l1 = math.sqrt(square), math.sqrt(slope)
-    if 2.0 * left * (l0 + l1 * left) <= limit:
+    exponent = 2.0 * left * (l0 + l1 * left)
+    if exponent <= limit:
         return left
+    if not exponent <= limit * MOST_PIECES:
+        return np.nan
     s = limit / (l0 + math.sqrt(l0 * l0 + 2.0 * l1 * limit))
     if s < left < 1.5 * s:
         s = 0.5 * left

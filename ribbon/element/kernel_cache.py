@@ -13,7 +13,6 @@ import contextlib
 import functools
 import hashlib
 import os
-import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -26,6 +25,7 @@ from numba.core import event
 
 from ribbon.element import kept
 from ribbon.element.trusted import fault, makeable, private
+from ribbonbench.sources import Sources
 
 #: States of the sources whose kernels are kept.
 KEPT = 16
@@ -34,8 +34,7 @@ config: Any = _config  # numba's settings are made at import, unknown to type ch
 dispatcher: Any = _dispatcher
 
 _PACKAGE = Path(__file__).parent.parent
-_IMPORT = re.compile(r"^[ \t]*(?:from (ribbon[\w.]*) import (\([^)]*\)|[^\n]*)|import (ribbon[\w.]*))", re.MULTILINE)
-_KERNEL = "njit"
+_KERNEL = b"njit"
 
 
 def root() -> Path:
@@ -72,31 +71,10 @@ def sources(package: Path = _PACKAGE) -> dict[str, bytes]:
 
     What only calls kernels changes none: a solver may be worked on without compiling everything again.
     """
-    texts = {}
-    for path in package.rglob("*.py"):
-        parts = (package.name, *path.relative_to(package).with_suffix("").parts)
-        texts[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_bytes()
-    wanted = [name for name, text in texts.items() if _KERNEL.encode() in text]
-    found: dict[str, bytes] = {}
-    while wanted:
-        name = wanted.pop()
-        if name in texts and name not in found:
-            found[name] = texts[name]
-            wanted += _imported(texts[name].decode(), texts)
-    return found
-
-
-def _imported(text: str, known: dict[str, bytes]) -> list[str]:
-    """The modules that a module imports: `from a import b` is a.b where that is one, and a otherwise."""
-    found = []
-    for match in _IMPORT.finditer(text):
-        base = match[1] or match[3]
-        names = re.findall(r"\w+", match[2] or "")
-        modules = [f"{base}.{name}" for name in names if f"{base}.{name}" in known]
-        found += modules
-        if len(modules) < len(names) or not names:
-            found.append(base)
-    return found
+    tree = Sources(package.parent)
+    kernels = [name for name, path in tree.every(package.name).items() if _KERNEL in path.read_bytes()]
+    found = tree.closure(*kernels, statements=True)
+    return {name: path.read_bytes() for name, path in found.items() if name.partition(".")[0] == package.name}
 
 
 @functools.cache

@@ -56,6 +56,10 @@ EXPONENT_LIMIT_THESIS = 26.0 * math.log(2.0)
 #: Number of quantities in the jets of a segment, and of components in a jet.
 QUANTITIES = 15
 COMPONENTS = 15
+#: Most sub-segments of a segment, so that a call ends: what would need more (or is not finite) is nan everywhere.
+MOST_PIECES = 100_000
+#: Turn of a strip (rad) beyond which a trial point has no value: ten times what a strip may be asked to have at rest.
+FURTHEST = 1e5
 #: Longest series; a sub-segment with C <= 18.02 needs about 60 terms.
 MAX_TERMS = 160
 #: A series of values ends with three terms below this, one of jets with a pair of terms (y, g) below `_TINY_PAIR`: each
@@ -92,7 +96,8 @@ for _k, (_i, _j) in enumerate(zip(PAIR_FIRST, PAIR_SECOND, strict=True)):
 
 @njit(cache=True)
 def step_length(a: float, b: float, n: float, m: float, left: float, limit: float) -> float:
-    """Length of the next sub-segment: the whole rest `left`, or the root s of C(s) = `limit`.
+    """Length of the next sub-segment: the whole rest `left`, or the root s of C(s) = `limit`; nan where the rest would
+    take more than `MOST_PIECES`.
 
     ``C(s) = 2 s (|lambda_0| + |lambda_1| s + |lambda_2| s^2)`` (thesis, 3.3). The thesis solves it with s < 1 or s > 1
     bounded roughly; here the root itself is found by Newton's method on the convex cubic, from the right.
@@ -101,8 +106,11 @@ def step_length(a: float, b: float, n: float, m: float, left: float, limit: floa
     l1 = math.hypot(a, n * b + m * a)
     l2 = abs(n * a)
     s = left
-    if 2.0 * s * (l0 + s * (l1 + s * l2)) <= limit:
+    exponent = 2.0 * s * (l0 + s * (l1 + s * l2))
+    if exponent <= limit:
         return left
+    if not exponent <= limit * MOST_PIECES:
+        return np.nan
     for _ in range(60):
         f = 2.0 * s * (l0 + s * (l1 + s * l2)) - limit
         d = 2.0 * (l0 + s * (2.0 * l1 + 3.0 * s * l2))

@@ -13,7 +13,7 @@ of a solved ribbon. The natural curvature is a term of its own (`natural`), abse
 
 from ribbon.energies.dispatch import CODES, ENERGIES, density, factor
 from ribbon.energies.energy import EnergyDensity, SectionNumbers
-from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, FREE_POINTS, FreeTwist, free_density
+from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, FreeTwist, free_density
 from ribbon.errors import RibbonInputError
 from ribbon.strip import Strip
 
@@ -22,7 +22,6 @@ __all__ = [
     "ENERGIES",
     "FREE_CODES",
     "FREE_ENERGIES",
-    "FREE_POINTS",
     "EnergyDensity",
     "FreeTwist",
     "SectionNumbers",

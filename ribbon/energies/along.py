@@ -83,7 +83,7 @@ def _local(equilibrium: Any, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     strip = equilibrium.problem.strip
     slope = equilibrium.parameters[segment_of(equilibrium, s), 2]
     slope = np.where((s < 0.0) | (s > 1.0), 0.0, slope)
-    omega, eta = equilibrium.omega(s), equilibrium.eta(s)
+    _, _, omega, eta = equilibrium.continued(s)
     start, end = strip.curvature
     curvature = start + (end - start) * np.clip(s, 0.0, 1.0)
     return omega, eta, equilibrium.problem.half_width * slope, -curvature * omega * (1.0 + strip.poisson * eta**2)

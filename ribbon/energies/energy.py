@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
@@ -97,13 +98,18 @@ class FreeTwist:
     section: `FreeSectionNumbers`.
     needs: fields of `ribbon.Strip` that must be given; in_plane: the curvature kappa_2 in the strip's plane is a field
     of its own; holds_twist: a clamp with a straight ruling holds t = 0 (the others know no derivative of t).
-    points: Gauss points of an element: so many that a state whose energy is large between them is no minimum.
+    points: Gauss points of an element on which the density hardly changes its character (`ribbon.element.element`).
+    reach: how far from the real axis the density's nearest singularity lies in the plane of the curvature, times zeta
+    (docs/theory.md, eq. (10.26)): inf none, 0 at k = 0; tested: whether its gradients have singularities of their own,
+    so that every panel is tested.
     section: shape of the cross-section and what its energy consists of; words: what it is, for a page.
     """
 
     density: Any
     needs: tuple[str, ...] = ()
     points: int = 4
+    reach: float = math.inf
+    tested: bool = False
     in_plane: bool = False
     holds_twist: bool = False
     section: Profile | None = None

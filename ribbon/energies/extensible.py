@@ -46,6 +46,7 @@ def density(k, t, dk, dt, natural, slope, section, out):
 ENERGY = FreeTwist(
     density,
     needs=("thickness",),
+    reach=0.83,
     section=EXTENSIBLE,
     words="extensible strip (Audoly-Neukirch): the section curves and stretches across",
 )

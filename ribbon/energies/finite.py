@@ -11,8 +11,8 @@ stiffness of the section against stretching at k = 0 (`ribbon.energies.sano`), s
 Wunderlich's energy, k -> 0 the rod with restrained warping. Nothing is fitted.
 
 Where rulings would meet inside the strip (|x| -> 1) Wunderlich's H is infinite; a strip that can stretch rounds that
-point: from x^2 = `ROUNDED` on H goes on as its quadratic in x^2, and no bound is needed. Where k passes zero within an
-element the energy is a wall 1 / zeta wide: four Gauss points may stand on both of its sides, eight do not.
+point: from x^2 = `ROUNDED` on H goes on as its quadratic in x^2, and no bound is needed. Where k passes zero the energy
+is a wall, 1 / (zeta k') long, which the rule of an element follows (`ribbon.element.free_energy`).
 """
 
 from __future__ import annotations
@@ -127,6 +127,8 @@ ENERGY = FreeTwist(
     density,
     needs=("thickness",),
     points=8,
+    reach=0.83,
+    tested=True,
     holds_twist=True,
     section=Profile(EXTENSIBLE.shape, _shares),
     words="strip of finite width and thickness: extensible, with Wunderlich's finite width where its section is stiff",

@@ -19,16 +19,13 @@ from ribbon.energies.energy import FreeSectionNumbers, FreeTwist
 from ribbon.energies.names import FREE
 
 __all__ = [
-    "FREE_CODES", "FREE_ENERGIES", "FREE_POINTS", "FreeSectionNumbers", "FreeTwist", "free_density",
-    "in_plane_stiffness",
+    "FREE_CODES", "FREE_ENERGIES", "FreeSectionNumbers", "FreeTwist", "free_density", "in_plane_stiffness",
 ]  # fmt: skip
 
 #: Name of an energy of free twist -> the energy.
 FREE_ENERGIES: dict[str, FreeTwist] = {name: import_module(f"ribbon.energies.{name}").ENERGY for name in FREE}
 #: Name of an energy of free twist -> code in the kernels.
 FREE_CODES = {name: code for code, name in enumerate(FREE)}
-#: By code: how many Gauss points an element takes.
-FREE_POINTS = tuple(FREE_ENERGIES[name].points for name in FREE)
 
 
 def in_plane_stiffness(section: Sequence[float]) -> float:

@@ -2,7 +2,7 @@
 
 Densities per length and per area as in `ribbon.energies.along`, which asks here; without the constant ``K^2 / 2``
 unless it is said to be with it. The parts per area are the section's own (`FREE_ENERGIES[name].section`); over the
-length each is integrated at the Gauss points of the elements, where the energy itself is.
+length they are integrated adaptively.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.element.element import GAUSS_POINTS, GAUSS_WEIGHTS
+from ribbon.element.adaptive import beside_zero, integrated
 from ribbon.energies import FREE_CODES, FREE_ENERGIES
 from ribbon.energies.free import free_numbers, in_plane_stiffness
 from ribbon.energies.names import FREE_CODE
@@ -25,6 +25,8 @@ PARTS = ("bending", "membrane", "shear")
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 #: Thicknesses beside an edge that have Gauss points of their own; layers are h / sqrt(10) wide.
 _EDGE = 4.0
+#: Error, over each part, of the integrals along the strip.
+_ALONG = 1e-8
 
 
 def line_density(equilibrium: Any, s: FloatArray) -> FloatArray:
@@ -94,7 +96,11 @@ def parts(equilibrium: Any) -> dict[str, float]:
     is what remains beside the other two."""
     lengths = equilibrium.problem.lengths
     starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
-    s = (starts[:, None] + lengths[:, None] * GAUSS_POINTS).ravel()
-    found = line_parts(equilibrium, s)[:, 1:].T @ (lengths[:, None] * GAUSS_WEIGHTS).ravel()
+
+    def density(i: NDArray[np.int64], s: FloatArray) -> FloatArray:
+        along = line_parts(equilibrium, (starts[i, None] + s).ravel())
+        return np.asarray(along[:, 1:].reshape(*s.shape, 2))
+
+    found = integrated(density, *beside_zero(equilibrium.parameters, lengths), _ALONG)
     membrane, shear = float(found[0]), float(found[1])
     return {"bending": float(equilibrium.energy.elastic) - membrane - shear, "membrane": membrane, "shear": shear}

@@ -42,6 +42,7 @@ def density(k, t, dk, dt, natural, slope, section, out):
 
 ENERGY = FreeTwist(
     density,
+    reach=0.0,
     section=SADOWSKY,
     words="Sadowsky's energy in curvature and twist, without rulings",
 )

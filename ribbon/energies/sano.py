@@ -49,6 +49,7 @@ def density(k, t, dk, dt, natural, slope, section, out):
 ENERGY = FreeTwist(
     density,
     needs=("thickness",),
+    reach=1.0,
     section=SANO,
     words="Sano-Wada: Sadowsky's coupling of bending and twist, regularised at inflections",
 )

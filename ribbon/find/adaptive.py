@@ -85,6 +85,9 @@ def _to_tolerance(
         loose = build(*arguments, segments=found.problem.lengths, **{**asked, "closure": closure})
         slid = switch(loose, found)
         found = replace(slid, tolerance_error=found.tolerance_error, refinements=found.refinements)
+    found = replace(found, branch=first.branch, left=found.left or first.left)
+    if first.left is not None and found.left is first.left and found.ok:
+        found = replace(found, message=f"{found.message}; {first.left}")
     if first.minima is not None and found.status in _GOOD:
         found = replace(found, minima=first.minima, message=f"{found.message}; {first.minima}")
     return found
@@ -130,7 +133,7 @@ def refine_to_tolerance(
             tried.append(_tried(halved, None))
             return ended(halved if strict else finest or current)
         moved = distance(current, halved)
-        tried.append(_tried(halved, moved))
+        tried.append(_tried(halved, moved, current))
         finest, estimate = halved, moved
         if report is not None:
             report(halved.problem.lengths.size, moved)
@@ -156,8 +159,11 @@ def _moved_to(found: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equil
     return on_segments(found, lengths, **keywords)
 
 
-def _tried(found: Equilibrium, moved: float | None) -> Refinement:
-    return Refinement(found.problem.lengths.size, found.status, found.lowest_eigenvalue, moved)
+def _tried(found: Equilibrium, moved: float | None, coarse: Equilibrium | None = None) -> Refinement:
+    """coarse: the state on segments twice as long that it was begun at, None: none."""
+    before = None if coarse is None else coarse.numbers
+    segments = found.problem.lengths.size
+    return Refinement(segments, found.status, found.lowest_eigenvalue, moved, found.numbers, before)
 
 
 def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:

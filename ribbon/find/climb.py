@@ -3,7 +3,7 @@
 The state on half the segments is prolonged with its multipliers (`ribbon.problems.prolonged`) and followed
 (`ribbon.solvers.settle`). That is done only where it is safe: Newton's iteration is asked for, nothing is in contact,
 and each state is a strict minimum near that before; a doubling that does not end so is made with a barrier and a line
-search, and where that leads far away nothing is returned and who asks goes the long way. How far the joints
+search, and where that leads far away, or up, nothing is returned and who asks goes the long way. How far the joints
 move in the last doubling is more than what is still missing wherever halving the segments at least halves the error
 (`Minimum.moved`, as `ribbon.find.nested` has it for chained ribbons).
 """
@@ -33,6 +33,9 @@ _TURNS = 1.0
 _BARRIER = 1e-5
 #: Distance (l) between joints that are the same.
 _ROUNDING = 1e-12
+#: Difference of energies, relative (at least 1), up to which they are the same, by one rule and by those of two sets of
+#: segments.
+_SAME, _HIGHER = 1e-6, 1e-4
 #: Residual of a state that is a start for another only, and of one that is exact.
 ROUGH, EXACT = 1e-6, 1e-10
 
@@ -71,7 +74,7 @@ def doubled(coarse: MixedProblem, found: Minimum, problem: MixedProblem, rough: 
         return None
     rows = prolonged.multipliers(coarse, found.rows, problem, x)
     fine = settle(problem, x, rows, ROUGH if rough else EXACT)
-    if fine is None:
+    if fine is None or _higher(coarse, found, problem, fine):
         return None
     moved = _moved(coarse, found, problem, fine)
     if moved is None:
@@ -115,11 +118,27 @@ def _relaxed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Min
     turn far in a doubling."""
     fine = choose.minimise(problem, prolonged.shape(coarse, found.x, problem), {"mu_init": _BARRIER})
     moved = _moved(coarse, found, problem, fine)
-    if not fine.finished or moved is None:
+    if not fine.finished or moved is None or _higher(coarse, found, problem, fine):
         return None
     return replace(
         fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved
     )
+
+
+def above(problem: Any, x: FloatArray, start: FloatArray) -> bool:
+    """Whether a minimum x (n,) has clearly more energy than the shape `start` (n,), that of a coarser one, say.
+
+    The shapes nest, and a minimiser goes down: x is then another state than that which it began beside."""
+    there, here = problem.value(start), problem.value(x)
+    return bool(np.isfinite(there) and here > there + _SAME * max(1.0, abs(there)))
+
+
+def _higher(coarse: MixedProblem, found: Minimum, problem: MixedProblem, fine: Minimum) -> bool:
+    """Whether the finer minimum has clearly more energy than the coarse one, which its segments contain: another one.
+
+    The rules of both differ where rulings are steep, so that this is coarser than `above`."""
+    there = coarse.value(found.x)
+    return bool(problem.value(fine.x) > there + _HIGHER * max(1.0, abs(there)))
 
 
 def _moved(coarse: MixedProblem, found: Minimum, problem: MixedProblem, fine: Minimum) -> float | None:

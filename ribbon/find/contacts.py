@@ -3,14 +3,20 @@
 Rows at joints alone let a strip through between them. Where an equilibrium reaches beyond a wall a point is held, at
 the deepest place of its edge, and the equilibrium is found again from there: an exchange method for the condition at
 every abscissa (R. Hettich and K. Kortanek 1993, doi:10.1137/1035089). Points that do not push are let go at the end,
-which changes nothing.
+which changes nothing. Where the strip touches a wall at one place and not along a line, that place is then looked for.
+
+So held, a strip touches beside the place where it would touch, by up to half a segment or by what
+`ribbon.penetration.TOLERANCE` lets through, and forces and moments are as far from their limit. Where it pushes at one
+place, that is at one joint or point or at two that are neighbours, the segments there are held by rows that slide
+(`ribbon.problems.touching`), and the equilibrium is found again, until the place is inside a held segment and nothing
+is behind the wall. Line contact is left on its points.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +39,58 @@ ROUNDS = 20
 MOST = 7
 #: Iterations of a minimiser that begins with the multipliers of the round before.
 _WARM_ITERATIONS = 150
+#: Part of a wall's normal, of the weight or of an end force along t_y up to which none of them pushes a strip aside,
+#: and amplitudes that are tried of a shape that is bent aside.
+_HEAD_ON = 1e-12
+_BENDS = tuple(0.05 * 1.25**k for k in range(28))
 #: Nearest (in lengths of the segment) that a point stands to a joint, which is held anyway, or to another point.
 _APART = 1e-4
-#: Push (D w / l^2) below which a point is let go.
+#: Depth (l) behind a wall at which the place of contact is not in a held segment yet.
+NEAREST = 1e-9
+#: Times that a place is followed into the next segment.
+FOLLOWED = 8
+#: Iterations of a minimiser that begins with the multipliers of the round before.
+_SLIDING = 60
+#: Push (D w / l^2) below which what is held is let go; from which one counts, and part of the largest for that.
 _PUSHES = 1e-9
+_LEAST = 1e-5
+_CLEARLY = 1e-4
+#: Neighbours are so many segments apart, at the most.
+_NEXT = 1.01
+#: Nearest (in lengths of the segment) that a place is kept to the joints of its segment, so that this is the same; how
+#: near to a joint the segment beyond it is held too.
+_INSIDE = 1e-9
+_BESIDE = 0.1
+
+
+def bent_aside(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Shapes to start from in the place of a straight one that meets a wall head on, of each kind the least bent that
+    clears the walls; none for another shape, or where something pushes the strip to a side.
+
+    The straight strip, its loads and its walls are then their own mirror images in the plane across t_y: so is every
+    step of a minimiser, and the strip, which would buckle to either side, is pressed on along itself. Both sides are
+    mirror images of each other and equally right. The shapes: the first mode of a clamped column whose tip slides,
+    ``omega = A (pi / 2) cos(pi s / 2)`` (L. Euler 1744), and arcs ``omega = A``.
+    """
+    if not problem.walls or np.any(omega) or problem.has_natural_curvature:
+        return []
+    x = relax.placed(problem, omega, eta)
+    across = problem.joints(x)[1][0][:, 1]
+    aside = [np.asarray(wall.normal) for wall in problem.walls]
+    if problem.gravity is not None and problem.has_gravity:
+        aside.append(np.asarray(problem.gravity.up))
+    if problem.tip is not None:
+        aside.append(np.asarray(problem.tip) / max(1.0, float(np.abs(problem.tip).max())))
+    if any(abs(float(across @ v)) > _HEAD_ON for v in aside) or relax.misfit(problem, x) <= penetration.TOLERANCE:
+        return []
+    s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    modes = 0.5 * np.pi * np.cos(0.5 * np.pi * s), np.ones_like(s)
+    best = []
+    for mode in modes:
+        tried = [(relax.misfit(problem, relax.placed(problem, a * mode, eta)), a) for a in _BENDS]
+        clear = [a for missed, a in tried if missed <= relax.NEAR]
+        best.append((clear[0] if clear else min(tried)[1]) * mode)
+    return [(shape, eta) for shape in best]
 
 
 def held(
@@ -64,7 +118,7 @@ def held(
         again = replace(again, iterations=again.iterations + found.iterations, seconds=again.seconds + found.seconds)
         fresh.counters.add(problem.counters)
         problem, found = fresh, again
-    return let_go(*best)
+    return slid(*let_go(*best), options, progress)
 
 
 def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[Touch, ...]:
@@ -113,22 +167,213 @@ def _again(
     return replace(cold, iterations=cold.iterations + warm.iterations, seconds=cold.seconds + warm.seconds)
 
 
+# -- at one place ----------------------------------------------------------------------------------------------------
+
+
+class _Place(NamedTuple):
+    """Where one edge pushes against a wall, at one place: abscissa and total push (D w / l^2)."""
+
+    wall: int
+    side: float
+    s: float
+    push: float
+
+
+def slid(
+    problem: MixedProblem, found: Minimum, options: dict[str, Any] | None = None, progress: Progress | None = None
+) -> tuple[MixedProblem, Minimum]:
+    """The problem whose single places of contact slide, and its equilibrium beside `found`; both as they are where
+    nothing touches at one place, and where none is found from there."""
+    if not problem.walls or not found.residual <= relax.RESIDUAL_TOLERANCE or spent():
+        return problem, found
+    places = _places(problem, found)
+    if not places or all(_slides(problem, place) for place in places):
+        return problem, found
+    now, here = _sliding(problem, found, places)
+    spent_on = found
+    for _ in range(FOLLOWED):
+        again = choose.minimise(
+            now, here.x, {"max_iter": _SLIDING, **(options or {})}, progress, (here.rows, here.multipliers)
+        )
+        if again.residual > relax.RESIDUAL_TOLERANCE:
+            return problem, found
+        spent_on = replace(
+            again, iterations=again.iterations + spent_on.iterations, seconds=again.seconds + spent_on.seconds
+        )
+        now.counters.add(problem.counters)
+        minima = penetration.minima(now, again.x, -NEAREST)
+        beyond = _beside(now, [touch for _, touch in minima])
+        if not beyond:
+            if max((-distance for distance, _ in minima), default=0.0) > penetration.TOLERANCE:
+                return problem, found
+            return let_go(now, spent_on)
+        now, here = _more(now, again, beyond)
+    return problem, found
+
+
+def _places(problem: MixedProblem, found: Minimum) -> list[_Place]:
+    """Where edges push at one place each: one joint or point, or two that are neighbours, off the strip's ends."""
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    places: list[_Place] = []
+    pushed = [_pushed(problem, found, k) for k in range(len(problem.walls))]
+    least = max(_LEAST, _CLEARLY * max((push for points in pushed for _, _, push in points), default=0.0))
+    for k, points in enumerate(pushed):
+        for side in (1.0, -1.0):
+            own = sorted((s, push) for s, edge, push in points if edge == side and push > least)
+            for group in _groups(problem, own):
+                total = sum(push for _, push in group)
+                first, last = group[0][0], group[-1][0]
+                wide = problem.lengths[problem.segment_at(first)] * _NEXT
+                if last - first <= wide and first > 0.0 and last < starts[-1]:
+                    places.append(_Place(k, side, sum(s * push for s, push in group) / total, total))
+    return places
+
+
+def _pushed(problem: MixedProblem, found: Minimum, k: int) -> list[tuple[float, float, float]]:
+    """Abscissa, edge and push of all joints and points that wall k holds."""
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    slices, blocks = problem.block_slices(), problem.blocks()
+    block: Any = blocks[f"wall_{k}"]
+    pairs = -found.rows[slices[f"wall_{k}"]].reshape(-1, 2)
+    points = [
+        (float(starts[joint]), side, float(push))
+        for joint, pair in zip(block.joints, pairs, strict=True)
+        for side, push in zip((1.0, -1.0), pair, strict=True)
+    ]
+    if f"touch_{k}" in blocks:
+        rows: Any = blocks[f"touch_{k}"]
+        along = starts[rows.segments] + rows.places(found.x)
+        pushes = -found.rows[slices[f"touch_{k}"]]
+        points += [(float(s), float(side), float(p)) for s, side, p in zip(along, rows.sides, pushes, strict=True)]
+    return points
+
+
+def _groups(problem: MixedProblem, points: list[tuple[float, float]]) -> list[list[tuple[float, float]]]:
+    """Points (s, push) in order of s, those together that are neighbours."""
+    groups: list[list[tuple[float, float]]] = []
+    for s, push in points:
+        if groups and s - groups[-1][-1][0] <= _NEXT * problem.lengths[problem.segment_at(groups[-1][-1][0])]:
+            groups[-1].append((s, push))
+        else:
+            groups.append([(s, push)])
+    return groups
+
+
+def _slides(problem: MixedProblem, place: _Place) -> bool:
+    """Whether a place is one that slides already, and is held by nothing else."""
+    i = problem.segment_at(place.s)
+    near = [
+        touch
+        for touch in problem.touching
+        if (touch.wall, touch.side) == (place.wall, place.side) and abs(problem.segment_at(touch.s) - i) <= 1
+    ]
+    return bool(near) and all(touch.slides for touch in near)
+
+
+def _around(problem: MixedProblem, s: float) -> list[int]:
+    """The segment around s, and the next one where s is near its joint."""
+    i = problem.segment_at(s)
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    share = (s - starts[i]) / problem.lengths[i]
+    found = [i]
+    if share < _BESIDE and i > 0:
+        found.append(i - 1)
+    if share > 1.0 - _BESIDE and i < problem.lengths.size - 1:
+        found.append(i + 1)
+    return sorted(found)
+
+
+def _sliding(problem: MixedProblem, found: Minimum, places: list[_Place]) -> tuple[MixedProblem, Minimum]:
+    """The problem with its places sliding instead of what holds them, and multipliers to begin with."""
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    shares: dict[Touch, float] = {}
+    replaced: set[tuple[int, float, int]] = set()
+    for place in places:
+        segments = _around(problem, place.s)
+        for i in segments:
+            s = float(np.clip(place.s, starts[i] + _INSIDE * problem.lengths[i],
+                              starts[i + 1] - _INSIDE * problem.lengths[i]))  # fmt: skip
+            touch = Touch(place.wall, s, place.side, True)
+            shares[touch] = shares.get(touch, 0.0) - place.push / len(segments)
+        reach = range(min(segments) - 1, max(segments) + 2)
+        replaced |= {(place.wall, place.side, i) for i in reach}
+    kept = [
+        touch for touch in problem.touching if (touch.wall, touch.side, problem.segment_at(touch.s)) not in replaced
+    ]
+    fresh = problem.with_changes(touching=(*kept, *sorted(shares)))
+    rows = _carried(problem, fresh, found, shares)
+    slices, blocks = fresh.block_slices(), fresh.blocks()
+    for place in places:  # what joints beside a place pushed is its own now
+        block: Any = blocks[f"wall_{place.wall}"]
+        push = rows[slices[f"wall_{place.wall}"]].reshape(-1, 2)
+        near = np.abs(starts[block.joints] - place.s) <= _NEXT * problem.lengths[problem.segment_at(place.s)]
+        push[near, int(place.side < 0.0)] = 0.0
+    return fresh, replace(found, rows=rows)
+
+
+def _beside(problem: MixedProblem, touches: list[Touch]) -> list[Touch]:
+    """What is to slide besides: places behind a wall in segments next to one that slides."""
+    sliding = {(t.wall, t.side, problem.segment_at(t.s)) for t in problem.touching if t.slides}
+    found = {}
+    for touch in touches:
+        i = problem.segment_at(touch.s)
+        near = {(touch.wall, touch.side, j) for j in (i - 1, i + 1)}
+        if near & sliding and (touch.wall, touch.side, i) not in sliding:
+            found[touch.wall, touch.side, i] = touch._replace(slides=True)
+    return sorted(found.values())
+
+
+def _more(problem: MixedProblem, found: Minimum, touches: list[Touch]) -> tuple[MixedProblem, Minimum]:
+    """The problem with more that slides."""
+    fresh = problem.with_changes(touching=(*problem.touching, *touches))
+    return fresh, replace(found, rows=_carried(problem, fresh, found, dict.fromkeys(touches, 0.0)))
+
+
+def _carried(old: MixedProblem, fresh: MixedProblem, found: Minimum, own: dict[Touch, float]) -> FloatArray:
+    """Multipliers of the rows of `fresh`: those of `old` at the same joints and touches, `own` of others."""
+    rows = np.zeros(fresh.row_count)
+    slices, blocks = fresh.block_slices(), fresh.blocks()
+    glue = fresh.row_count - sum(block.count for block in blocks.values())
+    rows[:glue] = found.rows[:glue]
+    known = dict(own)
+    for name, where in old.block_slices().items():
+        if name.startswith("touch_"):
+            touches = [touch for touch in old.touching if touch.wall == int(name.removeprefix("touch_"))]
+            known |= dict(zip(touches, map(float, found.rows[where]), strict=True))
+        elif name.startswith("wall_"):
+            here: Any = blocks[name]
+            there: Any = old.blocks()[name]
+            push = {int(j): pair for j, pair in zip(there.joints, found.rows[where].reshape(-1, 2), strict=True)}
+            rows[slices[name]] = np.ravel([push.get(int(j), np.zeros(2)) for j in here.joints])
+        else:
+            rows[slices[name]] = found.rows[where]
+    for k in range(len(fresh.walls)):
+        touches = [touch for touch in fresh.touching if touch.wall == k]
+        if touches:
+            rows[slices[f"touch_{k}"]] = [known.get(touch, 0.0) for touch in touches]
+    return rows
+
+
 def let_go(problem: MixedProblem, found: Minimum) -> tuple[MixedProblem, Minimum]:
-    """Without the points that do not push: the same equilibrium."""
+    """Without what does not push, each touch where it has gone: the same equilibrium."""
     if not problem.touching:
         return problem, found
-    slices, keep = problem.block_slices(), np.ones(found.rows.size, dtype=bool)
-    kept: list[Touch] = []
+    slices, blocks = problem.block_slices(), problem.blocks()
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    kept: dict[Touch, float] = {}
     for k in range(len(problem.walls)):
         touches = [touch for touch in problem.touching if touch.wall == k]
-        if touches:
-            where = slices[f"touch_{k}"]
-            pushes = -found.rows[where] > _PUSHES
-            keep[where] = pushes
-            kept += [touch for touch, pushing in zip(touches, pushes, strict=True) if pushing]
+        if not touches:
+            continue
+        block: Any = blocks[f"touch_{k}"]
+        own = problem.lengths[block.segments]
+        places = starts[block.segments] + np.clip(block.places(found.x), _INSIDE * own, (1.0 - _INSIDE) * own)
+        for touch, s, row in zip(touches, places, found.rows[slices[f"touch_{k}"]], strict=True):
+            if -row > _PUSHES:
+                kept[touch._replace(s=float(s)) if touch.slides else touch] = float(row)
     fewer = problem.with_changes(touching=tuple(kept))
     fewer.counters.add(problem.counters)
-    rows = found.rows[keep]
+    rows = _carried(problem, fewer, found, kept)
     residual = kkt_residual(fewer, found.x, found.multipliers, rows)
     if residual > relax.RESIDUAL_TOLERANCE:
         return problem, found

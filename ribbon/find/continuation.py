@@ -9,15 +9,14 @@ jump (a snap), recorded.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon import penetration
-from ribbon.find import relax
+from ribbon.find import contacts, relax
 from ribbon.find.solve import solve_from, starting_shapes
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
@@ -80,14 +79,15 @@ def _same_structure(problem: Problem, found: Equilibrium) -> bool:
         and old.size == problem.size
         and list(old.block_slices()) == list(problem.block_slices())
         and found.rows.size == problem.row_count
+        and not found.forces_why
     )
 
 
 def anchored(problem: Problem, found: Equilibrium) -> Problem:
     """The problem with its gauges and the signs of its quaternions referring to where `found` stands, held on its
-    walls' side at the points where `found` is."""
+    walls' side at the points where `found` is; places that slide are looked for anew."""
     if problem.walls and problem.formulation == "mixed":
-        kept = tuple(touch for touch in found.problem.touching if touch.wall < len(problem.walls))
+        kept = tuple(t for t in found.problem.touching if t.wall < len(problem.walls) and not t.slides)
         problem = problem.with_changes(touching=kept)
     return problem.anchored(found.problem.anchor(found.x))
 
@@ -115,17 +115,17 @@ def switch(
         shape = np.interp(s_new, s_old, omega), np.interp(s_new, s_old, eta)
         return solve_from(problem, problem.state(*shape), **keywords)
     problem = anchored(problem, start)
-    if problem.end is not None and float(np.abs(old.joint_values(start.x)[0]).max()) < _STRAIGHT:
-        # nothing tells which way a straight strip bends
-        best: Equilibrium | None = None
-        for omega, eta in starting_shapes(problem, "natural", 0.0):
-            found = solve_from(problem, problem.state(omega, eta), **keywords)
-            if found.ok:
-                return found
-            best = best or found
-        assert best is not None
-        return best
     glued: Any = problem
+    shapes: Iterable[tuple[FloatArray, FloatArray]] = ()
+    if float(np.abs(old.joint_values(start.x)[0]).max()) < _STRAIGHT:  # nothing tells which way a straight strip bends
+        if problem.end is not None:
+            shapes = starting_shapes(problem, "natural", 0.0)
+        elif problem.walls:
+            flat = np.zeros(problem.lengths.size + 1)
+            shapes = contacts.bent_aside(glued, flat, flat)
+    tried = [solve_from(problem, problem.state(omega, eta), **keywords) for omega, eta in shapes]
+    if tried:
+        return min(tried, key=lambda found: (not found.ok, found.energy.total if found.ok else 0.0))
     x = relax.transferred(old, start.x, glued)
     minimum = relax.from_near(glued, x, options, progress)
     if minimum.residual > relax.RESIDUAL_TOLERANCE:
@@ -209,7 +209,7 @@ def follow(
             if size < smallest:
                 return _stopped(found, last_bad, t, start, log)
             continue
-        if target == 1.0 and (new.penetration or 0.0) > penetration.TOLERANCE:
+        if target == 1.0 and new.problem.walls:
             new = solve_from(new.problem, new.x, warm=(new.rows, new.multipliers), progress=progress)
             if new.status not in (Status.CONVERGED, Status.SADDLE):
                 log.append(asdict(_record(target, step, new, False, seconds, jump)))

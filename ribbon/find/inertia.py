@@ -24,6 +24,9 @@ _bracket: Any = eigen.bracket
 _largest: Any = eigen.largest
 _lowest: Any = eigen.lowest
 
+#: Unknowns up to which the whole spectrum is computed where no iteration tells its lowest from the next ones.
+_DENSE = 1500
+
 
 @dataclass
 class Pencil:
@@ -102,9 +105,12 @@ class Pencil:
         inverse = operator((size, size), matvec=lambda y: self.solve(spread(y.ravel()))[where], dtype=float)
         metric = operator((size, size), matvec=lambda y: self.mass(spread(y.ravel()))[where], dtype=float)
         start = self.solve(self.mass(spread(_rough(size))))[where]
-        values, modes = scipy.sparse.linalg.eigsh(
-            metric, k=1, M=metric, sigma=low, OPinv=inverse, which="LM", v0=start, tol=1e-11
-        )
+        try:
+            values, modes = scipy.sparse.linalg.eigsh(
+                metric, k=1, M=metric, sigma=low, OPinv=inverse, which="LM", v0=start, tol=1e-11
+            )
+        except scipy.sparse.linalg.ArpackNoConvergence:  # more than two of about the same size
+            return self._small(where) if size <= _DENSE else (np.nan, np.zeros(self.x.size))
         mode = spread(modes[:, 0])
         return float(values[0]), mode / np.sqrt(mode @ self.mass(mode))
 

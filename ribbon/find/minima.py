@@ -8,23 +8,37 @@ segments shorter than the layer; on given ones the lowest stands for all. Changi
 beside a flip moves it by a segment and leaves the twist as it is: such steps are relaxed until none goes down.
 
 What the ribbon itself has (a strip that hangs, or arches) are other states: the built-in starts are all solved, and the
-lowest is kept. A seed that was given decides, unless flips make its answer one of rounding's: then the state with the
-signs of omega and eta changed everywhere, which has the same twist, is its rival.
+lowest is kept. A seed that was given decides which side is meant (`Sides`); only where it means none, flips
+make its answer one of rounding's: then the state with the signs of omega and eta changed everywhere, which has the same
+twist, is its rival.
+
+A given seed says by the side to which it bends which of several states is meant. Its rival is the shape with omega and
+eta changed in sign, both brought between the clamps (`ribbon.find.seeds.brought`); a state belongs to the nearer one,
+in the metric of bending and twist::
+
+    d(u, v)^2 = int (omega_u - omega_v)^2 + (tau_u - tau_v)^2 ds ,    tau = eta omega
+
+A minimiser's long steps may change the side although the seed's own side has a state. Where that is seen the way is
+gone again by short steps (`ribbon.solvers.newton_rows`, "reach"): a Levenberg-Marquardt path, which in the limit of
+short steps is the steepest descent along the rows, and ends in the basin that it begins in (Nocedal and Wright 2006,
+4.1 and 10.3). What it leads to is the answer, and `Equilibrium.branch` says what that is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from ribbon.find import relax
+from ribbon.find import relax, seeds
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
-from ribbon.result import Equilibrium, Minima
+from ribbon.result import Branch, Equilibrium, Minima
+from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import FloatArray
+from ribbon.solvers.problem import FloatArray, Minimum, force_scale
 
 #: Least change of eta across a segment that counts as a flip of the ruling.
 FLIP = 0.3
@@ -40,7 +54,16 @@ _STEEP = 0.95
 
 #: Barrier and iterations of a start beside the first.
 _BESIDE = {"mu_init": 1e-3, "max_iter": 250}
+#: How much nearer the rival has to be, over the distance of both seeds; distance to the seed (over its size) within
+#: which no rival is looked for.
+_NEARER, _OWN = 0.25, 0.3
+#: Size of the given shape, over that between the clamps and alone, below which it means no side.
+_MEANT, _STRAIGHT = 0.3, 0.1
+#: Reach, barrier and steps between looks at the side of the way that is gone again, and its steps at the most.
+_WAY: dict[str, Any] = {"reach": 0.3, "mu_init": 1e-5, "max_iter": 20}
+_STEPS = 300
 
+Shape = tuple[FloatArray, FloatArray]
 Relaxed = Callable[[Problem, FloatArray], Equilibrium]
 
 
@@ -56,7 +79,7 @@ class Seen:
         """A minimum at which a search ended; its energy."""
         energy, positions = problem.value(x), problem.joints(x)[0]
         for known, there in zip(self.energies, self.places, strict=True):
-            close = abs(known - energy) <= SAME_ENERGY * max(1.0, abs(energy))
+            close = abs(known - energy) <= SAME_ENERGY * max(force_scale(problem), abs(energy))
             if close and float(np.abs(there - positions).max()) <= _SAME_PLACE:
                 return energy
         self.energies.append(energy)
@@ -83,11 +106,14 @@ def flips(problem: Problem, x: FloatArray) -> list[int]:
     return [int(i) for i in np.nonzero(turned)[0]]
 
 
-def lowest(found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed) -> Equilibrium:
+def lowest(
+    found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed, sides: Sides | None = None
+) -> Equilibrium:
     """The lowest state of those that are reached from `found`, with what was seen in its `minima`.
 
-    others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near. A ribbon
-    that is held at one end, and a state without flips where there are no further starts, cost nothing.
+    others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near; sides: of
+    the seed that was given, where it means one: what lies on the other is no rival. A ribbon that is held at one end,
+    and a state without flips where there are no further starts, cost nothing.
     """
     if not found.ok or not has_several(found.problem):
         return found
@@ -118,16 +144,17 @@ def lowest(found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], 
     if x is None:
         return found
     y = _moved_down(few, x, seen)
-    omega, eta = few.joint_values(y)
-    seen.tries += 1
-    rival = relax.from_near(few, few.state(-omega, -eta))
-    if rival.residual <= relax.RESIDUAL_TOLERANCE:
-        z = _moved_down(few, rival.x, seen)
-        y = z if lower(few.value(z), few.value(y)) else y
+    if sides is None:
+        omega, eta = few.joint_values(y)
+        seen.tries += 1
+        rival = relax.from_near(few, few.state(-omega, -eta))
+        if rival.residual <= relax.RESIDUAL_TOLERANCE:
+            z = _moved_down(few, rival.x, seen)
+            y = z if lower(few.value(z), few.value(y)) else y
     if few is not problem or lower(few.value(y), few.value(x)):
         better = relaxed(problem, y if few is problem else relax.transferred(few, y, problem))
-        if better.ok:
-            found, x = replace(better, iterations=found.iterations + better.iterations), y
+        if better.ok and not (sides is not None and sides.other(problem, better.x) and found.branch is Branch.OWN):
+            found, x = replace(better, iterations=found.iterations + better.iterations, branch=found.branch), y
     return _told(found, seen, few, x, True)
 
 
@@ -182,3 +209,84 @@ def _moved_down(problem: MixedProblem, x: FloatArray, seen: Seen) -> FloatArray:
                 best, x, goes = energy, found.x, True
                 break
     return x
+
+
+class Sides:
+    """A seed between its clamps, and its rival, which is fitted when it is first needed.
+
+    given, brought: omega and eta (p + 1,) of the seed, as it was given and between the clamps, where the search began.
+    """
+
+    def __init__(self, problem: MixedProblem, given: Shape, brought: Shape) -> None:
+        self.problem, self.given, self.brought = problem, given, brought
+        self.own = self._strains(brought)
+        self.size = self._norm(self.own)
+        #: Whether the seed says which side is meant: it is not nearly straight, or all bent by the clamps.
+        self.meant = self._norm(self._strains(given)) >= max(_MEANT * self.size, _STRAIGHT)
+        self._rival: FloatArray | None = None
+
+    def other(self, problem: Problem, x: FloatArray) -> bool:
+        """Whether the shape x of `problem`, on any segments, lies clearly on the rival's side."""
+        omega, eta = problem.joint_values(x)
+        here = self._strains(relax.resampled(omega, eta, problem.lengths, self.problem.lengths))
+        away = self._norm(here - self.own)
+        if not self.meant or away <= _OWN * self.size:
+            return False
+        if self._rival is None:
+            omega, eta = self.given
+            self._rival = self._strains(seeds.brought(self.problem, -omega, -eta))
+        apart = self._norm(self._rival - self.own)
+        return away > self._norm(here - self._rival) + _NEARER * apart
+
+    def _strains(self, shape: Shape) -> FloatArray:
+        """omega and tau (2, p + 1) at the joints."""
+        omega, eta = shape
+        return np.stack([omega, eta if self.problem.fields.free else eta * omega])
+
+    def _norm(self, strains: FloatArray) -> float:
+        """Root of the integral of their squares, by the trapezoidal rule."""
+        squares = (strains * strains).sum(axis=0)
+        return float(np.sqrt(np.sum(0.5 * (squares[1:] + squares[:-1]) * self.problem.lengths)))
+
+
+def sides(problem: Problem, given: Shape, brought: Shape) -> Sides | None:
+    """The sides of a seed; None where it means none: without both ends held, or beside walls, which a fit knows not."""
+    if not has_several(problem) or problem.walls:
+        return None
+    found = Sides(problem, given, brought)  # type: ignore[arg-type]
+    return found if found.meant else None
+
+
+def held(found: Equilibrium, of: Sides, relaxed: Relaxed) -> Equilibrium:
+    """The state that a seed leads to, with its `branch`; `found` itself where that is on the seed's side.
+
+    relaxed: solves from a shape that is near.
+    """
+    if not found.ok:
+        return found
+    if not of.other(found.problem, found.x):
+        return replace(found, branch=Branch.OWN)
+    if spent():
+        return replace(found, branch=Branch.LEFT)
+    start = relax.placed(of.problem, *of.brought)
+    way = _walked(of, start)
+    if way.residual <= relax.RESIDUAL_TOLERANCE:
+        walked = relaxed(of.problem, way.x)
+        if walked.ok:
+            found = replace(walked, iterations=walked.iterations + way.iterations + found.iterations)
+    if not of.other(found.problem, found.x):
+        return replace(found, branch=Branch.OWN)
+    down = of.other(of.problem, way.x) and of.problem.value(way.x) < of.problem.value(start)
+    return replace(found, branch=Branch.SLID if down else Branch.LEFT)
+
+
+def _walked(of: Sides, start: FloatArray) -> Minimum:
+    """Where short steps lead from a shape, or where they come to the other side; Newton's, whatever else was asked for:
+    it is a start for that."""
+    x, steps = start, 0
+    with choose.using("newton"):
+        while True:
+            way = relax.once(of.problem, x, dict(_WAY))
+            x, steps = way.x, steps + way.iterations
+            if way.residual <= relax.RESIDUAL_TOLERANCE or steps >= _STEPS or spent() or of.other(of.problem, x):
+                return replace(way, iterations=steps)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find import relax
+from ribbon.find import climb, relax
 from ribbon.find.inertia import Pencil
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import choose
@@ -36,7 +36,8 @@ def minimum(
     """Stationary point from x (n,), over fewer segments where there are many and the solver is Newton's.
 
     rough: a start for another only. Where the one on fewer segments is none, or a saddle,
-    the problem is solved from x itself.
+    the problem is solved from x itself; so it is where what the doublings led to has more energy than x or than the
+    one on fewer segments: of both the lower is returned.
     """
     if problem.lengths.size < 2 * FEWEST or not choose.by_recursion(problem, options):
         return choose.minimise(problem, x, options, progress, rough=rough)
@@ -45,7 +46,12 @@ def minimum(
     problem.counters.add(few.counters)
     if not first.residual <= relax.RESIDUAL_TOLERANCE or not _is_minimum(few, first):
         return choose.minimise(problem, x, options, progress, rough=rough)
-    found = choose.minimise(problem, relax.on_joints(few, first.x, problem), options, progress, near=True, rough=rough)
+    start = relax.on_joints(few, first.x, problem)
+    found = choose.minimise(problem, start, options, progress, near=True, rough=rough)
+    if climb.above(problem, found.x, start) or climb.above(problem, found.x, x):
+        other = choose.minimise(problem, x, options, progress, rough=rough)
+        if not climb.above(problem, other.x, found.x):
+            return other
     there, here = few.joints(first.x)[0], problem.joints(found.x)[0]
     kept = np.minimum(2 * np.arange(len(there)), len(here) - 1)
     return replace(

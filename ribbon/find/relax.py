@@ -44,6 +44,8 @@ ATTEMPTS: tuple[dict[str, Any], ...] = (
     {"mu_init": 1e-4},
 )
 _ATTEMPT_ITERATIONS = 250
+#: Turn of the tangent (rad) that a shape may gain or lose anywhere where it is sampled on fewer segments.
+_TURNS = 0.3
 
 
 def is_far(problem: MixedProblem) -> bool:
@@ -77,10 +79,37 @@ def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple
 def resampled(
     omega: FloatArray, eta: FloatArray, lengths: FloatArray, others: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """omega and eta (p + 1,) at the joints of `lengths` (p,), at those of `others` (k,)."""
+    """omega and eta (p + 1,) at the joints of `lengths` (p,), at those of `others` (k,).
+
+    A peak of omega narrower than the `others` turns the strip by as much there (`_spread`): sampled on segments four
+    times as long, a quarter of a turn beside a clamp would be a whole one, and the strip begin with a loop.
+    """
     old = np.concatenate([[0.0], np.cumsum(lengths)])
     new = np.concatenate([[0.0], np.cumsum(others)])
-    return np.interp(new, old, omega), np.interp(new, old, eta)
+    bent, turned = np.interp(new, old, omega), np.interp(new, old, eta)
+    if others.size < lengths.size:
+        there, here = _turns(omega, lengths), _turns(bent, others)
+        if float(np.abs(np.interp(new, old, there) - here).max()) > _TURNS:
+            bent = _spread(omega, old, new)
+    return bent, turned
+
+
+def _turns(omega: FloatArray, lengths: FloatArray) -> FloatArray:
+    """The angle (p + 1,) by which the tangent has turned at the joints, from s = 0."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (omega[1:] + omega[:-1]) * lengths)])
+
+
+def _spread(omega: FloatArray, old: FloatArray, new: FloatArray) -> FloatArray:
+    """omega (p + 1,) at abscissae `old`, at fewer ones `new` (k + 1,), its integral kept: the adjoint of interpolation,
+    over the integrals of the hats: ``omega_J = sum_i N_J(s_i) m_i omega_i / M_J`` (m_i, M_J: of the hats)."""
+    hats = np.stack([np.interp(old, new, hat) for hat in np.eye(new.size)])
+    masses = np.zeros(old.size)
+    masses[:-1] += 0.5 * np.diff(old)
+    masses[1:] += 0.5 * np.diff(old)
+    whole = np.zeros(new.size)
+    whole[:-1] += 0.5 * np.diff(new)
+    whole[1:] += 0.5 * np.diff(new)
+    return np.asarray(hats @ (masses * omega) / whole)
 
 
 def placed(problem: Problem, omega: FloatArray, eta: FloatArray) -> FloatArray:
@@ -122,7 +151,7 @@ def on_joints(old: ChainedProblem, x: FloatArray, fresh: ChainedProblem) -> Floa
     """The fields of the shape x of `old` at the joints of `fresh`, linear between them, as its unknowns."""
     s, there = (np.concatenate([[0.0], np.cumsum(each.lengths)]) for each in (old, fresh))
     bent = old.in_plane_values(x)
-    omega, eta = (np.interp(there, s, values) for values in old.joint_values(x))
+    omega, eta = resampled(*old.joint_values(x), old.lengths, fresh.lengths)
     return fresh.state(omega, eta, None if bent is None else np.interp(there, s, bent))
 
 

@@ -37,6 +37,10 @@ _PULLED_OUT = 2.0
 _IN_PLANE = 0.5
 #: Distance (l) of held ends below which they are at one place.
 _MEETS = 1e-12
+#: Mismatch (l, rad) up to which a given shape is near its end's place; the part of it that a fit may leave.
+_NEAR, _NEARER = 0.02, 0.5
+#: Relative change of a fit's squares, and of its shape, at which a given shape is close enough.
+_CLOSE = 1e-2
 #: Largest |eta'| w / 2 of a seed beside a clamp that holds the ruling straight.
 _STEEP = 0.5
 
@@ -190,18 +194,27 @@ def _mismatch_from_start(problem: MixedProblem) -> Callable[[FloatArray, FloatAr
     return missed
 
 
-def fitted(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """omega, eta (p + 1,) near the given ones whose end lies near where it is held, and the mismatch."""
+def fitted(
+    problem: MixedProblem, omega: FloatArray, eta: FloatArray, whole: bool = False
+) -> tuple[FloatArray, FloatArray, float]:
+    """omega, eta (p + 1,) near the given ones whose end lies near where it is held, and the mismatch.
+
+    The change is linear on _PIECES pieces; so is the shape that is fitted, or (whole) the given one, with its detail.
+    """
     s = joints(problem.lengths)
     coarse = np.linspace(0.0, 1.0, _PIECES + 1)
-    small = problem.with_changes(lengths=np.full(_PIECES, 1.0 / _PIECES))
-    base = np.concatenate([np.interp(coarse, s, omega), np.interp(coarse, s, eta)])
-    scale = np.concatenate([np.full(_PIECES + 1, 1.0 + np.abs(base[: _PIECES + 1]).max()), np.ones(_PIECES + 1)])
-    steepest = min(_STEEPEST, 0.4 / (problem.half_width * _PIECES) + np.abs(base[_PIECES + 1 :]).max())
+    small = problem if whole else problem.with_changes(lengths=np.full(_PIECES, 1.0 / _PIECES))
+    at = s if whole else coarse
+    spread = np.stack([np.interp(at, coarse, hat) for hat in np.eye(_PIECES + 1)], axis=1)
+    bent, turned = np.interp(at, s, omega), np.interp(at, s, eta)
+    scale = np.concatenate([np.full(_PIECES + 1, 1.0 + np.abs(bent).max()), np.ones(_PIECES + 1)])
+    steepest = min(_STEEPEST, 0.4 / (problem.half_width * _PIECES) + np.abs(turned).max())
+    if whole:  # what is given stands; a free twist is no ruling, which may not be steep
+        steepest = np.inf if problem.fields.free else max(steepest, float(np.abs(turned).max()))
 
     def shape(y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        both = base + scale * y
-        return both[: _PIECES + 1], np.clip(both[_PIECES + 1 :], -steepest, steepest)
+        change = (scale * y).reshape(2, -1) @ spread.T
+        return bent + change[0], np.clip(turned + change[1], -steepest, steepest)
 
     def state(y: FloatArray) -> FloatArray:
         return small.state(*shape(y))
@@ -213,11 +226,31 @@ def fitted(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[F
     def residual(y: FloatArray) -> FloatArray:
         return np.concatenate([missed(*shape(y)), _WEIGHT * y])
 
-    found = scipy.optimize.least_squares(residual, np.zeros(base.size), method="lm", max_nfev=_MOST_TRIALS)
+    close = _CLOSE if whole else 1e-8  # a given shape is brought near; the built-in ones are ranked by what they miss
+    found = scipy.optimize.least_squares(
+        residual, np.zeros(scale.size), method="lm", ftol=close, xtol=close, max_nfev=_MOST_TRIALS
+    )
     x = state(found.x)
     missing = float(np.abs(end_mismatch(small, x)).max(initial=0.0))
-    there, turned = small.joint_values(x)
-    return np.interp(s, coarse, there), np.interp(s, coarse, turned), missing
+    there, turned_there = small.joint_values(x)
+    return np.interp(s, at, there), np.interp(s, at, turned_there), missing
+
+
+def brought(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """omega, eta (p + 1,) of a given shape, `fitted` where its end is not near its place, and that brings it nearer.
+
+    A minimiser that begins far off satisfies the rows first, by steps as long as the ribbon, and forgets on which side
+    of the clamps the shape was. What a seed says of a state is its bend: the nearest shape between the clamps keeps it.
+    Where the fit changes the bend by more than it is, and by more than a whole turn (root mean square), it has lost it:
+    a seed that ends half a turn away may be fitted as a coil. The given shape is then begun with.
+    """
+    away = float(np.abs(end_mismatch(problem, problem.state(omega, eta))).max(initial=0.0))
+    if away <= _NEAR:
+        return omega, eta
+    there, turned, missing = fitted(problem, omega, eta, whole=True)
+    size, change = (float(np.sqrt(np.mean(bend * bend))) for bend in (omega, there - omega))
+    kept = missing <= _NEARER * away and change <= max(size, 2.0 * math.pi)
+    return (there, turned) if kept else (omega, eta)
 
 
 def guesses(problem: MixedProblem) -> list[tuple[FloatArray, FloatArray]]:

@@ -17,16 +17,28 @@ from ribbon.errors import RibbonInputError
 from ribbon.find import band, climb, contacts, minima, nested, relax, seeds, stability, stretched
 from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.loads import Gravity, tip_force
-from ribbon.problems import formulation
+from ribbon.problems import formulation, quadrature
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem as Problem
-from ribbon.result import Energy, Equilibrium, Status
+from ribbon.result import Energy, Equilibrium, Left, Status
 from ribbon.solvers import choose, ipopt, newton
 from ribbon.solvers.budget import SPENT, spent, within
-from ribbon.solvers.problem import FloatArray, Minimum, approach, force_scale, kkt_residual, polish, violation
+from ribbon.solvers.problem import (
+    DENSE,
+    IPOPT,
+    KNOWN,
+    FloatArray,
+    Minimum,
+    approach,
+    force_scale,
+    kkt_residual,
+    polish,
+    slack_of,
+    violation,
+)
 from ribbon.solvers.threads import alone
-from ribbon.strip import Strip, finite
+from ribbon.strip import Strip, check_known, finite, known
 from ribbon.thesis import other_models
 
 Progress = Callable[[int, float, float], None]
@@ -34,9 +46,16 @@ Values = float | tuple[float, ...] | list[float]
 
 #: What the message of a state says whose stability is open to rounding.
 INDIFFERENT_WORDS = "; indifferent to at least one mode (eigenvalue zero to rounding)"
+#: What the message of a band says that lies on walls and is held nowhere.
+FREE_BAND_WORDS = (
+    "; nothing holds the band: where it begins in space (its seam at the origin, tangent e_z, normal e_y) chooses "
+    "among its states, and another may have less energy"
+)
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
+#: Slack (l) between held ends below which rounding is the likely reason of a solve that ends early.
+_LEAST_SLACK = 1e-9
 #: Part of the weight that walls may leave over by rounding.
 _CARRIED = 1e-9
 
@@ -128,19 +147,30 @@ def _searched(
         if found.ok or spent():
             break
     assert best is not None
-    return minima.lowest(best, shapes, lambda near, x: _from_near(near, x, **asked))
+
+    def relaxed(near: Problem, x: FloatArray) -> Equilibrium:
+        return _from_near(near, x, **asked)
+
+    sides = (
+        None if isinstance(curvature, str) else minima.sides(problem, _given(problem, curvature, ruling), (omega, eta))
+    )
+    if sides is not None:
+        best = minima.held(best, sides, relaxed)
+    return minima.lowest(best, shapes, relaxed, sides)
 
 
 def _climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:
     """The state of `problem` above that on few segments, judged; None where it is not followed up to there."""
     coarse: Any = few.problem
-    start = Minimum(few.x, few.multipliers, few.rows, few.residual, few.iterations, 0, "", True, few.seconds["solve"])
+    start = Minimum(
+        few.x, few.multipliers, few.rows, few.residual, few.iterations, 0, "", True, few.seconds["solve"], few.solver
+    )
     minimum = None if few.active_bounds else climb.climbed(coarse, start, problem)
     if minimum is None:
         return None
     found = found_at(problem, minimum)
     told = "" if few.minima is None or len(few.minima.energies) < 2 else f"; {few.minima}"
-    return replace(found, minima=few.minima, message=found.message + told)
+    return replace(found, minima=few.minima, branch=few.branch, message=found.message + told)
 
 
 def _rank(found: Equilibrium) -> tuple[int, float]:
@@ -168,14 +198,19 @@ def build(
     in_plane: bool | None = None,
     tip: ArrayLike | None = None,
 ) -> Problem:
-    """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`."""
+    """The minimisation problem of a ribbon in the formulation asked for; arguments as in `solve`.
+
+    `RibbonInputError` for arguments that contradict each other, or beyond what the models are known to work for."""
     lengths = segment_lengths(segments)
     if clamp is None and closure is None:
         clamp = Clamp()
+    check_known(strip)
+    known("segments", segments, [float(lengths.min())])
     start = None if _nothing(clamp) else clamp
     end = None if _nothing(end) else end
     walls = tuple(walls)
     force = tip_force(tip)
+    _check_known_places(strip, start, end, closure, walls, force)
     chosen, _ = _formulation(formulation, start, end, closure, walls, gravity, lengths.size, choose.asked())
     if chosen == "chained" and end is None:
         assert start is not None
@@ -208,6 +243,24 @@ def build(
 
 
 _formulation = formulation.choose
+
+
+def _check_known_places(
+    strip: Strip, start: Clamp | None, end: Clamp | None, closure: Closure | None, walls: tuple[Wall, ...],
+    force: tuple[float, ...] | None,
+) -> None:  # fmt: skip
+    """`RibbonInputError` for what holds and loads a strip beyond what the models are known to work for."""
+    for key, clamp in (("clamp.position", start), ("end.position", end)):
+        if clamp is not None and clamp.position is not None:
+            known(key, clamp.position, np.asarray(clamp.position) / strip.length)
+    for wall in walls:
+        known("wall.point", wall.point, np.asarray(wall.point) / strip.length)
+        if wall.stiffness is not None:
+            known("wall.stiffness", wall.stiffness, [wall.stiffness])
+    if closure is not None:
+        known("closure.turns", closure.turns, [closure.turns])
+    if force is not None:
+        known("tip", force, force)
 
 
 def check_walls(strip: Strip, start: Clamp | None, end: Clamp | None, walls: tuple[Wall, ...]) -> None:
@@ -287,15 +340,19 @@ def starting_shapes(
 ) -> Iterable[tuple[FloatArray, FloatArray]]:
     """omega and eta (p + 1,) at the joints to start from, the most promising first; several only if none was given."""
     s = seeds.joints(problem.lengths)
-    eta = seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
+    rulings = _values("seed_ruling", ruling)
+    known("seed_ruling", ruling, rulings)
+    eta = seeds.held_straight(problem, seeds.sampled(rulings, s))
     slopes = np.abs(np.diff(eta)) / problem.lengths * problem.half_width
     if slopes.max(initial=0.0) >= 1.0 and not problem.fields.free:
         raise RibbonInputError(
             "seed_ruling", ruling, "rulings of the starting shape cross inside the strip: keep |eta'| below 2 / width"
         )
     if not isinstance(curvature, str):
-        given = np.array(_values("seed_curvature", curvature)) * problem.strip.length
-        return [(seeds.sampled(tuple(given), s), eta)]
+        given = _given(problem, curvature, ruling)
+        held: Any = problem
+        free = problem.end is None or bool(problem.walls)  # a fit knows no walls
+        return _from_the_walls(problem, *given) if free else [seeds.brought(held, *given)]
     if curvature != "natural":
         raise RibbonInputError("seed_curvature", curvature, 'a number, a list of numbers, or "natural"')
     natural = seeds.sampled(problem.strip.curvature, s)
@@ -307,11 +364,27 @@ def starting_shapes(
         return [(omega, eta)]
     if problem.end is None:
         layer = seeds.hanging(problem)
-        return [(natural if layer is None else layer, eta)]
+        return _from_the_walls(problem, natural if layer is None else layer, eta)
     shapes = seeds.guesses(glued)
     if problem.has_natural_curvature:  # which coils, and may end far above what the arcs do
         shapes = [(natural, eta), *shapes]
     return _fitted_in_turn(glued, shapes)
+
+
+def _from_the_walls(problem: Problem, omega: FloatArray, eta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """The shape; before it those that bend aside where it is straight and meets a wall head on."""
+    glued: Any = problem
+    aside = contacts.bent_aside(glued, omega, eta) if problem.walls and problem.end is None else []
+    return [*aside, (omega, eta)]
+
+
+def _given(problem: Problem, curvature: Values, ruling: Values) -> tuple[FloatArray, FloatArray]:
+    """omega and eta (p + 1,) of a seed as it was given."""
+    s = seeds.joints(problem.lengths)
+    values = np.array(_values("seed_curvature", curvature)) * problem.strip.length
+    known("seed_curvature", curvature, values)
+    omega = seeds.sampled(tuple(values), s)
+    return omega, seeds.held_straight(problem, seeds.sampled(_values("seed_ruling", ruling), s))
 
 
 #: Mismatch (l, rad) up to which a fitted shape is a promising one, and most shapes to start from.
@@ -367,7 +440,10 @@ def solve_from(
     judged (otherwise `stable` is None); near: x may be the solution already, and is kept if it is; hold: whether the
     strip is held on its walls' side between the joints too (otherwise it may sag through there, and says so).
     """
-    found = _solve_once(problem, x, warm, options, progress, check, near, hold)
+    if stretched.is_stretched(problem):
+        return stretched.straight(problem)
+    first = found = _solve_once(problem, x, warm, options, progress, check, near, hold)
+    gone: tuple[Equilibrium, float] | None = None
     if leave_saddle:
         for _ in range(_DEPARTURES):
             if found.status is not Status.SADDLE or spent():
@@ -375,8 +451,22 @@ def solve_from(
             better = _depart(found, options, progress)
             if better is None:
                 break
-            found = better
-    return found
+            gone, found = gone or better, better[0]
+    return found if gone is None else _told_left(first, found, *gone, options, progress)
+
+
+def _told_left(
+    saddle: Equilibrium, found: Equilibrium, beside: Equilibrium, step: float, options: Any, progress: Progress | None
+) -> Equilibrium:
+    """`found` with the saddle that was left for it by `step`, which led to `beside`, and where the other way leads."""
+    if not found.ok:
+        return found
+    other = None if spent() else _kicked(saddle, -step, options, progress)
+    mirrored = None
+    if other is not None and other.status in (Status.CONVERGED, Status.SADDLE) and _below(other, saddle):
+        mirrored = abs(other.energy.total - beside.energy.total) <= _SAME * max(1.0, abs(beside.energy.total))
+    left = Left(saddle.energy.total - found.energy.total, mirrored)
+    return replace(found, left=left, message=f"{found.message}; {left}")
 
 
 #: Saddles that are left in turn, and sizes of the first step along the unstable mode (largest change of omega or eta,
@@ -385,26 +475,40 @@ _DEPARTURES = 6
 _KICKS = (0.03, 0.3)
 
 
-def _depart(saddle: Equilibrium, options: dict[str, Any] | None, progress: Progress | None) -> Equilibrium | None:
-    """The equilibrium of lower energy reached from a saddle along its unstable mode, either way, or None."""
+#: Difference of energies, relative (at least 1), up to which they are the same.
+_SAME = 1e-6
+
+
+def _depart(
+    saddle: Equilibrium, options: dict[str, Any] | None, progress: Progress | None
+) -> tuple[Equilibrium, float] | None:
+    """The equilibrium of lower energy reached from a saddle along its unstable mode, either way, and the step; or
+    None."""
+    best: tuple[Equilibrium, float] | None = None
+    for kick in _KICKS:
+        for step in (kick, -kick):
+            found = _kicked(saddle, step, options, progress)
+            if found.status in (Status.CONVERGED, Status.SADDLE) and _below(found, saddle):
+                if best is None or (found.ok and not best[0].ok):
+                    best = found, step
+                if best[0].ok:
+                    return best
+    return best
+
+
+def _below(found: Equilibrium, saddle: Equilibrium) -> bool:
+    return found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
+
+
+def _kicked(saddle: Equilibrium, step: float, options: dict[str, Any] | None, progress: Progress | None) -> Equilibrium:
+    """Where a saddle leads to that is moved by `step` along its unstable mode."""
     problem = saddle.problem
     omega, eta = problem.joint_values(saddle.at if saddle.at is not None else saddle.x)
     d_omega, d_eta = problem.joint_values(saddle.mode)
     size = max(np.abs(d_omega).max() / (1.0 + np.abs(omega).max()), np.abs(d_eta).max(), 1e-300)
-    best: Equilibrium | None = None
-    for kick in _KICKS:
-        for sign in (1.0, -1.0):
-            step = sign * kick / size
-            turned = eta + step * d_eta
-            shape = omega + step * d_omega, turned if problem.fields.free else np.clip(turned, -5.0, 5.0)
-            found = _solve_once(problem, problem.state(*shape), None, options, progress, True)
-            lower = found.energy.total < saddle.energy.total - 1e-12 * max(1.0, abs(saddle.energy.total))
-            if found.status in (Status.CONVERGED, Status.SADDLE) and lower:
-                if best is None or (found.ok and not best.ok):
-                    best = found
-                if best.ok:
-                    return best
-    return best
+    turned = eta + step / size * d_eta
+    shape = omega + step / size * d_omega, turned if problem.fields.free else np.clip(turned, -5.0, 5.0)
+    return _solve_once(problem, problem.state(*shape), None, options, progress, True)
 
 
 def _minimum(
@@ -431,7 +535,7 @@ def _without_rows(
         polished = polish(problem, minimum.x)
         residual = kkt_residual(problem, polished, none)
         if residual < minimum.residual:
-            minimum = replace(minimum, x=polished, multipliers=none, residual=residual)
+            minimum = replace(minimum, x=polished, multipliers=none, residual=residual, solver=DENSE)
     if minimum.residual > RESIDUAL_TOLERANCE and not np.any(problem.joint_values(x)[1]):
         # a start without torsion stays without it to rounding: the planar state is stationary, if hardly a minimum
         none = np.zeros_like(x)
@@ -452,7 +556,8 @@ def _kept(problem: Problem, x: FloatArray) -> Minimum | None:
     residual = kkt_residual(asked, x, none)
     if not residual <= RESIDUAL_TOLERANCE:
         return None
-    return Minimum(x, none, np.empty(0), residual, 0, 0, "stationary from the start", True, time.perf_counter() - clock)
+    seconds = time.perf_counter() - clock
+    return Minimum(x, none, np.empty(0), residual, 0, 0, "stationary from the start", True, seconds, KNOWN)
 
 
 def _solve_once(
@@ -494,9 +599,14 @@ def found_at(
     known = status in (Status.CONVERGED, Status.SADDLE)
     why = SPENT if spent() else f"{minimum.solver}: {minimum.message}"
     message = status.value if known else f"{status.value} ({why})"
+    slack = slack_of(problem)
+    if status is Status.NOT_CONVERGED and slack is not None and slack < _LEAST_SLACK:
+        message += (
+            f"; held ends that leave a slack of {slack:.2g} l are lost in rounding: give more slack, or none at all"
+        )
     if known and check is not None and check.eigenvalue == np.inf:
         message += "; what holds the strip leaves these segments no freedom: nothing can be unstable there"
-    if known and minimum.solver == "Ipopt" and choose.asked() == "auto":
+    if known and minimum.solver == IPOPT and choose.asked() == "auto":
         message += "; found by Ipopt"
     if known and beyond is not None and not beyond <= penetration.TOLERANCE:
         deep = f"the strip reaches {beyond:.2g} l beyond a wall between its joints"
@@ -504,10 +614,19 @@ def found_at(
             status, known, message = Status.NOT_CONVERGED, False, f"not converged: {deep}; use more segments"
         else:
             message += f"; on its way {deep}"
+    integral = quadrature.error(problem, minimum.x, float(parts[0])) if known else None
+    if integral is not None and not integral <= quadrature.TOLERANCE:
+        status, known = Status.NOT_CONVERGED, False
+        message = (
+            "not converged: the elastic energy hangs on its quadrature, an adaptive integral differs by "
+            f"{integral:.2g} of it; use more segments"
+        )
     if known and check is not None and check.stable is None:
         message += "; stability could not be judged"
     if known and check is not None and check.indifferent:
         message += INDIFFERENT_WORDS
+    if known and problem.closure is not None and problem.start is None and problem.walls:
+        message += FREE_BAND_WORDS
     return Equilibrium(
         problem=problem,
         status=status,
@@ -526,9 +645,10 @@ def found_at(
         active_bounds=check.active if check is not None else 0,
         seconds={"solve": minimum.seconds, "stability": time.perf_counter() - clock},
         penetration=beyond,
-        options={**ipopt.DEFAULT_OPTIONS, **(options or {})} if minimum.solver == "Ipopt" else {},
+        options={**ipopt.DEFAULT_OPTIONS, **(options or {})} if minimum.solver == IPOPT else {},
         solver=minimum.solver,
         moved=minimum.moved,
+        quadrature_error=integral,
     )
 
 
@@ -586,25 +706,31 @@ def _beside(problem: ChainedProblem, x: FloatArray, **keywords: Any) -> Equilibr
     """Equilibrium of a problem without rows close to x (n,); keywords as in `solve_from`."""
     # a few steps of Newton's from so near; a minimiser with a barrier loses the start
     clock = time.perf_counter()
-    x, steps = _approached(problem, x)
+    x, steps, solver = _approached(problem, x)
     spent = time.perf_counter() - clock
     found = solve_from(problem, x, near=True, **keywords)
     seconds = {**found.seconds, "solve": found.seconds["solve"] + spent}
-    return replace(found, iterations=found.iterations + steps, seconds=seconds)
+    arrived = found.solver == KNOWN and steps
+    return replace(
+        found, iterations=found.iterations + steps, seconds=seconds, solver=solver if arrived else found.solver
+    )
 
 
-def _approached(problem: ChainedProblem, x: FloatArray) -> tuple[FloatArray, int]:
-    """The stationary point close to x (n,) and the steps there; x itself, or near it, where there is none."""
+def _approached(problem: ChainedProblem, x: FloatArray) -> tuple[FloatArray, int, str]:
+    """The stationary point close to x (n,), the steps there and what made them; x itself, or near it, where there is
+    none."""
     if choose.asked() == "ipopt":
-        return approach(problem, x, 0.01 * RESIDUAL_TOLERANCE * force_scale(problem))
+        return *approach(problem, x, 0.01 * RESIDUAL_TOLERANCE * force_scale(problem)), DENSE
     found = newton.minimise(problem, x, near=True)
-    return (found.x, found.iterations) if found.residual <= RESIDUAL_TOLERANCE else (x, found.iterations)
+    return found.x if found.residual <= RESIDUAL_TOLERANCE else x, found.iterations, found.solver
 
 
 def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equilibrium:
     """The same scene on segments of other `lengths` (k,), started from `equilibrium`, whose shape is close."""
     old: Any = equilibrium.problem
     fresh = old.with_changes(lengths=lengths)
+    if old.touching:
+        fresh = fresh.with_changes(touching=tuple(touch for touch in old.touching if not touch.slides))
     if not old.row_count:
         return _beside(fresh, relax.on_joints(old, equilibrium.x, fresh), **keywords)
     if stretched.is_stretched(fresh):
@@ -614,7 +740,13 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
         found = _climbed(equilibrium, fresh)
         if found is not None and found.ok:
             return found
-    return _from_near(fresh, relax.transferred(old, equilibrium.x, fresh), **keywords)
+    start = relax.transferred(old, equilibrium.x, fresh)
+    found = _from_near(fresh, start, **keywords)
+    alike = found.ok and equilibrium.ok and not fresh.walls and climb.nested(old, fresh)
+    if not alike or not climb.above(fresh, found.x, start):
+        return found
+    ended = f"not converged: on {fresh.lengths.size} segments it ended above the state it began at, in another one"
+    return replace(found, status=Status.NOT_CONVERGED, stable=None, message=ended)
 
 
 def _from_near(problem: Problem, x: FloatArray, **keywords: Any) -> Equilibrium:

@@ -36,6 +36,8 @@ _SOLVED = 1e-11
 #: The first shifts, and the factor to further ones; least length of a direction that may move.
 _SHIFTS = (-2e-5, -1.0)
 _FURTHER = 8.0
+#: Part of an eigenvalue by which the counts below it have to agree with it.
+_NEAR = 0.02
 _MOST = 1e30
 _NOTHING = 1e-12
 
@@ -73,7 +75,8 @@ class SecondVariation:
     def lowest(self) -> tuple[float, FloatArray]:
         """The lowest eigenvalue (D w / l), and its mode (n,), of length 1 in the metric.
 
-        It is inf where nothing can move, nan where no shift has nothing below it."""
+        It is inf where nothing can move, nan where no shift has nothing below it, or what the iteration finds is not
+        what the inertia counts."""
         shift, shifts = _SHIFTS[0], iter(_SHIFTS[1:])
         factor, count = self._factor(shift)
         while count > 0 and abs(shift) < _MOST:
@@ -85,8 +88,23 @@ class SecondVariation:
         inverse, found = self._lanczos(lambda v: self._upper(factor, self._weights @ v), _STEPS)
         if inverse == 0.0:
             return np.inf, mode
+        value = shift + 1.0 / inverse
+        if self.below(value - _NEAR * abs(value)) > 0:  # of a wide spectrum Lanczos's iteration may end above others
+            low = self._beneath(shift, value)
+            factor, _ = self._factor(low)
+            inverse, found = self._lanczos(lambda v: self._upper(factor, self._weights @ v), _STEPS)
+            value = low + 1.0 / inverse
+            if self.below(value - _NEAR * abs(value)) > 0 or not self.below(value + _NEAR * abs(value)) > 0:
+                return np.nan, mode
         mode[self._held.free] = found
-        return shift + 1.0 / inverse, mode
+        return value, mode
+
+    def _beneath(self, low: float, high: float) -> float:
+        """A shift with nothing below it, close to the lowest eigenvalue, by counting between two others."""
+        while high - low > _NEAR * max(abs(low), abs(high)):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if self.below(middle) > 0 else (middle, high)
+        return low
 
     def largest(self) -> float:
         """The largest eigenvalue (D w / l), or somewhat less."""

@@ -5,19 +5,30 @@ No multipliers exist there (the rows' derivatives are dependent), so that no min
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from ribbon import penetration
 from ribbon.boundary import Clamp
+from ribbon.element import quaternion
 from ribbon.errors import RibbonInputError
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
-from ribbon.solvers.problem import violation
+from ribbon.solvers.problem import KNOWN, violation
 from ribbon.strip import Strip
 
 #: Mismatch of the frames at the ends of a stretched strip that counts as rounding.
 STRETCHED_MISMATCH = 1e-4
-#: Distance of the ends over l, from below 1, at which the strip counts as stretched straight.
-STRETCHED = 1.0 - 1e-9
+#: How far (l) held ends may be farther apart than the strip is long: rounding of their places.
+TOO_FAR = 1e-12
+#: Roundings of the places of held ends, each of their distance from the origin or of l, within which a strip is as long
+#: as its ends are apart.
+_ROUNDINGS = 4.0 * float(np.finfo(float).eps)
+#: Sine of the angle between a normal and the chord below which the normal does not tell which way is across.
+_STEEP = 1e-3
+#: Why a stretched strip has no forces.
+UNDETERMINED = "with its ends exactly one length apart a strip that does not stretch is straight under any tension"
 
 
 def ends_apart(strip: Strip, start: Clamp | None, end: Clamp | None) -> float:
@@ -28,30 +39,40 @@ def ends_apart(strip: Strip, start: Clamp | None, end: Clamp | None) -> float:
 
 
 def check_distance(strip: Strip, start: Clamp | None, end: Clamp | None) -> None:
+    """`RibbonInputError` where the held ends are farther apart than the strip is long."""
     apart = ends_apart(strip, start, end)
-    if apart > 2.0 - STRETCHED:
+    if apart > 1.0 + TOO_FAR:
         assert end is not None
         raise RibbonInputError(
-            "end.position", end.position, f"it is {apart:.9g} lengths from the start; at most 1 can be reached"
+            "end.position", end.position, f"it is {apart:.12g} lengths from the start; at most 1 can be reached"
         )
 
 
 def is_stretched(problem: Problem) -> bool:
-    """Whether the ends are held as far apart as the strip is long, so that `straight` is the only shape."""
-    return ends_apart(problem.strip, problem.start, problem.end) >= STRETCHED
+    """Whether the ends are held as far apart as the strip is long, to the rounding of their places, so that `straight`
+    is the only shape.
+
+    A slack d, however small, is another matter: the strip sags, or bulges, by some sqrt(d), and what it pulls with is
+    determined.
+    """
+    held: Any = problem
+    slack = getattr(held, "slack", None)
+    if slack is None:
+        return False
+    places = max(float(np.abs(held.start_position).max()), float(np.abs(held.end_position).max()))
+    return bool(slack <= _ROUNDINGS * (1.0 + places))
 
 
 def straight(problem: Problem) -> Equilibrium:
     """The straight strip between ends that are one length apart: the only shape there is, whatever its tension."""
     none = np.zeros(problem.lengths.size + 1)
+    problem = _along_the_chord(problem)
     x = problem.state(none, none)
     missing = violation(problem, x)
-    fits = missing <= STRETCHED_MISMATCH
+    beyond = penetration.deepest(problem, x)
+    fits = missing <= STRETCHED_MISMATCH and not (beyond is not None and beyond > penetration.TOLERANCE)
     status = Status.CONVERGED if fits else Status.INFEASIBLE
-    message = (
-        "stretched straight: the only shape there is, no freedom is left to be unstable; its tension is undetermined, "
-        "no forces are given"
-    )
+    message = f"no freedom is left to be unstable; its tension is undetermined: {UNDETERMINED}"
     return Equilibrium(
         problem=problem,
         status=status,
@@ -68,4 +89,26 @@ def straight(problem: Problem) -> Equilibrium:
         mode=np.zeros(problem.size),
         active_bounds=0,
         seconds={"solve": 0.0, "stability": 0.0},
+        options={},
+        solver=KNOWN,
+        penetration=beyond,
+        forces_why=UNDETERMINED,
     )
+
+
+def _along_the_chord(problem: Problem) -> Problem:
+    """The problem with a start that, where no clamp holds a frame, looks along the chord of its ends, its normal turned
+    with it as little as can be."""
+    held: Any = problem
+    if held.start_quaternion is not None or held.end_quaternion is not None:
+        return problem
+    chord = held.end_position - held.start_position
+    chord = chord / np.linalg.norm(chord)
+    normal = quaternion.matrix(np.asarray([held.reference]))[0][:, 1]
+    across = np.cross(normal, chord)
+    if np.linalg.norm(across) < _STEEP:  # the normal would look along the strip
+        across = np.cross(np.roll(chord, 1), chord)
+    across = across / np.linalg.norm(across)
+    frame = np.column_stack([across, np.cross(chord, across), chord])
+    origin = tuple(held.start_position.tolist())
+    return problem.anchored((tuple(quaternion.from_matrix(frame).tolist()), origin))

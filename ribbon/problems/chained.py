@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ribbon import surface
 from ribbon.boundary import Clamp
 from ribbon.contact import Wall
-from ribbon.element.series import EXPONENT_LIMIT
+from ribbon.element.series import EXPONENT_LIMIT, FURTHEST
 from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.forces import Force, WallForce
@@ -46,19 +46,15 @@ def segment_lengths(segments: int | ArrayLike) -> FloatArray:
     return lengths / total
 
 
-#: Turn of a segment (rad) beyond which a trial point has no value: its series would take for ever.
-FURTHEST = 1e4
-
-
 def too_far(q: FloatArray, lengths: FloatArray, free: bool = False) -> bool:
-    """Whether a segment with parameters q (p, 4 or 6) turns by more than FURTHEST, or is not finite; free: its twist
-    is, and q has no ruling."""
+    """Whether a strip with parameters q (p, 4 or 6) turns by more than `FURTHEST`, or is not finite: its series would
+    take too long; free: its twist is, and q has no ruling."""
     bend = np.abs(q[:, 1]) + np.abs(q[:, 0]) * lengths
     if free:
         whole = np.abs(q[:, 1::2]).sum(axis=1) + np.abs(q[:, 0::2]).sum(axis=1) * lengths
-        return not bool(np.max(whole * lengths) <= FURTHEST)
+        return not bool((whole * lengths).sum() <= FURTHEST)
     slant = 1.0 + np.abs(q[:, 3]) + np.abs(q[:, 2]) * lengths
-    return not bool(np.max(bend * slant * lengths) <= FURTHEST)
+    return not bool((bend * slant * lengths).sum() <= FURTHEST)
 
 
 @cache

@@ -192,6 +192,14 @@ class Held:
         """Quaternion (4,) held at s = l, or None."""
         return quaternion.from_matrix(self.end.frame) if self.end is not None and self.end.holds_frame else None
 
+    @cached_property
+    def slack(self) -> float | None:
+        """By how much (l) the held ends are nearer to each other than the strip is long; below 0 where they are farther
+        apart; None where no two points are held."""
+        if self.start_position is None or self.end_position is None:
+            return None
+        return 1.0 - float(np.linalg.norm(self.end_position - self.start_position))
+
     @property
     def seam(self) -> FloatArray:
         """Quaternion delta (4,) of the seam: q_p = +- q_0 o delta."""
@@ -308,12 +316,27 @@ class Held:
             point = np.asarray(wall.point) / self.strip.length
             oblique = 0.0 if self.fields.free else 1.0
             normal = np.asarray(wall.normal)
-            joints = self._joints_beside(normal)
-            found[f"wall_{k}"] = WallRows(joints, STRIDE, point, normal, self.half_width, column, oblique=oblique)
             touches = [touch for touch in self.touching if touch.wall == k]
+            joints = self._joints_apart(self._joints_beside(normal), touches)
+            found[f"wall_{k}"] = WallRows(joints, STRIDE, point, normal, self.half_width, column, oblique=oblique)
             if touches:
                 found[f"touch_{k}"] = self._touch_rows(touches, point, normal, column)
         return found
+
+    def _joints_apart(self, joints: IntArray, touches: list[Touch]) -> IntArray:
+        """The joints without those at which both edges are held by rows of a segment beside them that slide: their own
+        rows would say the same twice."""
+        held = np.zeros((2, self.lengths.size + 1), dtype=bool)
+        for touch in touches:
+            if touch.slides:
+                i = self.segment_at(touch.s)
+                held[int(touch.side < 0.0), i : i + 2] = True
+        return joints[~held.all(axis=0)[joints]]
+
+    def segment_at(self, s: float) -> int:
+        """The segment around an abscissa, the one behind it where it is a joint's."""
+        starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        return int(np.clip(np.searchsorted(starts, s, side="right") - 1, 0, self.lengths.size - 1))
 
     def _joints_beside(self, normal: FloatArray) -> IntArray:
         """The joints whose distance from a plane of this normal is not given by a clamp or by the joint at the seam."""
@@ -333,11 +356,11 @@ class Held:
     def _touch_rows(self, touches: list[Touch], point: FloatArray, normal: FloatArray, plate: int) -> TouchRows:
         starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = np.array([touch.s for touch in touches])
-        i = np.clip(np.searchsorted(starts, s, side="right") - 1, 0, self.lengths.size - 1)
+        i = np.array([self.segment_at(touch.s) for touch in touches])
         return TouchRows(
-            i, np.minimum(s - starts[i], self.lengths[i]), np.array([touch.side for touch in touches]), self.lengths,
-            point, normal, self.half_width, self.exponent_limit, self.fields.components, self.fields.free,
-            self.sideways, plate,
+            i, np.minimum(s - starts[i], self.lengths[i]), np.array([touch.side for touch in touches]),
+            np.array([touch.slides for touch in touches]), self.lengths, point, normal, self.half_width,
+            self.exponent_limit, self.fields.components, self.fields.free, self.sideways, plate,
         )  # fmt: skip
 
     # -- the problem --------------------------------------------------------------------------------------------------

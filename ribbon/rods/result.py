@@ -5,7 +5,7 @@ Lengths in l, strains in 1/l, forces in D w / l^2, moments in D w / l.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -19,9 +19,14 @@ from ribbon.rods.solve import Found
 
 @dataclass(frozen=True)
 class RodShape:
-    """A rod where a solve stopped, as functions of s."""
+    """A rod where a solve stopped, as functions of s.
+
+    origin: place (3,) that the positions of `found` are seen from. Forces are third differences of positions, so that a
+    rod is solved beside what holds it, wherever that is: 3 l away rounding hid them.
+    """
 
     found: Found
+    origin: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def problem(self) -> CurveAngle:
@@ -42,7 +47,7 @@ class RodShape:
 
     @cached_property
     def vertices(self) -> FloatArray:
-        """Positions (n + 1, 3)."""
+        """Positions (n + 1, 3), seen from `origin`."""
         return self.problem.positions(self.found.y)
 
     @cached_property
@@ -84,9 +89,9 @@ class RodShape:
         frames = np.concatenate([self.ends[0][None], self.edges, self.ends[1][None]])
         return Slerp(np.concatenate([[0.0], middles, [s[-1]]]), Rotation.from_matrix(frames))
 
-    def centreline(self, s: FloatArray) -> FloatArray:
-        """Positions (k, 3): a cubic spline through the vertices."""
-        return np.asarray(self._line(s))
+    def centreline(self, s: FloatArray, seen_from: FloatArray | None = None) -> FloatArray:
+        """Positions (k, 3), seen from a place (3,) if one is given: a cubic spline through the vertices."""
+        return np.asarray((self.origin if seen_from is None else self.origin - seen_from) + self._line(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Material frames (k, 3, 3), turned evenly between the edges' middles."""
@@ -111,12 +116,12 @@ class RodShape:
     @property
     def weight(self) -> float:
         """Energy of the weight against the origin."""
-        return float(self.rod.cells @ (self.vertices @ self.rod.weight))
+        return float(self.rod.cells @ ((self.origin + self.vertices) @ self.rod.weight))
 
     @property
     def tip(self) -> float:
         """Energy of the dead force at s = 1 against the origin."""
-        return -float(self.rod.force @ self.vertices[-1])
+        return -float(self.rod.force @ (self.origin + self.vertices[-1]))
 
     # -- forces ------------------------------------------------------------------------------------------------------
 

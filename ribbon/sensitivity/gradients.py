@@ -1,5 +1,7 @@
 """Derivatives of whatever an equilibrium tells by whatever it depends on (docs/theory.md, eq. (11.2), (11.4)).
 
+What is told is in l and D w, what it depends on as it is given, in the strip's own unit of length (`ribbon.strip`).
+
 >>> g = gradients(result, wrt=["gamma", "end.position"])  # doctest: +SKIP
 >>> g.position(0.5)["end.position"]  # (3, 3): d r(l/2) / d position of the clamp  # doctest: +SKIP
 """
@@ -21,6 +23,7 @@ from ribbon.sensitivity import parameters
 from ribbon.sensitivity.parameters import Load
 from ribbon.sensitivity.system import Point, System, point
 from ribbon.solvers.threads import alone
+from ribbon.strip import abscissae
 
 FloatArray = NDArray[np.float64]
 #: Name of a parameter -> derivative, its shape that of the output followed by that of the parameter.
@@ -32,9 +35,11 @@ class Gradients:
     """First derivatives of an equilibrium by the parameters `names`; made by `gradients`.
 
     Every method answers with a dictionary from a parameter's name to an array, the output's axes first, then the
-    parameter's (`ribbon.sensitivity.parameters.NAMES`, where their units are). Outputs: lengths in l, curvatures in
-    1/l, energy in D w / l, forces in D w / l^2, moments in D w / l, turns as rotation vectors about the fixed axes in
-    rad. Where rigid motions are free, positions and turns are those of the ribbon's own gauge: only what does not
+    parameter's (`ribbon.sensitivity.parameters.NAMES`, where their units are, and what is held). Outputs: lengths in l,
+    curvatures in 1/l, energy in D w / l, forces in D w / l^2, moments in D w / l, turns as rotation vectors about the
+    fixed axes in rad; abscissae in l, `RibbonInputError` for one that is not in [0, 1].
+
+    Where rigid motions are free, positions and turns are those of the ribbon's own gauge: only what does not
     change with the motion means something.
 
     condition: estimated condition of the scaled tangent; unknowns (n, k) and multipliers (m, k): all of the response,
@@ -81,7 +86,7 @@ class Gradients:
 
     def _at_joints(self, s: ArrayLike, values: FloatArray) -> Derivatives:
         """Linear between the joints' values (p + 1, k)."""
-        at = np.asarray(s, dtype=float)
+        at = abscissae(s)
         joints = np.concatenate([[0.0], np.cumsum(self._point.problem.lengths)])
         columns = [np.interp(at, joints, column) for column in values.T]
         return self._named(np.stack(columns, axis=-1))
@@ -95,9 +100,7 @@ class Gradients:
         return self._pose(s, 1)
 
     def _pose(self, s: ArrayLike, which: int) -> Derivatives:
-        at = np.asarray(s, dtype=float)
-        if not np.all((at >= 0.0) & (at <= 1.0)):
-            raise RibbonInputError("s", s, "abscissae lie in [0, 1]")
+        at = abscissae(s)
         found = self._poses(np.atleast_1d(at))[which]
         return self._named(found if at.ndim else found[0])
 
@@ -138,7 +141,7 @@ class Gradients:
         The derivative of an output by a change dK(s) of the law is the integral of the density times dK over s (in l).
         In the strip's unit of length: K is in 1/length.
         """
-        at = np.atleast_1d(np.asarray(s, dtype=float))
+        at = np.atleast_1d(abscissae(s))
         load = parameters.natural_at(self._system, at).scaled(self._point.problem.strip.length)
         return _solved(self._system, ("natural_curvature(s)",), (load,))
 
@@ -241,7 +244,9 @@ def gradients(result: Equilibrium, wrt: Sequence[str], *, unstable: bool = False
     """First derivatives of an equilibrium by parameters, from one factorisation of its tangent.
 
     result: of `ribbon.solve`, `refine`, `follow`, in any formulation; wrt: names of parameters
-    (`ribbon.sensitivity.parameters.NAMES`); unstable: also of a saddle.
+    (`ribbon.sensitivity.parameters.NAMES`); unstable: also of a saddle. By a length, place or curvature it is per the
+    strip's own unit of length, as that is given. Of a strip made by `Strip.from_material` Young's modulus, density and
+    g are held: D and Gamma move with thickness and Poisson's ratio; of any other strip Gamma is held.
 
     Contacts that push and rulings on their bound are held (the derivative is that of the ribbon as long as they stay).
     Nothing is solved again and no equilibrium is differenced: what is exact and what is not is said in

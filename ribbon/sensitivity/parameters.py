@@ -7,6 +7,13 @@ ruling's bound. Differences that are exact to rounding because what is differenc
 more than x (`ribbon.Strip.section`) has central differences of sixth order of its density by that number, 1e-12 of it
 for a smooth density; Sadowsky's and Wunderlich's ask for nothing and get none. Formulas: docs/theory.md, eq. (11.3).
 Where the twist is free width, thickness, Poisson's ratio and natural curvature are all such numbers.
+
+What is held: everything else that was given. Of a strip of a material (`ribbon.Strip.from_material`) these are Y, rho
+and g, and the weight moves with h, nu, Y and rho::
+
+    Gamma = 12 (1 - nu^2) rho g l^3 / (Y h^2)
+
+(eq. (2.1)); of any other strip it is Gamma. Forces and springs are given in D w, and held so.
 """
 
 from __future__ import annotations
@@ -35,8 +42,10 @@ NAMES = {
     "gamma": "() rho h g l^3 / D",
     "tip": "(3,) dead force at s = l, in D w / l^2",
     "width": "() w, in the strip's unit of length",
-    "thickness": "() h, the same; Gamma held: only energies that ask for h feel it",
-    "poisson": "() nu; Gamma held",
+    "thickness": "() h, the same; of a strip of a material Gamma moves, otherwise only energies that ask for h feel it",
+    "poisson": "() nu; of a strip of a material Gamma moves",
+    "young": "() Y of a strip of a material, in Pa",
+    "density": "() rho of a strip of a material, in kg/m^3",
     "start.position": "(3,) in the strip's unit of length",
     "start.rotation": "(3,) small rotation vector about the fixed axes, rad",
     "end.position": "(3,) as at the start",
@@ -69,6 +78,13 @@ class Load:
         return Load(
             factor * self.energy, factor * self.gradient, factor * self.rows, factor * self.held, self.shape,
             factor * self.turning,
+        )  # fmt: skip
+
+    def plus(self, other: Load) -> Load:
+        """Both at once, by the same parameter."""
+        return Load(
+            self.energy + other.energy, self.gradient + other.gradient, self.rows + other.rows, self.held + other.held,
+            self.shape, self.turning + other.turning,
         )  # fmt: skip
 
 
@@ -221,7 +237,8 @@ def _poisson(system: System) -> Load:
     problem = here.problem
     if problem.fields.free:
         nu = float(problem.strip.poisson)
-        return _by_strip(here, min(nu, 0.5 - nu) or 0.1, lambda change: {"poisson": nu + change})
+        own = _by_strip(here, min(nu, 0.5 - nu) or 0.1, lambda change: {"poisson": nu + change})
+        return _with_weight(system, own, "poisson")
     energy, local = _by_section(here, 2)
     if problem.has_natural_curvature:
         s, omega, eta, weights, _ = _at_points(here)
@@ -232,7 +249,7 @@ def _poisson(system: System) -> Load:
         energy += float((weights * omega * by_omega).sum())
         parts = [s * by_omega, by_omega, s * by_eta, by_eta]
         local = local + np.stack([(weights * v).sum(axis=1) for v in parts], axis=1)
-    return _elastic(here, np.array([energy]), local[:, :, None], ())
+    return _with_weight(system, _elastic(here, np.array([energy]), local[:, :, None], ()), "poisson")
 
 
 def _thickness(system: System) -> Load:
@@ -241,9 +258,10 @@ def _thickness(system: System) -> Load:
         raise RibbonInputError("wrt", "thickness", "the strip has none; give it one")
     if here.problem.fields.free:
         h = float(here.problem.strip.thickness)
-        return _by_strip(here, h, lambda change: {"thickness": h + change})
+        return _with_weight(system, _by_strip(here, h, lambda change: {"thickness": h + change}), "thickness")
     energy, local = _by_section(here, 1)
-    return _elastic(here, np.array([energy]), local[:, :, None], ()).scaled(1.0 / here.problem.strip.length)
+    own = _elastic(here, np.array([energy]), local[:, :, None], ()).scaled(1.0 / here.problem.strip.length)
+    return _with_weight(system, own, "thickness")
 
 
 # -- width ------------------------------------------------------------------------------------------------------------
@@ -266,13 +284,9 @@ def _width(system: System) -> Load:
     energy += float((weights * n * e_x).sum())
     found = _elastic(here, np.array([energy]), (local + own)[:, :, None], ())
     rest = _width_of_the_rest(here)
-    held = np.zeros_like(found.held)
     slopes = system.on_bound
-    held[slopes, 0] = -here.x[slopes] / c  # n = +- 1/c
-    all_of_it = Load(
-        found.energy + rest.energy, found.gradient + rest.gradient, found.rows + rest.rows, held, (), found.turning
-    )
-    return all_of_it.scaled(0.5 / problem.strip.length)
+    found.held[slopes, 0] = -here.x[slopes] / c  # n = +- 1/c
+    return found.plus(rest).scaled(0.5 / problem.strip.length)
 
 
 def _width_of_the_rest(here: Point) -> Load:
@@ -311,6 +325,35 @@ def _gamma(system: System) -> Load:
     energy = np.array([heavy.energy_parts(here.x)[2]])
     gradient = heavy.gradient(here.x) - light.gradient(here.x)
     return _free(here, energy, gradient[:, None], ())
+
+
+def _with_weight(system: System, own: Load, name: str) -> Load:
+    """`own` and what the parameter does through Gamma, where a material is held (the formula above)."""
+    strip = system.point.problem.strip
+    if strip.material is None or not system.point.problem.has_gravity:
+        return own
+    slope = {
+        "thickness": -2.0 / (strip.thickness or np.inf),
+        "poisson": -2.0 * strip.poisson / (1.0 - strip.poisson**2),
+        "young": -1.0 / strip.material.young,
+        "density": 1.0 / strip.material.density,
+    }[name]
+    return own.plus(_gamma(system).scaled(slope * strip.gamma))
+
+
+def _of_material(system: System, name: str) -> Load:
+    here = system.point
+    if here.problem.strip.material is None:
+        raise RibbonInputError("wrt", name, "the strip has no material; make it by Strip.from_material, or use gamma")
+    return _with_weight(system, _free(here, np.zeros(1), np.zeros((here.x.size, 1)), ()), name)
+
+
+def _young(system: System) -> Load:
+    return _of_material(system, "young")
+
+
+def _density(system: System) -> Load:
+    return _of_material(system, "density")
 
 
 def _tip(system: System) -> Load:
@@ -411,6 +454,8 @@ _LOADS: dict[str, Callable[[System], Load]] = {
     "width": _width,
     "thickness": _thickness,
     "poisson": _poisson,
+    "young": _young,
+    "density": _density,
     "start.position": _start_position,
     "start.rotation": _start_rotation,
     "end.position": _end_position,

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ribbon.element.series import FURTHEST
 from ribbon.energies.names import FREE_CODE
 from ribbon.problems import chained_kernels as kernels
 from ribbon.solvers import riccati
@@ -25,8 +26,11 @@ STATE = 9
 #: How a call of `descend` ended: stationary, not yet, no lower energy found along the step, not to be evaluated.
 CONVERGED, GOING, STUCK, UNDEFINED = range(4)
 
-#: Turn of a segment (rad) beyond which a trial point has no value (`ribbon.problems.chained.FURTHEST`).
-_FURTHEST = 1e4
+#: Turn (rad) of all states that one call looks at, after which it returns: the longer the series, the more often the
+#: clock is looked at, and signals (some 0.5 s, and one step at least).
+_TURNED = 1e5
+#: Longest step.
+_LONGEST = 1e4
 #: Part of the largest local stiffness by which the Hessian is always shifted: null rulings stand still.
 _FLOOR = 1e-13
 #: Least shift and the first one tried, over the largest local stiffness; how shifts grow and shrink, and how many times
@@ -66,10 +70,9 @@ _SADDLE = 1e-5
 
 
 @njit(cache=True)
-def energy(x, q, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, parts):
-    """Energy (D w / l) of the unknowns x, up to the clamp's height; nan beyond what can be evaluated."""
-    kernels.unpack(x, lengths, q)
-    free = code >= FREE_CODE
+def _turn(free, q, lengths):
+    """A bound of the turn (rad) of a strip with parameters q (`ribbon.problems.chained.too_far`)."""
+    whole = 0.0
     for i in range(lengths.size):
         if free:
             turn = abs(q[i, 1]) + abs(q[i, 3]) + (abs(q[i, 0]) + abs(q[i, 2])) * lengths[i]
@@ -78,8 +81,17 @@ def energy(x, q, lengths, code, section, natural, curvature, poisson, gamma, up,
         else:
             turn = abs(q[i, 1]) + abs(q[i, 0]) * lengths[i]
             turn *= 1.0 + abs(q[i, 3]) + abs(q[i, 2]) * lengths[i]
-        if not turn * lengths[i] <= _FURTHEST:
-            return np.nan
+        whole += turn * lengths[i]
+    return whole
+
+
+@njit(cache=True)
+def energy(x, q, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, parts):
+    """Energy (D w / l) of the unknowns x, up to the clamp's height; nan beyond what can be evaluated."""
+    kernels.unpack(x, lengths, q)
+    free = code >= FREE_CODE
+    if not _turn(free, q, lengths) <= FURTHEST:
+        return np.nan
     kernels.energy_parts(
         q, lengths, code, section, natural, curvature, poisson, gamma, up, np.zeros(3), frame, limit, parts
     )
@@ -259,8 +271,9 @@ def descend(
     x, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, lower, upper, reach,
     tolerance, good, iterations, state, gradient, below, above,
 ):  # fmt: skip
-    """At most `iterations` steps of Newton's iteration from x (n,), in place; `state` (STATE,), zeros at first, goes on
-    from call to call, as do the bounds' multipliers `below`, `above` (n,); `gradient` (n,) is that of the last x.
+    """At most `iterations` steps of Newton's iteration from x (n,), in place, and fewer where their series are long;
+    `state` (STATE,), zeros at first, goes on from call to call, as do the bounds' multipliers `below`, `above` (n,);
+    `gradient` (n,) is that of the last x.
 
     Arguments as in `ribbon.problems.chained_kernels`; force (3,) where `pulled`; lower, upper (n,); reach: share of the
     way to a bound that one step may go without a barrier (1: the energy is finite on the bound); tolerance: of the
@@ -310,8 +323,10 @@ def descend(
     before = np.inf
     negative = 0
     turn = 0
+    turned_so_far = 0.0
     while True:
         kernels.unpack(x, lengths, q)
+        turned_so_far += _turn(free, q, lengths)
         kernels.local_derivatives(q, lengths, code, section, natural, curvature, poisson, local)
         if coupled:
             kernels.load_derivatives(free, q, lengths, gamma, up, force, frame, limit, local, u, v)
@@ -355,7 +370,7 @@ def descend(
         if mu == 0.0 and residual <= good:
             state[ENDED] = CONVERGED
             return
-        if turn == iterations:
+        if turn == iterations or (turn > 0 and turned_so_far > _TURNED):
             state[ENDED] = CONVERGED if residual <= tolerance and mu == 0.0 else GOING
             return
         turn += 1
@@ -381,7 +396,7 @@ def descend(
                 lengths, local, coupled, u, v, used, extra, held, gains, inverses, first, x, slopes, lower, upper,
                 _HEAVY * stiffest, y, step, turned,
             )  # fmt: skip
-        most = _FURTHEST
+        most = _LONGEST
         for r in range(3):
             if turned[r] * most > _TURN:
                 most = _TURN / turned[r]

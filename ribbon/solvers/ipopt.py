@@ -14,9 +14,17 @@ import numpy as np
 
 from ribbon.solvers import budget
 from ribbon.solvers.cyipopt_api import wrapper
-from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained, kkt_residual
-
-cyipopt = wrapper()
+from ribbon.solvers.problem import (
+    IPOPT,
+    OF_SLACK,
+    BoundedProblem,
+    ConstrainedProblem,
+    FloatArray,
+    Minimum,
+    is_constrained,
+    kkt_residual,
+    slack_of,
+)
 
 #: The same for every scene; none is tuned. The mu-strategy is Ipopt's monotone default.
 DEFAULT_OPTIONS: dict[str, Any] = {
@@ -42,6 +50,7 @@ class _Callbacks:
         self.progress = progress
         self.iterations = 0
         self.error: Exception | None = None
+        self._refused = wrapper().CyIpoptEvaluationError
         self.constrained: Any = problem if is_constrained(problem) else None
         if self.constrained is None:
             self._structure: tuple[Any, Any] = np.tril_indices(problem.size)
@@ -50,14 +59,14 @@ class _Callbacks:
 
     def _guard(self, function: Callable[..., Any], *arguments: Any) -> Any:
         if self.error is not None:
-            raise cyipopt.CyIpoptEvaluationError()
+            raise self._refused()
         try:
             result = function(*arguments)
         except Exception as error:
             self.error = error
-            raise cyipopt.CyIpoptEvaluationError() from error
+            raise self._refused() from error
         if not np.all(np.isfinite(result)):
-            raise cyipopt.CyIpoptEvaluationError()
+            raise self._refused()
         return result
 
     def objective(self, x: FloatArray) -> float:
@@ -118,7 +127,7 @@ def minimise(
     """Minimises `problem` from `start` (n,), moved inside its bounds; `options` are Ipopt's, over `DEFAULT_OPTIONS`.
 
     `progress` is called with (iteration, energy, dual infeasibility); `warm`: multipliers of the rows (m,) and of the
-    bounds (n,) to start from. Raises what a callback of the problem raised.
+    bounds (n,) to start from. Raises what a callback of the problem raised, and `cyipopt_api.IpoptMissing`.
     """
     lower, upper = problem.bounds()
     below, above = np.empty(0), np.empty(0)
@@ -128,8 +137,11 @@ def minimise(
     x0 = np.clip(start, lower, upper)
     callbacks = _Callbacks(problem, progress)
     clock = time.perf_counter()
-    nlp = cyipopt.Problem(n=problem.size, m=below.size, problem_obj=callbacks, lb=lower, ub=upper, cl=below, cu=above)
+    nlp = wrapper().Problem(n=problem.size, m=below.size, problem_obj=callbacks, lb=lower, ub=upper, cl=below, cu=above)
     sparse = SPARSE_OPTIONS if constrained is not None else {}
+    slack = slack_of(problem)
+    if slack is not None:
+        sparse = {**sparse, "constr_viol_tol": OF_SLACK * slack}
     chosen = {**DEFAULT_OPTIONS, **sparse, **(WARM_OPTIONS if warm is not None else {}), **(options or {})}
     for key, value in chosen.items():
         nlp.add_option(key, value)
@@ -161,4 +173,5 @@ def minimise(
         message=message.decode() if isinstance(message, bytes) else str(message),
         finished=int(info["status"]) == _SOLVED,
         seconds=time.perf_counter() - clock,
+        solver=IPOPT,
     )

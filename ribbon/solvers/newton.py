@@ -11,7 +11,7 @@ import numpy as np
 from ribbon.energies import dispatch
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import budget, chained_newton
-from ribbon.solvers.problem import FloatArray, Minimum, force_scale, kkt_residual
+from ribbon.solvers.problem import NEWTON, FloatArray, Minimum, force_scale, kkt_residual
 
 #: Residual (over `force_scale`) to which the iteration goes on at least; it ends where rounding lets it fall no more.
 TOLERANCE = 1e-10
@@ -103,5 +103,5 @@ def minimise(
         message=("stationary", "steps or time are spent", "no lower energy along the step", "no energy")[ended],
         finished=ended == chained_newton.CONVERGED,
         seconds=time.perf_counter() - clock,
-        solver="Newton",
+        solver=NEWTON,
     )

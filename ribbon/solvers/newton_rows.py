@@ -28,11 +28,21 @@ import numpy as np
 
 from ribbon.solvers import budget
 from ribbon.solvers.frontal import Factor
-from ribbon.solvers.problem import ConstrainedProblem, FloatArray, Minimum, kkt_residual
+from ribbon.solvers.problem import (
+    NEWTON,
+    OF_SLACK,
+    ConstrainedProblem,
+    FloatArray,
+    Minimum,
+    kkt_residual,
+    slack_of,
+)
 from ribbon.solvers.saddle import Saddle
 
-#: What it knows of Ipopt's options, with its defaults here.
-OPTIONS: dict[str, Any] = {"tol": 1e-10, "max_iter": 1000, "mu_init": 1e-4}
+#: What it knows of Ipopt's options, with its defaults here; and "reach", of its own: how far an unknown may go in a
+#: step, over 1 + its size. Longer steps are shortened by raising delta (Levenberg and Marquardt), which turns them
+#: towards steepest descent along the rows: the iteration stays in the basin it begins in. None: as far as they lead.
+OPTIONS: dict[str, Any] = {"tol": 1e-10, "max_iter": 1000, "mu_init": 1e-4, "reach": None}
 #: Ipopt's codes for how it ended.
 SOLVED, SMALL, MOST, STOPPED, NO_STEP, NOT_FINITE = 0, 3, -1, 5, -2, -13
 MESSAGES = {
@@ -53,6 +63,8 @@ _DELTA_FIRST, _DELTA_LEAST, _DELTA_MOST, _MOST_MULTIPLIER = 1e-4, 1e-20, 1e20, 1
 _TINY_STEP, _LEAST = 10.0 * _EPS, 1e-20
 #: Shifts delta that are tried where no step is accepted: they turn it to the nearest point that satisfies the rows.
 _SHORTER = (1e-2, 1.0, 1e2, 1e4)
+#: Shifts delta that keep a step within a reach: the first, their growth, the last.
+_DELTA_REACH, _DAMPED, _DELTA_REACH_MOST = 1e-3, 4.0, 1e6
 
 
 class _Problem:
@@ -131,7 +143,7 @@ class _Iteration:
         self.tau = max(_TAU_MIN, 1.0 - mu)
         self.y, self.z_l, self.z_u = np.zeros(p.m), np.ones(p.left.size), np.ones(p.right.size)
         self.filter: list[tuple[float, float]] = []
-        self.last_delta = 0.0
+        self.last_delta = self.damping = 0.0
         self.theta_most = self.theta_least = -1.0
         self.moved()
 
@@ -375,6 +387,23 @@ def _searched(at: _Iteration, factor: Factor, weights: FloatArray, dw: FloatArra
     return False
 
 
+def _within(
+    at: _Iteration, reach: float, factor: Factor, weights: FloatArray, dw: FloatArray, dy: FloatArray
+) -> tuple[Factor, FloatArray, FloatArray, FloatArray]:
+    """Factor, weights and step with the first shift delta that keeps the step within `reach`, from a little below the
+    last one on, growing by _DAMPED."""
+    delta = max(_DELTA_REACH, at.damping / _DAMPED**2)
+    while float((np.abs(dw) / (1.0 + np.abs(at.w))).max(initial=0.0)) > reach and delta < _DELTA_REACH_MOST:
+        found = at.factor(delta)
+        if found is None:
+            break
+        factor, weights = found
+        dw, dy = at.step(factor, weights, at.c)
+        at.damping = delta
+        delta *= _DAMPED
+    return factor, weights, dw, dy
+
+
 def minimise(
     problem: ConstrainedProblem,
     start: FloatArray,
@@ -396,6 +425,8 @@ def minimise(
     else:
         rows, bounds = warm
         at.warm(slacks, rows, bounds)
+    slack = slack_of(problem)
+    missed = np.inf if slack is None else OF_SLACK * slack  # by the rows, at the most
     count, tiny, code = 0, 0, MOST
     while True:
         if not np.all(np.isfinite(at.c)):
@@ -404,7 +435,7 @@ def minimise(
         error = at.error(0.0)
         if progress is not None:
             progress(count, float(problem.value(at.xx)), at.dual)
-        if error <= chosen["tol"]:
+        if error <= chosen["tol"] and np.abs(at.c).max(initial=0.0) <= missed:
             code = SOLVED
             break
         if budget.spent():
@@ -419,6 +450,8 @@ def minimise(
             break
         factor, weights = found
         dw, dy = at.step(factor, weights, at.c)
+        if chosen["reach"] is not None:
+            factor, weights, dw, dy = _within(at, chosen["reach"], factor, weights, dw, dy)
         if not np.all(np.isfinite(dw)):
             code = NOT_FINITE
             break
@@ -458,5 +491,5 @@ def minimise(
         message=MESSAGES[code],
         finished=code == SOLVED,
         seconds=time.perf_counter() - clock,
-        solver="Newton",
+        solver=NEWTON,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -69,6 +70,11 @@ def violation(problem: object, x: FloatArray) -> float:
     return float(np.max(np.maximum(below - c, c - above), initial=0.0))
 
 
+#: What a stationary point may have been found by: Newton's recursion along the strip (`newton`, `newton_rows`,
+#: `settle`), Newton's iteration with a dense Hessian (`approach`), Ipopt; or by nothing, where it was known.
+NEWTON, DENSE, IPOPT, KNOWN = SOLVERS = ("Newton", "Newton, dense", "Ipopt", "none")
+
+
 @dataclass(frozen=True)
 class Minimum:
     """Where a minimiser stopped.
@@ -76,8 +82,8 @@ class Minimum:
     x: unknowns (n,); multipliers: of the bounds, (n,), lower minus upper: gradient = multipliers at a KKT point;
     rows: multipliers of the constraints (m,): gradient + Jacobian^T rows = multipliers; residual: largest violation of
     stationarity, of the rows and of complementarity; iterations; code and message of the minimiser; `finished` when it
-    met its own tolerance; seconds of wall time; solver: which it was; moved: how far (l) the joints went
-    in the last doubling of the segments, None where there was none.
+    met its own tolerance; seconds of wall time; solver: which it was (one of `SOLVERS`); moved: how far (l) the joints
+    went in the last doubling of the segments, None where there was none.
     """
 
     x: FloatArray
@@ -89,7 +95,7 @@ class Minimum:
     message: str
     finished: bool
     seconds: float
-    solver: str = "Ipopt"
+    solver: str
     moved: float | None = None
 
 
@@ -159,7 +165,8 @@ def kkt_residual(
     """First-order optimality of x, in units of D w / l per unit of an unknown, over `force_scale`.
 
     Largest of ``|gradient + Jacobian^T rows - z|`` over the unknowns that are not fixed, of ``|z| * distance to the
-    bound`` (the sign of z tells which bound), of the rows' violation (l, not scaled) and of the rows' complementarity.
+    bound`` (the sign of z tells which bound), of the rows' violation (l, over `row_scale`) and of the rows'
+    complementarity.
     """
     scale = force_scale(problem)
     lower, upper = problem.bounds()
@@ -171,7 +178,7 @@ def kkt_residual(
         gradient = gradient + constrained.jacobian_matrix(x).T @ rows
         below, above = constrained.constraint_bounds()
         c = constrained.constraints(x)
-        violation = float(np.max(np.maximum(below - c, c - above), initial=0.0))
+        violation = float(np.max(np.maximum(below - c, c - above), initial=0.0)) / row_scale(problem)
         open_rows = (below < above) & (rows != 0)
         slack = np.where(rows < 0, c - below, above - c)
         violation = max(violation, float(np.max(np.abs(rows * slack)[open_rows], initial=0.0)) / scale)
@@ -185,11 +192,36 @@ def kkt_residual(
 #: Part of Gamma + K^2 that is the unit of residuals where it is more than 1: 1e-8 of it are some 50 roundings of forces
 #: of that size, and no double has more to give.
 _FORCES = 1e-6
+#: Slack (l) below which rows are met the better the less there is, and part of it that they may miss in a solve.
+SLACK = 1e-4
+OF_SLACK = 1e-4
+
+
+def slack_of(problem: object) -> float | None:
+    """Slack (l) between held ends where there is little (`SLACK`) and more than none; None otherwise."""
+    slack: float | None = getattr(problem, "slack", None)
+    return slack if slack is not None and 0.0 < slack < SLACK else None
 
 
 def force_scale(problem: object) -> float:
-    """The unit of a problem's residual: 1, or for a strip of great weight or curl a millionth of Gamma + K^2."""
+    """The unit of a problem's residual: 1, or for a strip of great weight or curl a millionth of Gamma + K^2.
+
+    Between ends that leave a slack d the weight pulls like a string's: half of int v'^2 is d, whence a tension of up to
+    Gamma / sqrt(24 d) (H. M. Irvine, Cable Structures, 1981, eq. 2.21), which counts like Gamma.
+    """
     strip: Any = getattr(problem, "strip", None)
     if strip is None:
         return 1.0
-    return max(1.0, _FORCES * (strip.gamma + max(k * k for k in strip.curvature)))
+    slack = slack_of(problem)
+    pull = 0.0 if slack is None else strip.gamma / math.sqrt(24.0 * slack)
+    return max(1.0, _FORCES * (strip.gamma + pull + max(k * k for k in strip.curvature)))
+
+
+def row_scale(problem: object) -> float:
+    """The unit of the rows' violation: 1, or where held ends leave a slack below `SLACK` its part of that.
+
+    A row missed by e changes a slack d, and with it the energy of an arch and the square of its height, by the part
+    e / d; a residual of 1e-8 is then a ten-thousandth of the slack.
+    """
+    slack = slack_of(problem)
+    return 1.0 if slack is None else slack / SLACK

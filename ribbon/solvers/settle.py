@@ -27,7 +27,7 @@ from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.layout import ETA, JOINT, OMEGA, STRIDE
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import budget
-from ribbon.solvers.problem import FloatArray, Minimum
+from ribbon.solvers.problem import NEWTON, FloatArray, Minimum
 from ribbon.solvers.saddle import Saddle
 
 BoolArray = NDArray[np.bool_]
@@ -136,7 +136,7 @@ def settle(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: fl
     return Minimum(
         x=x, multipliers=none, rows=y, residual=worst, iterations=count, code=0,
         message="Newton's iteration converged from fewer segments.", finished=True,
-        seconds=time.perf_counter() - clock, solver="Newton",
+        seconds=time.perf_counter() - clock, solver=NEWTON,
     )  # fmt: skip
 
 

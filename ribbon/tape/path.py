@@ -1,7 +1,7 @@
 """The way of a tape from one pair of holds to another by arc length, past snap-backs.
 
-The targets are t0 + load (t1 - t0). A step's length is measured by the curvature of the section over that at rest, the
-tangent of the line and the load:
+The targets are t0 + load (t1 - t0). A step's length is measured by the curvature of the section over that at rest (at
+least 1/l), the tangent of the line and the load:
 
     ds^2 = sum_nodes h [ (dkappa^0 / kappa0)^2 / LAYER + |dr'|^2 ] + dload^2,
 
@@ -30,6 +30,10 @@ TOLERANCE = 1e-9
 ROUNDING = 2e-14, 5e-15
 """Rounding of positions, over l: (A / D) / h of the first and the unbent tape's stiffness M / k over h^3 of the second
 are the residuals that it leaves."""
+
+FLAT = 1.0
+"""Curvature across (1/l) that counts as one where that at rest is less: a nearly flat tape bends across by more than
+its own, and steps measured by that were a thousand times too short."""
 
 LAYER = 0.05
 """Length of tape (l) whose change from round to flat counts as one."""
@@ -101,7 +105,7 @@ class Way:
         h[1:] += 0.5 * rod.lengths
         found = np.zeros(rod.size)
         found[rod.column + 1] = found[rod.column + 3] = h
-        scale = rod.section.curvature or 1.0
+        scale = max(abs(rod.section.curvature), FLAT)
         found[rod.column + 4] = h / (LAYER * scale**2)
         return found
 

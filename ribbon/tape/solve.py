@@ -198,7 +198,7 @@ def marked(rod: Rod, stage: int, point: Point) -> Mark:
 
 
 def refined(tape: Tape) -> Tape | None:
-    """The same state on elements half as long, begun at it; None: none is found there."""
+    """The same state on elements half as long, begun at it, its last mark alone; None: none is found there."""
     rod = tape.rod
     finer = replace(rod, lengths=np.repeat(0.5 * rod.lengths, 2))
     fields = rod.at(tape.x, finer.s)[:, :, :2]
@@ -211,4 +211,5 @@ def refined(tape: Tape) -> Tape | None:
     if point is None:
         return None
     status = Status.UNSTABLE if point.negative else Status.CONVERGED
-    return Tape(finer, point.x, (), status, point.negative, tape.message, point.residual, point.iterations)
+    marks = (marked(finer, tape.marks[-1].stage, point),) if tape.marks else ()
+    return Tape(finer, point.x, marks, status, point.negative, tape.message, point.residual, point.iterations)

@@ -29,7 +29,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp
-from ribbon.element.series import EXPONENT_LIMIT, segment_jets_many
+from ribbon.element.series import EXPONENT_LIMIT, FURTHEST, segment_jets_many
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.problems import chained_kernels
@@ -38,9 +38,6 @@ from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-#: Trial points with a segment that turns further (rad) have no value: their series would take too long.
-FURTHEST = 1e4
 
 
 @njit(cache=True)
@@ -261,7 +258,7 @@ class ChainedClampedProblem:
     def _too_far(self, x: FloatArray) -> bool:
         a, b, n, m = np.abs(self.parameters(x)).T
         turned = self.lengths * (b + a * self.lengths) * (1.0 + m + n * self.lengths)
-        return not bool(np.all(turned < FURTHEST))
+        return not bool(turned.sum() <= FURTHEST)
 
     def value(self, x: FloatArray) -> float:
         """Total energy, units D w / l; nan beyond `FURTHEST`, which makes a minimiser shorten its step."""

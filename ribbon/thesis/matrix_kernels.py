@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from ribbon.element.body_series import body_values
 from ribbon.element.element import bending_value, natural_value
 from ribbon.element.quaternion import rotate
-from ribbon.element.series import PAIR_FIRST, PAIR_SECOND
+from ribbon.element.series import FURTHEST, PAIR_FIRST, PAIR_SECOND
 from ribbon.problems.layout import MATRIX_A as A
 from ribbon.problems.layout import MATRIX_B as B
 from ribbon.problems.layout import MATRIX_FRAME as FRAME
@@ -49,8 +49,6 @@ IntArray = NDArray[np.int64]
 SHAPE = A
 ORTHONORMAL = 6
 GLUE = 8
-#: Trial points whose segments turn further (rad) have no value: unglued, they may be anywhere, and a series takes long.
-FURTHEST = 1e4
 _ORTHONORMAL_ENTRIES = 27
 _GLUE_ENTRIES = 81
 # columns of the products of a frame with itself, beside the three squares
@@ -161,12 +159,14 @@ def ends(x, lengths, limit, points, frames):
 def energy_and_rows(
     x, lengths, code, section, natural, curvature, poisson, gamma, up, exact, limit, first, seam, parts, rows, tail,
 ):  # fmt: skip
-    """Fills `parts` (3,): bending, natural-curvature and gravity energy, and the core's `rows`; nan past `FURTHEST`.
+    """Fills `parts` (3,): bending, natural-curvature and gravity energy, and the core's `rows`; nan where the segments
+    turn further than `FURTHEST` (unglued, they may be anywhere).
 
     first: number of known frames (0 or 1); seam: 0 or delta; tail (5, 3): Q_x, Q_y, Q_z, p and ``Q_x + eta(L) Q_z`` of
     the last segment, for what holds the end.
     """
     parts[:] = 0.0
+    turned = 0.0
     slope = curvature[1] - curvature[0]
     count = lengths.size
     out = np.empty(13)
@@ -181,7 +181,8 @@ def energy_and_rows(
         k = STRIDE * i
         length = lengths[i]
         a, b, n, m = x[k + A], x[k + B], x[k + N], x[k + M]
-        if not length * (abs(b) + abs(a) * length) * (1.0 + abs(m) + abs(n) * length) < FURTHEST:
+        turned += length * (abs(b) + abs(a) * length) * (1.0 + abs(m) + abs(n) * length)
+        if not turned <= FURTHEST:
             parts[:] = np.nan
             rows[:] = np.nan
             return

@@ -27,6 +27,23 @@ def gap(one: ShellSurface, other: ShellSurface) -> float:
     return float(np.max(np.linalg.norm(one.grid(s, v) - other.grid(s, v), axis=-1)))
 
 
+def _errors(result: ShellResult, along: ShellResult, across: ShellResult) -> dict[str, float]:
+    """Error of what is told of a result, as that of its surface: by dotted name ("energy.total", "forces.start",
+    "moments.end", "lowest_eigenvalue") the sum of the changes (of a vector its 2-norm) in both directions over 3/4."""
+
+    def numbers(of: ShellResult) -> dict[str, np.ndarray]:
+        found: dict[str, Any] = {f"energy.{name}": value for name, value in of.energy.items()}
+        for where, clamp in of.clamps.items():
+            found |= {f"forces.{where}": clamp["force"], f"moments.{where}": clamp["moment"]}
+        if of.lowest_eigenvalue is not None:
+            found["lowest_eigenvalue"] = of.lowest_eigenvalue
+        return {name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in found.items()}
+
+    own, *others = (numbers(one) for one in (result, along, across))
+    known = [name for name in own if all(name in other for other in others)]
+    return {name: SAFETY * sum(float(np.linalg.norm(other[name] - own[name])) for other in others) for name in known}
+
+
 def refine(result: ShellResult, solver: Solver) -> ShellResult:
     """Refine from a converged result until the estimated error is below `options.accuracy`, or max_cells are reached.
 
@@ -69,6 +86,7 @@ def refine(result: ShellResult, solver: Solver) -> ShellResult:
             "across": distance[1],
             "estimate": SAFETY * sum(distance),
             "share": {k: max(abs(x.share[k] - result.share[k]) for x in (along, across)) for k in result.share},
+            "errors": _errors(result, along, across),
         }
         rows.append(row)
         solver.report({"event": "mesh", **row})

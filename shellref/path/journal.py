@@ -1,12 +1,14 @@
 """What a walk leaves on disk while it goes on: every step as a line, and a checkpoint from which it can be resumed.
 
 FOLDER/steps.jsonl: one JSON object per attempt (LoadStep). FOLDER/checkpoint.npz: the last good point and the one
-before it on the grid, their rates, the place in the path, a digest of problem and options; written whole, by rename.
+before it on the grid, their rates, the place in the path, a digest of problem, options and sources; written whole, by
+rename.
 """
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import os
@@ -25,11 +27,17 @@ from shellref.shell.body import Stage
 from shellref.shell.naghdi import NaghdiModel
 from shellref.shell.result import LoadStep
 
+#: What says where a walk is, beside its points and its log; one that has ended is not resumed.
+_PLACE = tuple(
+    field.name
+    for field in dataclasses.fields(Walk)
+    if field.name not in ("point", "older", "steps", "status", "message")
+)
 EVERY = 1.0  # seconds between checkpoints: a large state is not written more often than it pays
 
 
 def digest(*parts: dict[str, Any]) -> str:
-    """A digest of what defines a walk."""
+    """A digest of what defines a walk: problem, options, and the sources that walk."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
@@ -69,16 +77,12 @@ class FolderJournal:
         fields = np.stack([self.model.on_grid(field) for field in (*(point.state for point in points), *rates)])
         meta = {
             "key": self.key,
-            "stage": walk.stage,
             "loads": [walk.point.load, older.load],
             "negative": [walk.point.negative, older.negative],
             "has_older": walk.older is not None,
             "has_rate": [point.rate is not None for point in points],
-            "step": walk.step,
-            "arc": walk.arc,
-            "kicks": walk.kicks,
-            "left": walk.left,
             "steps": len(walk.steps),
+            "walk": {name: getattr(walk, name) for name in _PLACE},
         }
         if self.first:
             archive.write(self.checkpoint, archive.npz(fields=fields, meta=np.array(json.dumps(meta))))
@@ -99,7 +103,7 @@ class FolderJournal:
         for field, sway, load, negative, has_rate in known:
             state, rate = self.model.from_grid(field), None
             if self.stages:
-                stage = self.stages[min(meta["stage"], len(self.stages) - 1)]
+                stage = self.stages[min(meta["walk"]["stage"], len(self.stages) - 1)]
                 self.model.set_control(stage.at(load))
                 if has_rate:
                     rate = (
@@ -107,9 +111,7 @@ class FolderJournal:
                         stress_rate(self.model, state, self.model.from_grid(sway), stage, load),
                     )
             points.append(Point(load, state, self.model.stress(state), negative, rate))
-        walk = Walk(points[0], points[1] if meta["has_older"] else None, meta["stage"], meta["step"], meta["arc"])
-        walk.kicks, walk.left, walk.steps = meta["kicks"], meta["left"], data["steps"]
-        return walk
+        return Walk(points[0], points[1] if meta["has_older"] else None, steps=data["steps"], **meta["walk"])
 
     def _read(self) -> dict[str, Any] | None:
         """What is on disk; a checkpoint of another problem, or one that is torn, is passed over."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ribbonbench import sources
 from shellref.shell.body import Control
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
@@ -81,7 +82,8 @@ class Solver:
         if folder is not None:
             from shellref.path.journal import FolderJournal, digest
 
-            key = digest(self.strip.problem.to_dict(), self.options.to_dict())
+            made_by = {"source": sources.digest(__name__)}
+            key = digest(self.strip.problem.to_dict(), self.options.to_dict(), made_by)
             journal = FolderJournal(folder, key, self.model, stages)
         walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
         walk = journal.resume() if journal is not None and start is None else None

@@ -66,9 +66,9 @@ class RodResult:
     lowest_eigenvalue: float | None
     flutter: bool
     unknowns: int
-    log: tuple[Step, ...] = ()
-    snaps: int = 0
-    reached: float = 1.0
+    log: tuple[Step, ...]
+    snaps: int
+    reached: float
     error: float | None = None
     seconds: float = field(default=float("nan"))
 

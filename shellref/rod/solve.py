@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,14 @@ from shellref.rod.walk import Walk, follow
 SAMPLES = 1001
 """Abscissae at which shapes are compared."""
 
+
+UNKNOWN = (RodStatus.LIMIT_POINT, RodStatus.NOT_CONVERGED)
+"""Statuses of a rod that is no equilibrium."""
+
+EPSILON = float(np.finfo(float).eps)
+LOST = 1e-2
+"""Part of the bending lost in the rounding of stretch (`rounding`) from which a way that ends there has no limit point:
+rods of h / l = 1e-6 (0.003) are solved, of 3e-7 (0.03) not."""
 
 NEARBY = 100.0
 """First shift of a descent from a given shape, D w / l^4: a straight cantilever's lowest eigenvalue is 12.4."""
@@ -66,9 +74,11 @@ def solve(
         walk = _beside(mesh, near, chain[-1])
     result = _judged(mesh, walk, chain, leave_saddle)
     result = replace(result, seconds=time.perf_counter() - began)
-    if not estimate_error or result.status is RodStatus.LIMIT_POINT or result.status is RodStatus.NOT_CONVERGED:
+    if not estimate_error or result.status in UNKNOWN:
         return result
-    return replace(result, error=_error(result))
+    return replace(
+        result, error=_error(result, None if near is not None else lambda mesh: solve(chain, mesh, degree, steps))
+    )
 
 
 def joints(elements: int | Array) -> Array:
@@ -116,6 +126,10 @@ def _judged(mesh: Elements, walk: Walk, chain: Sequence[RodProblem], leave_saddl
     problem, balance = chain[-1], walk.balance
     assert balance is not None
     if not walk.arrived:
+        lost = rounding(problem)
+        if lost > LOST:
+            why = f"rounding: stretch or shear is {lost / EPSILON:.1g} times as stiff as bending; {walk.why}"
+            return _result(mesh, walk, problem, RodStatus.NOT_CONVERGED, None, why, None, False)
         return _result(mesh, walk, problem, RodStatus.LIMIT_POINT, None, walk.why, None, False)
     mode = lowest_mode(balance, walk.state, problem)
     if mode.stable is False and leave_saddle:
@@ -147,19 +161,33 @@ def _result(
     )  # fmt: skip
 
 
-def _error(result: RodResult) -> float | None:
-    """Largest distance of the shapes, within elements too, from that of halved elements, begun at the state."""
+def rounding(problem: RodProblem) -> float:
+    """Part of the bending that is lost in the rounding of the stiffest strain: a strain is known to EPSILON."""
+    stiffness = problem.section.stiffness
+    return float(EPSILON * stiffness.max() / stiffness.min())
+
+
+def _error(result: RodResult, again: Callable[[Array], RodResult] | None) -> float | None:
+    """Largest distance of the shapes, within elements too, from that of halved elements, begun at the state; where that
+    is not found there (a coarse mesh may lie far off), from the one found `again` on them, the whole way."""
     finer = refined(result)
-    if finer.status in (RodStatus.LIMIT_POINT, RodStatus.NOT_CONVERGED):
+    if finer.status in UNKNOWN and again is not None:
+        finer = again(_halved(result))
+    if finer.status in UNKNOWN:
         return None
     s = np.linspace(0.0, 1.0, SAMPLES)
     return float(np.linalg.norm(finer.position(s) - result.position(s), axis=1).max())
 
 
+def _halved(result: RodResult) -> Array:
+    """Joints of elements half as long."""
+    old = result.elements.joints
+    return np.sort(np.concatenate([old, 0.5 * (old[1:] + old[:-1])]))
+
+
 def refined(result: RodResult) -> RodResult:
     """The same state on elements half as long."""
-    old = result.elements.joints
-    halved = np.sort(np.concatenate([old, 0.5 * (old[1:] + old[:-1])]))
+    halved = _halved(result)
     s = nodes(halved, result.degree)
     return solve(
         result.problem, halved, result.degree, near=Start(result.position(s), result.frames(s)), estimate_error=False

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,25 @@ class ShellStatus(StrEnum):
     INVALID = "invalid"  # numerically converged but not a shell: folded over, or the director far from the normal
 
 
+#: Fields of a `ShellResult` that lie on the surface, in shell.npz; all others are in shell.json.
+ON_SURFACE = ("surface", "cell_midpoints", "energy_density")
+#: Fields of a `ShellResult` that have another name in shell.json.
+_KEYS = {"unknowns": "dofs"}
+
+
+def _plain(value: Any) -> Any:
+    """A field as plain values."""
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    if isinstance(value, StrEnum):
+        return value.value
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, tuple | list) else value
+
+
 @dataclass(frozen=True)
 class LoadStep:
     """One attempted load step.
@@ -45,12 +64,12 @@ class LoadStep:
     accepted: bool
     iterations: int
     correction: float
-    negative: int | None = None
-    note: str = ""
-    method: str = "load"
-    factorisations: int = 0
-    seconds: float = 0.0
-    values: dict[str, Any] = field(default_factory=dict)
+    negative: int | None
+    note: str
+    method: str
+    factorisations: int
+    seconds: float
+    values: dict[str, Any]
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values (a non-finite correction becomes null)."""
@@ -97,9 +116,9 @@ class ShellResult:
     cell_midpoints: np.ndarray
     energy_density: np.ndarray
     unknowns: int
-    seconds: dict[str, float] = field(default_factory=dict)
-    memory_mb: float = 0.0
-    provenance: dict[str, Any] = field(default_factory=dict)
+    seconds: dict[str, float]
+    memory_mb: float
+    provenance: dict[str, Any]
     discretisation: dict[str, Any] | None = None
 
     @property
@@ -122,44 +141,17 @@ class ShellResult:
         return {"position": place.tolist(), "frame": frame.tolist()}
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the fields on the surface, as plain values (shell.json)."""
-        return {
-            "status": self.status.value,
-            "message": self.message,
-            "stable": self.stable,
-            "negative_eigenvalues": self.negative_eigenvalues,
-            "lowest_eigenvalue": self.lowest_eigenvalue,
-            "residual": self.residual,
-            "newton_iterations": self.newton_iterations,
-            "factorisations": self.factorisations,
-            "load_factor": self.load_factor,
-            "natural_factor": self.natural_factor,
-            "energy": self.energy,
-            "share": self.share,
-            "stabilisation": self.stabilisation,
-            "end": self.section(1.0),
-            "middle": self.section(0.5),
-            "clamps": {
-                where: {name: vector.tolist() for name, vector in clamp.items()} for where, clamp in self.clamps.items()
-            },
-            "path_factor": self.path_factor,
-            "discretisation": self.discretisation,
-            "elements": list(self.elements),
-            "dofs": self.unknowns,
-            "seconds": self.seconds,
-            "memory_mb": self.memory_mb,
-            "steps": [step.to_dict() for step in self.steps],
-            "problem": self.problem.to_dict(),
-            "options": self.options.to_dict(),
-            "provenance": self.provenance,
-        }
+        """Every field but those on the surface, as plain values (shell.json; `unknowns` as "dofs"), and the centreline
+        at its end and its middle."""
+        fields = [field.name for field in dataclasses.fields(self) if field.name not in ON_SURFACE]
+        found = {_KEYS.get(name, name): _plain(getattr(self, name)) for name in fields}
+        return {**found, "end": self.section(1.0), "middle": self.section(0.5)}
 
     def save(self, folder: str | os.PathLike[str], name: str = "shell", extra: dict[str, Any] | None = None) -> None:
         """Write NAME.npz and then NAME.json (both atomic) into an existing folder; `extra` adds keys to the JSON."""
         folder = Path(folder)
-        self.surface.save(
-            folder / f"{name}.npz", cell_midpoints=self.cell_midpoints, energy_density=self.energy_density
-        )
+        arrays = {field: getattr(self, field) for field in ON_SURFACE if field != "surface"}
+        self.surface.save(folder / f"{name}.npz", **arrays)
         write_json(folder / f"{name}.json", {**self.to_dict(), **(extra or {})})
 
 

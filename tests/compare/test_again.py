@@ -43,46 +43,48 @@ POINTS = """x,y,z,s
 LINES = {
     "solve": [
         ("solve", "coil_10_100", "--set", "model.elements=4", "--leave-saddle", "--time", *OUT),
-        ("solve", "daisy_5g", "--set", "model.elements=20", *OUT),
+        ("solve", "daisy_5g", "--set", "model.elements=20", "--yes", *OUT),
+        ("solve", "coil_10_100", "--set", "model.elements=4", "--stay", *OUT),
     ],
-    "compare": [("compare", "curl_4_3", *MESH, "--leave-saddle", *OUT)],
+    "compare": [("compare", "curl_4_3", *MESH, "--leave-saddle", "--yes", *OUT)],
     "shell": [
         ("shell", "curl_4_3", "--set", "strip.gamma=90", "--width-to-thickness", "20", "--elements", "6", "1",
-         "--tolerance", "0.09", "--plain", *OUT),
+         "--tolerance", "0.09", "--plain", "--yes", *OUT),
     ],
     "limits": [
         ("limits", "limits_7_3", "--set", "strip.poisson=0.3", "--leave-saddle", "--quick", "--clamp", "both", "--vary",
          "strip.natural_curvature=1", "--widths", "0.2", "--gammas", "10", "--thickness-to-width",
          "0.05", "--distance", "9.5", "--share", "7", *OUT),
-        ("limits", "limits_7_3", "--quick", "--width-to-thickness", "20", "30", *OUT),
+        ("limits", "limits_7_3", "--quick", "--width-to-thickness", "20", "30", "--yes", *OUT),
     ],
     "cost": [
         ("cost", "cantilever", "--set", "strip.gamma=3", "--solvers", "chained", "placed",
          "--segments", "2", "3", "--tolerances", "3e-2", "--meshes", "4x1", "6x1", "--elastica-elements", "4", "8",
          "--width-to-thickness", "20", "--reference", "own", "--target", "1e-2", "--repeats", "1", "--budget", "1e9",
-         "--compilation", "--fresh", "--leave-saddle", *OUT),
+         "--compilation", "--fresh", "--leave-saddle", "--yes", *OUT),
     ],
     "converge": [
         ("converge", "curl_4_3", "--set", "strip.gamma=100", "--leave-saddle", "--width-to-thickness", "10", "20",
-         "--elements", "10", "2", "--ruling", "free", *OUT),
+         "--elements", "10", "2", "--ruling", "free", "--yes", *OUT),
     ],
     "export": [("export", "coil_10_100", "--set", "model.elements=4", "--format", "npz,obj", "--scale", "2", *PLACE)],
     "sweep": [
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--solver", "ribbon",
-         "--errors", "--leave-saddle", "--show", "end.y", "--against", "strip.gamma", "--workers", "1", "--fresh",
-         *OUT),
+         "--errors", "--leave-saddle", "--yes", "--show", "end.y", "--against", "strip.gamma", "--workers", "1",
+         "--fresh", *OUT),
     ],
     "identify": [
-        ("identify", "cantilever", "own points.csv", "--set", "model.elements=6", "--free", "strip.gamma", *OUT),
+        ("identify", "cantilever", "own points.csv", "--set", "model.elements=6", "--free", "strip.gamma", "--yes",
+         "--unit", "m", "--register", *OUT),
     ],
     "explain": [
-        ("explain", "cantilever", *MESH, "--run", "--shell", *OUT),
+        ("explain", "cantilever", *MESH, "--run", "--shell", "--yes", *OUT),
         ("explain", "daisy_5g", "--set", "model.elements=20", *OUT),
     ],
     "check": [
         ("check", "curl_4_3", *MESH[:2], "--leave-saddle", "--distance", "0.9", "--share", "0.8", "--slope", "-9", "9",
          "--width-to-thickness", "10", "20", *OUT),
-        ("check", "curl_4_3", *MESH, "--pin", *OUT),
+        ("check", "curl_4_3", *MESH, "--pin", "--yes", *OUT),
         ("check", "own pins.toml", "--all", *OUT),
     ],
     "battery": [

@@ -120,7 +120,7 @@ def solved(capsys, tmp_path):
 
 
 def test_a_saddle_ends_with_exit_code_1(solved):
-    code, out, result, _ = solved(held_scenes.ON_EDGE)
+    code, out, result, _ = solved(held_scenes.ON_EDGE, "--stay")
     assert code == NOT_CONVERGED
     assert "saddle" in out
     assert "--leave-saddle" in out
@@ -138,6 +138,16 @@ def test_leave_saddle_ends_in_a_stable_state_of_lower_energy(solved):
     assert result["energy"]["total"] < -0.1
     assert result["max_abs_eta"] > 0.1
     assert abs(result["end"]["position"][2]) > 0.1
+
+
+def test_a_saddle_is_left_unless_it_is_to_stay(solved):
+    """Either way sideways is as good: a symmetric saddle, of which the answer says that it was left."""
+    code, out, result, _ = solved(held_scenes.ON_EDGE)
+    assert (code, result["status"], result["stable"]) == (DONE, "converged", True)
+    assert result["left_saddle"]["mirrored"] is True
+    assert result["left_saddle"]["above"] == pytest.approx(-result["energy"]["total"], rel=1e-6)  # it stood at 0
+    assert "saddle" in out
+    assert "mirror image" in out
 
 
 def test_leave_saddle_is_refused_for_the_elastica(capsys, tmp_path):

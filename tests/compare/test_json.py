@@ -43,7 +43,7 @@ def held(capsys, line, tmp_path):
     assert code in (DONE, NOT_CONVERGED), err
     stored = json.loads((tmp_path / "o" / "result.json").read_text())
     assert json.loads(out) == stored
-    assert {"text", "grade"} == stored["answer"].keys()
+    assert {"text", "grade", "checks"} == stored["answer"].keys()
     return code, stored, err
 
 
@@ -88,7 +88,7 @@ def test_exit_codes_and_errors_stay(capsys, tmp_path):
     assert err.count("\n") == 1
     path = tmp_path / "edge.toml"
     path.write_text(held_scenes.ON_EDGE)
-    code, stored, _ = held(capsys, ("solve", path), tmp_path)
+    code, stored, _ = held(capsys, ("solve", path, "--stay"), tmp_path)
     assert (code, stored["stable"]) == (NOT_CONVERGED, False)
 
 

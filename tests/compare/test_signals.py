@@ -194,3 +194,35 @@ def test_a_reader_that_has_read_enough_stops_no_writing(tmp_path):
     assert done.stdout.count("\n") == 1
     assert {"result.json", "page.json", "ribbon.vtu"} <= {path.name for path in (tmp_path / "o").iterdir()}
     assert done.returncode == 0
+
+
+#: The command of argv[2:] whose minimiser never ends, with nothing refused for its size, and which gets the signal
+#: argv[1] from a thread while it is in a kernel.
+IN_A_KERNEL = """
+import os, sys, threading
+number = int(sys.argv[1])
+sys.argv = ["ribbonbench", *sys.argv[2:]]
+import compare.scene.scene, ribbon.find.solve
+from ribbon.solvers import newton
+for module, name in ((compare.scene.scene, "check_known"), (ribbon.find.solve, "check_known")):
+    setattr(module, name, lambda found: None)
+whole = newton.minimise
+def endless(*rest, **more):
+    threading.Timer(1.0, os.kill, (os.getpid(), number)).start()
+    while True:
+        whole(*rest, **more)
+newton.minimise = endless
+import ribbonbench
+sys.exit(ribbonbench.main())
+"""
+#: Seconds in which a kernel comes back, however busy the machine: a call is some 0.5 s, and was 9 to 18 minutes.
+BACK = 300.0
+
+
+@pytest.mark.parametrize("curl", ["9000", "90000", "1e7", "1e200"])
+def test_a_kernel_comes_back_for_a_signal(curl, tmp_path):
+    command = [sys.executable, "-c", IN_A_KERNEL, str(int(signal.SIGTERM)), "solve", "cantilever"]
+    more = ["--set", f"strip.natural_curvature={curl}", "--set", "strip.gamma=1e6", *SMALL, "--out", str(tmp_path)]
+    done = subprocess.run([*command, *more], capture_output=True, text=True, check=False, cwd=ROOT, timeout=BACK)
+    assert done.returncode == 128 + signal.SIGTERM, done.stderr
+    assert "ribbonbench: terminated" in done.stderr

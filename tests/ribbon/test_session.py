@@ -34,7 +34,7 @@ def turned(clamp, spin, shift):
 
 
 def test_stiffness_is_that_of_moved_clamps(session):
-    """Six central differences of sessions that moved; its skew part is half the moment."""
+    """Six central differences of sessions that moved, in the strip's unit; its skew part is half the moment."""
     stiffness = session.stiffness
     end = session.state.problem.end
     h = 1e-4
@@ -42,7 +42,7 @@ def test_stiffness_is_that_of_moved_clamps(session):
     def wrench(component, step):
         unit = np.zeros(6)
         unit[component] = step
-        moved = session.move(end=turned(end, unit[3:], unit[:3] * 0.5), steps=1)
+        moved = session.move(end=turned(end, unit[3:], unit[:3]), steps=1)
         assert moved.ok
         found = np.concatenate([session.forces["end"].force, session.forces["end"].moment])
         session.back(len(moved.states))
@@ -51,6 +51,7 @@ def test_stiffness_is_that_of_moved_clamps(session):
     for c in range(6):
         fourth = (8 * (wrench(c, h) - wrench(c, -h)) - wrench(c, 2 * h) + wrench(c, -2 * h)) / (12 * h)
         np.testing.assert_allclose(stiffness[:, c], fourth, rtol=1e-5, atol=1e-6 * np.abs(stiffness).max())
+    stiffness = stiffness * np.repeat([session.state.problem.strip.length, 1.0], 3)  # by displacements in l
     scale = np.abs(stiffness).max()
     skew = 0.5 * (stiffness - stiffness.T)
     m = -0.5 * session.forces["end"].moment

@@ -56,6 +56,7 @@ NAMES = (
     "models_minima",
     "limits",
     "hit_table",
+    "unseen",
     "sweep",
     "shell_cost",
     "shell_start",

@@ -40,6 +40,7 @@ def _checks(found: Equilibrium, weight: float = 0.0) -> Iterator[Check]:
     told = np.nan if found.penetration is None else found.penetration
     yield Check("penetration beyond the one said (l)", measured - told, SAID, said=f"{told:.3g}")  # it samples
     if found.ok:
+        assert found.start is not None  # determined: the strip is not stretched
         held = found.start.force + sum(wall.force for wall in found.walls)
         if found.end_support is not None:
             held = held + found.end_support.force

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
+import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from compare.battery.case import Case, Check, Rung, ends_as, holds, near
 from compare.battery.judge.ribbon import judged
+from compare.battery.processes import ran
 from compare.battery.scenes import changed, solved
 from ribbon import Clamp, Strip, solve
 
@@ -128,13 +133,66 @@ def _meeting(rung: Rung) -> Iterator[Check]:
         yield near("energy", found.energy.total, 2.0 * math.pi**2, 1e-6)
 
 
+#: A tape between two holders: steel, 0.5 m x 20 mm x 0.1 mm.
+_TAPE = """
+[strip]
+length = 0.5
+width = 0.02
+thickness = 1e-4
+young = 2e11
+density = 7850.0
+poisson = 0.3
+[gravity]
+up = [0.0, 1.0, 0.0]
+[clamp.start]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[clamp.end]
+position = [0.0, 0.0, {place!r}]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[model]
+elements = 20
+"""
+
+
 def _taut(rung: Rung) -> Iterator[Check]:
-    found = solve(Strip(1.0, 0.05), Clamp(), end=Clamp((0.0, 0.0, 1.0 - float(rung))), budget=_BUDGET)
+    """The arch without weight by the solver, and the tape of steel under its weight as its user sees it."""
+    slack = float(rung)
+    found = solve(Strip(1.0, 0.05), Clamp(), end=Clamp((0.0, 0.0, 1.0 - slack)), budget=_BUDGET)
     yield holds("converged", found.status.code == "converged", f"{found.status.code}: {found.message}")
     # an arch that is too short by d has the energy 4 pi^2 d of two clamped ends, to first order in d
-    yield Check("energy beyond that of the arch", abs(found.energy.total - 4.0 * math.pi**2 * float(rung)), 1e-7)
+    arch = 4.0 * math.pi**2 * slack
+    yield Check("energy over that of the arch, less 1", abs(found.energy.total - arch) / (arch or 1.0), slack + 2e-3)
+    determined = found.end_support is not None and bool(np.all(np.isfinite(found.end_support.force)))
+    yield holds("a thrust where there is slack, a reason where there is none", determined == (slack > 0.0))
     if found.lowest_eigenvalue == math.inf:
         yield holds("says that no freedom is left", "no freedom is left" in found.message, found.message)
+    yield from _tape(slack)
+
+
+def _tape(slack: float) -> Iterator[Check]:
+    """result.json, the standard output and the first line of the tape's answer."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        (place / "tape.toml").write_text(_TAPE.format(place=0.5 * (1.0 - slack)))
+        seen = ran(("solve", "tape.toml", "--json", "--out", "o"), place)
+        told = ran(("solve", "tape.toml", "--out", "o"), place)
+    yield holds("it ends as a command does, both times", seen.plain and told.plain, f"{seen.err}{told.err}"[-300:])
+    result = json.loads(seen.out or "{}")
+    words = re.findall(r"\b(?:nan|inf)\b", seen.out + told.out, re.IGNORECASE)
+    yield holds("no number that is none is told", not words, " ".join(words))
+    force = result.get("forces", {}).get("end")
+    if slack > 0.0:
+        string = result["gamma"] / math.sqrt(24.0 * slack)  # its layers at the clamps apart
+        layers = 2.0 / math.sqrt(string) + 0.05
+        yield Check("tension over a string's, less 1", abs(force[2] / string - 1.0) if force else math.nan, layers)
+        return
+    yield holds("the forces are null, with a reason", force is None and bool(result.get("forces_why")), str(force))
+    yield holds("the answer is not called good", result.get("answer", {}).get("grade") != "good")
+    # Timoshenko's plate between built-in edges: a shell of 100 x 8 elements has 2985.6 D w / l^2 and 0.0020416 l
+    yield near("tension of a strip that stretches", result.get("taut_tension") or math.nan, 2985.6, 5e-3)
+    yield Check("its sag over the shell's, less 1", abs((result.get("taut_sag") or math.nan) / 0.0020416 - 1.0), 1e-3)
 
 
 def _few(rung: Rung) -> Iterator[Check]:
@@ -193,7 +251,8 @@ CASES: tuple[Case, ...] = (
     Case(
         "degenerate/taut_clamps",
         "clamps as far apart as the strip is long, or hardly less: the rows' derivatives become dependent",
-        "straight, or the shallow arch of energy 4 pi^2 d; no freedom left is said in words",
+        "the shallow arch of energy 4 pi^2 d, and under weight a string's tension; at its full length straight, its "
+        "tension undetermined and said to be, in JSON and in words, with that of a strip that stretches",
         "shortening / l",
         _taut,
         (1e-6, 1e-8, 1e-12, 0.0),

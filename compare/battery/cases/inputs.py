@@ -106,7 +106,7 @@ def _solve(text: str) -> str:
     if not state.status.ok:
         return ""
     found = {"residual": state.residual, "error": state.error}
-    if state.lowest_eigenvalue != math.inf:  # where nothing can move
+    if state.lowest_eigenvalue is not None:  # None where nothing can move
         found["lowest eigenvalue"] = state.lowest_eigenvalue
     if state.energy is not None:
         found |= {"elastic energy": state.energy.elastic, "weight's energy": state.energy.gravity}

@@ -3,7 +3,8 @@
 From the cheapest on, each is solved and its distance (Hausdorff over l) to the shell estimated: that to the strip with
 energy "finite", which costs milliseconds from the shape of the one before, and what "finite" itself leaves out
 (`compare.models.ribbon.beyond`). The first within the accuracy is taken. Where not even "finite" is, the shell is asked
-for: the answer is then that of "finite", and says so.
+for: the answer is then that of "finite", and says so. All this is of one state: where a lower one was seen beside it
+(`compare.models.ribbon.rivals`) the choice says that it is not sure.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from compare.measure.grid import Grid
 from compare.models.base import Options, Seconds
 from compare.models.ribbon.beyond import apart, beside, beyond
+from compare.models.ribbon.rivals import Rival, probe
 from compare.models.ribbon.solving import solved as solved_as
 from compare.models.ribbon.solving import solver
 from compare.scene.planar import nonplanar_reason
@@ -66,8 +68,9 @@ class Choice:
     """The energy that was chosen, the steps up to it, and whether its estimate is within the accuracy.
 
     model: its name among models: "elastica" where the strip stayed in its plane. skipped: what the chosen energy leaves
-    out, and by how much (l) it is estimated to move the strip. solved: what was solved as the scene says, by energy:
-    way, equilibrium, times.
+    out, and by how much (l) it is estimated to move the strip. rival: a lower state that was seen beside the first
+    strip's (`compare.models.ribbon.rivals`); the estimate is of the distance to a shell in the same state. solved: what
+    was solved as the scene says, by energy: way, equilibrium, times.
     """
 
     energy: str
@@ -77,6 +80,12 @@ class Choice:
     enough: bool
     skipped: Mapping[str, float] = field(default_factory=dict)
     solved: Mapping[str, tuple[Way | None, Equilibrium, Seconds]] = field(default_factory=dict)
+    rival: Rival | None = None
+
+    @property
+    def sure(self) -> bool:
+        """The estimate is within the accuracy, and no lower state was seen beside the one that it is of."""
+        return self.enough and self.rival is None
 
     def to_dict(self) -> dict[str, Any]:
         """As in result.json."""
@@ -84,6 +93,8 @@ class Choice:
             "accuracy": self.accuracy,
             "chosen": self.model,
             "enough": self.enough,
+            "sure": self.sure,
+            "rival": None if self.rival is None else self.rival.to_dict(),
             "skipped": dict(self.skipped),
             "steps": [step.to_dict() for step in self.steps],
         }
@@ -107,10 +118,11 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
     if say is not None:
         say.step(f"auto: {REFERENCE}, the measure of the others")
     best = reference(scene, there, accuracy)
+    rival = probe(with_energy(scene, first), there)
     if not best.ok:
         steps.append(Step(_name(scene, first, there), None, spent))
         steps.append(Step(REFERENCE, None, time.perf_counter() - clock))
-        return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), False)
+        return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), False, rival=rival)
     grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 2001))).max()))
     left_out = beyond(scene, best)
     own = Step(REFERENCE, _known(left_out.distance), time.perf_counter() - clock, left_out.parts)
@@ -129,10 +141,11 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
         steps.append(Step(_name(scene, energy, found), estimate, spent))
         if estimate is not None and estimate <= accuracy:
             skipped = {THICKNESS: moved, **left_out.parts}
-            return Choice(energy, steps[-1].model, accuracy, tuple(steps), True, skipped, solved)
+            return Choice(energy, steps[-1].model, accuracy, tuple(steps), True, skipped, solved, rival)
         spent = 0.0
     steps.append(own)
-    return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), left_out.distance <= accuracy, left_out.parts)
+    enough = left_out.distance <= accuracy
+    return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), enough, left_out.parts, rival=rival)
 
 
 def chosen(scene: Scene, accuracy: float) -> tuple[str, list[dict[str, Any]]]:

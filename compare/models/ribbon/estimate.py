@@ -32,6 +32,8 @@ from numpy.typing import NDArray
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
 from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, to_shell
+from compare.models.ribbon.rivals import RULED, Rival, probe
+from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.energies import ENERGIES
@@ -40,12 +42,12 @@ from ribbon.energies.softened import soften
 
 FloatArray = NDArray[np.float64]
 
-#: Share of the elastic energy: EDGE_CLAMP x / (1 - x), x = |eta'| w / 2 near the clamp; CORNER_CLAMP f sqrt(w h) / c, c
-#: the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
+#: Energy over the elastic energy without it: EDGE_CLAMP x / (1 - x), x = |eta'| w / 2 near the clamp; CORNER_CLAMP f
+#: sqrt(w h) / c, c the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
 EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
-#: Energies whose strip of finite thickness is the one with energy "finite".
-RULED = ("sadowsky", "wunderlich")
+#: Elastic energy over the weight below which a strip is straight.
+_STRAIGHT = 1e-9
 _SAMPLES = 1000
 _ALONG, _ACROSS = 200, 4
 
@@ -56,9 +58,12 @@ class Estimate:
 
     parts: share of the elastic energy that would be stretching and shear, by cause ("edges", "shear", "in_plane",
     "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the strip of finite
-    thickness was not found; own: the part of that share which the model has in its own energy; scale: z of the strip's
-    edges at the mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's
-    solve not included.
+    thickness was not found; rival: a lower state that was seen beside the ribbon's own, with which nothing here is
+    sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
+    the model has in its own energy; scale: z of the strip's edges at the mean curvature (below about 2 the layers of
+    both edges meet); seconds: for the estimate, the ribbon's solve not included; why: why nothing can be said, "" where
+    it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
+    of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
     """
 
     width_to_thickness: float
@@ -66,7 +71,10 @@ class Estimate:
     distance: float | None
     scale: float
     seconds: float
+    rival: Rival | None
     own: float = 0.0
+    why: str = ""
+    bends: bool = True
 
     @property
     def missing(self) -> float:
@@ -80,8 +88,8 @@ class Estimate:
 
     @property
     def cause(self) -> str:
-        """The part that is largest."""
-        return max(self.parts, key=lambda name: self.parts[name])
+        """The part that is largest; "" without any."""
+        return max(self.parts, key=lambda name: self.parts[name], default="")
 
 
 @dataclass(frozen=True)
@@ -101,6 +109,8 @@ class LocalState:
 def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
     """The estimate for a scene whose ribbon is `equilibrium`, with rulings."""
     clock = time.perf_counter()
+    if equilibrium.forces_why:
+        return of_a_straight_strip(scene, equilibrium, width_to_thickness)
     h = scene.width / width_to_thickness
     nu = scene.strip.poisson
     section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
@@ -112,13 +122,18 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     in_plane = in_plane_density(state.moment, nu, scene.width, h)
     tension = tension_density(state.tension, nu, h)
     whole = elastic + float(in_plane.mean()) + float(tension.mean())
+    bends = not elastic <= _STRAIGHT * scene.gamma or bool(in_plane.mean() > tension.mean())
+    whole += 0.0 if bends else 0.5 * scene.gamma  # of the weight Gamma, half a length below its clamp
+    # what stretches is in the whole too: no share is above 1, however heavy the strip (tension) or steep the clamp
+    clamps = _clamps(scene, there, state, h) * whole
+    whole += clamps
     whole = whole if whole > 0.0 else 1.0
     parts = {
         "edges": float(section.membrane(*arguments).mean()) / whole,
         "shear": float(section.shear(state.omega, state.eta).mean()) / whole,
         "in_plane": float(in_plane.mean()) / whole,
         "tension": float(tension.mean()) / whole,
-        "clamps": _clamps(scene, there, state, h),
+        "clamps": clamps / whole,
     }
     if equilibrium.problem.energy in RULED:
         best = beside(scene, equilibrium, width_to_thickness) if equilibrium.ok else None
@@ -126,7 +141,20 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     else:
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     mean = float(np.sqrt(np.mean(state.omega**2)))
-    return Estimate(width_to_thickness, parts, distance, section.scale * mean**0.5, time.perf_counter() - clock)
+    scale, rival = section.scale * mean**0.5, probe(scene, equilibrium)
+    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, rival, bends=bends)
+
+
+def of_a_straight_strip(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
+    """The estimate for a strip whose tension is not determined: from one that stretches (`compare.models.ribbon.taut`),
+    whose middle sags from the straight one; where that is not known there is none, and it says why."""
+    clock = time.perf_counter()
+    found = taut(scene, scene.width / width_to_thickness)
+    if found is None:
+        spent = time.perf_counter() - clock
+        return Estimate(width_to_thickness, {}, None, 0.0, spent, None, why=f"not determined: {equilibrium.forces_why}")
+    parts = {**dict.fromkeys(("edges", "shear", "in_plane", "clamps"), 0.0), "tension": found.share["membrane"]}
+    return Estimate(width_to_thickness, parts, found.sag, 0.0, time.perf_counter() - clock, None)
 
 
 def in_plane_density(moment: FloatArray, poisson: float, width: float, thickness: float) -> FloatArray:
@@ -174,20 +202,20 @@ def local_state(scene: Scene, e: Equilibrium) -> LocalState:
 
 
 def _clamps(scene: Scene, e: Equilibrium, state: LocalState, h: float) -> float:
-    """Share of the elastic energy that the clamps stretch."""
+    """Energy of what the clamps stretch, over the elastic energy without it."""
     density = line_density(e, state.s) + 0.5 * state.natural**2
     total = float(density.mean())
     if not total > 0.0:
         return 0.0
-    share = 0.0
+    part = 0.0
     for at in held_ends(scene):
         if scene.shell.clamp == "corners":
             near = float(density[np.abs(state.s - at) < 0.5 * scene.width].sum()) / (_SAMPLES * total)
             corner = scene.shell_corner or scene.width / 8.0
-            share += CORNER_CLAMP * near * (scene.width * h) ** 0.5 / corner
+            part += CORNER_CLAMP * near * (scene.width * h) ** 0.5 / corner
         else:
-            share += EDGE_CLAMP * crowding(_steepest(scene, e, at))
-    return min(share, 1.0)
+            part += EDGE_CLAMP * crowding(_steepest(scene, e, at))
+    return part
 
 
 def _steepest(scene: Scene, e: Equilibrium, *ends: float) -> float:

@@ -29,8 +29,8 @@ def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, 
         return _free(equilibrium, s, v)
     grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
     material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
-    foot, _, frame = equilibrium.rulings(material)
-    eta = equilibrium.eta(foot)
+    foot = equilibrium.rulings(material)[0]
+    _, frame, omega, eta = equilibrium.continued(foot)
     shape = grid_s.shape
     vectors = {
         "ruling": frame[:, :, 0] + eta[:, None] * frame[:, :, 2],
@@ -43,7 +43,7 @@ def fields(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, 
         "v": grid_v,
         "ruling_foot": foot.reshape(shape),
         "segment": segment_of(equilibrium, foot).astype(float).reshape(shape),
-        "omega": equilibrium.omega(foot).reshape(shape),
+        "omega": omega.reshape(shape),
         "eta": eta.reshape(shape),
         "energy_density": area_density(equilibrium, foot, material[:, 1]).reshape(shape),
         **{name: values.reshape(*shape, 3) for name, values in vectors.items()},

@@ -50,9 +50,9 @@ def derivatives(
 
 
 def solved_near(scene: Scene, near: State | None) -> State:
-    """The ribbon's state of a scene from a neighbouring one's; from the scene's own seed where there is none, or where
-    it does not lead to a stable one. Raises `BadInput` like the model."""
-    from compare.models.base import Seconds
+    """The ribbon's state of a scene from a neighbouring one's; from the scene's own seed, and on from a saddle, where
+    there is none, or where it does not lead to a stable one. Raises `BadInput` like the model."""
+    from compare.models.base import Options, Seconds
     from compare.models.ribbon.build import ribbon_problem
     from compare.models.ribbon.model import RibbonModel
     from compare.models.ribbon.state import own_size, state_of
@@ -66,7 +66,7 @@ def solved_near(scene: Scene, near: State | None) -> State:
         found = switch(problem, near.native)
         if found.ok:
             return state_of(scene, found, own_size(found), Seconds(float("nan")))
-    return RibbonModel().solve(scene)
+    return RibbonModel().solve(scene, options=Options(leave_saddle=True))
 
 
 def _chain(scene: Scene, key: str) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from compare.models.base import (
     Ladder,
     Options,
     Reference,
+    Rivals,
     Seconds,
     Shape,
     Size,
@@ -26,10 +27,10 @@ from compare.models.base import (
     Variant,
 )  # fmt: skip
 from compare.models.reference import cut
-from compare.models.ribbon.compiling import compiling
 from compare.models.ribbon.refinement import judged, left, refined
-from compare.models.ribbon.solving import solved
+from compare.models.ribbon.solving import solved, solved_together, together
 from compare.models.ribbon.state import own_size, state_of
+from compare.models.timing import compiling
 from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
 
@@ -66,7 +67,6 @@ class RibbonModel:
         "shell.*": "how the shell beside it is made and held (an energy with a thickness takes it from an only w/h)",
         "model.arc_length": "how the elastica beside it passes limit points",
     }
-    wing: tuple[str, ...] = ("ribbon", "compare/scene", "compare/models", "compare/measure")
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A rod; keys of which one would be ignored."""
@@ -93,6 +93,14 @@ class RibbonModel:
         from compare.models.ribbon.free import per_thickness
 
         return per_thickness(scene) or (Variant({}, scene),)
+
+    def together(self, scene: Scene) -> Hashable | None:
+        """Ribbons of which nothing is asked but the state of a strip that is held at s = 0 only."""
+        return together(scene)
+
+    def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
+        """One batch, without what is made ready for a scene alone."""
+        return solved_together(scenes)
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """Chained, glued, and with segments placed by a tolerance."""
@@ -172,6 +180,7 @@ class RibbonModel:
             return state
         with within(scene.model.budget), choose.using(scene.model.solver):
             state = judged(state, say, options.grid, scene)
+            state = _beside_rivals(scene, state)
             if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
                 state = left(scene, state, say, options)
         return state
@@ -213,6 +222,16 @@ class RibbonModel:
         with compiling(say):
             return found(scene, state.native, width_to_thickness)
 
+    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
+        """Where the ribbon comes to rest from another model's shape (`compare.models.base.Rests`)."""
+        from compare.models.ribbon import rivals
+        from ribbon.solvers import choose
+        from ribbon.solvers.budget import within
+
+        with self._admitted(scene), within(scene.model.budget), choose.using(scene.model.solver):
+            found = rivals.near(state.native, near)
+        return state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values()))) if found.ok else None
+
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
         from compare.models.effects.ribbon import effects, skipped
@@ -244,6 +263,19 @@ class RibbonModel:
             yield
         except RibbonInputError as error:
             raise BadInput("scene", scene.name, str(error)) from None
+
+
+def _beside_rivals(scene: Scene, state: State) -> State:
+    """The state with the other states that were looked for beside it, where it is known of none yet: of a strip that is
+    held at one end by the probe (`compare.models.ribbon.rivals`)."""
+    from compare.models.ribbon.rivals import TRIES, is_probed, probe
+
+    if state.rivals is not None or not state.ok or state.native is None or not is_probed(scene):
+        return state
+    found = probe(scene, state.native)
+    if found is None:
+        return replace(state, rivals=Rivals(TRIES, 0.0, "none lower was seen"))
+    return replace(state, rivals=Rivals(TRIES, found.own - found.energy, found.text))
 
 
 def sized(scene: Scene, size: Size) -> Scene:

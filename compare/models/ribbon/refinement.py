@@ -1,17 +1,20 @@
-"""What a ribbon is on finer segments: its discretisation error, and whether it is stable there too."""
+"""What a ribbon is on finer segments: its discretisation error, those of the numbers that are told of it, and whether
+it is stable there too."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from compare.measure.align import aligned
 from compare.measure.distance import grid_hausdorff
-from compare.measure.error import extrapolated
+from compare.measure.error import error_of_first, error_of_last, extrapolated
 from compare.measure.grid import Grid
 from compare.measure.limit import Limit, limit_of
+from compare.measure.numbers import errors_of
 from compare.models.base import Options, Refinement, Seconds, Size, State, Status
 from compare.models.ribbon.state import own_size, state_of
 
@@ -20,8 +23,8 @@ if TYPE_CHECKING:
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
 
-#: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian (Ipopt's chained ribbon),
-#: without one. Once beyond is allowed, for the cruder of the two estimates.
+#: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian (a chained ribbon where
+#: Ipopt is asked for), without one. Once beyond is allowed, for the cruder of the two estimates.
 MOST_SEGMENTS = 320
 MOST_SPARSE_SEGMENTS = 4000
 #: Further halvings while the sign of the lowest eigenvalue's limit is open; size (relative to 1) from which it has one.
@@ -48,24 +51,29 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
     nothing resists are none. Segments placed by a tolerance bring their own. A state that is a saddle on finer
     segments is one, and a saddle that is stable on finer ones is none: the answer is then what was found there. The
     limit of the lowest eigenvalue is among its `numbers` (`eigenvalue_limit`: value, error, order); where its sign is
-    open after `MORE` halvings, so is `stable`. scene: names its walls.
+    open after `MORE` halvings, so is `stable`. `errors`: of forces, moments, energies and others, each by its own
+    changes on the same segments. scene: names its walls.
     """
+    from ribbon.solvers import choose
     from ribbon.solvers.budget import SPENT, spent
 
     if state.status is Status.UNSTABLE and state.shape is not None and not spent():
         return _of_a_saddle(state, say, grid, scene)
     if not state.ok or state.shape is None:
-        return replace(state, refinements=_all_tried(state.native), error_why="it is no stable equilibrium")
+        unknown = errors_of([state.native.numbers], error_of_first)
+        why = "it is no stable equilibrium"
+        return replace(state, errors=unknown, refinements=_all_tried(state.native), error_why=why)
     e = state.native
     if e.tolerance_error is not None:
         error = float(e.tolerance_error)
-        placed = replace(state, error=error, refinements=_all_tried(e), error_why="of the placed segments")
+        errors, why = _of_placed(e)
+        placed = replace(state, error=error, errors=errors, refinements=_all_tried(e), error_why=why)
         last = [low for one in placed.refinements if (low := one.lowest_eigenvalue) is not None][-2:]
         return _in_the_limit(placed, state, last, scene)
-    dense = e.problem.formulation == "chained" and e.solver == "Ipopt"
+    dense = e.problem.formulation == "chained" and not choose.by_recursion(e.problem)
     most = MOST_SEGMENTS if dense else MOST_SPARSE_SEGMENTS
     grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)  # type: ignore[arg-type]
-    shapes = [grid.of(state.shape)]
+    shapes, chain = [grid.of(state.shape)], [e.numbers]
     tried = [*_all_tried(e)]
     why = "extrapolated from two and four times the segments"
     current = state
@@ -91,10 +99,39 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
             there_too = state_of(scene, finer.native, own_size(finer.native), state.seconds)
             return _hidden_saddle(state, there_too, tuple(tried), scene)
         shapes.append(there)
+        chain.append(finer.native.numbers)
         current = finer
-    found = replace(state, error=extrapolated(shapes), refinements=tuple(tried), error_why=why)
+    errors = _errors(e, chain, error_of_first)
+    found = replace(state, error=extrapolated(shapes), errors=errors, refinements=tuple(tried), error_why=why)
     halved = [one.lowest_eigenvalue for one in tried[-len(shapes) :] if one.lowest_eigenvalue is not None]
     return _in_the_limit(found, current, halved, scene)
+
+
+def _errors(
+    e: Equilibrium,
+    chain: Sequence[Mapping[str, Any]],
+    estimate: Callable[[Sequence[Any]], float | None],
+) -> dict[str, Any]:
+    """The errors of the numbers of an equilibrium, one of a chain of meshes; none is less than what its forces are out
+    of balance by."""
+    from ribbon.solvers.problem import force_scale
+
+    return errors_of(chain, estimate, float(e.residual) * force_scale(e.problem))
+
+
+def _of_placed(e: Equilibrium) -> tuple[dict[str, Any], str]:
+    """The errors of the numbers of an equilibrium on placed segments, and how they were found: by the changes of all
+    rounds where the last one halved the segments, else by halving them once more."""
+    from ribbon import refine
+
+    rounds = [one for one in e.refinements if one.before is not None]
+    if rounds and e.refinements[-1] is rounds[-1]:
+        chain = [numbers for one in rounds for numbers in (one.before, one.numbers) if numbers is not None]
+        return _errors(e, chain, error_of_last), "of the placed segments"
+    finer = refine(e)
+    chain = [e.numbers, finer.numbers] if finer.ok else [e.numbers]
+    told = "forces and energies from one refinement" if finer.ok else f"on segments cut in two {finer.message}"
+    return _errors(e, chain, error_of_first), f"of the placed segments; {told}"
 
 
 def _in_the_limit(state: State, finest: State, values: list[float], scene: Scene | None) -> State:
@@ -127,6 +164,10 @@ def _in_the_limit(state: State, finest: State, values: list[float], scene: Scene
 def _with_limit(state: State, limit: Limit) -> State:
     """The state with the limit of its lowest eigenvalue; its stability is open where the limit's sign is."""
     state = replace(state, numbers={**state.numbers, "eigenvalue_limit": asdict(limit)})
+    own, known = state.errors.get("lowest_eigenvalue"), state.lowest_eigenvalue
+    if own is not None and known is not None:
+        own = max(own, abs(known - limit.value) + limit.error)
+        state = replace(state, errors={**state.errors, "lowest_eigenvalue": own})
     if limit.signed or abs(limit.value) <= SIGNED or state.stable is None:
         return state
     said = f"its lowest eigenvalue tends to {limit.value:.2g} within {limit.error:.2g}: whether it is stable is open"
@@ -139,7 +180,8 @@ def _of_a_saddle(state: State, say: Reporter | None, grid: Grid | None, scene: S
 
     e = state.native
     tried = [*_all_tried(e)]
-    known = replace(state, refinements=tuple(tried), error_why="it is no stable equilibrium")
+    unknown = errors_of([e.numbers], error_of_first)
+    known = replace(state, errors=unknown, refinements=tuple(tried), error_why="it is no stable equilibrium")
     if 2 * e.problem.lengths.size > MOST_SPARSE_SEGMENTS:
         return known
     finer = refine(e)
@@ -155,18 +197,20 @@ def _of_a_saddle(state: State, say: Reporter | None, grid: Grid | None, scene: S
             found, message=said, log=state.log, start=state.start, reused=state.reused,
             refinements=(*tried[:-1], *found.refinements),
         )  # fmt: skip
-    finest, limit = _finer_saddle(finer, tried)
+    finest, limit, chain = _finer_saddle(finer, tried)
     there = state_of(scene, finest, own_size(finest), state.seconds)
     there = replace(
         there, log=state.log, start=state.start, reused=state.reused, refinements=tuple(tried),
-        error_why=known.error_why,
+        errors=_errors(finest, [e.numbers, *chain], error_of_last), error_why=known.error_why,
     )  # fmt: skip
     return there if limit is None else _with_limit(there, limit)
 
 
-def _finer_saddle(saddle: Equilibrium, tried: list[Refinement]) -> tuple[Equilibrium, Limit | None]:
-    """A saddle, its segments halved while the sign of its eigenvalue's limit is open and it stays one; and that limit.
-    What is tried is added to `tried`, whose last entry is the saddle."""
+def _finer_saddle(
+    saddle: Equilibrium, tried: list[Refinement]
+) -> tuple[Equilibrium, Limit | None, list[dict[str, Any]]]:
+    """A saddle, its segments halved while the sign of its eigenvalue's limit is open and it stays one; that limit, and
+    the numbers of all of them. What is tried is added to `tried`, whose last entry is the saddle."""
     from ribbon import refine
     from ribbon.solvers.budget import spent
 
@@ -178,7 +222,7 @@ def _finer_saddle(saddle: Equilibrium, tried: list[Refinement]) -> tuple[Equilib
             halved.insert(0, one)
         return limit_of([low for one in halved[-3:] if (low := one.lowest_eigenvalue) is not None])
 
-    found = limit()
+    found, chain = limit(), [saddle.numbers]
     for _ in range(MORE):
         if (found is not None and found.signed) or spent():
             break
@@ -188,8 +232,9 @@ def _finer_saddle(saddle: Equilibrium, tried: list[Refinement]) -> tuple[Equilib
         if finer.status is not saddle.status:
             break
         tried.append(_tried(finer, None))
+        chain.append(finer.numbers)
         saddle, found = finer, limit()
-    return saddle, found
+    return saddle, found, chain
 
 
 def left(scene: Scene, state: State, say: Reporter | None, options: Options) -> State:
@@ -234,7 +279,7 @@ def _hidden_saddle(state: State, finer: State, tried: tuple[Refinement, ...], sc
     """A state that is stable on its own segments and a saddle on finer ones: the saddle, of which all is known."""
     few, many = state.native.problem.lengths.size, finer.native.problem.lengths.size
     told = list(tried)
-    saddle, limit = _finer_saddle(finer.native, told)
+    saddle, limit, chain = _finer_saddle(finer.native, told)
     lowest = f"{finer.lowest_eigenvalue:.2g}"
     tends = "" if limit is None else f" and tends to {limit.value:.2g} within {limit.error:.2g}"
     found = state_of(scene, saddle, own_size(saddle), state.seconds)
@@ -248,5 +293,6 @@ def _hidden_saddle(state: State, finer: State, tried: tuple[Refinement, ...], sc
         reused=state.reused,
         numbers={**found.numbers, **numbers},
         refinements=tuple(told),
+        errors=_errors(saddle, [state.native.numbers, *chain], error_of_last),
         error_why=f"on {many} segments the state is a saddle",
     )

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from compare.models.base import natural_constant
 from compare.models.ribbon.beyond import beside, to_shell
-from compare.models.ribbon.estimate import Estimate, in_plane_density, local_state, tension_density
+from compare.models.ribbon.estimate import Estimate, in_plane_density, local_state, of_a_straight_strip, tension_density
 from compare.models.ribbon.free import FINITE
+from compare.models.ribbon.rivals import probe
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.energies import parts as own
@@ -31,6 +32,8 @@ PLAIN = "extensible"
 def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
     """The estimate for a scene whose strip with a free twist is `equilibrium`."""
     clock = time.perf_counter()
+    if equilibrium.forces_why:
+        return of_a_straight_strip(scene, equilibrium, width_to_thickness)
     e, nu = equilibrium, scene.strip.poisson
     h = scene.width / width_to_thickness
     state = local_state(scene, e)
@@ -44,7 +47,7 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
         added = own.line_density_of(FINITE, e, state.s, h) - own.line_density(e, state.s)
         more = abs(float(added.mean()))
     elastic = float(e.energy.elastic) + natural_constant(scene.curvature)
-    whole = elastic + in_plane + tension
+    whole = elastic + in_plane + tension + more  # all that stretches is in it: no share is above 1
     whole = whole if whole > 0.0 else 1.0
     warps = e.problem.energy == PLAIN  # it has the layers of `finite`, but not what clamps do
     parts = {
@@ -58,4 +61,5 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     known = (held["membrane"] + held["shear"]) / whole
     best = e if e.problem.energy == FINITE else beside(scene, e, width_to_thickness)
     distance = to_shell(scene, e, best, width_to_thickness)
-    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, known)
+    rival = probe(scene, e)
+    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, rival, known)

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.align import Motions
-from compare.models.base import Energy, Force, Pose, Seconds, Size, State, Status, Supports, natural_constant
+from compare.models.base import (
+    Energy,
+    Force,
+    Pose,
+    Rivals,
+    Seconds,
+    Size,
+    State,
+    Status,
+    Supports,
+    natural_constant,
+    on_strip,
+)
 
 if TYPE_CHECKING:
     from compare.models.ribbon.way import Way
@@ -47,28 +60,28 @@ class RibbonShape:
 
     def points(self, s: FloatArray, v: FloatArray) -> FloatArray:
         """Positions (k, m, 3)."""
-        grid_s, grid_v = np.meshgrid(s, v, indexing="ij")
+        grid_s, grid_v = np.meshgrid(on_strip(s), v, indexing="ij")
         _, place, _ = self.equilibrium.rulings(np.column_stack([grid_s.ravel(), grid_v.ravel()]))
         return place.reshape(*grid_s.shape, 3)
 
     def centreline(self, s: FloatArray) -> FloatArray:
         """Positions (k, 3)."""
-        return self.equilibrium.position(s)
+        return self.equilibrium.position(on_strip(s))
 
     def frames(self, s: FloatArray) -> FloatArray:
         """Frames (k, 3, 3), columns t_x t_y t_z."""
-        return self.equilibrium.frame(s)
+        return self.equilibrium.frame(on_strip(s))
 
     def pose(self, s: float) -> Pose:
         """Position and frame at one abscissa; at s = 1 those of the last joint, where a clamp holds them."""
-        found = self.equilibrium.end if s == 1.0 else self.equilibrium.pose(s)
+        found = self.equilibrium.end if s == 1.0 else self.equilibrium.pose(float(on_strip(s)))
         return Pose(found.position, found.frame)
 
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """`compare.models.ribbon.fields.fields`: S, v, omega, eta or tau, normal, energy_density and others."""
         from compare.models.ribbon.fields import fields
 
-        return fields(self.equilibrium, s, v)
+        return fields(self.equilibrium, on_strip(s), v)
 
 
 def own_size(found: Equilibrium) -> Size:
@@ -99,7 +112,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         shape=RibbonShape(e) if np.all(np.isfinite(e.x)) else None,
         residual=float(e.residual),
         iterations=int(e.iterations),
-        lowest_eigenvalue=None if lowest is None else float(lowest),
+        lowest_eigenvalue=float(lowest) if math.isfinite(lowest) else None,
         supports=_supports(scene, e),
         error=e.tolerance_error,
         seconds=seconds,
@@ -111,7 +124,22 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         start="path" if way is not None else "seed",
         reused=way.resumed if way is not None else False,
         native=e,
+        whys=_whys(e),
+        left_saddle=None if e.left is None else asdict(e.left),
+        branch=None if e.branch is None or way is not None else e.branch.name.lower(),
+        rivals=None if e.minima is None else Rivals(e.minima.tries, e.minima.above, str(e.minima)),
+        quadrature=e.quadrature_error,
     )
+
+
+def _whys(e: Equilibrium) -> dict[str, str]:
+    """Why the shape's forces, or its lowest eigenvalue, are not known."""
+    found = dict.fromkeys(("forces", "moments"), e.forces_why) if e.forces_why else {}
+    if e.lowest_eigenvalue == math.inf:
+        found["lowest_eigenvalue"] = "no freedom is left, so that nothing can be unstable"
+    elif not math.isfinite(e.lowest_eigenvalue):
+        found["lowest_eigenvalue"] = "the state was not judged"
+    return found
 
 
 def _parts(e: Equilibrium) -> dict[str, float]:
@@ -174,5 +202,5 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
             }
             for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True))
         )
-    start = Force(e.start.force, e.start.moment)
+    start = None if e.start is None else Force(e.start.force, e.start.moment)
     return Supports(start, None if end is None else Force(end.force, end.moment), walls)

@@ -28,14 +28,13 @@ from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
 from compare.store.arrays import npz_bytes
+from compare.store.provenance import software
 from compare.store.store import atomic_write_bytes, case_key, jsonable
-from ribbon import Equilibrium, Status, solve
-from ribbon.element import kernel_cache
+from ribbon import Equilibrium, Status, archive, solve
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import StepRecord, anchored, follow, switch
 from ribbon.find.solve import Problem
 from ribbon.problems.touching import Touch
-from ribbon.result import Energy
 from ribbon.solvers.budget import within
 
 Progress = Callable[[str], None]
@@ -90,28 +89,10 @@ class _Keeper:
             return
         e = place.equilibrium
         about = {
-            "key": self.key,
-            "stage": place.stage,
-            "t": place.t,
-            "log": place.log,
-            "status": e.status.name,
-            "message": e.message,
-            "residual": e.residual,
-            "iterations": e.iterations,
-            "evaluations": e.evaluations,
-            "energy": asdict(e.energy),
-            "stable": e.stable,
-            "lowest_eigenvalue": jsonable(e.lowest_eigenvalue),
-            "active_bounds": e.active_bounds,
-            "seconds": e.seconds,
-            "options": jsonable(e.options),
-            "touching": e.problem.touching,
-            "penetration": e.penetration,
-        }
-        arrays = {
-            "about": np.array(json.dumps(about)), "lengths": e.problem.lengths, "x": e.x, "rows": e.rows,
-            "multipliers": e.multipliers, "mode": e.mode, "at": np.empty(0) if e.at is None else e.at,
+            "key": self.key, "stage": place.stage, "t": place.t, "log": place.log, "touching": e.problem.touching,
         }  # fmt: skip
+        arrays = {"place": np.array(json.dumps(about)), "lengths": e.problem.lengths}
+        arrays |= {f"found_{name}": values for name, values in archive.pack(e).items()}
         states = None if self.film is None else self.film.states
         kept = {} if states is None else {f"state_{name}": values for name, values in states.arrays().items()}
         atomic_write_bytes(self.path, npz_bytes({**arrays, **kept}))
@@ -122,8 +103,9 @@ class _Keeper:
             return None
         try:
             with np.load(self.path, allow_pickle=False) as data:
-                about = json.loads(str(data["about"]))
-                arrays = {name: data[name] for name in ("lengths", "x", "rows", "multipliers", "mode", "at")}
+                about = json.loads(str(data["place"]))
+                lengths = data["lengths"]
+                arrays = {name.removeprefix("found_"): data[name] for name in data.files if name.startswith("found_")}
                 kept = {name.removeprefix("state_"): data[name] for name in data.files if name.startswith("state_")}
                 states = states_of(kept) if kept else None
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
@@ -133,29 +115,12 @@ class _Keeper:
         problem = problem_of(about["stage"], about["t"])
         if about["touching"]:
             problem = problem.with_changes(touching=tuple(Touch(*touch) for touch in about["touching"]))
-        if not np.array_equal(problem.lengths, arrays["lengths"]) or problem.size != arrays["x"].size:
+        if not np.array_equal(problem.lengths, lengths) or problem.size != arrays["x"].size:
             return None
-        lowest = about["lowest_eigenvalue"]
-        found = Equilibrium(
-            problem=problem,
-            status=Status[about["status"]],
-            message=about["message"],
-            x=arrays["x"],
-            multipliers=arrays["multipliers"],
-            rows=arrays["rows"],
-            residual=about["residual"],
-            iterations=about["iterations"],
-            evaluations=about["evaluations"],
-            energy=Energy(**about["energy"]),
-            stable=about["stable"],
-            lowest_eigenvalue=float("nan") if lowest is None else lowest,
-            mode=arrays["mode"],
-            at=arrays["at"] if arrays["at"].size else None,
-            active_bounds=about["active_bounds"],
-            seconds=about["seconds"],
-            options=about["options"],
-            penetration=about["penetration"],
-        )
+        try:
+            found: Equilibrium = archive.unpack(arrays, problem)
+        except (KeyError, ValueError, TypeError):
+            return None
         found = replace(found, problem=anchored(problem, found))
         if self.film is not None and states is not None:
             self.film = Film(2.0 * problem.half_width, states)
@@ -301,6 +266,7 @@ def _held(found: Equilibrium, scene: Scene, keys: tuple[str, ...]) -> dict[str, 
             "walls": [wall.force.tolist() for wall in found.walls],
         },
         "moments": {name: None if at is None else at.moment.tolist() for name, at in ends.items()},
+        **({"forces_why": found.forces_why, "moments_why": found.forces_why} if found.forces_why else {}),
     }
 
 
@@ -310,8 +276,9 @@ def _formulation(scene: Scene) -> str:
 
 
 def run_key(scene: Scene, leave_saddle: bool) -> str:
-    """What a kept state belongs to: the scene, the option, and the ribbon's sources."""
-    return case_key(scene.canonical(), {"leave_saddle": leave_saddle}, kernel_cache.digest())
+    """What a kept state belongs to: the scene, the option, and all that goes the way: versions, and the sources of
+    this module."""
+    return case_key(scene.canonical(), {"leave_saddle": leave_saddle}, software(__name__))
 
 
 def run_way(
@@ -329,7 +296,7 @@ def run_way(
     accepted step's entry of the log. film: keep states along the way (`compare.measure.states`). A stage that fails
     stops the way: the result has its status. `BadInput` when the way leads through an impossible scene.
     """
-    keeper = _Keeper(folder, run_key(scene, leave_saddle))
+    keeper = _Keeper(folder, "" if folder is None else run_key(scene, leave_saddle))
     keeper.film = Film(scene.width) if film else None
     walk = _Walk(scene, keeper, leave_saddle, progress, on_step)
     found, resumed = walk.run()

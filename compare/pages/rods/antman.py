@@ -115,12 +115,10 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> Sequence[tup
     energy, end = state.energy, state.end
     assert energy is not None
     assert end is not None
-    held = (("s = 0", state.supports.start), ("s = l", state.supports.end))
     place = [
-        ("energy", told.energies(energy.to_dict(), units)),
+        ("energy", told.energies(energy.to_dict(), units, state.errors.get("energy", {}))),
         ("s = l", told.place(end.position, units)),
-        *((f"force at {where}", told.force(one.force, units)) for where, one in held if one is not None),
-        *((f"moment at {where}", told.moment(one.moment, units)) for where, one in held if one is not None),
+        *told.supports(state, units),
     ]
     loads = []
     if np.any(scene.tip_force):

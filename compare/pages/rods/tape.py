@@ -90,13 +90,10 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     units = Units.of(scene) if units is None else units
     found = [("status", message(state))]
     if state.energy is not None:
-        found.append(("energy", told.energies(state.energy.to_dict(), units)))
+        found.append(("energy", told.energies(state.energy.to_dict(), units, state.errors.get("energy", {}))))
     if state.is_equilibrium and state.end is not None:
         found.append(("s = l", told.place(np.asarray(state.end.position), units)))
-        for where, held in (("s = 0", state.supports.start), ("s = l", state.supports.end)):
-            if held is not None:
-                found.append((f"force at {where}", told.force(held.force, units)))
-                found.append((f"moment at {where}", told.moment(held.moment, units)))
+        found += told.supports(state, units)
         if "fold" in state.numbers:
             place = told.length(units, state.numbers["fold"])
             across = state.numbers["flattest"] / (scene.transverse_curvature or 1.0)

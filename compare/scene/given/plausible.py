@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 
+from compare.errors import BadInput
 from compare.scene.data import SceneData
+from compare.scene.given.accepted import accepted
 
 HEAVIEST = 1e5
 """Gamma above which a strip hangs like a chain, with layers of length l Gamma^(-1/3) < l / 46 where it is held."""
@@ -17,6 +19,9 @@ HEAVIEST = 1e5
 SOFTEST, STIFFEST = 1e5, 2e12
 LIGHTEST, DENSEST = 10.0, 25_000.0
 LONGEST, THICKEST = 10.0, 5e-3
+FARTHEST = 100.0
+"""Length (m) from which a strip with Young's modulus in Pa is one in mm."""
+
 BLUNTEST, SHARPEST = 5.0, 1e4
 """w/h between which a strip is one: below, it is a beam of a full section."""
 
@@ -29,6 +34,22 @@ def implausible(scene: SceneData) -> tuple[str, ...]:
     found = [*_stiffness(scene), *_density(scene), *_lengths(scene), *_acceleration(scene), *_tip(scene)]
     found += _slenderness(scene)
     return (*found, *_weight(scene, bool(found)))
+
+
+def certain(scene: SceneData) -> tuple[str, ...]:
+    """Those of the notes that no strip can be meant by: a modulus, a density, an acceleration of no material and no
+    planet, a length of a hundred metres. The others may be meant."""
+    found = [*_stiffness(scene), *_density(scene), *_acceleration(scene)]
+    return (*found, *(_lengths(scene) if scene.strip.length >= FARTHEST else ()))
+
+
+def check_meant(scene: SceneData) -> None:
+    """`BadInput` for the first of the `certain` notes, unless all is `accepted`."""
+    notes = () if accepted() else certain(scene)
+    if notes:
+        head, _, problem = notes[0].partition(" is ")
+        key, _, value = head.partition(" = ")
+        raise BadInput(key, value, f"is {problem}", "if it is meant all the same, say --yes")
 
 
 def _number(value: float) -> str:

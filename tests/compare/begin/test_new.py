@@ -193,7 +193,7 @@ def test_units_of_a_kind_are_in_order(kind):
 
 
 def test_questions_are_asked_again_until_the_answer_is_right():
-    typed = iter(["long", "-1", "25 cm", "", "", "pet", "", "", "0.7", "0.4", "", "two", "0.8"])
+    typed = iter(["long", "-1", "25 cm", "", "pet", "", "", "", "0.7", "0.4", "", "two", "0.8"])
     said: list[str] = []
     found = answers(True, lambda question: next(typed), said.append)
     assert found == {"length": "25 cm", "material": "pet", "poisson": "0.4", "held": "two", "apart": "0.8"}
@@ -220,7 +220,7 @@ def test_the_end_of_the_input_is_the_defaults():
 
 
 def test_on_a_terminal_it_asks(tmp_path):
-    """A real terminal: three answers, then lines that take the defaults."""
+    """A real terminal: three answers, the material's default between them, then lines that take the defaults."""
     leader, follower = pty.openpty()
     process = subprocess.Popen(
         [sys.executable, "-m", "compare.cli", "new", "my.toml", "--si"],
@@ -228,7 +228,7 @@ def test_on_a_terminal_it_asks(tmp_path):
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
     )  # fmt: skip
     os.close(follower)
-    os.write(leader, b"25cm\n8mm\n0.2 mm\n" + b"\n" * 12)
+    os.write(leader, b"25cm\n8mm\n\n0.2 mm\n" + b"\n" * 12)
     try:
         while os.read(leader, 4096):
             pass

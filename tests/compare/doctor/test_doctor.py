@@ -276,3 +276,34 @@ def test_a_machine_without_the_shell_is_in_order(tmp_path, monkeypatch, capsys):
     assert "conda-forge" in said
     (tmp_path / "dolfinx" / "__init__.py").write_text("raise ImportError('half an installation')")
     assert doctor.Diagnosis(tuple(looked_at("dolfinx"))).exit_code == 3
+
+
+def test_a_cyipopt_of_another_numpy_is_built_anew(tmp_path, monkeypatch):
+    """What mends it is another build of that package, whatever else is installed."""
+    for k, body in enumerate((
+        "raise ImportError('numpy.core.multiarray failed to import')",
+        "raise ValueError('numpy.dtype size changed, may indicate binary incompatibility')",
+    )):  # fmt: skip
+        (tmp_path / str(k)).mkdir()
+        _pretend(tmp_path / str(k), monkeypatch, "cyipopt", body)
+        (row,) = looked_at("ipopt")
+        assert not row.ok
+        assert row.remedy.startswith("pip install --force-reinstall --no-cache-dir --no-binary cyipopt cyipopt")
+
+
+@pytest.mark.parametrize("variable", [None, "RIBBONBENCH_STORE", "RIBBONBENCH_CACHE"])
+def test_the_store_that_is_counted_is_the_one_that_is_emptied(tmp_path, monkeypatch, variable):
+    from compare.commands.doctor import _clean
+    from compare.store.shared import shared_store
+
+    for name in ("RIBBONBENCH_STORE", "RIBBONBENCH_CACHE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    if variable is not None:
+        monkeypatch.setenv(variable, str(tmp_path / "own"))
+    shared_store(tmp_path / "out").put("a" * 64, lambda folder: (folder / "x").write_text("1"))
+    assert doctor._store().what.startswith("1 shells")
+    console = Console(file=io.StringIO(), width=500)
+    _clean(console)
+    assert "Removed 1 finished shells" in console.file.getvalue()
+    assert doctor._store().what.startswith("0 shells")

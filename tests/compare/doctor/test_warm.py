@@ -14,7 +14,7 @@ _COUNT = """
 import sys
 from compare import registry
 from compare.models.base import Options
-from compare.models.ribbon.compiling import compiled
+from compare.models.timing import compiled
 from compare.scene.scene import load
 with compiled() as count:
     for name in sys.argv[1:]:
@@ -24,7 +24,7 @@ print(count())
 
 #: Kernels that a batch and a solve by Ipopt compile.
 _COUNT_BESIDE = """
-from compare.models.ribbon.compiling import compiled
+from compare.models.timing import compiled
 from ribbon import Clamp, Gravity, Strip, solve, solve_many
 strips = [Strip(1.0, 0.05, natural_curvature=curl, gamma=20.0) for curl in (1.0, 2.0)]
 with compiled() as count:

@@ -78,7 +78,6 @@ class Thread:
 
     name = "thread"
     presenter = None
-    wing: tuple[str, ...] = ()
     reads = frozenset(
         {"title", "strip.length", "strip.natural_curvature", "strip.gamma", "gravity.*", "clamp.*", "model.energy"}
     )

@@ -85,3 +85,23 @@ def test_refused(keys, key):
     with pytest.raises(BadInput) as caught:
         solve(load("rod_4_5").replace({**CURVE_ANGLE, **keys}))
     assert caught.value.key == key
+
+
+@pytest.mark.parametrize("away", [3.0, 10.0, 1e4])
+def test_far_from_the_origin_it_is_the_same_rod(away):
+    """Forces are third differences of positions: 3 l from the origin rounding hid them, and nothing converged."""
+    turned = {"path": None, "model.elements": 60, "clamp.end.normal": [0.6, 0.8, 0.0]}
+    scene = load("rod_wrung").replace(turned)
+    move = away * np.array([0.36, 0.48, 0.8])
+    held = {
+        f"clamp.{end}.position": scene.to_dict()["clamp"][end].get("position", [0.0] * 3) for end in ("start", "end")
+    }
+    moved = {key: (np.array(place) + move).tolist() for key, place in held.items()}
+    near, far = (solve(one, options=Options(error=False)) for one in (scene, scene.replace(moved)))
+    assert [near.ok, far.ok] == [True, True]
+    rounding = 1e-14 * away
+    assert far.energy.elastic == pytest.approx(near.energy.elastic, rel=1e-9 + rounding)
+    assert far.shape.centreline(np.linspace(0, 1, 7)) == pytest.approx(
+        near.shape.centreline(np.linspace(0, 1, 7)) + move, abs=1e-7 + 10.0 * rounding
+    )
+    assert far.supports.start.force == pytest.approx(near.supports.start.force, abs=1e-4)

@@ -58,3 +58,34 @@ def test_pyvista_and_picture(state, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyvista", None)
     with pytest.raises(Missing):
         state.to_pyvista()
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        ("cantilever", "sadowsky"), ("cantilever", "elastica"), ("rod_4_5", "antman"), ("rod_4_5", "curve_angle"),
+        ("tape_4_1_equal", "tape"),
+    ],
+    ids=lambda param: param[1],
+)  # fmt: skip
+def shape(request):
+    name, energy = request.param
+    return solve(load(name).replace({"model.energy": energy})).shape
+
+
+@pytest.mark.parametrize("s", [-1e-3, 1.5, float("nan")])
+def test_no_shape_goes_on_beyond_the_strip(shape, s):
+    v = np.zeros(1)
+    asked = (
+        lambda at: shape.centreline(at),
+        lambda at: shape.frames(at),
+        lambda at: shape.points(at, v),
+        lambda at: shape.fields(at, v),
+        lambda at: shape.pose(at[-1]),
+    )
+    for ask in asked:
+        with pytest.raises(BadInput) as failed:
+            ask(np.array([0.5, s]))
+        assert failed.value.key == "s"
+    rounded, end = (shape.centreline(np.array([at]))[0] for at in (1.0 + 1e-12, 1.0))
+    np.testing.assert_array_equal(rounded, end)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from compare.models.ribbon.way import COLUMNS, STATE_FILE, run_key, run_way
 from compare.page.csv import as_csv
 from compare.pages.ribbon import path_result, path_table
 from compare.scene.scene import loads
-from ribbon import Status, solve
+from ribbon import Equilibrium, Status, solve
 from tests.compare.scene import held_scenes
 
 
@@ -102,6 +103,17 @@ def test_an_interrupted_run_goes_on_where_it_was(scene, whole, tmp_path, after):
     assert again.equilibrium.energy.total == pytest.approx(whole.equilibrium.energy.total, rel=1e-10)
     assert np.abs(again.equilibrium.position([0.3, 0.6]) - whole.equilibrium.position([0.3, 0.6])).max() < 1e-7
     assert not (tmp_path / STATE_FILE).exists(), "a finished way leaves nothing behind"
+
+
+def test_a_state_that_is_found_again_is_the_one_that_was_kept(scene, whole, tmp_path):
+    """Interrupted at its very end a way has nothing left to do: all that is known of its state comes from the file."""
+    interrupted(scene, tmp_path, sum(entry["accepted"] for entry in whole.equilibrium.log))
+    again = run_way(scene, tmp_path)
+    assert (again.resumed, again.solved) == (True, 0)
+    for field in dataclasses.fields(Equilibrium):
+        ours, kept = (getattr(way.equilibrium, field.name) for way in (whole, again))
+        if field.name not in ("problem", "seconds", "log", "evaluations"):  # what differs from run to run
+            assert np.array_equal(ours, kept) if isinstance(ours, np.ndarray) else repr(ours) == repr(kept), field.name
 
 
 def test_a_state_of_another_scene_or_a_broken_one_is_not_used(scene, whole, tmp_path):

@@ -17,7 +17,7 @@ from compare.measure.states import FILE, MOST, Film, read_states
 from compare.page.drawing import save
 from compare.page.page import PAGE, Page, Picture, Surface, read_page, write_page
 from compare.page.table import Column, Table
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.report import surfaces as report_surfaces
 from compare.report.folders import folders_of, read_part
 from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
@@ -72,7 +72,8 @@ def result(folder, title="A strip", surfaces=2, film=False, **more):
     table = Table(f"Rows of {title}", columns, rows, "What the columns mean.")
     page = Page(
         command="compare", title=title,
-        verdict=Verdict(f"It holds{EVIL * (title == EVIL)}", "fair"), sentences=("Said.", EVIL),
+        verdict=Verdict(f"It holds{EVIL * (title == EVIL)}", "fair", (Check("seen", "fair", EVIL),)),
+        sentences=("Said.", EVIL),
         tables=(table,),
         pictures=(Picture("curve.png", "A straight line from 0 to 1", "Rising"),), surfaces=tuple(listed),
         files={"result.json": "numbers"}, scene='title = "x"\n# ``` in a comment\n', up=(0.0, 0.0, 1.0),

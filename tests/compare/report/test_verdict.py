@@ -13,10 +13,10 @@ from rich.console import Console
 from compare.cli import DONE, NOT_CONVERGED, main
 from compare.measure.grades import GOOD_UP_TO, grade, worst
 from compare.models import solve
-from compare.models.base import Status
+from compare.models.base import Options, Status
 from compare.page.page import read_page
 from compare.page.terminal import print_verdict
-from compare.page.verdict import Verdict
+from compare.page.verdict import Check, Verdict
 from compare.pages.solve import answer, rows
 from compare.scene.scene import load, loads
 from compare.scene.units import Units
@@ -82,7 +82,7 @@ def test_a_verdict_has_a_text_and_a_grade(wrong):
 def test_colours_on_a_terminal_and_none_in_a_pipe():
     def drawn(name, **options):
         out = io.StringIO()
-        print_verdict(Console(file=out, width=80, **options), Verdict("It is so", name))
+        print_verdict(Console(file=out, width=80, **options), Verdict("It is so", name, (Check("seen", name, "seen"),)))
         return out.getvalue()
 
     codes = [
@@ -90,7 +90,7 @@ def test_colours_on_a_terminal_and_none_in_a_pipe():
         for name in ("good", "fair", "poor")
     ]
     assert [code.split(";")[-1] for code in codes] == ["32", "33", "31"]
-    assert drawn("good") == Verdict("It is so", "good").line + "\n"
+    assert drawn("good") == Verdict("It is so", "good", (Check("seen", "good", "seen"),)).line + "\n"
 
 
 def numbers(text, unit):
@@ -100,7 +100,7 @@ def numbers(text, unit):
 @pytest.fixture(scope="module")
 def tape():
     scene = loads(SI, "tape")
-    return scene, solve(scene, options=None)
+    return scene, solve(scene, options=Options(error=True))
 
 
 def test_solve_answers_where_the_free_end_hangs(tape):
@@ -154,9 +154,9 @@ def test_first_line_of_terminal_page_and_reports(capsys, tmp_path):
     first = capsys.readouterr().out.splitlines()[0]
     page = read_page(out)
     assert first == page.verdict.line
-    assert json.loads((out / "result.json").read_text())["answer"] == {
-        "text": page.verdict.text, "grade": page.verdict.grade,
-    }  # fmt: skip
+    told = json.loads((out / "result.json").read_text())["answer"]
+    assert Verdict.from_data(told) == page.verdict
+    assert page.verdict.checks
     assert main(["report", str(out), "--quiet"]) == DONE
     html = (out / "report.html").read_text()
     assert f'class="answer {page.verdict.grade}"' in html
@@ -168,7 +168,7 @@ def test_first_line_of_terminal_page_and_reports(capsys, tmp_path):
 def test_a_saddle_is_said_first(capsys, tmp_path):
     path = tmp_path / "edge.toml"
     path.write_text(held_scenes.ON_EDGE)
-    assert main(["solve", str(path), "--out", str(tmp_path / "o")]) == NOT_CONVERGED
+    assert main(["solve", str(path), "--stay", "--out", str(tmp_path / "o")]) == NOT_CONVERGED
     assert read_page(tmp_path / "o").verdict.grade == "poor"
     assert capsys.readouterr().out.splitlines()[0] == read_page(tmp_path / "o").verdict.line
 
@@ -188,5 +188,5 @@ def test_quick_limits_say_by_how_much_they_are_off(capsys, tmp_path):
 
 def test_a_scene_without_a_place_to_name_has_an_answer_too():
     scene = load("moebius_narrow")
-    made = replace(solve(load("coil_10_100")), error=1e-5)
+    made = replace(solve(scene, options=Options(error=True)), error=1e-5)
     assert answer(scene, made).grade == "good"

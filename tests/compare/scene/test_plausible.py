@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 
 import pytest
 
 from compare.begin.materials import MATERIALS
 from compare.begin.start import started
 from compare.cli import main
-from compare.scene.given.plausible import HEAVIEST, implausible
+from compare.errors import BadInput
+from compare.scene.given.accepted import YES, accepting
+from compare.scene.given.plausible import HEAVIEST, certain, check_meant, implausible
 from compare.scene.scene import load, shipped
 
-_, STEEL = started({"material": "steel"}, True, "steel")
+STEEL_TEXT, STEEL = started({"material": "steel"}, True, "steel")
 
 
 @pytest.mark.parametrize("name", shipped())
@@ -72,3 +75,49 @@ def test_notes_come_before_the_solve_and_stand_in_the_result(tmp_path, capsys):
     assert len(notes) == 1
     assert capsys.readouterr().err.count(notes[0]) == 1
     assert main([*words[:2], "--set", "strip.young=-1", "--set", "strip.density=1", *words[4:]]) == 2
+
+
+CERTAIN = (
+    ({"strip.young": 210.0}, "strip.young"),
+    ({"strip.young": 2.1e14}, "strip.young"),
+    ({"strip.density": 7.85}, "strip.density"),
+    ({"gravity.acceleration": 9810.0}, "gravity.acceleration"),
+    ({"strip.length": 300.0, "strip.width": 10.0, "strip.thickness": 0.1}, "strip.length"),
+)
+
+
+@pytest.mark.parametrize(("keys", "key"), CERTAIN)
+def test_what_no_strip_can_be_meant_by_is_not_computed(keys, key, tmp_path, capsys):
+    """Such scenes were solved for a quarter of a minute, to an answer that nobody asked for."""
+    scene = tmp_path / "steel.toml"
+    scene.write_text(STEEL_TEXT)
+    words = [part for name, value in keys.items() for part in ("--set", f"{name}={value!r}")]
+    for command in ("solve", "limits", "cost", "compare"):
+        out = tmp_path / command
+        assert main([command, str(scene), *words, "--out", str(out), "--quiet"]) == 2
+        said = capsys.readouterr().err
+        assert f"ribbonbench: {key} = " in said
+        assert "--yes" in said
+        assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "keys", [{"strip.thickness": 1e-7}, {"strip.gamma": 2e5}, {"strip.length": 30.0, "strip.width": 1.0}]
+)
+def test_what_may_be_meant_is_a_note_alone(keys):
+    assert implausible(STEEL.replace(keys)) != ()
+    assert certain(STEEL.replace(keys)) == ()
+    check_meant(STEEL.replace(keys))
+
+
+def test_with_yes_it_is_computed_and_nothing_stays_accepted(monkeypatch):
+    monkeypatch.delenv(YES, raising=False)
+    slip = STEEL.replace({"strip.young": 210.0})
+    with pytest.raises(BadInput, match=r"strip\.young"):
+        check_meant(slip)
+    with accepting(True):
+        check_meant(slip)
+        assert os.environ[YES] == "1"
+    assert YES not in os.environ
+    with pytest.raises(BadInput), accepting(False):
+        check_meant(slip)

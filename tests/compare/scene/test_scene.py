@@ -226,8 +226,6 @@ def test_parse_assignment_rejects(argument):
 # -- round trip -------------------------------------------------------------------------------------
 
 numbers = st.floats(-1e3, 1e3, allow_nan=False)
-linear = st.one_of(numbers, st.tuples(numbers, numbers).map(list))
-piecewise = st.one_of(numbers, st.lists(numbers, min_size=1, max_size=5))
 
 
 @st.composite
@@ -250,7 +248,10 @@ def scenes(draw) -> Scene:
     """Any scene, made by replacing keys of a small one."""
     length = draw(st.floats(1e-3, 1e3))
     width = length * draw(st.floats(1e-4, 0.5))
-    thickness = width * draw(st.floats(1e-4, 0.5))
+    thickness = width * draw(st.floats(1e-3, 0.5))
+    per_length = st.floats(-9e3, 9e3).map(lambda turn: turn / length)
+    linear = st.one_of(per_length, st.tuples(per_length, per_length).map(list))
+    piecewise = st.one_of(per_length, st.lists(per_length, min_size=1, max_size=5))
     frame = draw(rotations())
     keys: dict[str, object] = {
         "title": draw(st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1)),
@@ -272,8 +273,11 @@ def scenes(draw) -> Scene:
         "shell.elements": draw(st.one_of(st.none(), st.tuples(st.integers(1, 500), st.integers(1, 9)))),
     }
     if draw(st.booleans()):
-        keys |= {"strip.young": draw(st.floats(1e3, 1e12)), "strip.density": draw(st.floats(1, 1e5))}
-        keys |= {"strip.thickness": thickness, "gravity.acceleration": draw(st.floats(1e-3, 100))}
+        density, acceleration = draw(st.floats(1, 1e5)), draw(st.floats(1e-3, 100))
+        softest = 12.0 * density * acceleration * length**3 / thickness**2 / 1e11  # Gamma = 1e11
+        young = softest * draw(st.floats(1.0, 1e12))
+        keys |= {"strip.young": young, "strip.density": density}
+        keys |= {"strip.thickness": thickness, "gravity.acceleration": acceleration}
     else:
         keys |= {"strip.gamma": draw(st.floats(0, 1e6)), "strip.thickness": draw(st.sampled_from([None, thickness]))}
     placing = draw(st.sampled_from(["element_lengths", "elements", "tolerance"]))

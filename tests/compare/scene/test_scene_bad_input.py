@@ -288,3 +288,32 @@ def test_a_quoted_key_is_no_path():
     """`"strip.gamma" = 1.0` above all sections names no section, though a key of this name is known."""
     with pytest.raises(BadInput, match="not a known key"):
         loads('"strip.gamma" = 1.0\n[strip]\nlength = 1.0\nwidth = 0.1\n')
+
+
+DOTS = "a" + ".a" * 2000
+
+
+@pytest.mark.parametrize(
+    "content", [f"{DOTS} = 1\n", f"[{DOTS}]\n", f"[strip]\n{DOTS} = 1\n", f"x = {{{DOTS} = 1}}\n", "a . " * 2000]
+)
+def test_a_key_of_thousands_of_dots_never_reaches_the_parser(monkeypatch, content):
+    """Its time and memory go with the square of the dots: 100,000 of them took minutes and tens of gigabytes."""
+    monkeypatch.setattr("compare.scene.scene.tomllib.loads", lambda text: pytest.fail("it was parsed"))
+    assert fault(content).key == "scene"
+
+
+@pytest.mark.parametrize("quoted", [f'"{DOTS}"', f"'{DOTS}'", f"'''\n{DOTS}'''", f'"\\"{DOTS}"'])
+def test_dots_in_a_text_or_a_comment_are_none_of_a_key(quoted):
+    if "\n" not in quoted:
+        assert loads(f"title = {quoted} # {DOTS}\n" + text()).title.count(".") == 2000
+    assert len(fault(f"[path]\n{quoted.strip()} = 1\n" if "\n" not in quoted else f"title = {quoted} 1").key) < 2e4
+
+
+def test_a_dotted_key_of_thousands_of_dots_is_unknown_and_shown_short():
+    for change in (
+        lambda: loads(text()).replace({f"strip.{DOTS}": 1.0}),
+        lambda: loads(text(extra=f'[[path]]\n"{DOTS}" = 1\n')),
+    ):
+        with pytest.raises(BadInput, match="is not a known key") as caught:
+            change()
+        assert len(str(caught.value)) < 1000

@@ -149,7 +149,7 @@ def test_the_table_carries_the_weight(name):
 def test_on_edge_it_stands_on_the_middle_and_fallen_it_lies_lower():
     edge, fallen = equilibrium("moebius_table_edge"), equilibrium("moebius_table_fallen")
     assert np.abs(edge.walls[0].contacts - 0.5).max() < 0.011
-    assert 2 <= edge.walls[0].contacts.size <= 3
+    assert 1 <= edge.walls[0].contacts.size <= 3
     spread = fallen.walls[0].contacts
     assert spread.size >= 3
     assert spread.max() - spread.min() > 0.4, "it rests on two places half a length apart"

@@ -31,8 +31,11 @@ def test_ring_twisted():
     line = below.shape.centreline(S)
     assert np.linalg.svd(line - line.mean(axis=0))[1][2] < 1e-2  # 200 points, none off by 1e-3
     assert below.energy.total == pytest.approx(circle(13.9), rel=4e-3)
-    above = solve(scene.replace({"closure.twist": 14.4}))
-    assert (above.status.code, above.stable) == ("unstable", False)
+    for turn in (14.4, 15.0):  # the circle, or what rounding has let it fall to: never a circle that is called stable
+        above = solve(scene.replace({"closure.twist": turn}))
+        stands = above.energy.total == pytest.approx(circle(turn), rel=5e-3)
+        assert (above.status.code, above.stable) == (("unstable", False) if stands else ("converged", True))
+        assert stands or above.energy.total < circle(turn - 4.0 * math.pi) * 1.01
     left = solve(scene.replace({"closure.twist": 14.4}), options=Options(leave_saddle=True))
     assert left.ok
     assert left.energy.total == pytest.approx(circle(14.4 - 4.0 * math.pi), rel=5e-3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import enum
 import json
@@ -355,59 +354,3 @@ def test_versions_tell_what_ran_and_no_path():
 def test_software_is_what_a_key_may_depend_on():
     assert case_key(provenance.software()) == case_key(provenance.software())
     assert "time" not in provenance.software()
-
-
-def test_source_digest_changes_with_the_source(tmp_path, monkeypatch):
-    package = tmp_path / "ribbon"
-    package.mkdir()
-    (package / "a.py").write_text("x = 1\n")
-    monkeypatch.setattr(provenance, "__file__", str(tmp_path / "compare" / "store" / "provenance.py"))
-    digests = []
-    said = '"""What it is."""\n\nx = 1  # one\n'
-    for text in ("x = 1\n", "x = 2\n", "x = 1\n", said, "x = (\n", "x = '1'\n"):
-        (package / "a.py").write_text(text)
-        provenance.source_digest.cache_clear()
-        digests.append(provenance.source_digest("ribbon"))
-    provenance.source_digest.cache_clear()
-    assert digests[0] == digests[2] != digests[1]
-    assert len(set(digests)) == 5  # a docstring that was not there counts, its words do not
-    (package / "a.py").write_text(said.replace("What", "That").replace("one", "1"))
-    assert provenance.source_digest("ribbon") == digests[3]
-    provenance.source_digest.cache_clear()
-    wing = package / "wing"
-    wing.mkdir()
-    (wing / "b.py").write_text("y = 1\n")
-    assert provenance.source_digest("ribbon/a.py") != provenance.source_digest("ribbon") != digests[3]
-    of_one = provenance.source_digest("ribbon/a.py")
-    (wing / "b.py").write_text("y = 2\n")
-    provenance.source_digest.cache_clear()
-    assert provenance.source_digest("ribbon/a.py") == of_one  # another wing is not its affair
-    provenance.source_digest.cache_clear()
-
-
-def test_what_a_killed_run_was_writing_goes_with_the_next_one(tmp_path):
-    (tmp_path / ".surfaces.png.req1vp20.tmp").write_bytes(b"half of a picture")
-    (tmp_path / "surfaces.png").write_bytes(b"whole")
-    with store.occupied(tmp_path):
-        pass
-    assert [path.name for path in tmp_path.iterdir()] == ["surfaces.png"]
-
-
-def test_a_clock_that_jumps_takes_nobodys_work(tmp_path, monkeypatch):
-    """What another one works on stays, however old the clock says it is; what nobody works on goes."""
-    cases, mine, left = CaseStore(tmp_path), case_key("mine"), case_key("left")
-    with contextlib.suppress(ZeroDivisionError), cases.unfinished(left) as unfinished:
-        (unfinished.folder / "checkpoint").write_text("x")
-        raise ZeroDivisionError
-    with cases.unfinished(mine) as unfinished:
-        (unfinished.folder / "checkpoint").write_text("x")
-        monkeypatch.setattr(store.time, "time", lambda: 1e12)
-        cases.put(case_key("another"), lambda folder: (folder / "x").write_text("x"))
-        assert (unfinished.folder / "checkpoint").exists()
-        assert [path.name for path in (tmp_path / ".unfinished").iterdir()] == [mine]
-
-
-def test_words_of_an_error_move_no_cursor():
-    shown = str(BadInput("\x1b[31mkey\u202e", "\x07", "is wrong\nthere", "mend it"))
-    assert shown.isprintable()
-    assert shown == "\\u001b[31mkey\\u202e = '\\x07': is wrong there; mend it"

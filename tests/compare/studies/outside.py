@@ -67,7 +67,6 @@ class Arc:
     name = "arc"
     reads = frozenset({"title", "strip.*", "gravity.*", "clamp.*", "model.*", "seed.*", "shell.*"})
     without_effect: Mapping[str, str] = {}
-    wing: tuple[str, ...] = ()
     presenter = None
 
     def refusal(self, scene):

@@ -81,16 +81,20 @@ def test_compare_from_the_command_line_keeps_and_reuses_finished_cases(tmp_path,
 
 
 def test_a_shell_that_fails_is_a_status_and_exit_code_1(tmp_path, capsys):
-    """A very heavy, very thin shell on six elements stops on the way: the row says so, nothing is raised."""
+    """A very heavy, very thin shell on six elements stops on the way: the row says so, nothing is raised.
+
+    Where and why it stops (steps too small, or a limit point) is rounding's, and so another on another processor.
+    """
     code = main(["compare", "curl_4_3", "--out", str(tmp_path), "--set", "shell.width_to_thickness=20000",
                  "--set", "shell.elements=[6, 1]", "--set", "strip.gamma=30000"])  # fmt: skip
     row = json.loads((tmp_path / "result.json").read_text())["rows"][0]
     assert code == 1
-    assert row["status"] == "not_converged"
-    assert row["hausdorff"] is None
+    assert row["status"] in ("not_converged", "limit_point")
+    assert row["hausdorff"] is row["centreline"] is row["shell_error"] is row["ratio"] is None
     assert row["claimed"] is False
-    assert "gravity stopped at" in row["message"]
+    assert row["stable"] is not True
+    assert "gravity" in row["message"]  # on which stage of the path
     said = " ".join(capsys.readouterr().out.split())
-    assert "gravity stopped at" in said
+    assert " ".join(row["message"].split())[:40] in said
     assert "Traceback" not in said
     assert (tmp_path / "report.md").exists()

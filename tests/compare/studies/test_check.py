@@ -31,7 +31,7 @@ def row(ratio=100.0, **changes):
         ribbon_error=0.001, shell_error=0.002, claimed=True, energy=None,
         share={"bending": 0.98, "membrane": 0.015, "shear": 0.005}, shell_end=None, shell_middle=None,
         seconds={"ribbon": 0.01, "shell": 9.0}, elements=(40, 4), newton_iterations=40, reused=False,
-        share_error=0.001,
+        same_state=True, same_why="", share_error=0.001, warm=True, searched=False,
     )  # fmt: skip
     return replace(plain, **changes)
 
@@ -74,6 +74,15 @@ def test_a_distance_is_decided_by_three_numbers(compared, bound, verdict):
     assert claim.provable == pytest.approx(0.023)
     for number in ("2.00e-02", "1.0e-03", "2.0e-03", f"{bound:g}"):
         assert number in claim.says
+
+
+@pytest.mark.parametrize("same", [False, None])
+def test_a_shell_in_another_state_proves_and_disproves_nothing(compared, same):
+    compared(row(same_state=same, same_why="it rests there"))
+    for bound in ({"distance": 0.5}, {"distance": 1e-6}, {"share": 0.5}):
+        found = outcome(**bound)
+        assert found.verdict is Verdict.UNDECIDED
+        assert "it rests there" in found.message()
 
 
 def test_an_undecided_claim_says_which_mesh_to_refine(compared):
@@ -311,8 +320,8 @@ def test_a_real_pair_and_its_cache(tmp_path, monkeypatch):
     assert again.returncode == 0, again.stderr
 
 
-#: A check whose shells are found, in a process of its own: it solves the ribbon once on each of three sizes, starts no
-#: process of the shell's, and loads nothing but what that takes.
+#: A check whose shells are found, in a process of its own: it solves the ribbon once on each of three sizes, looks for
+#: rivals three times, starts no process of the shell's, and loads nothing but what that takes.
 AGAIN = f"""
 import subprocess, sys
 import compare.check
@@ -331,7 +340,7 @@ def counted(*rest, **more):
 find._solve_once = counted
 assert_agreement("cantilever", distance=1e-3, share=1e-3, width_to_thickness=100, keys={CHEAP!r}, cache=sys.argv[1])
 assert not [words for words in started if any("shellref" in word for word in words)], started
-assert len(solved) == 3, solved
+assert len(solved) == 3 + 3, solved  # on three sizes, and the probe for rivals
 heavy = ("vtkmodules", "vtk", "pyvista", "matplotlib", "skfem", "dolfinx")
 assert not [name for name in sys.modules if name in heavy]
 """

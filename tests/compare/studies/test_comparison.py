@@ -19,8 +19,8 @@ from compare.measure.distance import centreline_distance
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.base import Options, natural_constant
+from compare.models.reference import coarser
 from compare.models.ribbon.model import RibbonModel
-from compare.models.shell import coarser
 from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
@@ -111,7 +111,8 @@ def test_rows_carry_three_lengths_and_the_slope_is_found(made):
         assert row.ribbon_error == found.fast.error > 0
         assert row.claimed
         assert row.energy.elastic == pytest.approx(12.3 - 50.0)
-        assert row.ratio == pytest.approx(5.0 / found.fast.seconds.warm)
+        assert row.seconds == {"ribbon": found.fast.seconds.warm, "shell": pytest.approx(5.0)}
+        assert row.warm == bool(found.fast.seconds.repeats)
     assert found.slope.value == pytest.approx(1.0, abs=0.05)
     assert found.slope.rows == 3
 
@@ -164,7 +165,7 @@ def test_a_distance_within_the_errors_is_a_bound(made):
 
 def row(ratio, distance, claimed=True):
     return Row(ratio, "converged", True, "", distance, distance, 1e-5, 1e-5, claimed, None, None, None, None,
-               {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False)  # fmt: skip
+               {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False, True, "", warm=True, searched=False)  # fmt: skip
 
 
 def test_slope_uses_claimed_rows_only():
@@ -178,17 +179,18 @@ def test_slope_uses_claimed_rows_only():
 @pytest.mark.parametrize(
     ("shell", "start", "words"),
     [
-        (70.0, "path", "a factor 70 (the shell on its own, along its path)"),
-        (70.0, "ribbon", "a factor 70 (the shell begun at the surface of the tape)"),
+        (70.0, "path", "a factor 70 or more (the shell on its own, along its path)"),
+        (70.0, "ribbon", "a factor 70 or more (the shell begun at the surface of the tape)"),
         (70.0, "ribbon (as the coarse path)", "tape and checked by its own path on a coarse mesh)"),
-        (0.02, "coarse path", "the shell is the faster one, by a factor 50 (the shell on its own"),
+        (0.02, "coarse path", "the shell is the faster one, by a factor 50 or more (the shell on its own"),
     ],
 )
 def test_the_factor_says_who_is_faster_and_where_the_shell_began(made, shell, start, words):
     """And tables of another model than the ribbon are not headed ribbon."""
     found = made()
     seconds = {"ribbon": 1.0, "shell": shell}
-    rows = tuple(replace(r, seconds=seconds, start=start, shell_error=1e-4, reused=False) for r in found.rows)
+    errors = {"ribbon_error": 1e-4, "shell_error": 1e-4}
+    rows = tuple(replace(r, seconds=seconds, start=start, warm=True, reused=False, **errors) for r in found.rows)
     fast = replace(found.fast, model="tape")
     tape = replace(found, fast=fast, rows=rows)
     assert any(words in text and text.startswith("Time:") for text in tables.verdict(tape))
@@ -198,6 +200,40 @@ def test_the_factor_says_who_is_faster_and_where_the_shell_began(made, shell, st
     assert "tape s" in [column.heading for column in table.columns]
     assert as_csv(table).splitlines()[0] == as_csv(tables.table(found)).splitlines()[0]  # keys stay
     assert tables.table(found).title == "Ribbon against shell"
+
+
+@pytest.mark.parametrize(
+    ("shell", "errors", "more", "ratio"),
+    [
+        (70.0, (1e-5, 1e-4), {}, 70.0),
+        (70.0, (1e-4, 1e-4), {"searched": True}, 70.0),  # it takes less still without the search
+        (70.0, (1e-5, 1e-4), {"warm": False}, None),
+        (0.02, (1e-4, 1e-5), {"warm": False}, None),
+        (70.0, (1e-4, 1e-5), {}, None),
+        (0.02, (1e-5, 1e-4), {}, None),
+        (0.02, (1e-4, 1e-5), {}, 0.02),
+        (0.02, (1e-4, 1e-5), {"searched": True}, None),
+        (70.0, (None, 1e-4), {}, None),
+        (None, (1e-5, 1e-4), {}, None),
+    ],
+)
+def test_times_are_compared_like_for_like_or_not_at_all(made, shell, errors, more, ratio):
+    """Both warm, the faster one no less exact, no search that the other is spared: else both times, and no factor."""
+    found = made()
+    keys = {"ribbon_error": errors[0], "shell_error": errors[1], "seconds": {"ribbon": 1.0, "shell": shell}}
+    rows = tuple(replace(r, **{**keys, "warm": True, "searched": False, **more}) for r in found.rows)
+    assert [r.ratio for r in rows] == [ratio] * len(rows)
+    said = [text for text in tables.verdict(replace(found, rows=rows)) if text.startswith("Time:")]
+    assert len(said) == (None not in (shell, *errors))
+    assert all(("no factor" in text) == (ratio is None) for text in said)
+
+
+def test_a_ribbon_that_was_solved_once_has_no_ratio(tmp_path, monkeypatch):
+    """Its first solve loads, compiles, and searches."""
+    monkeypatch.setattr("compare.models.shell.run_shell", Shells(tmp_path))
+    scene = load("curl_4_3").replace({"shell.width_to_thickness": [10, 20]})
+    found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True), bare=True)
+    assert [(row.warm, row.ratio, row.seconds["ribbon"] > 0.0) for row in found.rows] == [(False, None, True)] * 2
 
 
 def test_natural_constant():

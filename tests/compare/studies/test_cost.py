@@ -14,6 +14,7 @@ import pytest
 
 from compare import registry
 from compare.cli import main
+from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.measure.front import Mark, front, reach
 from compare.models import solve
@@ -22,6 +23,8 @@ from compare.page.page import read_page
 from compare.pages import cost as cost_write
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
+from compare.store.store import CaseStore
+from compare.studies.compare import compare as compare_scene
 from compare.studies.cost import available, measure
 from compare.studies.cost_plan import Cost, Plan, Reference, Row, chosen, families
 from compare.studies.cost_runs import Finest, Kept, Run
@@ -123,7 +126,6 @@ def test_a_shell_on_its_own_and_from_the_ribbons_surface_are_told_apart():
     assert "a factor 70.7 from ribbon to shell on its own" in own
     assert "a factor 7.07 from ribbon to shell from the ribbon's surface" in own
     assert any("its inertia checked" in text for text in said)
-    assert "factors 70.7 and 7.07" in cost_write.answer(cost).text
     reached = {
         r["model"]: r["seconds"] for r in cost_write.reach_table(cost).records() if r["kind"] == "discretisation"
     }
@@ -144,7 +146,63 @@ def test_a_shell_that_is_the_faster_one_is_said_to_be():
 def test_a_coarse_run_near_another_model_by_accident_does_not_count():
     cost = made([row("chained", "5", (0.01,), 3e-2, 1e-7), row("shell", "a", (1.0,), 1e-3, 1e-3)])
     (mark,) = cost.marks("ribbon", common=True)
-    assert mark.error == 3e-2
+    assert mark.error == pytest.approx(3e-2 + 1e-5)
+
+
+def test_the_total_error_is_the_distance_and_the_references_own_error():
+    """Both together bound the distance to what the reference stands for (its own error here 1e-5)."""
+    cost = made(ROWS)
+    assert [mark.error for mark in cost.marks("shell", common=True)] == pytest.approx([1e-2 + 1e-5, 1e-4 + 1e-5])
+    assert [mark.error for mark in cost.marks("ribbon", common=True)] == pytest.approx([2.5e-2 + 1e-5, 1.6e-2 + 1e-5])
+
+
+def test_the_headline_is_of_total_error():
+    """The ribbon ends 1.6 % of l from the shell: it is nobody's 1 permille, however small its discretisation error."""
+    found = cost_write.answer(made(ROWS, replace(QUICK, targets=(1e-3,))))
+    assert "ribbon" not in found.text
+    both = cost_write.answer(made(ROWS, replace(QUICK, targets=(2e-2, 1e-3))))
+    assert "To 20 permille of l" in both.text
+    assert "the ribbon" in both.text
+    assert "to 1 permille of l only the shell 2" in both.text
+    alone = cost_write.answer(made(ROWS[:3], replace(QUICK, targets=(1e-3,)), common="ribbon"))
+    assert "28.3 ms" not in alone.text
+
+
+@pytest.mark.parametrize(("distance", "kept"), [(0.049, True), (0.051, False), (0.91, False)])
+def test_a_model_that_is_far_from_the_finest_is_named_and_left_out(distance, kept):
+    rows = (row("chained", "10", (1e-3,), 1e-6, distance), row("shell", "a", (1.0,), 1e-4, 1e-4))
+    cost = made(rows)
+    assert bool(cost.marks("ribbon")) == kept
+    assert bool(cost.marks("ribbon", common=True)) == kept
+    assert ("ribbon" in cost.far) != kept
+    assert cost_write.result_of(cost)["far"] == cost.far
+    assert any(f"{distance:.1e} l from the common reference" in text for text in cost_write.sentences(cost)) != kept
+    if not kept:
+        assert f"the ribbon is left out, {100 * distance:.2g} % of l away" in cost_write.answer(cost).text
+        assert all(record["model"] != "ribbon" for record in cost_write.reach_table(cost).records())
+
+
+@pytest.mark.parametrize("name", ["limits_7_3", "jfig_5_2", "figure_4_1"])
+def test_a_model_that_would_ignore_a_key_takes_no_part(name):
+    """A film under its weight, which a tape does not read: `ribbonbench solve` refuses it by name, and so does this."""
+    scene = load(name)
+    tape = registry.model("tape")
+    assert tape.refusal(scene) is None  # by its shape alone it would do
+    entries, why = chosen(scene, Plan())
+    assert "tape" not in {entry.model.name for entry in entries}
+    assert any("gravity" in text and "tape" in text for text in why)
+
+
+def test_what_a_model_refuses_in_one_command_it_refuses_in_all(tmp_path):
+    scene = load("limits_7_3").replace({"model.energy": "tape"})
+    for refused in (
+        lambda: solve(scene),
+        lambda: solve(load("limits_7_3"), "tape"),
+        lambda: compare_scene(scene, CaseStore(tmp_path), Reporter(quiet=True)),
+        lambda: measure(scene, QUICK, tmp_path, Reporter(quiet=True)),
+    ):
+        with pytest.raises(BadInput, match="gravity"):
+            refused()
 
 
 def test_no_error_counts_below_that_of_its_reference():
@@ -342,8 +400,10 @@ def test_runs_are_what_solve_finds(which, request):
     found = request.getfixturevalue(which)
     cost = found[0] if which == "flat" else found
     assert len(cost.rows) >= 8
+    # from the seed alone an elastica ends on one of two branches, by rounding: it is begun where the bench's is
+    beside = solve(cost.scene, "ribbon").shape if which == "bowed" else None
     for row in cost.rows:
-        state = solve(cost.scene, row.model, size=row.run.size)
+        state = solve(cost.scene, row.model, size=row.run.size, near=None if row.model == "ribbon" else beside)
         line = row.run.points[:, row.run.points.shape[1] // 2]
         assert row.run.energy == pytest.approx(state.energy.total, rel=1e-8), row.label
         assert line[-1] == pytest.approx(state.end.position, abs=1e-7), row.label

@@ -6,10 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from compare import cli, registry
 from compare.errors import BadInput
-from compare.scene.scene import loads
+from compare.scene.scene import load, loads
 from compare.studies.identify import Points, identify, read_points
 from tests.compare.studies.test_inputs import STRIP
 
@@ -120,5 +121,170 @@ def test_the_command(tmp_path, scene, exact, monkeypatch):
         assert (tmp_path / "out" / name).stat().st_size > 0
     fitted = loads((tmp_path / "out" / "fitted.toml").read_text(), "fitted")
     assert fitted.strip.young == pytest.approx(told["keys"][0]["value"])
+    assert told["grade"] == "good"
+    assert told["scatter"] == pytest.approx(1e-3 * np.sqrt(2.0), rel=0.5)
     (tmp_path / "points.csv").write_text("x,y\n0,0\n")
     assert cli.main(line) == 2
+
+
+# -- how good ---------------------------------------------------------------------------------------------------------
+
+
+def written(path, places, s=None):
+    table = places if s is None else np.column_stack([places, s])
+    rows = [",".join(map(repr, row)) for row in table.tolist()]
+    path.write_text("\n".join([["x,y,z", "x,y,z,s"][s is not None], *rows]))
+    return path
+
+
+def test_points_aside_are_no_fit(tmp_path, scene, exact, monkeypatch):
+    """2 cm beside a strip of 30 cm: poor, exit code 1, the offset said; with --register the keys and the offset."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "strip.toml").write_text(STRIP)
+    written(tmp_path / "points.csv", 0.3 * exact + [0.0, 0.02, 0.0])
+    line = ["identify", "strip.toml", "points.csv", "--free", ",".join(TRUE), "--quiet", "--out"]
+    assert cli.main([*line, "aside"]) == 1
+    told = json.loads((tmp_path / "aside" / "result.json").read_text())["identified"]
+    assert told["grade"] == "poor"
+    assert told["offset"]["shift"] == pytest.approx(0.02 / 0.3, rel=0.3)
+    assert told["registered"] is None
+    assert cli.main([*line, "moved", "--register"]) == 0
+    told = json.loads((tmp_path / "moved" / "result.json").read_text())["identified"]
+    assert told["grade"] == "good"
+    assert told["rms"] < 1e-9
+    np.testing.assert_allclose(told["registered"]["shift"], [0.0, -0.02 / 0.3, 0.0], atol=1e-7)
+    assert {entry["key"]: entry["value"] for entry in told["keys"]} == pytest.approx(TRUE, rel=1e-5)
+
+
+@pytest.mark.parametrize("with_s", [True, False])
+@pytest.mark.parametrize("turn", [(0.02, -0.05, 0.03), (0.4, 2.0, -1.1)])
+def test_points_in_axes_of_their_own(scene, exact, with_s, turn):
+    """Any turn and shift are found together with the keys; noise of the points is their scatter."""
+    rng = np.random.default_rng(7)
+    places = np.array([3.0, -1.0, 0.5]) + Rotation.from_rotvec(turn).apply(exact)
+    found = identify(scene, Points(places, S if with_s else None), list(TRUE), register=True)
+    assert found.passes
+    assert found.rms < 1e-8
+    assert {f.key: f.value for f in found.keys} == pytest.approx(TRUE, rel=1e-5)
+    np.testing.assert_allclose(found.points.places, exact, atol=1e-7)
+    turned = Rotation.from_rotvec(found.registered.motion.turn) * Rotation.from_rotvec(turn)
+    assert turned.magnitude() < 1e-6
+    noisy = places + 1e-3 * rng.normal(size=places.shape)
+    found = identify(scene, Points(noisy, S if with_s else None), list(TRUE), register=True)
+    assert found.passes
+    assert found.scatter == pytest.approx(1e-3 * np.sqrt(3.0 if with_s else 2.0), rel=0.5)
+    for f in found.keys:  # the interval knows that the motion was not known either
+        low, high = f.interval
+        assert low - 0.5 * (high - low) < TRUE[f.key] < high + 0.5 * (high - low)
+
+
+def test_the_jacobian_of_a_motion_is_that_of_the_residuals(scene, exact):
+    from compare.studies.identify import _Fit
+
+    rng = np.random.default_rng(5)
+    for s in (None, S):
+        fit = _Fit(scene, Points(exact + 1e-2 * rng.normal(size=exact.shape), s), tuple(TRUE), register=True)
+        fit.begin()
+        x = fit.start + np.concatenate([[0.01, 0.02], [0.3, -0.2, 0.1], [0.01, 0.02, -0.01]])
+        jacobian, h = fit.jacobian(x), 1e-4
+        for k, unit in enumerate(np.eye(x.size) * h):
+            a, b, c, d = (fit.residuals(x + step * unit) for step in (1, -1, 2, -2))
+            fourth = (8 * (a - b) - c + d) / (12 * h)
+            np.testing.assert_allclose(jacobian[:, k], fourth, atol=2e-6 * np.abs(jacobian[:, k]).max())
+
+
+@pytest.mark.parametrize("line", [np.linspace(0.1, 1.0, 9)])
+def test_a_motion_that_points_do_not_tell(line):
+    """Points of a straight strip: the turn about it cannot be found."""
+    hanging = loads(STRIP, "strip").replace(
+        {"gravity.up": [0.0, 0.0, -1.0], "clamp.start.normal": [0.0, 1.0, 0.0], "strip.natural_curvature": 0.0}
+    )
+    places = np.column_stack([0 * line, 0 * line, line])
+    with pytest.raises(BadInput) as caught:
+        identify(hanging, Points(places), ["strip.natural_curvature"], register=True)
+    assert caught.value.key == "--register"
+
+
+@pytest.mark.parametrize(("name", "factor"), [("mm", 1e3), ("cm", 1e2), ("in", 1 / 0.0254)])
+def test_points_in_another_unit(tmp_path, scene, exact, monkeypatch, name, factor, capsys):
+    """Said by its name, exit code 2; with --unit it is the same fit."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "strip.toml").write_text(STRIP)
+    written(tmp_path / "points.csv", 0.3 * factor * exact)
+    line = ["identify", "strip.toml", "points.csv", "--free", ",".join(TRUE), "--quiet", "--out", "out"]
+    assert cli.main(line) == 2
+    assert f"--unit {name}" in capsys.readouterr().err
+    assert cli.main([*line, "--unit", name]) == 0
+    told = json.loads((tmp_path / "out" / "result.json").read_text())["identified"]
+    assert {entry["key"]: entry["value"] for entry in told["keys"]} == pytest.approx(TRUE, rel=1e-6)
+    written(tmp_path / "points.csv", 0.3 * factor * exact, 0.3 * factor * S)
+    assert cli.main(line) == 2
+    assert f"--unit {name}" in capsys.readouterr().err
+    assert cli.main([*line, "--unit", name]) == 0
+    assert cli.main([*line, "--unit", "furlong"]) == 2
+
+
+def test_points_in_a_larger_unit_than_the_strip(exact):
+    """A strip of 300 mm, by Gamma, and points in metres: a dot."""
+    scene = load("curl_4_3").replace({"strip.length": 300.0, "strip.width": 9.0, "strip.natural_curvature": 0.03})
+    places = curve(scene.replace({"strip.gamma": 60.0}), S)
+    with pytest.raises(BadInput) as caught:
+        identify(scene, Points(1e-3 * places), ["strip.gamma"])
+    assert "--unit 1000" in caught.value.remedy
+    found = identify(scene, Points(1e-3 * places).in_unit(1e3), ["strip.gamma"])
+    assert found.keys[0].value == pytest.approx(60.0, rel=1e-6)
+
+
+def test_what_is_left_is_judged(scene, exact):
+    """Noise is good up to 1 % of the length; a difference of shapes that is as large is not."""
+    rng = np.random.default_rng(4)
+    noise = identify(scene, Points(exact + 4e-3 * rng.normal(size=exact.shape), S), list(TRUE))
+    assert noise.rms > 3e-3
+    assert noise.grade == "good"
+    assert noise.scatter == pytest.approx(noise.rms, rel=0.5)
+    wave = 1e-2 * np.sin(2.5 * np.pi * S)[:, None] * [1.0, 1.0, 0.0]
+    bent = identify(scene, Points(exact + wave, S), list(TRUE))
+    assert bent.scatter < 0.4 * bent.rms
+    assert bent.grade in ("fair", "poor")
+    assert bent.grade == ("poor" if bent.rms > 5e-3 else "fair")
+    few = identify(scene, Points(exact[:2]), list(TRUE))
+    assert few.scatter is None
+
+
+# -- where it begins ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("curl", [2.0, -3.0])
+def test_it_begins_where_the_curl_is_zero(curl):
+    """Its heavy tail hangs straight, where rulings move nothing: the equilibrium has no derivative there."""
+    scene = load("figure_4_1")
+    true = curl / scene.strip.length
+    places = curve(scene.replace({"strip.natural_curvature": true}), S)
+    found = identify(scene.replace({"strip.natural_curvature": 0.0}), Points(places), ["strip.natural_curvature"])
+    assert found.differenced
+    assert found.passes
+    assert found.keys[0].value == pytest.approx(true, rel=1e-6)
+
+
+@pytest.mark.parametrize("curl", [3.0, -3.0])
+def test_it_begins_beside_a_saddle(scene, curl):
+    """A strip that stands upright, too heavy for it: it has fallen to the side of the points."""
+    standing = scene.replace(
+        {"gravity.up": [0.0, 0.0, 1.0], "clamp.start.normal": [0.0, 1.0, 0.0], "strip.natural_curvature": 0.0}
+    )
+    assert registry.model("ribbon").solve(standing).stable is False
+    places = curve(standing.replace({"strip.natural_curvature": curl}), S)
+    found = identify(standing, Points(places), ["strip.natural_curvature"])
+    assert found.began_beside
+    assert found.passes
+    assert found.keys[0].value == pytest.approx(curl, rel=1e-6)
+    assert curve(found.scene, S) == pytest.approx(places, abs=1e-6)  # fitted.toml is that state
+
+
+def test_a_poor_fit_is_begun_elsewhere():
+    """From no curl the least squares of a heavy curl end 0.2 l away."""
+    scene = load("curl_4_3")
+    places = curve(scene.replace({"strip.natural_curvature": 5.0}), S)
+    found = identify(scene.replace({"strip.natural_curvature": 0.0}), Points(places), ["strip.natural_curvature"])
+    assert found.grade == "good"
+    assert found.keys[0].value == pytest.approx(5.0, rel=1e-6)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from compare import registry
 from compare.errors import BadInput
 from compare.scene.scene import load
 from compare.studies.axes import parse_axis
@@ -165,18 +164,3 @@ def test_what_a_solver_cannot_take_is_said_with_the_point():
     with pytest.raises(BadInput, match="leave-saddle"):
         asked("cantilever", "elastica", "strip.gamma=1,2", leave_saddle=True)
     assert len(asked("cantilever", "elastica", "strip.gamma=1,2")) == 2
-
-
-def test_a_case_belongs_to_the_code_of_its_model(tmp_path):
-    """Other text of a report changes no key; another module of a model from outside changes its own, and no other."""
-    from compare.sweep.run import software_digest
-    from tests.compare.studies.outside import Arc, registered
-
-    ours = {name: software_digest(name) for name in ("ribbon", "elastica", "shell")}
-    assert len(set(ours.values())) == 3
-    with registered(tmp_path, Arc):
-        assert software_digest("arc") not in ours.values()
-        assert {name: software_digest(name) for name in ours} == ours
-        first = registry.outside("arc")
-        assert len(first) == 64
-        assert registry.outside("ribbon") == ""

@@ -217,7 +217,8 @@ def test_values_against_an_ode_solver():
 def test_a_level_fills_its_rows_alone_and_values_agree(parameters, level):
     jets, count = body(parameters, level)
     rows = 7 + 3 * level
-    assert np.array_equal(jets[:rows], body(parameters)[0][:rows])
+    whole = body(parameters)[0][:rows]  # compiled apart: the last digit is the processor's
+    np.testing.assert_allclose(jets[:rows], whole, rtol=0.0, atol=1e-14 * np.abs(whole).max())
     assert np.isnan(jets[rows:]).all()
     out = np.full(13, np.nan)
     assert body_series.body_values(*map(float, parameters), LIMIT, level, out) == count

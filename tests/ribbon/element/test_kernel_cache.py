@@ -24,9 +24,15 @@ def run(source: Path, cache: Path) -> list[str]:
     return done.stdout.split()
 
 
+def copied(place: Path) -> None:
+    """The ribbon's sources, and what reads them, in another place."""
+    for package in ("ribbon", "ribbonbench"):
+        shutil.copytree(ROOT / package, place / package, ignore=shutil.ignore_patterns("__pycache__"))
+
+
 def test_kernels_are_reused_until_any_source_changes(tmp_path):
     source = tmp_path / "source"
-    shutil.copytree(ROOT / "ribbon", source / "ribbon", ignore=shutil.ignore_patterns("__pycache__"))
+    copied(source)
     cache = tmp_path / "cache"
     value, hits = run(source, cache)
     assert hits == "0"
@@ -192,6 +198,6 @@ def test_who_may_write_a_folder_may_run_code(tmp_path):
 def test_every_place_of_the_same_sources_shares_its_kernels(tmp_path):
     """An installed wheel, a second checkout: nothing is compiled again."""
     for name in ("one", "two"):
-        shutil.copytree(ROOT / "ribbon", tmp_path / name / "ribbon", ignore=shutil.ignore_patterns("__pycache__"))
+        copied(tmp_path / name)
     first, second = (run(tmp_path / name, tmp_path / "cache") for name in ("one", "two"))
     assert second == [first[0], "1"]

@@ -42,7 +42,7 @@ def found(name, segments=330, **changes):
 
 
 def as_minimum(e):
-    return Minimum(e.x, e.multipliers, e.rows, e.residual, e.iterations, 0, "", True, 0.0)
+    return Minimum(e.x, e.multipliers, e.rows, e.residual, e.iterations, 0, "", True, 0.0, e.solver)
 
 
 def cut(p):

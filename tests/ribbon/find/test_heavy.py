@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Status, Strip, solve
-from ribbon.find import seeds
+from ribbon.find import climb, relax, seeds
 from ribbon.find.adaptive import solve_to_tolerance
 from ribbon.find.solve import build
 from ribbon.find.stability import negative
@@ -85,3 +85,75 @@ def test_a_heavy_coil_leaves_its_plane():
     assert found.ok
     assert found.energy.total < plane.energy.total
     assert found.end.position[1] < -0.9  # it hangs
+
+
+@pytest.mark.parametrize(("gamma", "segments"), [(3e5, 240), (1e6, 160), (1e6, 320), (1e7, 160), (1e9, 160)])
+def test_a_heavy_flat_strip_has_no_loop_at_its_clamp_on_equal_segments(gamma, segments):
+    """It turns by a quarter, into the weight; on b061e3f once or twice more, stable and 0.2 to 3 % higher."""
+    found = solve(Strip(1.0, 0.05, 0.4, 0.0, gamma), Clamp(), UP, segments=segments)
+    few = solve(Strip(1.0, 0.05, 0.4, 0.0, gamma), Clamp(), UP, segments=segments // 2 if segments < 320 else 80)
+    assert found.ok
+    assert turned(found) == pytest.approx(0.5 * math.pi, abs=0.05)
+    assert found.energy.total < few.energy.total  # the shapes nest
+
+
+def turned(found):
+    """The angle by which the tangent turns from clamp to end (rad)."""
+    omega = found.problem.joint_values(found.x)[0]
+    return float(np.sum(0.5 * (omega[1:] + omega[:-1]) * found.problem.lengths))
+
+
+def test_a_peak_turns_a_strip_by_as_much_on_fewer_segments():
+    heavy = problem(1e6, segments=320)
+    omega, none = seeds.hanging(heavy), np.zeros(321)
+    for count in (160, 80, 40):
+        lengths = np.full(count, 1.0 / count)
+        fewer, _ = relax.resampled(omega, none, heavy.lengths, lengths)
+        turn = float(np.sum(0.5 * (fewer[1:] + fewer[:-1]) * lengths))
+        assert turn == pytest.approx(0.5 * math.pi, abs=0.3)
+    smooth = 3.0 + 2.0 * np.cos(3.0 * seeds.joints(heavy.lengths))
+    fewer, _ = relax.resampled(smooth, none, heavy.lengths, np.full(80, 1.0 / 80))
+    np.testing.assert_allclose(fewer, smooth[::4], rtol=1e-12)
+
+
+def test_what_doublings_lead_up_to_is_not_taken(monkeypatch):
+    """The loops of fewer segments, planted: the strip is then solved from its own start, which lies lower."""
+    monkeypatch.setattr(relax, "_TURNS", math.inf)
+    strip = Strip(1.0, 0.05, 0.4, 0.0, 1e6)
+    for segments in (160, 320):
+        found = solve(strip, Clamp(), UP, segments=segments)
+        assert turned(found) == pytest.approx(0.5 * math.pi, abs=0.05)
+
+
+def test_more_energy_than_at_the_start_is_told():
+    heavy = problem(1e6, segments=40)
+    hangs = solve(Strip(1.0, 0.05, 0.4, 0.0, 1e6), Clamp(), UP, segments=40)
+    straight = heavy.state(np.zeros(41), np.zeros(41))
+    assert climb.above(heavy, straight, hangs.x)
+    assert not climb.above(heavy, hangs.x, straight)
+    assert not climb.above(heavy, hangs.x, hangs.x)
+
+
+@pytest.mark.parametrize("ratio", [1e4, 1e6, 1e8, 1e10, 1e12])
+def test_the_eigenvalue_of_strongly_graded_segments_is_that_of_even_ones(ratio):
+    """A dense eigenvalue is lost in the rounding of the largest: it was -9 at 1e8, and -4e8 at 1e12, "stable"."""
+    lengths = np.geomspace(1.0, ratio, 40)
+    clamp = Clamp(normal=(-math.sqrt(0.5), math.sqrt(0.5), 0.0))
+    strip = Strip(1.0, 0.05, gamma=100.0, natural_curvature=10.0)
+    found = solve(strip, clamp, Gravity((1.0, 0.0, 0.0)), segments=lengths / lengths.sum(), leave_saddle=True)
+    assert found.stable is True
+    assert found.lowest_eigenvalue == pytest.approx(0.516, rel=0.05)  # of 80 even ones
+    assert "indifferent" not in found.message
+
+
+def test_the_eigenvalue_of_a_saddle_on_graded_segments():
+    """A strip standing on its clamp, twice as heavy as it can stand: eigenvalue and verdict are of one source."""
+    lengths = np.geomspace(1.0, 1e10, 40)
+    upright = Clamp(tangent=(0.0, 0.0, 1.0), normal=(1.0, 0.0, 0.0))
+    found = [
+        solve(Strip(1.0, 0.05, gamma=15.6, natural_curvature=1e-12), upright, Gravity((0.0, 0.0, 1.0)),
+              segments=segments, seed_curvature=0.0)
+        for segments in (lengths / lengths.sum(), 40)
+    ]  # fmt: skip
+    assert [state.stable for state in found] == [False, False]
+    assert found[0].lowest_eigenvalue == pytest.approx(found[1].lowest_eigenvalue, rel=0.05)

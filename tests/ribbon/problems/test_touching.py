@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ribbon import Clamp, Equilibrium, Gravity, Status, Strip, Wall, solve
+from ribbon.element import quaternion
 from ribbon.find.continuation import follow
 from ribbon.find.solve import build
 from ribbon.penetration import TOLERANCE, deepest
@@ -19,28 +20,39 @@ STRIP = Strip(1.0, 0.2, gamma=3.0, thickness=0.01)
 ENERGIES = ("wunderlich", "finite", "kirchhoff")
 
 
-def tilted(energy: str, plate: float | None = None):
-    """A free strip between a tilted wall and a plate, held at points inside its segments, and a shape of it that is
-    not glued."""
+def tilted(energy: str, plate: float | None = None, where: str = "any"):
+    """A free strip between a tilted wall and a plate, and a shape of it that is not glued. where "fixed": held at
+    points in its segments; else where its segments are nearest, "inside" them or at "any" place."""
     walls = (Wall((0.1, -0.2, 0.3), (0.6, 0.8, 0.0)), Wall((0.0, 2.0, 0.0), (0.0, -1.0, 0.0), plate))
     problem = build(
         STRIP, Clamp(None, None, None), Gravity(UP), walls=walls, energy=energy, segments=[0.2, 0.3, 0.5],
         formulation="mixed",
     )  # fmt: skip
-    problem = problem.with_changes(touching=(Touch(0, 0.05, 1.0), Touch(0, 0.33, -1.0), Touch(1, 0.9, 1.0)))
+    points = Touch(0, 0.05, 1.0), Touch(0, 0.33, -1.0), Touch(1, 0.9, 1.0)
+    problem = problem.with_changes(touching=tuple(point._replace(slides=where != "fixed") for point in points))
     rng = np.random.default_rng(1)
     n = problem.lengths.size + 1
     x = problem.state(3.0 * rng.normal(size=n), 0.3 * rng.normal(size=n), rng.normal(size=n))
+    for touch in problem.touching:  # rows ask for no glue: each segment is turned at will
+        joint = problem.layout.joint(problem.segment_at(touch.s))
+        rows = problem.blocks()[f"touch_{touch.wall}"]
+        row = [other for other in problem.touching if other.wall == touch.wall].index(touch)
+        for _ in range(1000 if where == "inside" else 1):
+            q = rng.normal(size=4)
+            x[joint.quaternion] = q / np.linalg.norm(q)
+            if 0.0 < rows.places(x)[row] < problem.lengths[rows.segments[row]]:
+                break
     return problem, x, rng
 
 
 @pytest.mark.parametrize("plate", [None, 50.0])
 @pytest.mark.parametrize("energy", ENERGIES)
-def test_derivatives_have_their_orders(energy, plate):
-    problem, x, rng = tilted(energy, plate)
-    x = x + 0.05 * rng.normal(size=x.size)
+@pytest.mark.parametrize("where", ["fixed", "inside"])
+def test_derivatives_have_their_orders(energy, plate, where):
+    """Of the distance of a point, and of the least distance of a segment, whose place moves with the shape."""
+    problem, x, rng = tilted(energy, plate, where)
     ways = rng.normal(size=(4, x.size))
-    steps = 0.05 * 0.5 ** np.arange(4)
+    steps = 0.002 * 0.5 ** np.arange(4)
     for name in ("touch_0", "touch_1"):
         rows = problem.blocks()[name]
         push = rng.normal(size=rows.count)
@@ -90,24 +102,51 @@ def beyond(found: Equilibrium, per_segment: int = 15) -> float:
     return max(-float(((edges - w.point) @ np.asarray(w.normal)).min()) for w in found.problem.walls)
 
 
-def test_a_row_is_the_distance_of_the_edge():
-    for energy in ("wunderlich", "kirchhoff"):
-        problem, x, _ = tilted(energy)
-        for k in (0, 1):
-            rows = problem.blocks()[f"touch_{k}"]
-            assert isinstance(rows, TouchRows)
-            touches = [touch for touch in problem.touching if touch.wall == k]
-            far = problem.with_changes(touching=())
-            values = rows.values(x)
-            for value, touch in zip(values, touches, strict=True):
-                finer = np.unique(np.append(np.concatenate([[0.0], np.cumsum(far.lengths)]), touch.s))
-                cut = far.with_changes(lengths=np.diff(finer))
-                y = cut.state(*(np.interp(finer, [0.0, 0.2, 0.5, 1.0], v) for v in far.joint_values(x)),
-                              None if energy == "wunderlich" else np.interp(finer, [0.0, 0.2, 0.5, 1.0],
-                                                                            far.in_plane_values(x)))  # fmt: skip
-                wall = cut.blocks()[f"wall_{k}"]
-                joint = int(np.argmin(np.abs(finer - touch.s)))
-                assert value == pytest.approx(wall.values(y)[2 * joint + (touch.side < 0)], abs=1e-12)
+@pytest.mark.parametrize("where", ["fixed", "any", "inside"])
+@pytest.mark.parametrize("energy", ["wunderlich", "kirchhoff"])
+def test_a_row_is_the_least_distance_of_its_edge(energy, where):
+    """Against the distances at joints of a segment that is cut at many places, where the row's place is one of them."""
+    problem, x, _ = tilted(energy, where=where)
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    for k in (0, 1):
+        rows = problem.blocks()[f"touch_{k}"]
+        assert isinstance(rows, TouchRows)
+        touches = [touch for touch in problem.touching if touch.wall == k]
+        for value, place, touch in zip(rows.values(x), rows.places(x), touches, strict=True):
+            i = problem.segment_at(touch.s)
+            tried = [] if where == "fixed" else np.linspace(starts[i], starts[i + 1], 41)
+            cuts = np.unique(np.append(tried, starts[i] + place))
+            far = problem.with_changes(touching=(), lengths=np.diff(np.unique(np.append(starts, cuts))))
+            finer = np.concatenate([[0.0], np.cumsum(far.lengths)])
+            fields = [np.interp(finer, starts, v) for v in problem.joint_values(x)]
+            bent = None if energy == "wunderlich" else np.interp(finer, starts, problem.in_plane_values(x))
+            own, first = problem.layout.joint(i), int(np.argmin(np.abs(finer - starts[i])))
+            # the shape from the segment's own start: its cuts, walked from there
+            y = far.with_changes(start=None).state(*fields, bent)
+            turned = far.layout.joint(first)
+            distances = []
+            last = int(np.argmin(np.abs(finer - starts[i + 1])))
+            at = [int(np.argmin(np.abs(finer - starts[i] - place)))]
+            for joint in at if where == "fixed" else range(first, last + 1):
+                distances.append(
+                    _edge_distance(far, y, turned, joint, x[own.position], x[own.quaternion], k, touch.side)
+                )
+            assert value == pytest.approx(min(distances), abs=1e-11)
+            if where == "inside":
+                assert 0.0 < place < problem.lengths[i]
+
+
+def _edge_distance(problem, y, first, joint, position, q, k, side) -> float:
+    """Distance of an edge at a joint of the shape y from wall k, the shape moved rigidly so that its joint `first`
+    stands at `position` and is turned as the quaternion q."""
+    points, frames = problem.joints(y)
+    here = round(first.position[0] / (problem.layout.joint(1).position[0] - problem.layout.joint(0).position[0]))
+    turn = quaternion.matrix(q) @ frames[here].T
+    eta = 0.0 if problem.fields.free else y[problem.layout.joint(joint).eta]
+    ruling = frames[joint][:, 0] + eta * frames[joint][:, 2]
+    place = position + turn @ (points[joint] - points[here] + side * problem.half_width * ruling)
+    wall = problem.walls[k]
+    return float((place - np.asarray(wall.point)) @ np.asarray(wall.normal))
 
 
 def table(gamma: float, height: float, segments: int = 40, **more) -> Equilibrium:

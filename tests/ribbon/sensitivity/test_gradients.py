@@ -64,7 +64,7 @@ def again(arguments, near):
     problem = build(**arguments)
     if not problem.row_count:
         return solve_from(problem, near.x, options=TIGHT, check=False)
-    problem = anchored(problem, near)
+    problem = anchored(problem, near).with_changes(touching=near.problem.touching)
     return solve_from(problem, near.x, warm=(near.rows, near.multipliers), options=TIGHT, check=False)
 
 

@@ -1,12 +1,15 @@
 """Newton's iteration of chained ribbons: its shifts, and steps that a bound of the rulings would cut short."""
 
+import time
+
 import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Strip
 from ribbon.find.relax import placed
 from ribbon.find.solve import build, starting_shapes
-from ribbon.solvers import chained_newton, newton, riccati
+from ribbon.problems.chained import ChainedProblem
+from ribbon.solvers import budget, chained_newton, newton, riccati
 
 HALF_DOWN = Gravity((0.6, 0.0, 0.8))
 
@@ -86,3 +89,32 @@ def test_heavy_strips_take_few_steps():
             assert found.residual <= 1e-9
             steps.append(found.iterations)
     assert np.mean(steps) <= 31.0
+
+
+def test_a_call_ends_soon_where_series_are_long():
+    """The clock and signals are looked at between calls: a call goes through `_TURNED` rad of series, and a step at
+    least, however many steps it may make."""
+    for curl, most in ((100.0, 200), (9e3, 12), (9e4, 2)):
+        problem = ChainedProblem(
+            Strip(1.0, 0.05, natural_curvature=curl, gamma=1e3), Clamp(), Gravity(), "wunderlich", np.full(20, 0.05)
+        )
+        x = problem.natural_state()
+        x[0] *= 1.001
+        state, gradient = np.zeros(chained_newton.STATE), np.empty(x.size)
+        below, above = np.zeros((2, x.size))
+        given = newton.arguments(problem)
+        chained_newton.descend(x, *given, 0.0, 0.0, 200, state, gradient, below, above)
+        assert state[chained_newton.DERIVATIVES] <= most + 1
+        assert state[chained_newton.ITERATIONS] <= most
+
+
+@pytest.mark.parametrize("curl", [1e5, 1e7, 1e10, 1e200])
+def test_a_budget_is_kept_whatever_the_curl(curl):
+    """Beyond what `solve` takes, too: 9 to 18 minutes once."""
+    problem = ChainedProblem(
+        Strip(1.0, 0.05, natural_curvature=curl, gamma=10.0), Clamp(), Gravity(), "wunderlich", np.full(20, 0.05)
+    )
+    began = time.thread_time()
+    with budget.within(0.5):
+        newton.minimise(problem, problem.natural_state())
+    assert time.thread_time() - began < 60.0  # compiling is in it

@@ -149,3 +149,17 @@ def test_warping_of_the_membrane_lets_the_clamps_reach_farther():
                 break
         born.append(float(rod.s[int(np.argmin(rod.nodes(point.x)[:, 4]))]))
     assert born == pytest.approx([0.14, 0.20], abs=0.011)
+
+
+def test_a_nearly_flat_tape_takes_the_steps_of_a_flat_one():
+    """It bends across by far more than its own curvature: steps measured by that were a thousand times too short."""
+    straight = Hold((0.0, 0.0), None, 0.0), Hold((1.0, 0.0), 0.0, 0.0)
+    turned = Hold((0.0, 0.0), None, -0.5), Hold((1.0, 0.0), 0.0, 0.5)
+    found = [
+        solve(Section(0.06, 1.5e-4, 0.3, across, 3), [straight, turned], np.full(100, 0.01))
+        for across in (0.0, 1e-3, -1e-3)
+    ]
+    assert all(one.status is Status.CONVERGED for one in found)
+    moments = [one.marks[-1].moments[1] for one in found]
+    assert moments == pytest.approx(moments[:1] * 3, rel=1e-3)
+    assert {len(one.marks) for one in found} <= set(range(len(found[0].marks) - 2, len(found[0].marks) + 3))

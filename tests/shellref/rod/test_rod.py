@@ -31,6 +31,10 @@ CURL = RodProblem(
 )
 
 
+def rolled(moment, thickness):
+    return RodProblem(rectangle(0.05, thickness, 0.3), moment=np.array([moment, 0.0, 0.0]))
+
+
 def orders(errors):
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
@@ -191,3 +195,21 @@ def test_both_ends_held_and_one_that_slides():
     assert loose.status is RodStatus.CONVERGED
     assert abs(loose.start.force[2]) < 1e-8
     assert loose.position([1.0])[0, 1] == pytest.approx(-0.1, abs=1e-12)
+
+
+def test_rounding_is_no_limit_point():
+    """Stretch 1e15 times as stiff as bending: a strain's rounding is as large as the bending, and nothing is found."""
+    for thickness, status in ((1e-5, RodStatus.CONVERGED), (1e-7, RodStatus.NOT_CONVERGED)):
+        found = solve(rolled(2.0 * math.pi, thickness), 20)
+        assert found.status is status
+    assert found.message.startswith("rounding")
+
+
+def test_a_coarse_mesh_has_its_error_where_halved_elements_find_another_state_beside_it(monkeypatch):
+    """Then the finer mesh goes the whole way; 20 turns on 40 elements were 6 % off, "stable", and no error said so."""
+    problem = rolled(6.0 * math.pi, 0.005)
+    known = solve(problem, 8, estimate_error=True).error
+    assert known is not None
+    lost = solve(problem, 8)
+    monkeypatch.setattr("shellref.rod.solve.refined", lambda result: replace(lost, status=RodStatus.LIMIT_POINT))
+    assert solve(problem, 8, estimate_error=True).error == pytest.approx(known, rel=1e-3)

@@ -2,14 +2,14 @@
 
 The work is done by the three packages that come with it: `ribbon` (the ribbon), `shellref` (shell and elastica, the
 references) and `compare` (scenes, studies, the command line). A name is looked up there when it is first used, so that
-importing this module imports no solver.
+importing this package imports no solver. What these three share, and is no mechanics, stands here: `sources`.
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import os
-import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -38,7 +38,18 @@ __all__ = list(_FROM)
 def __getattr__(name: str) -> Any:
     if name not in _FROM:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    alone(_FROM[name].partition(".")[0])
     return getattr(importlib.import_module(_FROM[name]), name)
+
+
+def alone(package: str) -> None:
+    """Raises ImportError, which names it, where a folder of the user's stands in the place of our package."""
+    spec = importlib.util.find_spec(package)
+    places = [] if spec is None else [*(spec.submodule_search_locations or [spec.origin or ""])]
+    here = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+    if places and here not in [os.path.dirname(os.path.realpath(place)) for place in places]:
+        words = f"{places[0]} stands in the place of ribbonbench's own package {package!r}: rename that folder"
+        raise ImportError(words, name=package, path=places[0])
 
 
 def __dir__() -> list[str]:
@@ -47,6 +58,7 @@ def __dir__() -> list[str]:
 
 def main() -> int:
     """The command `ribbonbench`: the process's exit code. Signals and threads are seen to before anything is loaded."""
+    alone("compare")
     from compare import start
 
     def command() -> int:
@@ -55,10 +67,3 @@ def main() -> int:
         return run()
 
     return start.run(command)
-
-
-if __name__ == "__main__":
-    # `python -m` puts the current folder first: a folder `compare` that a user has there is not ours.
-    if not sys.flags.safe_path and sys.path[0] != os.path.dirname(os.path.abspath(__file__)):
-        del sys.path[0]
-    sys.exit(main())

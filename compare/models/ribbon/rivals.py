@@ -1,0 +1,153 @@
+"""Other states of a strip that is held at one end: of lower energy than the one that was found, or near a shape.
+
+A strip with one clamp may rest in several states all the same. Where a heavy one is bent and twisted at its clamp, the
+curvature may pass zero beside it: the ruling flips there (omega and eta change sign, the twist omega eta keeps its
+own), within a layer about one width long (`ribbon.find.minima`). With and without such a flip the strip hangs apart by
+several percent of l, and which one has the lower energy no seed tells.
+
+The `probe` solves the strip with rulings anew, three times (Sadowsky's where the twist is free, which is one more),
+from the state with the signs of curvature and ruling changed beside the clamp (within one and two widths), and with its
+twist reversed. That is 1 to 5 % of what a choice by accuracy takes. Kicks along the lowest mode, both ways and up
+to four times the largest curvature, led back on every scene tried, and are not among them. Nothing here proves that
+there is no rival: a state that the probe does not reach is not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.measure.curvatures import curvatures
+from compare.measure.distance import grid_hausdorff
+from compare.measure.grades import GOOD_UP_TO
+
+if TYPE_CHECKING:
+    from compare.models.base import Shape
+    from compare.scene.scene import Scene
+    from ribbon import Equilibrium
+
+FloatArray = NDArray[np.float64]
+
+#: Lengths beside the clamp, in widths, on which the ruling is flipped.
+LAYERS = (1.0, 2.0)
+#: The strip that is probed where the twist is free: it costs the least, and its flips are sharp.
+PROBED = "sadowsky"
+#: Energies whose strip of finite thickness is the one with energy "finite"; each is probed with its own.
+RULED = ("sadowsky", "wunderlich")
+#: Solves of a probe: one for each layer, and the twist reversed.
+TRIES = len(LAYERS) + 1
+#: Distance (Hausdorff / l) from which a state is another one, and difference of energies (relative, at least 1) from
+#: which one is lower.
+APART = GOOD_UP_TO["distance"]
+_LOWER = 1e-6
+#: Least curvature (1/l) by which a twist is divided to make a ruling, and largest ruling (eta) of a start.
+_BENT, _STEEPEST = 0.3, 1.5
+_ALONG, _ACROSS = 200, 2
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A stable state of lower energy than the one that a model returns, in the same energy.
+
+    model: the energy in which both were found; energy, own: of the rival and of the returned state (total, D w / l,
+    without the constant of the natural curvature); distance: between the two (Hausdorff / l).
+    """
+
+    model: str
+    energy: float
+    own: float
+    distance: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in result.json."""
+        return {"model": self.model, "energy": self.energy, "own": self.own, "distance": self.distance}
+
+    @property
+    def text(self) -> str:
+        """What was seen, in a sentence without its full stop."""
+        return (
+            f"another stable state of lower energy was seen ({self.energy:.6g} against {self.own:.6g} D w / l by "
+            f'"{self.model}", {100 * self.distance:.2g} % of l away): in which of them a shell rests is not known'
+        )
+
+
+def is_probed(scene: Scene) -> bool:
+    """Whether a lower state is looked for: of a strip that is held at one end and hangs free. Where a scene may have
+    several equilibria for its holds, its seed or path says which one is meant (`Scene.several_equilibria`)."""
+    return not (scene.several_equilibria or scene.walls or scene.closure is not None or scene.path)
+
+
+def probe(scene: Scene, found: Equilibrium) -> Rival | None:
+    """The lowest rival of a stable equilibrium of the scene that the probe sees; None: none, or none was looked for
+    (`is_probed`)."""
+    from ribbon.find.solve import solve_shape
+
+    if not found.ok or not is_probed(scene):
+        return None
+    here = _counterpart(scene, found) if found.problem.fields.free else found
+    if here is None or not here.ok or here.problem.row_count:
+        return None
+    own = here.energy.total
+    surface = here.surface(_ALONG, _ACROSS).grid
+    best: Rival | None = None
+    for omega, eta in _starts(here, scene.width):
+        there = solve_shape(here.problem, omega, np.clip(eta, -_STEEPEST, _STEEPEST))
+        energy = there.energy.total
+        if not there.ok or energy >= (own if best is None else best.energy) - _LOWER * max(1.0, abs(own)):
+            continue
+        apart = grid_hausdorff(surface, there.surface(_ALONG, _ACROSS).grid)
+        if apart > APART:
+            best = Rival(here.problem.energy, float(energy), float(own), apart)
+    return best
+
+
+def _starts(found: Equilibrium, width: float) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """omega and eta (p + 1,) of the starts: a flip beside the clamp, the twist reversed."""
+    s = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
+    omega, eta = found.problem.joint_values(found.x)
+    for widths in LAYERS:
+        sign = np.where(s < widths * width, -1.0, 1.0)
+        yield sign * omega, sign * eta
+    yield omega, -eta
+
+
+def _counterpart(scene: Scene, found: Equilibrium) -> Equilibrium | None:
+    """The strip of `PROBED` that rests near one with a free twist."""
+    from compare.errors import BadInput
+    from compare.models.ribbon.build import ribbon_problem
+    from ribbon.errors import RibbonInputError
+    from ribbon.find.solve import solve_shape
+
+    plain = scene.replace({"model.energy": PROBED, "model.accuracy": None, "model.stiffness": None})
+    try:
+        problem: Any = ribbon_problem(plain).with_changes(lengths=found.problem.lengths)
+    except (BadInput, RibbonInputError):
+        return None
+    omega, twist = found.problem.joint_values(found.x)
+    return solve_shape(problem, *_ruled(omega, twist))
+
+
+def _ruled(omega: FloatArray, twist: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Curvature and ruling of a curvature and a twist (k,)."""
+    bent = np.where(np.abs(omega) < _BENT, np.where(omega < 0.0, -_BENT, _BENT), omega)
+    return omega, np.clip(twist / bent, -_STEEPEST, _STEEPEST)
+
+
+def near(found: Equilibrium, shape: Shape) -> Equilibrium:
+    """Where the strip of `found`, on its own segments, comes to rest from another model's shape; whatever its status.
+
+    The start has the shape's curvature and twist at the joints (`compare.measure.curvatures`), nothing else of it.
+    """
+    from ribbon.find.solve import solve_shape
+
+    problem = found.problem
+    s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    s[-1] = 1.0
+    kappa = curvatures(shape.frames, s)
+    omega, twist = kappa[:, 0], kappa[:, 2]
+    start = (omega, twist) if problem.fields.free else _ruled(omega, twist)
+    return solve_shape(problem, *start, leave_saddle=True)

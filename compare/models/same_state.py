@@ -1,0 +1,87 @@
+"""Whether two models of a scene are in one state: the question before any distance between them.
+
+A shell that rests near by, within `APART`, is taken to be in the ribbon's state, wherever it began. Where it is farther
+the question is asked the other way round, which costs one solve of the ribbon: it begins at the shell's shape (its
+curvature and twist), on its own elements. It may
+
+- come back to its own state: both are in one state, however far the models are from each other;
+- rest in another state of its own, whose distance to the shell is less than half of that of the first: the shell is in
+  that one, and how far it is from the ribbon's first state says nothing about the models;
+- rest anywhere else, or nowhere: not known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from compare.measure.align import aligned
+from compare.measure.distance import grid_hausdorff
+from compare.measure.grades import GOOD_UP_TO
+from compare.models.base import BESIDE, Rests
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from compare.measure.grid import Grid
+    from compare.models.base import Model, State
+    from compare.scene.scene import Scene
+
+#: Distance (Hausdorff / l) up to which two models are taken to be in one state: states that differ by less are no
+#: matter to the grades, whose `good` ends there.
+APART = GOOD_UP_TO["distance"]
+#: Part of the distance between ribbon and shell below which the ribbon has not moved, and a nearer state is nearer.
+HALF = 0.5
+#: How a start is called that was believed and from which the shell went directly (`compare.models.shell.START`).
+SETTLED = (BESIDE, f"{BESIDE} (as the coarse path)")
+
+
+@dataclass(frozen=True)
+class Counterpart:
+    """The state of the model beside that is nearest the shell's: its total energy (D w / l), its distance (/ l)."""
+
+    energy: float | None
+    distance: float
+
+
+@dataclass(frozen=True)
+class Same:
+    """answer: whether two states are the same one, None: not known; why: how that was found, or why it was not."""
+
+    answer: bool | None
+    why: str
+    counterpart: Counterpart | None = None
+
+
+def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Grid) -> Same:
+    """Whether a shell's state is that of the model `beside` it; scene: the one that `fast` is of."""
+    if not shell.ok or shell.shape is None or not fast.ok or fast.shape is None:
+        return Same(None, "one of the models has no stable state")
+    there = grid.of(shell.shape)
+    apart = _apart(fast, there, grid)
+    settled = shell.start in SETTLED
+    if apart <= APART:
+        where = f"the shell settled at the surface of the {fast.model}" if settled else "nearer than states are apart"
+        return Same(True, where)
+    if not isinstance(beside, Rests):
+        if settled:
+            return Same(True, f"the shell settled from the surface of the {fast.model}")
+        return Same(None, f"not checked: the {fast.model} cannot begin at the shell's shape")
+    back = beside.rests(scene, fast, shell.shape)
+    if back is None or back.shape is None:
+        return Same(None, f"the {fast.model} finds no stable state from the shell's shape")
+    moved = _apart(back, grid.of(fast.shape), grid)
+    if moved <= max(HALF * apart, fast.error or 0.0):
+        return Same(True, f"begun at the shell's shape the {fast.model} comes back to its own state")
+    nearer = _apart(back, there, grid)
+    found = Counterpart(None if back.energy is None else back.energy.total, nearer)
+    if nearer <= HALF * apart:
+        return Same(False, f"begun at the shell's shape the {fast.model} rests there, in another state", found)
+    return Same(None, f"begun at the shell's shape the {fast.model} rests in a third state", found)
+
+
+def _apart(state: State, there: NDArray[np.float64], grid: Grid) -> float:
+    """Distance (Hausdorff / l) of a state to points (k, m, 3), moved as its free motions allow."""
+    assert state.shape is not None
+    return grid_hausdorff(aligned(grid.of(state.shape), there, state.motions), there)

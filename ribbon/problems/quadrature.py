@@ -1,0 +1,64 @@
+"""The elastic energy of a state of free twist by a rule of its own, against the one that was minimised.
+
+An energy whose minimum hangs on its quadrature is none (issue: minima whose peaks stand between the points of a rule).
+`ribbon.element.free_energy` follows the state; here the densities alone are integrated once more on the state's linear
+curvatures, segment by segment, by two Gauss rules that know nothing of it, on intervals that begin and end where the
+curvature passes zero and are halved until both rules agree.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.element.adaptive import beside_zero, integrated
+from ribbon.energies.free import FREE_ENERGIES, free_numbers, in_plane_stiffness
+from ribbon.energies.names import FREE_CODE
+from ribbon.problems.protocol import Problem
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Largest relative difference of both integrals at which a state counts as one of the energy.
+TOLERANCE = 1e-8
+#: Part of `TOLERANCE` that the adaptive integral may err by.
+_SHARE = 1e-2
+
+
+def error(problem: Problem, x: FloatArray, own: float) -> float | None:
+    """|E - E_adaptive| over the elastic energy, both with the constant of the natural curvature, of the unknowns x
+    (n,), whose energy by the problem's rule is `own` (D w / l); None for polynomials (energies of rulings, the
+    rod), whose rule is exact, inf where the integral has no value."""
+    fields = problem.fields
+    if not fields.free or FREE_ENERGIES[problem.energy].reach == float("inf"):
+        return None
+    start, end = problem.strip.curvature
+    constant = (start * start + start * end + end * end) / 6.0
+    exact = elastic(problem, x)
+    size = max(abs(exact + constant), 1e-6 * constant, float(np.finfo(float).tiny))
+    return abs(own - exact) / size if np.isfinite(exact) else float("inf")
+
+
+def elastic(problem: Problem, x: FloatArray) -> float:
+    """Elastic energy, D w / l, without the constant of the natural curvature, integrated adaptively."""
+    q, lengths, fields = problem.parameters(x), problem.lengths, problem.fields
+    starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    first, last = problem.strip.curvature
+    plane = in_plane_stiffness(fields.section) if fields.count == 3 else 0.0
+
+    def density(i: IntArray, s: FloatArray) -> FloatArray:
+        """Energy per length (m, g, 1) at s (m, g) on the segments i (m,)."""
+        a, b, n, m = (q[i, k, None] for k in range(4))
+        k, t = a * s + b, n * s + m
+        natural = first + (last - first) * (starts[i, None] + s)
+        out = np.empty((s.size, 15))
+        free_numbers(
+            fields.code - FREE_CODE, k.ravel(), t.ravel(), np.repeat(q[i, 0], s.shape[1]),
+            np.repeat(q[i, 2], s.shape[1]), natural.ravel(), last - first, fields.section, out,
+        )  # fmt: skip
+        found = out[:, 0].reshape(s.shape)
+        if plane:
+            found = found + 0.5 * plane * (q[i, 4, None] * s + q[i, 5, None]) ** 2
+        return found[:, :, None]
+
+    return float(integrated(density, *beside_zero(q, lengths), _SHARE * TOLERANCE)[0])

@@ -1,0 +1,74 @@
+"""What a shell takes is said before it is begun, and asked about where it is hours or more memory than a desk has."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from compare.cli import main
+from compare.errors import BadInput
+from compare.models.base import Options
+from compare.models.effects.price import ITERATIONS, MEASURED, MOST, check_price, price
+from compare.registry import model
+from compare.scene.given.accepted import YES, accepting
+from compare.scene.scene import load
+from tests.test_setup import ROOT
+
+
+def test_the_price_is_made_of_what_was_measured():
+    """The constants are the rows of the page, and the price goes through them."""
+    lines = (ROOT / "results/shell_size.md").read_text().splitlines()
+    rows = [line.split("|")[1:-1] for line in lines if line.startswith("|") and " x " in line]
+    found = [(int(row[1].replace(",", "")), float(row[4]), int(row[3]), float(row[7])) for row in rows]
+    assert tuple(found) == MEASURED
+    for cells, seconds, newton, gigabytes in MEASURED:
+        asked = price((cells, 1))
+        assert asked.seconds == pytest.approx(ITERATIONS * seconds / newton, rel=1e-9)
+        assert asked.gigabytes == pytest.approx(gigabytes, rel=1e-9)
+
+
+def test_prices_rise_with_cells_and_degree():
+    found = [price((n, n)) for n in (1, 5, 20, 70, 200, 1000, 6000)]
+    for less, more in pairwise(found):
+        assert 0.0 < less.seconds < more.seconds
+        assert 0.0 < less.gigabytes < more.gigabytes
+    assert price((100, 8), 3).cells == 1800.0
+
+
+@pytest.mark.parametrize(
+    ("elements", "dear"), [((100, 8), False), ((1000, 40), False), ((2000, 200), True), ((20000, 2000), True)]
+)
+def test_a_dear_shell_is_not_begun_without_a_word(elements, dear, monkeypatch):
+    monkeypatch.delenv(YES, raising=False)
+    scene = load("curl_4_3").replace({"shell.elements": list(elements), "shell.tolerance": None})
+    assert price(elements).dear == dear
+    if not dear:
+        assert not check_price(scene).dear
+        return
+    with pytest.raises(BadInput, match=r"--yes .*Options\(yes=True\)") as refused:
+        check_price(scene)
+    assert refused.value.key == "shell.elements"
+    assert price(elements).text in str(refused.value)
+    with pytest.raises(BadInput, match="--yes"):
+        model("shell").solve(scene, options=Options())
+    assert check_price(scene, yes=True).seconds > MOST[0] or check_price(scene, yes=True).gigabytes > MOST[1]
+    with accepting(True):
+        assert check_price(scene).dear
+
+
+@pytest.mark.parametrize("command", ["compare", "limits", "shell"])
+def test_commands_end_before_anything_is_solved(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv(YES, raising=False)
+
+    def begun(*arguments, **keywords):
+        raise AssertionError("something was solved")
+
+    monkeypatch.setattr("compare.models.ribbon.model.RibbonModel.solve", begun)
+    monkeypatch.setattr("compare.models.shell.run_shell", begun)
+    words = [command, "curl_4_3", "--set", "shell.elements=[20000,2000]", "--out", str(tmp_path), "--quiet"]
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert "days" in said
+    assert "TB" in said
+    assert "--yes" in said

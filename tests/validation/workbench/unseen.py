@@ -1,0 +1,119 @@
+"""The promise of `limits --quick` on a hundred scenes that no constant has seen: its first line beside the shell's.
+
+Every scene is asked twice, as a user asks: by the estimate from the ribbon alone, and with a shell. Both answers are
+verdicts (`compare.page.claims`). Of each scene:
+
+    same            the estimate's grade is the shell's
+    too cautious    the estimate is worse, or says that it does not know
+    too bold        the estimate is better
+    falsely safe    the estimate is "good", and with a shell it is not
+    no shell        no answer from the shell to compare with
+
+The scenes were drawn once (`drawn.unseen`), after every constant; none of them is left out.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from compare.errors import BadInput
+from compare.measure.grades import GOOD, GRADES, UNKNOWN
+from compare.pages.limits import answer
+from compare.scene.scene import Scene
+from compare.store.progress import Reporter
+from compare.store.store import CaseStore, atomic_write_json
+from compare.studies.limits import Thresholds, quick, study
+from tests.validation import page
+from tests.validation.workbench.drawn import UNSEEN_SEED, unseen
+
+COMMAND = "python -m tests.validation unseen"
+SAME, CAUTIOUS, BOLD, FALSELY_SAFE, NO_SHELL = "same", "too cautious", "too bold", "falsely safe", "no shell"
+OUTCOMES = (SAME, CAUTIOUS, BOLD, FALSELY_SAFE, NO_SHELL)
+
+
+def outcome(estimated: str, measured: str | None) -> str:
+    """One of `OUTCOMES`, from the grades of both answers; measured None: there was no shell."""
+    if measured in (None, UNKNOWN):
+        return NO_SHELL
+    if estimated == GOOD and measured != GOOD:
+        return FALSELY_SAFE
+    if estimated == measured:
+        return SAME
+    return CAUTIOUS if GRADES.index(estimated) > GRADES.index(measured) else BOLD
+
+
+def asked(name: str, scene: Scene, store: CaseStore, reporter: Reporter) -> dict[str, Any]:
+    """Both answers on one scene."""
+    estimates = quick(scene, Thresholds(), say=reporter)
+    told = answer(estimates)
+    (estimate,) = estimates
+    found: dict[str, Any] = {
+        "name": name, "estimated": told.grade, "estimate": estimate.distance, "text": told.text,
+        "doubts": [check.name for check in told.checks if check.grade != GOOD],
+    }  # fmt: skip
+    try:
+        findings, _ = study(scene, store, reporter, Thresholds())
+    except BadInput as error:
+        return {**found, "measured": None, "why": str(error), "outcome": NO_SHELL}
+    said = answer(findings)
+    (finding,) = findings
+    ok = finding.ok and finding.share is not None
+    measured = said.grade if ok else None
+    return {
+        **found, "measured": measured, "distance": finding.distance, "share": finding.share, "why": said.text,
+        "shell_error": None if finding.row is None else finding.row.shell_error,
+        "ribbon_error": None if finding.row is None else finding.row.ribbon_error,
+        "outcome": outcome(told.grade, measured),
+    }  # fmt: skip
+
+
+def run(out: Path) -> None:
+    store = CaseStore(out.parent / "out" / "validate" / "unseen" / "cases")
+    rows = []
+    with Reporter() as reporter:
+        for name, scene in unseen():
+            reporter.step(name)
+            rows.append(asked(name, scene, store, reporter))
+    write(out, rows)
+
+
+def counted(rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """How many scenes ended how; judged: those with a shell."""
+    count = Counter(row["outcome"] for row in rows)
+    return {"scenes": len(rows), "judged": len(rows) - count[NO_SHELL], **{name: count[name] for name in OUTCOMES}}
+
+
+def write(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """unseen.md and unseen.json, which README takes its promise from."""
+    count = counted(rows)
+    atomic_write_json(out / "unseen.json", {"command": COMMAND, "counts": count, "scenes": list(rows)})
+    page.write(
+        out / "unseen.md",
+        "The estimate on a hundred scenes that no constant has seen",
+        COMMAND,
+        f"Drawn once (seed {UNSEEN_SEED}), after every constant of the estimate: pose, width, w/h from 15 to 400, nu, "
+        "K, Gamma; 60 held at one end, 15 arches, 25 between clamps that are shifted, turned and leaning. Each is "
+        "asked as a user asks, `limits --quick` and `limits`: grades of both first lines. None is left out.",
+        page.table(["", "scenes"], [[name, str(count[name])] for name in ("scenes", "judged", *OUTCOMES)]),
+        "## Every scene",
+        "Distances in % of l; doubts: checks of the estimate's verdict that keep it from being good.",
+        page.table(
+            ["scene", "estimated", "with a shell", "outcome", "estimate", "distance", "errors", "doubts"],
+            [_row(row) for row in rows],
+        ),
+    )
+
+
+def _row(row: Mapping[str, Any]) -> list[str]:
+    def percent(value: float | None) -> str:
+        return "" if value is None else f"{100.0 * value:.2g}"
+
+    errors = [row.get(name) for name in ("ribbon_error", "shell_error")]
+    return [
+        row["name"], row["estimated"], row["measured"] or "none", row["outcome"], percent(row["estimate"]),
+        percent(row.get("distance")), " + ".join(percent(error) or "?" for error in errors),
+        ", ".join(row["doubts"]),
+    ]  # fmt: skip
