@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from compare.pages.limits import answer
+from compare.studies.limits import Thresholds, quick
 from tests.docs_blocks import ROOT
+from tests.validation.workbench.drawn import unseen
+from tests.validation.workbench.unseen import BOLD, CAUTIOUS, FALSELY_SAFE, OUTCOMES, SAME
 
 RESULTS = ROOT / "results"
 PAGE = RESULTS / "README.md"
@@ -87,3 +93,25 @@ def test_a_wrong_number_is_seen():
         missing(Entry(first.title, first.text.replace("slope 0.63", "slope 0.64"))) == ["0.64"] * 2
     )  # as a decimal and as stated
     assert "17" in missing(Entry("x", "- number: 17 of 18\n- error: 1\n- remade by [t](curl_4_3/README.md)\n"))
+
+
+def test_the_promise_of_readme_is_the_number_that_was_counted():
+    """`limits --quick` on the unseen scenes: counts of results/unseen.json, which its rows bear out."""
+    data = json.loads((RESULTS / "unseen.json").read_text())
+    found = Counter(row["outcome"] for row in data["scenes"])
+    assert {name: data["counts"][name] for name in OUTCOMES} == {name: found[name] for name in OUTCOMES}
+    line = next(line for line in (ROOT / "README.md").read_text().splitlines() if "results/unseen.md" in line)
+    promised = [int(number) for number in re.findall(r"\b\d+\b", line.split("]", maxsplit=1)[0])]
+    counts = data["counts"]
+    assert promised == [
+        counts["scenes"], counts["judged"], *(counts[name] for name in (SAME, CAUTIOUS, BOLD, FALSELY_SAFE)),
+    ]  # fmt: skip
+
+
+def test_an_unseen_scene_gives_its_row_again():
+    """The first of them that was held at one end and estimated good: the estimate of today is that of the page."""
+    data = json.loads((RESULTS / "unseen.json").read_text())
+    row = next(row for row in data["scenes"] if row["estimated"] == "good")
+    estimates = quick(dict(unseen())[row["name"]], Thresholds())
+    assert answer(estimates).grade == row["estimated"]
+    assert estimates[0].distance == pytest.approx(row["estimate"], rel=1e-4)

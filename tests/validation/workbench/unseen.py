@@ -9,7 +9,8 @@ verdicts (`compare.page.claims`). Of each scene:
     falsely safe    the estimate is "good", and with a shell it is not
     no shell        no answer from the shell to compare with
 
-The scenes were drawn once (`drawn.unseen`), after every constant; none of them is left out.
+The scenes were drawn once (`drawn.unseen`), after every constant; none that was run is left out. What is finished is
+kept row by row under out/validate/unseen, so that a run that was stopped goes on; the page says how many were run.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from compare.measure.grades import GOOD, GRADES, UNKNOWN
 from compare.pages.limits import answer
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
-from compare.store.store import CaseStore, atomic_write_json
+from compare.store.provenance import software
+from compare.store.store import CaseStore, atomic_write_json, case_key, read_json
 from compare.studies.limits import Thresholds, quick, study
 from tests.validation import page
 from tests.validation.workbench.drawn import UNSEEN_SEED, unseen
@@ -71,12 +73,17 @@ def asked(name: str, scene: Scene, store: CaseStore, reporter: Reporter) -> dict
 
 
 def run(out: Path) -> None:
-    store = CaseStore(out.parent / "out" / "validate" / "unseen" / "cases")
+    place = out.parent / "out" / "validate" / "unseen"
+    store = CaseStore(place / "cases")
+    kept = place / f"rows_{case_key(software('compare.studies.limits', 'compare.pages.limits'))[:12]}"
     rows = []
     with Reporter() as reporter:
         for name, scene in unseen():
             reporter.step(name)
-            rows.append(asked(name, scene, store, reporter))
+            file = kept / f"{name}.json"
+            if not file.is_file():
+                atomic_write_json(file, asked(name, scene, store, reporter))
+            rows.append(read_json(file))
     write(out, rows)
 
 
@@ -96,7 +103,11 @@ def write(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         COMMAND,
         f"Drawn once (seed {UNSEEN_SEED}), after every constant of the estimate: pose, width, w/h from 15 to 400, nu, "
         "K, Gamma; 60 held at one end, 15 arches, 25 between clamps that are shifted, turned and leaning. Each is "
-        "asked as a user asks, `limits --quick` and `limits`: grades of both first lines. None is left out.",
+        f"asked as a user asks, `limits --quick` and `limits`: grades of both first lines. Of {len(unseen())} drawn "
+        f"{len(rows)} were run so far, in this order; none of these is left out.",
+        "Falsely safe are strips that hardly bend: the shape is estimated right, to less than 0.02 % of l, and the "
+        "share of stretching, a part of very little, too low. Scenes without a shell to compare with: it rests in another "
+        "state than the ribbon, as the answer then says.",
         page.table(["", "scenes"], [[name, str(count[name])] for name in ("scenes", "judged", *OUTCOMES)]),
         "## Every scene",
         "Distances in % of l; doubts: checks of the estimate's verdict that keep it from being good.",
