@@ -106,8 +106,8 @@ def write(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         f"asked as a user asks, `limits --quick` and `limits`: grades of both first lines. Of {len(unseen())} drawn "
         f"{len(rows)} were run so far, in this order; none of these is left out.",
         "Falsely safe are strips that hardly bend: the shape is estimated right, to less than 0.02 % of l, and the "
-        "share of stretching, a part of very little, too low. Scenes without a shell to compare with: it rests in another "
-        "state than the ribbon, as the answer then says.",
+        "share of stretching, a part of very little, too low. Scenes without a shell to compare with: it rests in "
+        "another state than the ribbon, as the answer then says.",
         page.table(["", "scenes"], [[name, str(count[name])] for name in ("scenes", "judged", *OUTCOMES)]),
         "## Every scene",
         "Distances in % of l; doubts: checks of the estimate's verdict that keep it from being good.",
