@@ -137,14 +137,16 @@ def test_a_shell_in_the_ribbons_other_state_is_in_another_state(ruled):
 
 
 def test_a_shell_far_away_in_the_ribbons_own_state_is_not(ruled):
-    """A softer strip of the same scene, 2 % of l away: from its shape the ribbon comes back, wherever it began."""
+    """A softer strip of the same scene, 2 % of l away: from its shape the ribbon comes back, or, by rounding, rests on a
+    neighbouring place of the flip that the segments pin: it is never called another state, wherever it began."""
     scene, state = ruled
-    softer = model("ribbon").solve(scene.replace({"strip.gamma": 430.0}))
     grid = Grid.for_shape(scene, state.shape.bend)
-    for start in ("path", "path (the ribbon's is refused)", "ribbon"):
-        found = same_state(RibbonModel(), scene, state, shell_at(state, softer.native, start), grid)
-        assert found.answer is True
-        assert found.counterpart is None
+    for gamma, answers in ((430.0, (True, None)), (470.0, (True,))):
+        softer = model("ribbon").solve(scene.replace({"strip.gamma": gamma}))
+        for start in ("path", "path (the ribbon's is refused)", "ribbon"):
+            found = same_state(RibbonModel(), scene, state, shell_at(state, softer.native, start), grid)
+            assert found.answer in answers
+            assert (found.counterpart is None) == (found.answer is True)
 
 
 def test_a_model_that_cannot_begin_there_does_not_know(ruled):
