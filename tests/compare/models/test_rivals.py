@@ -137,8 +137,8 @@ def test_a_shell_in_the_ribbons_other_state_is_in_another_state(ruled):
 
 
 def test_a_shell_far_away_in_the_ribbons_own_state_is_not(ruled):
-    """A softer strip of the same scene, 2 % of l away: from its shape the ribbon comes back, or, by rounding, rests on a
-    neighbouring place of the flip that the segments pin: it is never called another state, wherever it began."""
+    """A softer strip of the same scene, 2 % of l away: from its shape the ribbon comes back, or, by rounding, rests on
+    a neighbouring place of the flip that the segments pin: it is never called another state, wherever it began."""
     scene, state = ruled
     grid = Grid.for_shape(scene, state.shape.bend)
     for gamma, answers in ((430.0, (True, None)), (470.0, (True,))):
