@@ -137,7 +137,7 @@ def assert_agreement(
     slope: Sequence[float] | None = None,
     width_to_thickness: float | Sequence[float] | None = None,
     keys: Mapping[str, Any] | None = None,
-    leave_saddle: bool = False,
+    leave_saddle: bool | None = None,
     cache: str | os.PathLike[str] | None = None,
 ) -> None:
     """Fails, with the three numbers, unless ribbon and shell of the scene agree; both must be stable equilibria.
@@ -148,7 +148,7 @@ def assert_agreement(
     distance: largest Hausdorff distance between the surfaces, over l. share: largest membrane share of the shell's
         elastic energy. slope: lowest and highest slope of log(distance) against log(h/w), for two w/h or more.
     width_to_thickness: of the shells; None: the scene's own. keys: other keys replaced, e.g.
-        ``{"shell.elements": [40, 4]}``. leave_saddle: the ribbon leaves a saddle.
+        ``{"shell.elements": [40, 4]}``. leave_saddle: as in `compare.models.base.Options`.
     cache: folder of finished shell runs; None: see `cache_folder`.
 
     Raises `AssertionError` where the claim is disproved, undecided or unsolved, `BadInput` for what cannot be asked.

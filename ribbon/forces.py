@@ -20,9 +20,11 @@ class Force:
 
 @dataclass(frozen=True)
 class WallForce:
-    """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the points in contact, height of a
-    pressure plate above its place at rest, in l (None: a rigid wall)."""
+    """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the points in contact, ends (m, 2)
+    of the rulings that it pushes: their abscissa and where across, v = w / 2 or -w / 2, in l; height of a pressure
+    plate above its place at rest, in l (None: a rigid wall)."""
 
     force: FloatArray
     contacts: FloatArray
+    ends: FloatArray
     height: float | None = None

@@ -168,7 +168,9 @@ class Equilibrium:
     branch: of a ribbon between two clamps with a given seed, whether it is the state that the seed means; None: no seed
     was given, or it means no side; left: the saddle that was left for it, None: none;
     quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
-    (`ribbon.problems.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged.
+    (`ribbon.judge.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged;
+    nonconvex: share of the length on which the density is not convex in curvature and twist
+    (`ribbon.judge.convexity`): where it is not zero, elements alone hold the state; None likewise.
     """
 
     problem: Problem
@@ -198,6 +200,7 @@ class Equilibrium:
     forces_why: str = ""
     branch: Branch | None = None
     quadrature_error: float | None = None
+    nonconvex: float | None = None
     left: Left | None = None
 
     @property

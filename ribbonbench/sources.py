@@ -134,15 +134,15 @@ def _head(name: ast.JoinedStr) -> str:
 
 class Sources:
     """The modules under a folder `root` (None: of our packages where Python finds them), each file read once; those of
-    a model from outside where Python finds them."""
+    a model from outside where Python finds them. packages: the top-level names that count as ours."""
 
-    def __init__(self, root: Path | None = None) -> None:
+    def __init__(self, root: Path | None = None, packages: Sequence[str] = PACKAGES) -> None:
         self._memo = _Memo()
         self._texts: dict[str, Module] = {}
         self._closures: dict[tuple[bool, tuple[str, ...]], dict[str, Path]] = {}
         self._edges: dict[tuple[str, bool], tuple[set[str], dict[str, Path]]] = {}
         self._folders: dict[Path, frozenset[str]] = {}
-        self._tops = {name: (_folder(name) or ROOT) if root is None else root for name in PACKAGES}
+        self._tops = {name: (_folder(name) or ROOT) if root is None else root for name in packages}
 
     def closure(self, *entries: str, statements: bool = False) -> dict[str, Path]:
         """Dotted name -> file of the entry modules and of all that belongs to them; data by its path ("a/b.toml").
@@ -197,7 +197,7 @@ class Sources:
     def every(self, *packages: str) -> dict[str, Path]:
         """Dotted name -> file of all modules of ours, or of the `packages` named."""
         found = {}
-        for package in packages or PACKAGES:
+        for package in packages or self._tops:
             root = self._tops[package]
             for folder, _, names in os.walk(root / package):
                 stem = ".".join(Path(folder).relative_to(root).parts)

@@ -14,3 +14,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 os.environ["RIBBONBENCH_STORE"] = "cases"
+
+# `python -m tests.portable mumps-amf`: Ipopt reads no environment variable, its options are set here.
+if order := os.environ.get("RIBBONBENCH_TESTS_IPOPT_ORDER"):
+    from ribbon.solvers.ipopt import DEFAULT_OPTIONS
+
+    DEFAULT_OPTIONS["mumps_pivot_order"] = int(order)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ribbon import Equilibrium
-from ribbon.energies.along import area_density, line_density
+from ribbon.analysis.along import area_density, line_density
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 

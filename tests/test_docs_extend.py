@@ -54,7 +54,7 @@ from compare.models import solve as solve_scene
 from compare.models.ribbon.estimate import CORNER_CLAMP, estimate
 from compare.scene import load
 from ribbon.energies import threaded
-from ribbon.energies.softened import soften
+from ribbon.find.softened import soften
 from tests.energy_integrals import over_s, over_surface
 
 assert "copy" in threaded.__file__, threaded.__file__

@@ -10,9 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from compare.battery.groups import GROUPS, cases_of
 from compare.pages.limits import answer
 from compare.studies.limits import Thresholds, quick
 from tests.docs_blocks import ROOT
+from tests.validation import readme
+from tests.validation.record import Pages
 from tests.validation.workbench.drawn import unseen
 from tests.validation.workbench.unseen import BOLD, CAUTIOUS, FALSELY_SAFE, OUTCOMES, SAME
 
@@ -80,6 +83,12 @@ def test_command_and_day_are_those_of_the_pages(entry):
         assert made in ([day], []), page.name
 
 
+@pytest.mark.parametrize("page", readme.RENDERED)
+def test_a_page_is_what_its_template_and_the_data_give(page):
+    """After a change of template or data: python -m tests.validation --readme."""
+    assert (ROOT / page).read_text() == readme.rendered(Pages(), page)
+
+
 def test_every_page_of_results_has_its_entry():
     named = {page.resolve() for entry in ENTRIES for page in entry.pages()}
     pages = {page for page in RESULTS.rglob("*.md") if page != PAGE and page.name != "table.md"}
@@ -115,3 +124,8 @@ def test_an_unseen_scene_gives_its_row_again():
     estimates = quick(dict(unseen())[row["name"]], Thresholds())
     assert answer(estimates).grade == row["estimated"]
     assert estimates[0].distance == pytest.approx(row["estimate"], rel=1e-4)
+
+
+def test_readme_counts_the_ladders_of_the_battery():
+    (count,) = re.findall(r"`ribbonbench battery`, (\d+) ladders", (ROOT / "README.md").read_text())
+    assert int(count) == sum(len(cases_of(group)) for group in GROUPS)

@@ -5,9 +5,28 @@ from __future__ import annotations
 import re
 
 from tests.docs_blocks import DOCS
+from tests.validation.workbench import which_model
 
 PAGE = (DOCS / "which_model.md").read_text()
 NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?")
+
+
+def test_what_is_made_from_data_is_what_the_data_says():
+    """Remake: python -m tests.validation which_model."""
+    assert which_model.written(PAGE) == PAGE
+
+
+def test_finite_is_told_where_it_is_near_the_shell():
+    """Nobody is sent to a shell or a rod where `finite` is as near as the shell's own mesh."""
+    assert max(abs(which_model.off("finite, straight", width)) for width in (0.05, 0.1)) < 5e-4
+    assert max(which_model.distance(scene, "20", "finite") for scene in ("curl_4_3", "curl_4_3_down")) < 2e-3
+    for ratio in ("10", "20", "50", "100", "200", "400"):
+        wide, near = (which_model.distance("curl_4_3", ratio, model) for model in ("wunderlich", "finite"))
+        assert near < 0.1 * wide
+    advice = PAGE[PAGE.index("## 5 In one table") :]
+    for subject in ("w/h = 10", "from 20 on", "buckling in twist"):
+        row = next(line for line in advice.splitlines() if subject in line)
+        assert "finite" in row.split("|")[2]
 
 
 def rows() -> list[tuple[str, list[str]]]:

@@ -12,9 +12,26 @@ from compare.commands import NAMES
 from ribbonbench.sources import Sources
 from tests.test_setup import ROOT
 
-#: The rooms of `compare`, top to bottom: a module imports from its own room and from those below. Rooms of one tuple
-#: stand side by side and do not import each other.
+#: The rooms of the packages, top to bottom: a module imports from its own room and from those below. Rooms of one
+#: tuple stand side by side and do not import each other. A module beside the rooms is a room.
 LEVELS = (
+    ("ribbon",),
+    ("ribbon.session",),
+    ("ribbon.find", "ribbon.sensitivity"),
+    ("ribbon.judge", "ribbon.rods", "ribbon.tape", "ribbon.thesis", "ribbon.archive"),
+    ("ribbon.result", "ribbon.solvers"),
+    ("ribbon.analysis", "ribbon.problems"),
+    ("ribbon.surface",),
+    ("ribbon.element", "ribbon.sections"),
+    ("ribbon.energies", "ribbon.contact", "ribbon.loads", "ribbon.units"),
+    ("ribbon.strip", "ribbon.boundary", "ribbon.shown"),
+    ("ribbon.errors", "ribbon.forces"),
+    ("shellref.worker",),
+    ("shellref", "shellref.path"),
+    ("shellref.shell",),
+    ("shellref.kernels",),
+    ("shellref.elastica", "shellref.rod"),
+    ("shellref.fenics", "shellref.inputs", "shellref.clock"),
     ("compare.cli",),
     ("compare.commands",),
     ("compare.doctor",),
@@ -93,15 +110,29 @@ def level(name: str) -> int:
     return max(fits)[1]
 
 
+def room(name: str) -> str:
+    """The room of a module: two words of its name, of what stands beside the rooms its own; the package's for its
+    `__init__`."""
+    return ".".join(name.split(".")[:2])
+
+
 def upward(edges: Graph) -> Iterator[str]:
-    """Imports within `compare` that do not go downward."""
+    """Imports within a package that do not go downward."""
     for name, targets in edges.items():
         for target in sorted(targets):
-            if not name.startswith("compare") or not target.startswith("compare"):
+            if name.split(".")[0] != target.split(".")[0]:
                 continue
-            same_room = name.split(".")[:2] == target.split(".")[:2]
-            if not same_room and level(name) >= level(target):
+            if room(name) != room(target) and level(name) >= level(target):
                 yield f"{name} imports {target}"
+
+
+def between_rooms(edges: Graph) -> dict[str, set[str]]:
+    """The rooms, with those of the same package that they import from."""
+    found: dict[str, set[str]] = defaultdict(set)
+    for name, targets in edges.items():
+        there = {room(target) for target in targets if target.split(".")[0] == name.split(".")[0]}
+        found[room(name)] |= there - {room(name)}
+    return found
 
 
 def strangers(edges: Graph) -> Iterator[str]:
@@ -116,6 +147,10 @@ def test_no_circle():
     assert circles(graph()) == []
 
 
+def test_no_circle_of_rooms():
+    assert circles(between_rooms(graph())) == []
+
+
 def test_arrows_go_downward_only():
     assert list(upward(graph())) == []
 
@@ -124,9 +159,9 @@ def test_only_the_models_know_a_solver():
     assert list(strangers(graph())) == []
 
 
-def test_every_room_of_compare_has_a_level():
-    unknown = [name for name in graph() if name.startswith("compare.") and level(name) == len(LEVELS) - 1]
-    assert unknown == []
+def test_every_room_has_a_level():
+    listed = {one for rooms in LEVELS for one in rooms}
+    assert {room(name) for name in graph()} == listed
 
 
 def test_rooms_are_not_full():
@@ -140,6 +175,8 @@ def test_rooms_are_not_full():
     ("name", "target", "rule"),
     [
         ("compare.scene.read", "compare.models.base", upward),
+        ("ribbon.energies.sadowsky", "ribbon.solvers.problem", upward),
+        ("shellref.kernels.fronts", "shellref.shell.grid", upward),
         ("compare.models.base", "compare.pages.solve", upward),
         ("compare.page.page", "compare.export.vtu", upward),
         ("compare.studies.limits", "ribbon", strangers),
@@ -151,5 +188,18 @@ def test_the_rules_can_fail(name, target, rule):
     assert len(list(rule(edges))) == 1
 
 
+def test_a_circle_of_rooms_is_found():
+    edges = {"ribbon.find.a": {"ribbon.judge.b"}, "ribbon.judge.b": set(), "ribbon.judge.c": {"ribbon.find.d"}}
+    assert circles(edges) == []
+    assert circles(between_rooms(edges)) == [{"ribbon.find", "ribbon.judge"}]
+
+
 def test_a_circle_is_found():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [{"a", "b", "c"}]
+
+
+def test_the_picture_and_the_page_are_the_import_graph():
+    from docs import rooms
+
+    assert rooms.PLACE.read_text(encoding="utf-8") == rooms.drawing(between_rooms(graph()))
+    assert rooms.PAGE.read_text(encoding="utf-8").endswith(rooms.HEADS + rooms.table())

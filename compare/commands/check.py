@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 HELP = "check that ribbon and shell agree as closely as is claimed (pins)"
 EXAMPLE = "ribbonbench check my.toml --distance 0.01"
-_CLAIMS = ("distance", "share", "slope", "width_to_thickness", "assignments", "leave_saddle")
+_CLAIMS = ("distance", "share", "slope", "width_to_thickness", "assignments", "leave_saddle", "stay")
 
 
 def register(parser: argparse.ArgumentParser) -> None:
@@ -111,6 +111,6 @@ def _pins(options: argparse.Namespace) -> list[Pin]:
     scene = common.loaded(options, options.scene)
     return [
         Pin.of(
-            scene, distance, share, slope, options.width_to_thickness, keys, options.leave_saddle, where=where,
+            scene, distance, share, slope, options.width_to_thickness, keys, common.leaves(options), where=where,
         )
     ]  # fmt: skip

@@ -106,12 +106,19 @@ def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE/COMM
     parser.add_argument("--out", metavar="FOLDER", default=None, help=f"where results go (default {default})")
 
 
-def leave_saddle_argument(parser: argparse._ActionsContainer) -> None:
-    """--leave-saddle."""
-    parser.add_argument(
+def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
+    """--leave-saddle or --stay (`leaves`)."""
+    asked = parser.add_mutually_exclusive_group()
+    asked.add_argument(
         "--leave-saddle", action="store_true",
-        help="where the ribbon stands on a saddle, follow the unstable direction to a stable state",
+        help="leave a saddle along its unstable direction, also along a [[path]] and with the rods",
     )  # fmt: skip
+    asked.add_argument("--stay", action="store_true", help="stay on a saddle; a ribbon without a [[path]] leaves it")
+
+
+def leaves(options: argparse.Namespace) -> bool | None:
+    """Whether saddles are left, as `compare.models.base.Options` asks; None: neither was said."""
+    return True if options.leave_saddle else False if options.stay else None
 
 
 def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:

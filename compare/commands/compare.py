@@ -42,7 +42,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     with common.held(out, reporter.step):
         with reporter:
             try:
-                comparison = compare(scene, shared_store(out), reporter, leave_saddle=options.leave_saddle)
+                comparison = compare(scene, shared_store(out), reporter, leave_saddle=common.leaves(options))
             except ShellMissing as missing:  # what is finished is kept and told; then what is missing
                 kept = out / "ribbon"  # result.json beside it is a comparison's
                 kept.mkdir(exist_ok=True)

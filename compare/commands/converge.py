@@ -56,7 +56,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
     convergence_run.check_rulings(scene, rulings)
     out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        found = convergence_run.studies(scene, rulings, shared_store(out), reporter, leave_saddle=options.leave_saddle)
+        found = convergence_run.studies(
+            scene, rulings, shared_store(out), reporter, leave_saddle=common.leaves(options)
+        )
         reporter.step("writing tables, the picture and surfaces")
         convergence_write.write(out, found, options.line)
     if common.spoken(options):

@@ -90,7 +90,7 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
     from compare.registry import names
     from compare.studies.cost_plan import OWN, Plan, chosen, families
 
-    changes: dict[str, object] = {"leave_saddle": options.leave_saddle, "compilation": options.compilation}
+    changes: dict[str, object] = {"leave_saddle": common.leaves(options), "compilation": options.compilation}
     known = families(scene)
     asked = [name for words in options.solvers or [] for name in words.strip("[]").replace(",", " ").split()]
     _chosen("--solvers", asked, known)

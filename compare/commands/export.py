@@ -95,7 +95,7 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     if hasattr(own, "no_surface"):
         raise own.no_surface(scene)
     parent = None if options.out is None else Path(options.out) / "solve"
-    options.scene, options.leave_saddle, options.time = options.source, False, False
+    options.scene, options.leave_saddle, options.stay, options.time = options.source, False, False, False
     asked = argparse.Namespace(**{**vars(options), "out": parent, "command": "solve"})
     folder = common.out_folder(asked, scene.name)
     options.line = asked.line

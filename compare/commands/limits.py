@@ -149,7 +149,7 @@ def _study(
             findings += limits.quick(case, thresholds, values, reporter)
             continue
         found, comparison = limits.study(
-            case, shared_store(out), reporter, thresholds, values, leave_saddle=options.leave_saddle
+            case, shared_store(out), reporter, thresholds, values, leave_saddle=common.leaves(options)
         )
         findings += found
     return findings, comparison if len(cases) == 1 else None

@@ -23,9 +23,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     common.scene_arguments(parser)
     common.out_argument(parser)
-    staying = parser.add_mutually_exclusive_group()
-    common.leave_saddle_argument(staying)
-    staying.add_argument("--stay", action="store_true", help="stay on a saddle; a ribbon without a [[path]] leaves it")
+    common.leave_saddle_argument(parser)
     parser.add_argument("--time", action="store_true", help="solve again and again for its warm time (median)")
 
 
@@ -69,16 +67,8 @@ def solved(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namesp
     model = chosen(scene)
     check_keys(model, scene)
     repeats = None if options.time else 0
-    asked = Options(
-        leave_saddle=leaves(options, scene, model.name), error=True, repeats=repeats, store=shared_store(out)
-    )
+    asked = Options(leave_saddle=common.leaves(options), error=True, repeats=repeats, store=shared_store(out))
     return model.solve(scene, options=asked, say=reporter)
-
-
-def leaves(options: argparse.Namespace, scene: Scene, model: str) -> bool:
-    """Whether a saddle is left: where that is asked for; of a ribbon without a path unless it is to stay."""
-    stays = getattr(options, "stay", True) or bool(scene.path) or model != "ribbon"
-    return options.leave_saddle or not stays
 
 
 def solve_into(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namespace) -> State:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
@@ -129,14 +129,14 @@ def _sweep(options: argparse.Namespace) -> Sweep:
         sweep = of_scene(common.loaded(options, STDIN), assigned, axes)
     else:
         sweep = load_sweep(options.sweep, assigned, axes)
-    changes = {
+    changes: dict[str, Any] = {
         name: value
         for name, value in (
             ("solver", options.solver),
             ("show", options.show),
             ("against", options.against),
             ("errors", options.errors or None),
-            ("leave_saddle", options.leave_saddle or None),
+            ("leave_saddle", common.leaves(options)),
         )
         if value is not None
     }

@@ -16,8 +16,8 @@ from compare.scene.units import Units
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
-from ribbon.energies.along import line_density, segment_of
-from ribbon.energies.parts import PARTS, line_parts
+from ribbon.analysis.along import line_density, segment_of
+from ribbon.analysis.parts import PARTS, line_parts
 
 FloatArray = NDArray[np.float64]
 

@@ -22,6 +22,14 @@ def graded(value: float | None, most: float) -> str:
     return GOOD if value <= most else FAIR if value <= FAIR_FACTOR * most else POOR
 
 
+def resolved(value: float | None, error: float | None, most: float) -> str:
+    """The grade of a number that stands with its error: of the number where it is above the error; else "good" where
+    both together are, and not known. Without an error it is not known."""
+    if value is None or error is None or value > error:
+        return UNKNOWN if error is None else graded(value, most)
+    return GOOD if graded(value + error, most) == GOOD else UNKNOWN
+
+
 def grade(kind: str, value: float | None) -> str:
     """The grade of a number of one of the kinds of `GOOD_UP_TO`; "unknown" for None."""
     return graded(value, GOOD_UP_TO[kind])

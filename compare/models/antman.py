@@ -111,7 +111,7 @@ class AntmanModel:
             "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal", "clamp.start.across",
             "clamp.start.slide", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
             "clamp.end.across", "clamp.end.slide", "model.stiffness", "model.elements",
-            "model.grading", "model.element_lengths", "seed.curvature", "path",
+            "model.grading", "model.element_lengths", "model.budget", "seed.curvature", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
@@ -122,7 +122,6 @@ class AntmanModel:
         "clamp.end.ruling": _RULING,
         "seed.ruling": _RULING,
         "model.tolerance": _RIBBON,
-        "model.budget": _RIBBON,
         "model.formulation": _RIBBON,
         "model.held_by": _RIBBON,
         "model.solver": _RIBBON,
@@ -167,6 +166,7 @@ class AntmanModel:
     ) -> State:
         """From the rest shape or the seed along the path, or beside `near`."""
         from compare.models.antman_problem import DEGREE, beside, mesh_of, problem_of, way_there
+        from shellref.clock import within
         from shellref.rod.solve import nodes, solve
 
         options = options or Options()
@@ -184,16 +184,21 @@ class AntmanModel:
             if start is not None:
                 return solve(
                     problem_of(scene.replace({"path": None}) if scene.path else scene), mesh, degree, near=start,
-                    leave_saddle=options.leave_saddle, estimate_error=error,
+                    leave_saddle=bool(options.leave_saddle), estimate_error=error,
                 )  # fmt: skip
             return solve(
                 there.problems, mesh, degree, there.steps,
-                leave_saddle=options.leave_saddle, estimate_error=error,
+                leave_saddle=bool(options.leave_saddle), estimate_error=error,
             )  # fmt: skip
 
-        found, seconds = clocked(lambda: once(options.error), options.repeats)
+        def timed() -> RodResult:
+            with within(scene.model.budget):
+                return once(options.error)
+
+        found, seconds = clocked(timed, options.repeats)
         state = self._state(scene, found, seconds, there.kind if near is None else BESIDE)
-        return self._with_errors(state) if options.error else state
+        with within(scene.model.budget):
+            return self._with_errors(state) if options.error else state
 
     def _with_errors(self, state: State) -> State:
         """With the errors of forces, moments and energies, from elements half as long."""

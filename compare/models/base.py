@@ -218,7 +218,8 @@ class Variant:
 class Options:
     """How a solve is done, whatever the model.
 
-    leave_saddle: follow the unstable direction of a saddle. error: estimate the discretisation error, on `grid` (None:
+    leave_saddle: follow the unstable direction of a saddle; None: as the model does of itself (a ribbon without a
+    [[path]] leaves one, everything else stays). error: estimate the discretisation error, on `grid` (None:
     one that fits the shape). repeats: timed solves beside the first; None: as many as a short budget allows. store:
     where finished cases and interrupted ways are kept and found. fallback: where the scene's own path cannot be gone,
     the state itself is looked for. selects: a shape `near` says which of several states is asked for; otherwise it is a
@@ -226,7 +227,7 @@ class Options:
     than is usual (`compare.models.effects.price`).
     """
 
-    leave_saddle: bool = False
+    leave_saddle: bool | None = None
     error: bool = False
     repeats: int | None = 0
     store: CaseStore | None = None
@@ -274,7 +275,9 @@ class State(Shown):
     branch: of a ribbon between two clamps with a given seed (`ribbon.result.Branch`), "own": on the seed's side,
     "slid": on the other, the energy falls all the way there, "left": on the other, whether the seed's side has a state
     is open, None: no seed, or it means no side; rivals: other states that were looked for, None: none were; quadrature:
-    by how much of itself the elastic energy differs from its adaptive integral, None: the rule is exact; left_saddle:
+    by how much of itself the elastic energy differs from its adaptive integral, None: the rule is exact; nonconvex:
+    share of the length on which the energy is not convex in curvature and twist, so that elements alone hold the state
+    there, None: it always is; left_saddle:
     the saddle that was left for it, `above` (its energy over the state's, D w / l) and `mirrored` (whether the other
     way leads to a state of the same energy; None: to none); None: none was.
     """
@@ -310,6 +313,7 @@ class State(Shown):
     branch: str | None = None
     rivals: Rivals | None = None
     quadrature: float | None = None
+    nonconvex: float | None = None
     left_saddle: Mapping[str, Any] | None = None
 
     @property

@@ -116,7 +116,8 @@ class ElasticaModel:
             "strip.thickness", "strip.second_moment", "tip.mass", "tip.load", "tip.force", "tip.tension", "gravity.up",
             "gravity.acceleration", "clamp.start.position", "clamp.start.frame", "clamp.start.tangent",
             "clamp.start.normal", "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent",
-            "clamp.end.normal", "clamp.end.across", "model.energy", "model.arc_length", "seed.curvature", "path",
+            "clamp.end.normal", "clamp.end.across", "model.energy", "model.arc_length", "model.budget",
+            "seed.curvature", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
@@ -131,7 +132,6 @@ class ElasticaModel:
         "model.grading": _RIBBON,
         "model.element_lengths": _RIBBON,
         "model.tolerance": _RIBBON,
-        "model.budget": _RIBBON,
         "model.formulation": _RIBBON,
         "model.held_by": _RIBBON,
         "model.solver": _RIBBON,
@@ -168,6 +168,7 @@ class ElasticaModel:
     ) -> State:
         """From the natural shape, the seed, along the path, or beside `near` (`compare.models.elastica_start`)."""
         from compare.models.elastica_start import start_of
+        from shellref.clock import within
 
         options = options or Options()
         if options.leave_saddle:
@@ -183,11 +184,17 @@ class ElasticaModel:
         start = start_of(scene, near)
         elements = None if size is None else int(size.values[0])
         degree = None if size is None else size.degree
-        found, seconds = clocked(lambda: start.once(elements, degree, False), options.repeats)
+
+        def once() -> ElasticaResult:
+            with within(scene.model.budget):
+                return start.once(elements, degree, False)
+
+        found, seconds = clocked(once, options.repeats)
         if not options.error:
             return self._state(scene, found, seconds, start)
-        state = self._state(scene, start.once(elements, degree, True), seconds, start)
-        return self._with_errors(scene, state, start)
+        with within(scene.model.budget):
+            state = self._state(scene, start.once(elements, degree, True), seconds, start)
+            return self._with_errors(scene, state, start)
 
     def _with_errors(self, scene: Scene, state: State, start: Start) -> State:
         """With the errors of forces, moments and energies, from elements half as long."""

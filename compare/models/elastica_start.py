@@ -189,14 +189,30 @@ def _beginning(scene: Scene, first: ElasticaProblem) -> ElasticaProblem:
     if len(values) == 2:
         bent = float(values[0]), float(values[1])
     if first.end is not None and float(np.abs(bent).max()) < STRAIGHT:
-        sign = -1.0 if sum(bent) < 0.0 else 1.0
-        turn = first.end_angle if first.end_angle else sign * BOW
-        bent = turn, turn
+        turn = first.end_angle or 0.0
+        bent = (turn, turn) if abs(turn) > LEVEL else (seed_side(values) * BOW,) * 2
     return natural_start(first, bent)
+
+
+def seed_side(values: FloatArray) -> float:
+    """The side of its chord on which the seed's shape mostly lies: the sign of the curvature that bends an arc there.
+
+    values (k,): curvature at equal distances, linear between. The mean deflection from the chord of a slightly curved
+    strip is - int kappa s (1 - s) / 2 ds. 1 where that is nothing beside the curvatures: a seed in S, or a straight one
+    has no side, and rounding is not asked.
+    """
+    s = np.linspace(0.0, 1.0, 20 * (len(values) - 1) + 1)
+    curvature = np.interp(s, np.linspace(0.0, 1.0, len(values)), values)
+    weight = s * (1.0 - s)
+    mean = float(curvature @ weight) / float(weight.sum())
+    return -1.0 if mean < -LEVEL * float(np.abs(values).max()) else 1.0
 
 
 STRAIGHT = 0.5
 """Curvature times l below which a seed is straight: between two held points it would be taut and its force unknown."""
+
+LEVEL = 1e-6
+"""Turn in radians, and share of a seed's curvature, below which it is nothing but rounding."""
 
 BOW = 2.0
 """Curvature times l with which the way then begins."""

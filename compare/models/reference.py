@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 #: Fewest elements along and across of a coarser mesh that an error is told from: one element across cannot bend the
 #: section (its energies are 8 to 9 % off); and cells up to which a finer mesh is as cheap as the usual one.
 COARSEST = (10, 2)
+#: Parts of a share that stretch; the error of one is no more than the sum of what both change.
+STRETCHING = ("membrane", "shear")
 CHEAP = 1600
 
 
@@ -131,8 +133,8 @@ def judged(scene: Scene, found: State, beside: State, grid: Grid | None = None) 
     grid = grid or Grid.for_shape(scene, found.shape.bend)
     error = times * grid_hausdorff(grid.of(found.shape), grid.of(beside.shape))
     errors = errors_of([numbers_of(one) for one in chain], error_of_first if finer else error_of_last)
-    here, there = ((one.numbers.get("share") or {}).get("membrane") for one in (found, beside))
-    change = None if here is None or there is None else times * abs(here - there)
+    here, there = (one.numbers.get("share") for one in (found, beside))
+    change = None if not here or not there else times * sum(abs(here[part] - there[part]) for part in STRETCHING)
     return replace(
         found, error=error, errors=errors, error_why=f"by the change to {mesh} elements",
         numbers={**found.numbers, "share_error": change},

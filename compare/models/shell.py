@@ -41,7 +41,7 @@ from compare.models.base import (
 )  # fmt: skip
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
-from compare.models.reference import beside_mesh, judged
+from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
@@ -60,6 +60,8 @@ MESHES = ((25, 2), (50, 4), (100, 4), (100, 8))
 #: One more from the ribbon's surface, so that it reaches 1e-4 l too (curl_4_3, w/h = 200: 100 x 8 ends at 1.1e-4).
 FINER_NEAR = (150, 12)
 LADDER = "shell"
+#: Parts of a shell's elastic energy; what holds the elements' own modes is none of the strip's.
+PARTS = ("bending", "membrane", "shear", "stabilisation")
 #: The same meshes, each begun at the ribbon's surface.
 NEAR_LADDER = f"{LADDER} {NEAR}"
 
@@ -401,12 +403,18 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
         numbers={
             "elements": " x ".join(str(number) for number in mesh),
             "share": data.get("share"),
-            "share_error": None,
+            "share_error": _share_error(discretisation),
         },
         start=START[case.start or "path"],
         reused=case.reused,
         native=case,
     )
+
+
+def _share_error(discretisation: Mapping[str, Any]) -> float | None:
+    """What the shares of membrane and shear change by on a mesh twice as fine along, and on one across."""
+    changes = (discretisation.get("meshes") or [{}])[-1].get("share")
+    return None if not changes else 2.0 * sum(float(changes[part]) for part in STRETCHING)
 
 
 def natural_reached(data: Mapping[str, Any]) -> bool:
@@ -420,7 +428,7 @@ def energy_of(scene: Scene, data: Mapping[str, Any]) -> Energy | None:
     if not energy:
         return None
     constant = natural_constant(scene.curvature)
-    parts = {name: float(energy[name]) for name in ("bending", "membrane", "shear") if name in energy}
+    parts = {name: float(energy[name]) for name in PARTS if name in energy}
     elastic = float(energy["elastic"]) - constant if natural_reached(data) else None
     tip = _number(energy.get("tip"))
     return Energy(elastic=elastic, gravity=float(energy["gravity"]), tip=tip, constant=constant, parts=parts)

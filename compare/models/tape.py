@@ -133,7 +133,7 @@ class TapeModel:
             "clamp.start.normal", "clamp.start.across", "clamp.start.section", "clamp.start.slide",
             "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal", "clamp.end.across",
             "clamp.end.section", "clamp.end.slide", "model.energy", "model.elements", "model.element_lengths",
-            "model.grading", "path",
+            "model.grading", "model.budget", "path",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
@@ -201,7 +201,9 @@ class TapeModel:
                 say.step(f"tape: stage {mark.stage + 1} of {len(stages)}, {mark.share:.3f}, fold at {mark.fold:.3f} l")
 
         try:
-            found, seconds = clocked(lambda: solve(section, stages, lengths, told=told), options.repeats)
+            found, seconds = clocked(
+                lambda: solve(section, stages, lengths, told=told, budget=scene.model.budget), options.repeats
+            )
         except ValueError as error:
             raise BadInput("path", None, f"cannot be gone: {error}", "let every stage hold the same things") from None
         return self._state(scene, found, seconds, options)

@@ -30,6 +30,10 @@ _QUADRATURE = Claim(
     "quadrature", "the energy is an integral, not its rule's",
     "where the twist is free, an adaptive rule on the state gives the energy again, to 1e-8",
 )  # fmt: skip
+_CONVEX = Claim(
+    "convexity", "the energy says itself how long a passage is, not the elements",
+    "where the twist is free, its Hessian in curvature and twist along the strip (ribbon.judge.convexity)",
+)  # fmt: skip
 _ELEMENTS = Claim(
     "elements", "the shape is that of many elements", "distance to the limit of the same state on finer elements"
 )
@@ -50,7 +54,9 @@ _WALLS = Claim("walls", "the strip is not beyond a wall", "deepest point of the 
 _MODEL = Claim(
     "model", "the energy that the accuracy asks for is good enough", "its estimated distance to the shell, where asked"
 )
-_STATE = (_FINITE, _RESIDUAL, _BALANCE, _QUADRATURE, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _MODEL)
+_STATE = (
+    _FINITE, _RESIDUAL, _BALANCE, _QUADRATURE, _CONVEX, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _MODEL,
+)  # fmt: skip
 _SAME = Claim("same", "both models are in one state", "the shell accepts the ribbon's surface as its beginning")
 _SHELL = Claim("shell", "the shell is in a stable equilibrium, and its error is known", "status; a coarser mesh")
 _DISTANCE = Claim("distance", "the models are near each other", "Hausdorff distance beside both errors")

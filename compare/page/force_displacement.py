@@ -29,6 +29,12 @@ SUPPORTS = tuple(
     for end in ("start", "end")
     for column in columns_of(f"{kind}.{end}", unit)
 )
+#: Their errors, each in the Euclidean norm and by its own change on other elements.
+ERRORS = tuple(
+    Column(f"{kind}_error.{end}", f"{kind}_error.{end}", unit, "digits:5")
+    for kind, unit in (("force", _FORCE), ("moment", _MOMENT))
+    for end in ("start", "end")
+)
 #: The curve: how far a held place has been moved and the force along it; or how far a frame has been turned.
 CURVE = (
     Column("displacement", "displacement", "l", "digits:5", legend="of what is moved, along its way"),
@@ -39,9 +45,14 @@ CURVE = (
 
 
 def wall_columns(records: Sequence[Mapping[str, Any]]) -> tuple[Column, ...]:
-    """The columns of the forces of walls that some of the records have: force.wall.NAME.x, ..."""
+    """The columns of the forces of walls that some of the records have: force.wall.NAME.x, ...; and of their errors,
+    force_error.wall.NAME."""
     names = dict.fromkeys(key.rpartition(".")[0] for r in records for key in r if key.startswith("force.wall."))
-    return tuple(column for name in names for column in columns_of(name, _FORCE))
+    errors = dict.fromkeys(key for r in records for key in r if key.startswith("force_error.wall."))
+    return (
+        *(column for name in names for column in columns_of(name, _FORCE)),
+        *(Column(name, name, _FORCE, "digits:5") for name in errors),
+    )
 
 
 def supports_of(stand: Stand) -> dict[str, float]:

@@ -23,8 +23,8 @@ class Ended(Protocol):
 
 #: (model, its word for the end) -> what is said after the solver's message.
 REMEDIES = {
-    ("ribbon", "saddle"): ": use --leave-saddle to follow the unstable direction, or start from another [seed]: "
-    "a bent one, e.g. curvature = 0.5, or out of its plane, e.g. ruling = 0.01",
+    ("ribbon", "saddle"): ": leave it along its unstable direction (without --stay; on a [[path]] --leave-saddle), or "
+    "start from another [seed]: a bent one, e.g. curvature = 0.5, or out of its plane, e.g. ruling = 0.01",
     ("ribbon", "not_converged"): "; try another [seed], more segments, or a smaller load first",
     ("ribbon", "failed"): "; try another [seed] or a smaller load",
     ("ribbon", "infeasible"): ", or declare a [[path]] that leads there",

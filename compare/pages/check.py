@@ -125,8 +125,8 @@ def pins_text(outcomes: Sequence[Outcome]) -> str:
             keys = {key: value for key, value in pin.keys if key != "shell.width_to_thickness"}
             if keys:
                 lines.append(f"set = {{ {', '.join(f'{json.dumps(k)} = {json.dumps(v)}' for k, v in keys.items())} }}")
-            if pin.leave_saddle:
-                lines.append("leave_saddle = true")
+            if pin.leave_saddle is not None:
+                lines.append(f"leave_saddle = {json.dumps(pin.leave_saddle)}")
             for claim in claims:
                 key = "distance" if claim.what == "distance" else "share"
                 bound = up((claim.value or 0.0) + 2.0 * (claim.error or 0.0))

@@ -34,6 +34,12 @@ def _part(kind: str, name: str) -> Callable[[Row], Any]:
     return value
 
 
+def _error(row: Row, name: str) -> float | None:
+    """The error of a part of the shell's energy, by its own change between meshes (D w / l); None: not known."""
+    found: float | None = row.shell_errors.get("energy", {}).get(name)
+    return found
+
+
 def _energy(name: str) -> Callable[[Row], Any]:
     """A part of the energy, in the convention of every model."""
 
@@ -69,6 +75,10 @@ _COLUMNS: tuple[ColumnOf[Row], ...] = (
     (Column("elastic", "elastic", "D w / l", "digits:6", rank=6), _energy("elastic")),
     (Column("gravity", "gravity", "D w / l", "digits:6", rank=6), _energy("gravity")),
     (Column("total", "total", "D w / l", "digits:6", rank=6), _energy("total")),
+    (Column("elastic_error", "elastic error", "D w / l", "exponent:1", legend="of the shell's, by its own change"),
+     lambda r: _error(r, "elastic")),
+    (Column("gravity_error", "gravity error", "D w / l", "exponent:1"), lambda r: _error(r, "gravity")),
+    (Column("total_error", "total error", "D w / l", "exponent:1"), lambda r: _error(r, "total")),
     (Column("seconds_ribbon", "ribbon s", "s", "seconds:2"), lambda r: r.seconds["ribbon"]),
     (Column("seconds_shell", "shell s", "s", "seconds:3", rank=4), lambda r: r.seconds["shell"]),
     (Column("ratio", "ratio", kind="digits:3", legend="shell time over ribbon time", rank=4), lambda r: r.ratio),
@@ -114,7 +124,9 @@ def table(comparison: Comparison) -> Table:
         "elastica": comparison.elastica_distance,
     }
     if fast.energy is not None:
-        cells |= {name: getattr(fast.energy, name) for name in ("elastic", "gravity", "total")}
+        parts = ("elastic", "gravity", "total")
+        cells |= {name: getattr(fast.energy, name) for name in parts}
+        cells |= {f"{name}_error": fast.errors.get("energy", {}).get(name) for name in parts}
     return replace(found, below=(tuple(cells.get(key) for key in found.keys),))
 
 

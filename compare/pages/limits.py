@@ -110,7 +110,7 @@ def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
         (Column("share.membrane", "membrane %", kind="percent:2", rank=2), part(share, "membrane")),
         (Column("share.shear", "shear %", kind="percent:2"), part(share, "shear")),
         (Column("share_error", "share's error %", kind="percent:2", rank=LAST,
-                legend="of the membrane share, as the error of the shape"), of_row("share_error")),
+                legend="of both shares, as the error of the shape"), of_row("share_error")),
         (Column("zones.clamps", "at clamps %", kind="percent:0", rank=LAST,
                 legend="part of that stretching within w/2 of a clamp"), part(lambda f: f.zones, "clamps")),
         (Column("energy.elastic", "elastic", "D w / l", "digits:4", rank=LAST,
@@ -169,7 +169,7 @@ def full_table(findings: Sequence[Finding]) -> Table:
 
 #: Of columns that the page's own table goes without.
 _UNITS = {"hausdorff": "l", "elastica": "l", "energy.total": "D w / l", "energy.constant": "D w / l"} | {
-    f"energy.{part}": "D w / l" for part in ("bending", "membrane", "shear")
+    f"energy.{part}": "D w / l" for part in ("bending", "membrane", "shear", "stabilisation")
 }  # fmt: skip
 
 
@@ -245,10 +245,10 @@ def _checks(finding: Finding, command: str) -> list[Check]:
     rival = finding.estimate.rival
     if rival is not None:
         found["rivals"] = unchecked("rivals", rival.text)
-    level = UNKNOWN if finding.level is None or finding.another is not False else finding.level
+    sure = finding.another is False
     for name, value in (("distance", finding.distance), ("share", finding.left_out)):
         said = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
-        found[name] = Check(name, level, said, value)
+        found[name] = Check(name, finding.grades.get(name, UNKNOWN) if sure else UNKNOWN, said, value)
     return list(found.values())
 
 

@@ -16,9 +16,9 @@ from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.ribbon.build import formulation_why
+from compare.models.ribbon.fields import stretching
 from compare.models.ribbon.rivals import Rival
 from compare.models.ribbon.state import RibbonShape
-from compare.models.ribbon.stretching import stretching
 from compare.models.ribbon.taut import taut
 from compare.models.ribbon.taut import words as taut_words
 from compare.page import force_displacement, told
@@ -57,6 +57,7 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
         "active_bounds": e.active_bounds,
         "tolerance_error": e.tolerance_error,
         "lowest_eigenvalue_limit": state.numbers.get("eigenvalue_limit"),
+        **({"neutral": state.numbers["neutral"]} if "neutral" in state.numbers else {}),
         "minima": None if e.minima is None else {**asdict(e.minima), "lowest": e.minima.lowest},
         "model": {
             "energy": e.problem.energy,

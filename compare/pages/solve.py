@@ -42,6 +42,8 @@ def answer(scene: Scene, state: State, units: Units | None = None, command: str 
         text = f"{body.capitalize()} is straight; its tension is not determined: {remedy(scene, state)}"
         return Verdict.of(command, text, checks)
     kind = "a stable equilibrium" if state.stable else "an equilibrium, whose stability is not known"
+    if "neutral" in state.numbers:
+        kind = f"a neutral equilibrium: {state.message.partition(', ')[2]}"
     near = f"computed to {length(units, state.error)}"
     if state.error is None:
         near = "how accurately is not known" + (f" ({state.error_why})" if state.error_why else "")

@@ -41,6 +41,7 @@ def of_state(scene: Scene, state: State, command: str = "solve") -> list[Check]:
         residual(state),
         balance(scene, state),
         quadrature(state),
+        convexity(state),
         elements(state),
         forces(state),
         stability(state),
@@ -108,14 +109,10 @@ def balance(scene: Scene, state: State) -> Check:
 
 def _pushes(scene: Scene, state: State) -> list[Push]:
     """What every wall does, at the points of the surface that touch it."""
-    assert state.shape is not None
-    across = scene.width * np.array([-0.5, 0.0, 0.5])
-    found = []
-    for wall, normal in zip(state.supports.walls, scene.wall_normals, strict=True):
-        contacts = np.clip(np.asarray(wall["contacts"], dtype=float), 0.0, 1.0)
-        points = state.shape.points(contacts, across).reshape(-1, 3) if contacts.size else np.empty((0, 3))
-        found.append(Push(normal, np.asarray(wall["force"], dtype=float), points))
-    return found
+    return [
+        Push(normal, np.asarray(wall["force"], dtype=float), np.asarray(wall["points"], dtype=float).reshape(-1, 3))
+        for wall, normal in zip(state.supports.walls, scene.wall_normals, strict=True)
+    ]
 
 
 def _centre(scene: Scene, state: State) -> FloatArray:
@@ -133,6 +130,19 @@ def quadrature(state: State) -> Check:
     if state.quadrature is None:
         return nothing("quadrature", "its rule is exact")
     return bounded("quadrature", state.quadrature, QUADRATURE, "of the elastic energy its rule misses")
+
+
+def convexity(state: State) -> Check:
+    """Whether the energy alone says what the state is: convex in curvature and twist all along the strip."""
+    if state.nonconvex is None:
+        return nothing("convexity", "its twist is no field of its own, or its energy is convex")
+    if state.nonconvex > 0.0:
+        said = (
+            f"on {100.0 * state.nonconvex:.2g} % of the length its energy is not convex in curvature and twist, and "
+            'the elements hold it there (model.energy = "finite" or "wunderlich" says itself how long a passage is)'
+        )
+        return Check("convexity", UNKNOWN, said, state.nonconvex, 0.0)
+    return Check("convexity", GOOD, "its energy is convex all along the strip", 0.0, 0.0)
 
 
 def elements(state: State) -> Check:
@@ -207,6 +217,9 @@ def stability(state: State) -> Check:
     lowest = state.lowest_eigenvalue
     if state.stable is False or state.status is Status.UNSTABLE:
         return Check("stability", POOR, "it is not stable", lowest)
+    if "neutral" in state.numbers:
+        error = float(state.numbers["eigenvalue_limit"]["error"])
+        return Check("stability", FAIR, f"neutral: its lowest eigenvalue is zero within {error:.1g}", lowest)
     if state.stable is None:
         return unchecked("stability", "whether it is stable is not known")
     if lowest is None or math.isinf(lowest):

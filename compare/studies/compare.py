@@ -50,12 +50,12 @@ class Row:
     claimed: the distance exceeds the sum of the errors; energy: the shell's (without the constant of the natural
     curvature, like every model's); share: of its elastic energy, the constant included; elastica: distance of the
     shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; share_error: change of
-    the membrane share from the coarser mesh, where one was solved; same_state: whether the shell rests in the state
-    that is beside it, None: not known, or no shell; same_why: how that was found; counterpart: where the model beside
-    comes to rest from the shell's shape, where that is another state than its own; shell_errors: of the shell's forces,
-    moments, energies and lowest eigenvalue (`State.errors`); `claimed` is of one state only; warm: the ribbon's time is
-    of repeated solves, with all loaded, as the shell's always is without its imports and compilation; searched: it
-    holds a search for segments.
+    the shares of membrane and shear on the mesh that tells its error, where one was solved; same_state: whether the
+    shell rests in the state that is beside it, None: not known, or no shell; same_why: how that was found; counterpart:
+    where the model beside comes to rest from the shell's shape, where that is another state than its own; shell_errors:
+    of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`); `claimed` is of one state only;
+    warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports and
+    compilation; searched: it holds a search for segments.
     """
 
     width_to_thickness: float
@@ -165,12 +165,12 @@ def fit_slope(rows: tuple[Row, ...]) -> Slope | None:
 
 
 def compare(
-    scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle: bool = False, bare: bool = False
+    scene: Scene, store: CaseStore, reporter: Reporter, *, leave_saddle: bool | None = None, bare: bool = False
 ) -> Comparison:
     """Runs the scene's model, the elastica where the scene is planar, and one shell per w/h of the scene.
 
     Finished shell cases are taken from `store` and new ones are kept there at once; the state of an interrupted path of
-    the ribbon stands beside them. leave_saddle: the ribbon leaves a saddle for a stable state. bare: the distances and
+    the ribbon stands beside them. leave_saddle: as in `compare.models.base.Options`. bare: the distances and
     their errors alone, without the elastica, and without solves that are repeated for their warm time.
 
     Raises `ShellMissing`, with the scene's own model's answer, where no shell can be run here.
@@ -196,7 +196,7 @@ def compare(
         except ModuleNotFoundError as error:  # an optional library: a third opinion that is not to be had here
             reporter.aside(f"without the elastica beside it: {error.name} is not installed")
     planar = None if elastica is None or elastica.shape is None else elastica.shape.centreline(grid.s)
-    several = scene.several_equilibria or leave_saddle
+    several = scene.several_equilibria or bool(leave_saddle) or fast.left_saddle is not None
     rows: list[Row] = []
     shells: list[State] = []
     for k, variant in enumerate(shell.variants(scene)):

@@ -81,14 +81,14 @@ def check_rulings(scene: Scene, rulings: Sequence[str]) -> None:
         )  # fmt: skip
 
 
-def study(scene: Scene, store: CaseStore, reporter: Reporter, leave_saddle: bool = False) -> Study:
+def study(scene: Scene, store: CaseStore, reporter: Reporter, leave_saddle: bool | None = None) -> Study:
     """Compares, and fits what the claimed rows allow."""
     found = compare(scene, store, reporter, leave_saddle=leave_saddle)
     return fitted(scene.clamp_start.ruling if scene.clamp_start is not None else "", found)
 
 
 def studies(
-    scene: Scene, rulings: Sequence[str], store: CaseStore, reporter: Reporter, leave_saddle: bool = False
+    scene: Scene, rulings: Sequence[str], store: CaseStore, reporter: Reporter, leave_saddle: bool | None = None
 ) -> list[Study]:
     """One study per ruling at s = 0 (none named: the scene's own), with the same shells."""
     check_rulings(scene, rulings)

@@ -77,11 +77,11 @@ class Bench:
 
     @property
     def _several(self) -> bool:
-        return self.scene.several_equilibria or self.plan.leave_saddle
+        return self.scene.several_equilibria or bool(self.plan.leave_saddle) or self.base.left_saddle is not None
 
     def _options(self, model: Model, **more: Any) -> Options:
         """selects: the shell of a scene with one equilibrium finds its own."""
-        leave = self.plan.leave_saddle and model.name == self.base.model
+        leave = self.plan.leave_saddle if model.name == self.base.model else None
         selects = self._several or model.name != SHELL
         return Options(leave_saddle=leave, fallback=True, grid=self.grid, selects=selects, **more)
 

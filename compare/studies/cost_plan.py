@@ -53,7 +53,7 @@ class Plan:
     targets: tuple[float, ...] = TARGETS
     repeats: int = 3
     budget: float = BUDGET
-    leave_saddle: bool = False
+    leave_saddle: bool | None = None
     compilation: bool = False
 
 

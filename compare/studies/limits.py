@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
-from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, worst
+from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
 from compare.models.base import Options, State, check_keys
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.ribbon.estimate import Estimate
@@ -42,6 +42,10 @@ _CORNER_OF_WIDTH = 0.25
 _SHARE_CHANGE = 0.25
 
 
+#: Errors of a measured distance and share, None: not known.
+Errors = tuple[float | None, float | None]
+
+
 @dataclass(frozen=True)
 class Thresholds:
     """Up to which the model is "good": Hausdorff distance over l, share of the elastic energy."""
@@ -49,10 +53,19 @@ class Thresholds:
     distance: float = GOOD_UP_TO["distance"]
     share: float = GOOD_UP_TO["share"]
 
-    def level(self, distance: float | None, share: float | None) -> str | None:
-        """The level of a distance and a share; None when one of them is not known and the other is not beyond."""
-        found = worst(graded(distance, self.distance), graded(share, self.share))
+    def level(self, distance: float | None, share: float | None, errors: Errors | None = None) -> str | None:
+        """The level of a distance and a share; None when one of them is not known and the other is not beyond. errors:
+        of both, by which a measured one may not be known (`compare.measure.grades.resolved`)."""
+        found = worst(*self.grades(distance, share, errors).values())
         return None if found == UNKNOWN else found
+
+    def grades(self, distance: float | None, share: float | None, errors: Errors | None = None) -> dict[str, str]:
+        """The grade of each of them."""
+        values = {"distance": (distance, self.distance), "share": (share, self.share)}
+        if errors is None:
+            return {name: graded(value, most) for name, (value, most) in values.items()}
+        own = dict(zip(values, errors, strict=True))
+        return {name: resolved(value, own[name], most) for name, (value, most) in values.items()}
 
 
 @dataclass(frozen=True)
@@ -73,7 +86,7 @@ class Finding:
     values: the varied keys; row: of the comparison, None for an estimate alone; share_of_total: bending, membrane,
     shear and gravity over elastic + |gravity|; zones: where the stretching is, as parts of 1 ("clamps": within w/2 of
     them, "edges": beside the long edges, "rest"); parts: by cause, of the elastic energy; level, cause and sentence:
-    the verdict.
+    the verdict; grades: of distance and share, each for itself, none where the state is not sure.
     """
 
     values: Mapping[str, Any]
@@ -92,6 +105,7 @@ class Finding:
     estimated_level: str | None
     sentence: str
     maps: Maps | None
+    grades: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -182,12 +196,13 @@ def _estimated(
 ) -> Finding:
     found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
     sure = ribbon.ok and found.rival is None and not found.why
+    grades = thresholds.grades(found.distance, found.missing) if sure else {}
     level = thresholds.level(found.distance, found.missing) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,
         share=None if found.why else found.share,
-        level=level, estimated_level=level, sentence="", maps=None,
+        level=level, estimated_level=level, sentence="", maps=None, grades=grades,
     )  # fmt: skip
     return replace(bare, sentence=sentence(bare))
 
@@ -199,7 +214,7 @@ def study(
     thresholds: Thresholds,
     values: Mapping[str, Any] | None = None,
     *,
-    leave_saddle: bool = False,
+    leave_saddle: bool | None = None,
 ) -> tuple[list[Finding], Comparison]:
     """The findings of a scene, one per w/h, with the comparison behind them; finished shells come from `store`."""
     require_limits(scene)
@@ -218,12 +233,11 @@ def _found(
 
     scene, ratio = comparison.scene, row.width_to_thickness
     bare = _estimated(scene, comparison.fast, ratio, thresholds, values)
-    bare = replace(bare, row=row, ribbon_error=comparison.fast.error, level=None, distance=None, share=None)
+    bare = replace(bare, row=row, ribbon_error=comparison.fast.error, level=None, distance=None, share=None, grades={})
     if not state.ok or row.share is None or row.energy is None or row.energy.elastic is None:
         return replace(bare, sentence=sentence(bare))
-    energy = {**row.energy.parts, "gravity": row.energy.gravity}
-    whole = row.energy.elastic + row.energy.constant + abs(row.energy.gravity)
-    of_total = {name: abs(energy[name]) / whole for name in ("bending", "membrane", "shear", "gravity")}
+    energy = {**{part: row.energy.parts[part] for part in row.share}, "gravity": abs(row.energy.gravity)}
+    of_total = {name: part / sum(energy.values()) for name, part in energy.items()}
     case = state.native
     parts = row.share if bare.estimate.bends else of_total  # an elastic energy of almost nothing has no shares
     share = parts["membrane"] + parts["shear"]
@@ -233,7 +247,9 @@ def _found(
     zones, shear_there = stretching_zones(scene, maps, ratio)
     left_out = abs(share - bare.estimate.own)
     sure = comparison.fast.ok and row.same_state is True
-    level = thresholds.level(row.hausdorff, left_out) if sure else None
+    unknown = row.ribbon_error is None or row.shell_error is None
+    errors = None if unknown else row.ribbon_error + row.shell_error, row.share_error  # type: ignore[operator]
+    level = thresholds.level(row.hausdorff, left_out, errors) if sure else None
     full = replace(
         bare,
         share_of_total=of_total,
@@ -243,6 +259,7 @@ def _found(
         share=share,
         level=level,
         maps=maps,
+        grades=thresholds.grades(row.hausdorff, left_out, errors) if sure else {},
     )
     return replace(full, sentence=sentence(full))
 

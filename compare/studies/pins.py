@@ -26,7 +26,7 @@ KEYS = {
     "slope": "[lowest, highest] slope of log(distance) against log(h/w)",
     "width_to_thickness": "w/h of the shells, a number or several; absent: the scene's own",
     "set": "table of the scene's keys that are replaced",
-    "leave_saddle": "true: the ribbon leaves a saddle",
+    "leave_saddle": "true: saddles are left, false: they are not; absent: a ribbon without a path leaves one",
     "validate": "true: long, checked by `make validate` only",
 }
 
@@ -43,7 +43,7 @@ class Pin:
     share: float | None = None
     slope: tuple[float, float] | None = None
     keys: tuple[tuple[str, Any], ...] = ()
-    leave_saddle: bool = False
+    leave_saddle: bool | None = None
     validate: bool = False
 
     @classmethod
@@ -55,7 +55,7 @@ class Pin:
         slope: Any = None,
         width_to_thickness: Sequence[float] | None = None,
         keys: Mapping[str, Any] | None = None,
-        leave_saddle: bool = False,
+        leave_saddle: bool | None = None,
         validate: bool = False,
         where: str = "",
     ) -> Pin:
@@ -168,7 +168,7 @@ def _pin(entry: Mapping[str, Any], where: str, folder: Path) -> Pin:
     scene = load(name if name in shipped() else folder / name)
     return Pin.of(
         scene, entry.get("distance"), entry.get("share"), entry.get("slope"), ratios, _flat(keys),
-        entry.get("leave_saddle", False), entry.get("validate", False), where,
+        entry.get("leave_saddle"), entry.get("validate", False), where,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from compare.sweep.run import Finished
+    from compare.sweep.finished import Finished
 
 #: Distance (l) that is no jump, and over that of the pairs around; how many of them on either side; share of the pairs.
 LEAST, JUMP, AROUND, MOST = 0.05, 8.0, 3, 0.35

@@ -45,7 +45,7 @@ class Task:
     scene: Scene
     solver: str
     errors: bool
-    leave_saddle: bool
+    leave_saddle: bool | None
     folder: str
     slice: int | None = None
 
@@ -68,8 +68,8 @@ def run_cases(tasks: Sequence[Task]) -> list[Record]:
     """The records of cases that a worker gets at once, each as `run_case` makes it.
 
     A slice (`Task.slice`) is solved as one batch, without what is made ready for a case alone; `together` is then
-    true in its records, and `seconds` the solve's own and an equal share of the rest. Where something is raised, the
-    cases go one by one, and each says for itself what it was.
+    true in its records, and `seconds` the solve's own and an equal share of the rest. A saddle goes again alone, where
+    it is left. Where something is raised, the cases go one by one, and each says for itself what it was.
     """
     if tasks[0].slice is None:
         return [run_case(task) for task in tasks]
@@ -86,11 +86,11 @@ def run_cases(tasks: Sequence[Task]) -> list[Record]:
     share = max(0.0, time.perf_counter() - clock - sum(own)) / len(tasks)
     made = now()
     return [
-        {
+        run_case(task) if state.stable is False and task.leave_saddle is None else {
             "status": worst([row]), "message": message(state), "rows": [row], "together": True,
             "seconds": seconds + share, "time": made,
         }
-        for row, state, seconds in zip(rows, states, own, strict=True)
+        for task, row, state, seconds in zip(tasks, rows, states, own, strict=True)
     ]  # fmt: skip
 
 
@@ -180,12 +180,29 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
         import numpy as np
 
         row["quarters"] = state.shape.centreline(np.array(_QUARTERS)).tolist()
+    if state.left_saddle is not None:
+        row["left_saddle"] = state.left_saddle["above"]
     if state.branch is not None:
         row["side"] = state.branch
     row.update(supports_of(_stand(scene, state)))
     if errors or state.error is not None:
         row["error"] = state.error
+        row.update(_errors(state))
     return row
+
+
+def _errors(state: State) -> Row:
+    """Errors of forces, moments, energies and the lowest eigenvalue, each by its own change on other elements
+    (`compare.measure.numbers`); those that are not known have no entry."""
+    known = state.errors
+    found: dict[str, Any] = {}
+    for kind in ("force", "moment"):
+        found |= {f"{kind}_error.{end}": known.get(f"{kind}s", {}).get(end) for end in ("start", "end")}
+    walls = zip(state.supports.walls, known.get("forces", {}).get("walls") or (), strict=False)
+    found |= {f"force_error.wall.{wall['name']}": error for wall, error in walls}
+    found |= {f"energy_error.{name}": known.get("energy", {}).get(name) for name in ("elastic", "total")}
+    found["lowest_eigenvalue_error"] = known.get("lowest_eigenvalue")
+    return {key: float(value) for key, value in found.items() if value is not None}
 
 
 #: Where a strip that may rest in several ways is compared with its neighbours in the grid, besides middle and end.

@@ -61,7 +61,7 @@ class Sweep:
     show: str = ""
     against: str = ""
     errors: bool = False
-    leave_saddle: bool = False
+    leave_saddle: bool | None = None
     curves: tuple[Curve, ...] = ()
 
     @property
@@ -170,7 +170,7 @@ def _of_document(document: Mapping[str, Any], path: Path) -> Sweep:
         show=_text(document, "show", ""),
         against=_text(document, "against", ""),
         errors=_flag(document, "errors"),
-        leave_saddle=_flag(document, "leave_saddle"),
+        leave_saddle=_flag(document, "leave_saddle") if "leave_saddle" in document else None,
         curves=tuple(_curve(entry, f"curve.{k}") for k, entry in enumerate(_tables(document, "curve"))),
     )
 

@@ -27,7 +27,8 @@ from compare.store.made_by import provenance
 from compare.store.store import atomic_write_text, case_key
 from compare.sweep.branches import branches, others
 from compare.sweep.file import COMPARE, Sweep
-from compare.sweep.run import Finished, summary
+from compare.sweep.finished import Finished
+from compare.sweep.run import summary
 
 CASES_FORMAT = 1
 """Of cases.json."""
@@ -58,6 +59,8 @@ _COLUMNS = (
     _column("stable", kind=_TRUTH),
     _column("branch", kind="integer"),
     _column("side", kind=_WORD),
+    _column("warm", kind="integer"),
+    _column("left_saddle", "D w / l"),
     _column("ribbon.status", kind=_WORD),
     _column("ribbon.stable", kind=_TRUTH),
     *(_column(key, "l") for key in ("hausdorff", "centreline", "ribbon_error", "shell_error")),
@@ -78,6 +81,9 @@ _COLUMNS = (
     *force_displacement.CURVE,
     _column("forces_why", kind=_WORD),
     _column("error", "l"),
+    *force_displacement.ERRORS,
+    *(_column(f"energy_error.{name}", "D w / l") for name in ("elastic", "total")),
+    _column("lowest_eigenvalue_error"),
     *(_column(key, "s") for key in ("seconds.ribbon", "seconds.shell", "seconds")),
     _column("message", kind=_WORD),
 )
@@ -95,7 +101,7 @@ def rows_of(finished: Finished) -> Rows:
         scene, record = case.point.scene, case.record
         base = {"case": case.point.number, **case.point.values, "gamma": scene.gamma, "width": scene.width}
         for row, number in zip(record["rows"] or [{}], branch or [None], strict=True):
-            own = {"status": record["status"], "stable": None, "branch": number, **row}
+            own = {"status": record["status"], "stable": None, "branch": number, "warm": case.warm, **row}
             found.append({**base, **own, "seconds": record["seconds"], "message": record["message"]})
     for travel, numbers in _curves(finished, found).values():
         for place, values in force_displacement.curve_of(travel).items():
@@ -176,6 +182,7 @@ def cases_json(finished: Finished) -> str:
             "scene_hash": case_key(case.point.scene.canonical()),
             "values": dict(case.point.values),
             "reused": case.reused,
+            "warm": case.warm,
             **{name: case.record.get(name) for name in ("status", "message", "seconds", "time", "worker", "rows")},
         }
         for case in finished.cases
@@ -206,6 +213,9 @@ def result(finished: Finished, rows: Rows) -> dict[str, Any]:
             {"case": case.point.number, "values": dict(case.point.values), "status": case.status,
              "message": case.record["message"]}
             for case in finished.cases if not case.ok
+        ],
+        "warm": [
+            {"case": case.point.number, "start": case.warm} for case in finished.cases if case.warm is not None
         ],
         "other_branches": [{"case": number, "branch": branch} for number, branch in others(finished)],
         "units": _units(finished),
@@ -328,6 +338,12 @@ def verdict(finished: Finished) -> list[str]:
 def _asides(finished: Finished) -> list[str]:
     """Which cases lie on another branch than most, or not on the side of their seed."""
     found = []
+    again = sum(case.warm is not None for case in finished.cases)
+    if finished.walks:
+        found.append(
+            f"{again} cases ended beside their neighbours and were brought to the state that theirs lead to (column "
+            f"warm; {finished.walks} tried)."
+        )
     places = {case.point.number: case.point.values for case in finished.cases}
     aside = others(finished)
     for number, branch in aside[:3]:

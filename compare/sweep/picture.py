@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from compare.page.drawing import save
 from compare.studies.axes import Axis
-from compare.sweep.run import Finished
+from compare.sweep.finished import Finished
 
 FloatArray = NDArray[np.float64]
 Rows = list[dict[str, Any]]

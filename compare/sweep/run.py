@@ -13,50 +13,17 @@ from typing import Any
 
 from compare.errors import BadInput, Missing
 from compare.registry import home, model, name_for, names
+from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
 from compare.studies.axes import Point, points
 from compare.sweep.case import COMPARE, PASSING, Record, Task, slice_key
 from compare.sweep.file import Sweep
+from compare.sweep.finished import Case, Finished
 from compare.sweep.journal import FORMAT, Journal
+from compare.sweep.warm import Walk, mended
 from compare.sweep.workers import Crew
-
-
-@dataclass(frozen=True)
-class Case:
-    """A point of the grid with its end; reused: found among the finished cases."""
-
-    point: Point
-    key: str
-    record: Record
-    reused: bool
-
-    @property
-    def status(self) -> str:
-        """The solver's word, or "refused", "crashed", "error", "missing"."""
-        return str(self.record["status"])
-
-    @property
-    def ok(self) -> bool:
-        """Converged, and not known to be unstable."""
-        rows = self.record["rows"]
-        return self.status == "converged" and bool(rows) and all(row.get("stable") is not False for row in rows)
-
-
-@dataclass(frozen=True)
-class Finished:
-    """A sweep's cases in the order of the grid; seconds: wall time of this run, workers: how many it had."""
-
-    sweep: Sweep
-    cases: tuple[Case, ...]
-    seconds: float
-    workers: int
-
-    @property
-    def ok(self) -> bool:
-        """Every case converged to a state that is not known to be unstable."""
-        return all(case.ok for case in self.cases)
 
 
 def check(sweep: Sweep) -> list[Point]:
@@ -113,7 +80,8 @@ def key_of(sweep: Sweep, point: Point, digest: str) -> str:
 def run(
     sweep: Sweep, grid: Sequence[Point], out: Path, crew: Crew, reporter: Reporter, fresh: bool = False
 ) -> Finished:
-    """Runs what is not finished yet. The folder must be held (`compare.store.store.occupied`).
+    """Runs what is not finished yet, then begins again what ended beside its neighbours (`compare.sweep.warm`). The
+    folder must be held (`compare.store.store.occupied`).
 
     fresh: forget what is finished. Raises OSError when the disk is full and `Missing` when every case lacks a library;
     all else that happens to a case is its status.
@@ -122,35 +90,64 @@ def run(
     digest = software_digest(sweep.solver)
     keys = [key_of(sweep, point, digest) for point in grid]
     journal = Journal(out, digest, fresh)
-    _say_found(journal, set(keys), reporter)
-    ends: dict[str, tuple[Record, bool]] = {key: (journal.found[key], True) for key in keys if key in journal.found}
-    todo = [(key, point) for key, point in zip(keys, grid, strict=True) if key not in ends]
-    tasks = [
-        Task(key, point.scene, sweep.solver, sweep.errors, sweep.leave_saddle, os.path.abspath(out))
-        for key, point in todo
-    ]
-    kept = f", {len(grid) - len(tasks)} of them finished before" if len(tasks) < len(grid) else ""
-    tasks = sliced(tasks, crew.size)
-    workers = min(crew.size, len(tasks))
-    at_once = f", {workers} at once" if workers else ""
-    reporter.step(f"sweep: {len(grid)} cases, solver {sweep.solver}{kept}{at_once}{_way(tasks)}")
+    work = _Work(sweep, journal, crew, reporter, os.path.abspath(out))
     with journal:
+        ends = work.done(keys, [point.scene for point in grid])
+        cases = tuple(Case(point, key, *end) for key, point, end in zip(keys, grid, ends, strict=True))
+        missing = [case for case in cases if case.status == "missing"]
+        if missing and len(missing) == len(cases):
+            raise Missing.of(str(missing[0].record["message"]))
+
+        def walk(walks: Sequence[Walk]) -> list[tuple[Record, bool]]:
+            scenes = [walk.scene for walk in walks]
+            return work.done([key_of(sweep, Point(0, {}, scene), digest) for scene in scenes], scenes, "again")
+
+        found = mended(Finished(sweep, cases, 0.0, work.workers), walk)
+    return replace(found, seconds=time.perf_counter() - clock, workers=work.workers)
+
+
+@dataclass
+class _Work:
+    """What solves the cases of a sweep: those of the journal are found, the others go to the crew and into it; workers:
+    how many had something to do."""
+
+    sweep: Sweep
+    journal: Journal
+    crew: Crew
+    reporter: Reporter
+    folder: str
+    workers: int = 0
+
+    def done(self, keys: Sequence[str], scenes: Sequence[Scene], again: str = "") -> list[tuple[Record, bool]]:
+        """The record of each scene, and whether it was found; again: they are begun at a neighbour's state."""
+        sweep, found, clock = self.sweep, self.journal.found, time.perf_counter()
+        if not again:
+            _say_found(self.journal, set(keys), self.reporter)
+        ends: dict[str, tuple[Record, bool]] = {key: (found[key], True) for key in keys if key in found}
+        tasks = [
+            Task(key, scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder)
+            for key, scene in zip(keys, scenes, strict=True)
+            if key not in ends
+        ]
+        kept = f", {len(keys) - len(tasks)} of them finished before" if len(tasks) < len(keys) else ""
+        tasks = sliced(tasks, self.crew.size)
+        workers = min(self.crew.size, len(tasks))
+        self.workers = max(self.workers, workers)
+        at_once = f", {workers} at once" if workers else ""
+        what = f"cases {again} at a neighbour's state" if again else f"cases, solver {sweep.solver}"
+        self.reporter.step(f"sweep: {len(keys)} {what}{kept}{at_once}{_way(tasks)}")
         failed = 0
-        with contextlib.closing(crew.run(tasks)) as results:  # type: ignore[type-var]
+        with contextlib.closing(self.crew.run(tasks)) as results:  # type: ignore[type-var]
             for done, (index, record) in enumerate(results, start=1):
                 if "disk_full" in record:
                     raise OSError(record["disk_full"], os.strerror(record["disk_full"]))
                 key = tasks[index].key
                 if record["status"] not in PASSING:
-                    journal.add(key, record)
+                    self.journal.add(key, record)
                 failed += record["status"] != "converged"
                 ends[key] = (record, False)
-                reporter.detail(progress(done, len(tasks), failed, time.perf_counter() - clock))
-    cases = tuple(Case(point, key, *ends[key]) for key, point in zip(keys, grid, strict=True))
-    missing = [case for case in cases if case.status == "missing"]
-    if missing and len(missing) == len(cases):
-        raise Missing.of(str(missing[0].record["message"]))
-    return Finished(sweep, cases, time.perf_counter() - clock, workers)
+                self.reporter.detail(progress(done, len(tasks), failed, time.perf_counter() - clock))
+        return [ends[key] for key in keys]
 
 
 #: Most cases of a slice, and how many slices each worker gets at least, where there are enough cases.
@@ -225,6 +222,7 @@ def summary(finished: Finished) -> dict[str, Any]:
         "cases": len(finished.cases),
         "ok": sum(case.ok for case in finished.cases),
         "new": new,
+        "walks": finished.walks,
         "together": sum(bool(case.record.get("together")) for case in finished.cases),
         "statuses": statuses,
         "seconds": {

@@ -1,7 +1,7 @@
 """Integrals over the segments of a strip by two Gauss rules, on intervals that are halved until both agree (NumPy).
 
-Of no kernel of the energies: what a fixed or a foreseeing rule says is judged by it (`ribbon.problems.quadrature`), and
-parts of an energy are integrated with it (`ribbon.energies.parts`).
+Of no kernel of the energies: what a fixed or a foreseeing rule says is judged by it (`ribbon.judge.quadrature`), and
+parts of an energy are integrated with it (`ribbon.analysis.parts`).
 """
 
 from __future__ import annotations

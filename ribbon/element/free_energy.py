@@ -14,7 +14,7 @@ is fixed while the state moves has minima whose peaks stand between its points; 
 
 The integral is that of the continuous density to about `ERROR`, so that derivatives of the density on the same points
 are the derivatives of the value, although panels move with the state. r = 0 (Sadowsky's energy): a segment on which
-the curvature changes its sign, twisted, has no finite energy: it is infinite. `ribbon.problems.quadrature` checks it
+the curvature changes its sign, twisted, has no finite energy: it is infinite. `ribbon.judge.quadrature` checks it
 all by a rule of its own.
 """
 

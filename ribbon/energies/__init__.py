@@ -7,7 +7,7 @@ and fills ten numbers::
 
 An energy is the `ENERGY` of its file (`ribbon.energies.energy.EnergyDensity`): kernels, spread over the surface, what
 it needs, what a strip of finite thickness gains beyond it, words. `ENERGIES` has them by name; the kernels of
-`ribbon.element.element` call them by their code (`ribbon.energies.dispatch`). `ribbon.energies.along` has the densities
+`ribbon.element.element` call them by their code (`ribbon.energies.dispatch`). `ribbon.analysis.along` has the densities
 of a solved ribbon. The natural curvature is a term of its own (`natural`), absent when the strip is naturally flat.
 """
 

@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from ribbon.boundary import Clamp
 from ribbon.find import relax
 from ribbon.find.seeds import joints
+from ribbon.problems import transfer
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
@@ -51,7 +53,7 @@ def moebius(problem: MixedProblem, progress: Progress | None = None) -> tuple[Fl
     """omega and eta (p + 1,) of a weightless Moebius band with a straight ruling at the seam, near its equilibrium."""
     lengths = problem.lengths
     while lengths.size > MOST_SEGMENTS:
-        lengths = relax.merged(lengths)
+        lengths = transfer.merged(lengths)
     coarse = problem.with_changes(lengths=lengths)
     if problem.strip.relative_width > WIDE:
         wide = _widened(coarse, progress)
@@ -89,7 +91,7 @@ def _widened(problem: MixedProblem, progress: Progress | None) -> tuple[FloatArr
         current = of(width)
         # slopes of rulings keep their distance from the bound 2 / w
         found = relax.from_near(current, current.state(shape[0], shape[1] * (before / width)), None, progress)
-        if found.residual > relax.RESIDUAL_TOLERANCE:
+        if found.residual > RESIDUAL_TOLERANCE:
             return None
         shape = current.joint_values(found.x)
     return shape
@@ -108,8 +110,8 @@ def _turned(problem: MixedProblem, steps: int, progress: Progress | None) -> tup
             x = current.state(omega, _TWIST * np.sin(2.0 * math.pi * joints(problem.lengths)))
         found = choose.minimise(current, x, {"mu_init": 1e-3, "max_iter": _ITERATIONS}, progress)
         problem.counters.add(current.counters)
-        if found.residual > relax.RESIDUAL_TOLERANCE or spent():
+        if found.residual > RESIDUAL_TOLERANCE or spent():
             return None
         x = found.x
     assert x is not None
-    return relax.resample(current, x, problem.lengths)
+    return transfer.resample(current, x, problem.lengths)

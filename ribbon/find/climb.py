@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ribbon.problems import prolonged
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.transfer import merged
 from ribbon.solvers import choose
 from ribbon.solvers.problem import Minimum, kkt_residual
 from ribbon.solvers.settle import settle
@@ -49,14 +50,6 @@ def can(problem: Any, options: dict[str, Any] | None) -> bool:
         and not options
         and choose.asked() != "ipopt"
     )
-
-
-def merged(lengths: FloatArray) -> FloatArray:
-    """Neighbouring segments joined in pairs."""
-    pairs = lengths[: lengths.size // 2 * 2].reshape(-1, 2).sum(axis=1)
-    if lengths.size % 2:
-        pairs[-1] += lengths[-1]
-    return pairs
 
 
 def few(problem: MixedProblem) -> MixedProblem:

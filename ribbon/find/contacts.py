@@ -6,10 +6,10 @@ every abscissa (R. Hettich and K. Kortanek 1993, doi:10.1137/1035089). Points th
 which changes nothing. Where the strip touches a wall at one place and not along a line, that place is then looked for.
 
 So held, a strip touches beside the place where it would touch, by up to half a segment or by what
-`ribbon.penetration.TOLERANCE` lets through, and forces and moments are as far from their limit. Where it pushes at one
-place, that is at one joint or point or at two that are neighbours, the segments there are held by rows that slide
-(`ribbon.problems.touching`), and the equilibrium is found again, until the place is inside a held segment and nothing
-is behind the wall. Line contact is left on its points.
+`ribbon.judge.penetration.TOLERANCE` lets through, and forces and moments are as far from their limit. Where it pushes
+at one place, that is at one joint or point or at two that are neighbours, the segments there are held by rows that
+slide (`ribbon.problems.touching`), and the equilibrium is found again, until the place is inside a held segment and
+nothing is behind the wall. Line contact is left on its points.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon import penetration
 from ribbon.find import relax
+from ribbon.judge import penetration
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
 from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import Minimum, kkt_residual
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum, kkt_residual
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
@@ -100,7 +100,7 @@ def held(
 
     Where none is found within the tolerance, the one that penetrates least is.
     """
-    if not problem.walls or not found.residual <= relax.RESIDUAL_TOLERANCE:
+    if not problem.walls or not found.residual <= RESIDUAL_TOLERANCE:
         return problem, found
     best, least = (problem, found), np.inf
     for _ in range(ROUNDS):
@@ -113,7 +113,7 @@ def held(
             break
         fresh = problem.with_changes(touching=(*problem.touching, *beyond))  # those of old first, in their order
         again = _again(problem, fresh, found, options, progress)
-        if again.residual > relax.RESIDUAL_TOLERANCE:
+        if again.residual > RESIDUAL_TOLERANCE:
             break
         again = replace(again, iterations=again.iterations + found.iterations, seconds=again.seconds + found.seconds)
         fresh.counters.add(problem.counters)
@@ -161,7 +161,7 @@ def _again(
     warm = choose.minimise(
         fresh, found.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, found.multipliers)
     )
-    if warm.residual <= relax.RESIDUAL_TOLERANCE:
+    if warm.residual <= RESIDUAL_TOLERANCE:
         return warm
     cold = relax.from_near(fresh, found.x, options, progress)
     return replace(cold, iterations=cold.iterations + warm.iterations, seconds=cold.seconds + warm.seconds)
@@ -184,7 +184,7 @@ def slid(
 ) -> tuple[MixedProblem, Minimum]:
     """The problem whose single places of contact slide, and its equilibrium beside `found`; both as they are where
     nothing touches at one place, and where none is found from there."""
-    if not problem.walls or not found.residual <= relax.RESIDUAL_TOLERANCE or spent():
+    if not problem.walls or not found.residual <= RESIDUAL_TOLERANCE or spent():
         return problem, found
     places = _places(problem, found)
     if not places or all(_slides(problem, place) for place in places):
@@ -195,7 +195,7 @@ def slid(
         again = choose.minimise(
             now, here.x, {"max_iter": _SLIDING, **(options or {})}, progress, (here.rows, here.multipliers)
         )
-        if again.residual > relax.RESIDUAL_TOLERANCE:
+        if again.residual > RESIDUAL_TOLERANCE:
             return problem, found
         spent_on = replace(
             again, iterations=again.iterations + spent_on.iterations, seconds=again.seconds + spent_on.seconds
@@ -375,6 +375,6 @@ def let_go(problem: MixedProblem, found: Minimum) -> tuple[MixedProblem, Minimum
     fewer.counters.add(problem.counters)
     rows = _carried(problem, fewer, found, kept)
     residual = kkt_residual(fewer, found.x, found.multipliers, rows)
-    if residual > relax.RESIDUAL_TOLERANCE:
+    if residual > RESIDUAL_TOLERANCE:
         return problem, found
     return fewer, replace(found, rows=rows, residual=residual)

@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 
 from ribbon.find import contacts, relax
 from ribbon.find.solve import solve_from, starting_shapes
+from ribbon.problems import transfer
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE
 from ribbon.solvers.threads import alone
 
 FloatArray = NDArray[np.float64]
@@ -126,9 +128,9 @@ def switch(
     tried = [solve_from(problem, problem.state(omega, eta), **keywords) for omega, eta in shapes]
     if tried:
         return min(tried, key=lambda found: (not found.ok, found.energy.total if found.ok else 0.0))
-    x = relax.transferred(old, start.x, glued)
+    x = transfer.transferred(old, start.x, glued)
     minimum = relax.from_near(glued, x, options, progress)
-    if minimum.residual > relax.RESIDUAL_TOLERANCE:
+    if minimum.residual > RESIDUAL_TOLERANCE:
         return solve_from(problem, x, **keywords)
     return solve_from(problem, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
 
@@ -147,7 +149,7 @@ def _corrected(
             x = x + factor * (x - before.x)
             rows = rows + factor * (rows - before.rows)
         tried = solve_from(problem, x, warm=(rows, found.multipliers), options=options, **keywords)
-        if tried.residual <= relax.RESIDUAL_TOLERANCE:
+        if tried.residual <= RESIDUAL_TOLERANCE:
             return tried
     return switch(problem, found, options=options, **keywords)
 
@@ -164,15 +166,18 @@ def follow(
     on_step: Callable[[StepRecord, Equilibrium], None] | None = None,
     begin: float = 0.0,
     progress: Progress | None = None,
+    place: Callable[[Equilibrium], FloatArray] | None = None,
 ) -> Equilibrium:
     """The equilibrium at t = 1 on the way ``t -> problem_at(t)`` from `start`, the one at t = `begin`.
 
     steps: equal ones (cut where one fails); None: adaptive, from the size `first`; never cut below `smallest` (default
     SMALLEST, or a fifth of an equal step).
     leave_saddle: unstable equilibria met on the way are left along their unstable mode. on_step: called after every
-    accepted step. Of the states on the way only the last is held on its walls' side between the joints. The log
-    (dictionaries of `StepRecord`, rejected steps too) is on the result; when the way cannot be gone to its end the last
-    good equilibrium is returned with the status of what stopped it.
+    accepted step. place: lengths (p,) over l of the next elements, from the last state (`ribbon.find.branch.passages`:
+    elements that move with what is sudden on the strip); None: those of `problem_at`. Of the states on the way only the
+    last is held on its walls' side between the joints. The log (dictionaries of `StepRecord`, rejected steps too) is on
+    the result; when the way cannot be gone to its end the last good equilibrium is returned with the status of what
+    stopped it.
     """
     size = 1.0 / steps if steps else min(first, 1.0)
     if smallest is None:
@@ -187,7 +192,11 @@ def follow(
         if 1.0 - target < 0.1 * size:
             target = 1.0
         step = target - t
-        problem = anchored(problem_at(target), found)
+        problem = problem_at(target)
+        if place is not None:
+            placed: Any = problem
+            problem, before = placed.with_changes(lengths=place(found)), None
+        problem = anchored(problem, found)
         check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
         clock = time.perf_counter()
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0

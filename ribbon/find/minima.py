@@ -33,12 +33,13 @@ from typing import Any
 import numpy as np
 
 from ribbon.find import relax, seeds
+from ribbon.problems import transfer
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Branch, Equilibrium, Minima
 from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import FloatArray, Minimum, force_scale
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, FloatArray, Minimum, force_scale
 
 #: Least change of eta across a segment that counts as a flip of the ruling.
 FLIP = 0.3
@@ -120,7 +121,7 @@ def lowest(
     problem: MixedProblem = found.problem  # type: ignore[assignment]
     few = problem
     while few.lengths.size > MOVED:
-        few = few.with_changes(lengths=relax.merged(few.lengths))
+        few = few.with_changes(lengths=transfer.merged(few.lengths))
     x = found.x if few is problem else None
     seen = Seen()
     for omega, eta in others:
@@ -128,14 +129,14 @@ def lowest(
         if x is None or spent():
             return found
         seen.tries += 1
-        start = few.state(*relax.resampled(omega, eta, problem.lengths, few.lengths))
+        start = few.state(*transfer.resampled(omega, eta, problem.lengths, few.lengths))
         beside = relax.once(few, start, _BESIDE)
-        if beside.residual > relax.RESIDUAL_TOLERANCE:
+        if beside.residual > RESIDUAL_TOLERANCE:
             continue
         here = seen.add(few, x)
         there = seen.add(few, beside.x)
         if lower(there, here):
-            better = relaxed(problem, beside.x if few is problem else relax.transferred(few, beside.x, problem))
+            better = relaxed(problem, beside.x if few is problem else transfer.transferred(few, beside.x, problem))
             if better.ok and not lower(found.energy.total, better.energy.total):  # walls may have pushed it back
                 found, x = replace(better, iterations=found.iterations + better.iterations), beside.x
     if not flips(problem, found.x):
@@ -148,11 +149,11 @@ def lowest(
         omega, eta = few.joint_values(y)
         seen.tries += 1
         rival = relax.from_near(few, few.state(-omega, -eta))
-        if rival.residual <= relax.RESIDUAL_TOLERANCE:
+        if rival.residual <= RESIDUAL_TOLERANCE:
             z = _moved_down(few, rival.x, seen)
             y = z if lower(few.value(z), few.value(y)) else y
     if few is not problem or lower(few.value(y), few.value(x)):
-        better = relaxed(problem, y if few is problem else relax.transferred(few, y, problem))
+        better = relaxed(problem, y if few is problem else transfer.transferred(few, y, problem))
         if better.ok and not (sides is not None and sides.other(problem, better.x) and found.branch is Branch.OWN):
             found, x = replace(better, iterations=found.iterations + better.iterations, branch=found.branch), y
     return _told(found, seen, few, x, True)
@@ -160,8 +161,8 @@ def lowest(
 
 def _few(few: MixedProblem, found: Equilibrium) -> FloatArray | None:
     """The state on few segments; None where it is not found there."""
-    near = relax.from_near(few, relax.transferred(found.problem, found.x, few))  # type: ignore[arg-type]
-    return near.x if near.residual <= relax.RESIDUAL_TOLERANCE else None
+    near = relax.from_near(few, transfer.transferred(found.problem, found.x, few))  # type: ignore[arg-type]
+    return near.x if near.residual <= RESIDUAL_TOLERANCE else None
 
 
 def _told(found: Equilibrium, seen: Seen, few: MixedProblem, x: FloatArray, flipped: bool) -> Equilibrium:
@@ -202,7 +203,7 @@ def _moved_down(problem: MixedProblem, x: FloatArray, seen: Seen) -> FloatArray:
             tried.add(signs)
             seen.tries += 1
             found = relax.from_near(problem, start)
-            if found.residual > relax.RESIDUAL_TOLERANCE:
+            if found.residual > RESIDUAL_TOLERANCE:
                 continue
             energy = seen.add(problem, found.x)
             if lower(energy, best):
@@ -228,7 +229,7 @@ class Sides:
     def other(self, problem: Problem, x: FloatArray) -> bool:
         """Whether the shape x of `problem`, on any segments, lies clearly on the rival's side."""
         omega, eta = problem.joint_values(x)
-        here = self._strains(relax.resampled(omega, eta, problem.lengths, self.problem.lengths))
+        here = self._strains(transfer.resampled(omega, eta, problem.lengths, self.problem.lengths))
         away = self._norm(here - self.own)
         if not self.meant or away <= _OWN * self.size:
             return False
@@ -270,7 +271,7 @@ def held(found: Equilibrium, of: Sides, relaxed: Relaxed) -> Equilibrium:
         return replace(found, branch=Branch.LEFT)
     start = relax.placed(of.problem, *of.brought)
     way = _walked(of, start)
-    if way.residual <= relax.RESIDUAL_TOLERANCE:
+    if way.residual <= RESIDUAL_TOLERANCE:
         walked = relaxed(of.problem, way.x)
         if walked.ok:
             found = replace(walked, iterations=walked.iterations + way.iterations + found.iterations)
@@ -288,5 +289,5 @@ def _walked(of: Sides, start: FloatArray) -> Minimum:
         while True:
             way = relax.once(of.problem, x, dict(_WAY))
             x, steps = way.x, steps + way.iterations
-            if way.residual <= relax.RESIDUAL_TOLERANCE or steps >= _STEPS or spent() or of.other(of.problem, x):
+            if way.residual <= RESIDUAL_TOLERANCE or steps >= _STEPS or spent() or of.other(of.problem, x):
                 return replace(way, iterations=steps)

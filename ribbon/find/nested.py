@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find import climb, relax
-from ribbon.find.inertia import Pencil
+from ribbon.find import climb
+from ribbon.judge.inertia import Pencil
+from ribbon.problems import transfer
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import choose
-from ribbon.solvers.problem import Minimum
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 
 FloatArray = NDArray[np.float64]
 
@@ -41,12 +42,12 @@ def minimum(
     """
     if problem.lengths.size < 2 * FEWEST or not choose.by_recursion(problem, options):
         return choose.minimise(problem, x, options, progress, rough=rough)
-    few = problem.with_changes(lengths=relax.merged(problem.lengths))
-    first = minimum(few, relax.on_joints(problem, x, few), options, progress, rough=True)
+    few = problem.with_changes(lengths=transfer.merged(problem.lengths))
+    first = minimum(few, transfer.on_joints(problem, x, few), options, progress, rough=True)
     problem.counters.add(few.counters)
-    if not first.residual <= relax.RESIDUAL_TOLERANCE or not _is_minimum(few, first):
+    if not first.residual <= RESIDUAL_TOLERANCE or not _is_minimum(few, first):
         return choose.minimise(problem, x, options, progress, rough=rough)
-    start = relax.on_joints(few, first.x, problem)
+    start = transfer.on_joints(few, first.x, problem)
     found = choose.minimise(problem, start, options, progress, near=True, rough=rough)
     if climb.above(problem, found.x, start) or climb.above(problem, found.x, x):
         other = choose.minimise(problem, x, options, progress, rough=rough)

@@ -15,18 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.find import climb
-from ribbon.find.climb import merged
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
+from ribbon.problems.transfer import merged, resample, transferred
 from ribbon.solvers import budget, choose
-from ribbon.solvers.problem import Minimum
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]
 
-#: Residual (unscaled) of an equilibrium, and below which no further attempt is made.
-RESIDUAL_TOLERANCE = 1e-8
 #: Bounds of |eta| and, over the largest of the start, of |omega| l in the first attempt.
 ETA_BOX = 3.0
 OMEGA_BOX = 30.0
@@ -44,8 +42,6 @@ ATTEMPTS: tuple[dict[str, Any], ...] = (
     {"mu_init": 1e-4},
 )
 _ATTEMPT_ITERATIONS = 250
-#: Turn of the tangent (rad) that a shape may gain or lose anywhere where it is sampled on fewer segments.
-_TURNS = 0.3
 
 
 def is_far(problem: MixedProblem) -> bool:
@@ -71,47 +67,6 @@ def touches_box(problem: MixedProblem, x: FloatArray) -> bool:
     return bool(omega > 0.999 * problem.box[0] or eta > 0.999 * problem.box[1])
 
 
-def resample(problem: MixedProblem, x: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """omega and eta (k + 1,) of the shape x at the joints of other `lengths` (k,)."""
-    return resampled(*problem.joint_values(x), problem.lengths, lengths)
-
-
-def resampled(
-    omega: FloatArray, eta: FloatArray, lengths: FloatArray, others: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """omega and eta (p + 1,) at the joints of `lengths` (p,), at those of `others` (k,).
-
-    A peak of omega narrower than the `others` turns the strip by as much there (`_spread`): sampled on segments four
-    times as long, a quarter of a turn beside a clamp would be a whole one, and the strip begin with a loop.
-    """
-    old = np.concatenate([[0.0], np.cumsum(lengths)])
-    new = np.concatenate([[0.0], np.cumsum(others)])
-    bent, turned = np.interp(new, old, omega), np.interp(new, old, eta)
-    if others.size < lengths.size:
-        there, here = _turns(omega, lengths), _turns(bent, others)
-        if float(np.abs(np.interp(new, old, there) - here).max()) > _TURNS:
-            bent = _spread(omega, old, new)
-    return bent, turned
-
-
-def _turns(omega: FloatArray, lengths: FloatArray) -> FloatArray:
-    """The angle (p + 1,) by which the tangent has turned at the joints, from s = 0."""
-    return np.concatenate([[0.0], np.cumsum(0.5 * (omega[1:] + omega[:-1]) * lengths)])
-
-
-def _spread(omega: FloatArray, old: FloatArray, new: FloatArray) -> FloatArray:
-    """omega (p + 1,) at abscissae `old`, at fewer ones `new` (k + 1,), its integral kept: the adjoint of interpolation,
-    over the integrals of the hats: ``omega_J = sum_i N_J(s_i) m_i omega_i / M_J`` (m_i, M_J: of the hats)."""
-    hats = np.stack([np.interp(old, new, hat) for hat in np.eye(new.size)])
-    masses = np.zeros(old.size)
-    masses[:-1] += 0.5 * np.diff(old)
-    masses[1:] += 0.5 * np.diff(old)
-    whole = np.zeros(new.size)
-    whole[:-1] += 0.5 * np.diff(new)
-    whole[1:] += 0.5 * np.diff(new)
-    return np.asarray(hats @ (masses * omega) / whole)
-
-
 def placed(problem: Problem, omega: FloatArray, eta: FloatArray) -> FloatArray:
     """State of the shape with omega, eta (p + 1,); one whose ends are free is put on the free side of the walls."""
     x = problem.state(omega, eta)
@@ -124,35 +79,6 @@ def placed(problem: Problem, omega: FloatArray, eta: FloatArray) -> FloatArray:
             shift = max(0.0, problem.half_width - depth)
             positions += shift * normal
     return x
-
-
-def transferred(old: MixedProblem, x: FloatArray, fresh: MixedProblem) -> FloatArray:
-    """The shape x of `old` as unknowns of `fresh`, whatever its segments, walls and clamps; left where it was."""
-    if np.array_equal(old.lengths, fresh.lengths):
-        y = np.zeros(fresh.size)
-        y[: fresh.layout.ribbon] = x[: old.layout.ribbon]
-        return y
-    omega, eta = resample(old, x, fresh.lengths)
-    bent = old.in_plane_values(x)
-    if bent is not None:
-        there, here = (np.concatenate([[0.0], np.cumsum(problem.lengths)]) for problem in (fresh, old))
-        bent = np.interp(there, here, bent)
-    first = old.layout.joint(0)
-    reference = tuple(x[first.quaternion]) if fresh.start_quaternion is None else fresh.reference
-    anchored = fresh.with_changes(reference=reference, origin=tuple(x[first.position]))
-    start = fresh.start_position
-    y = anchored.state(omega, eta, bent)
-    if start is None:
-        fresh.layout.positions(y)[:] += x[first.position] - y[first.position]
-    return y
-
-
-def on_joints(old: ChainedProblem, x: FloatArray, fresh: ChainedProblem) -> FloatArray:
-    """The fields of the shape x of `old` at the joints of `fresh`, linear between them, as its unknowns."""
-    s, there = (np.concatenate([[0.0], np.cumsum(each.lengths)]) for each in (old, fresh))
-    bent = old.in_plane_values(x)
-    omega, eta = resampled(*old.joint_values(x), old.lengths, fresh.lengths)
-    return fresh.state(omega, eta, None if bent is None else np.interp(there, s, bent))
 
 
 def minimum(

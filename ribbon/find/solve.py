@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ribbon import penetration
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, climb, contacts, minima, nested, relax, seeds, stability, stretched
-from ribbon.find.relax import RESIDUAL_TOLERANCE
+from ribbon.find import band, climb, contacts, minima, nested, other_models, relax, seeds, stretched
+from ribbon.judge import convexity, penetration, quadrature, stability
 from ribbon.loads import Gravity, tip_force
-from ribbon.problems import formulation, quadrature
+from ribbon.problems import formulation, transfer
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem as Problem
@@ -28,6 +27,7 @@ from ribbon.solvers.problem import (
     DENSE,
     IPOPT,
     KNOWN,
+    RESIDUAL_TOLERANCE,
     FloatArray,
     Minimum,
     approach,
@@ -39,7 +39,6 @@ from ribbon.solvers.problem import (
 )
 from ribbon.solvers.threads import alone
 from ribbon.strip import Strip, check_known, finite, known
-from ribbon.thesis import other_models
 
 Progress = Callable[[int, float, float], None]
 Values = float | tuple[float, ...] | list[float]
@@ -649,6 +648,7 @@ def found_at(
         solver=minimum.solver,
         moved=minimum.moved,
         quadrature_error=integral,
+        nonconvex=convexity.share(problem, minimum.x) if known else None,
     )
 
 
@@ -732,7 +732,7 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
     if old.touching:
         fresh = fresh.with_changes(touching=tuple(touch for touch in old.touching if not touch.slides))
     if not old.row_count:
-        return _beside(fresh, relax.on_joints(old, equilibrium.x, fresh), **keywords)
+        return _beside(fresh, transfer.on_joints(old, equilibrium.x, fresh), **keywords)
     if stretched.is_stretched(fresh):
         return stretched.straight(fresh)
     plain = set(keywords) <= {"options", "progress", "leave_saddle"} and climb.can(fresh, keywords.get("options"))
@@ -740,7 +740,7 @@ def on_segments(equilibrium: Equilibrium, lengths: FloatArray, **keywords: Any) 
         found = _climbed(equilibrium, fresh)
         if found is not None and found.ok:
             return found
-    start = relax.transferred(old, equilibrium.x, fresh)
+    start = transfer.transferred(old, equilibrium.x, fresh)
     found = _from_near(fresh, start, **keywords)
     alike = found.ok and equilibrium.ok and not fresh.walls and climb.nested(old, fresh)
     if not alike or not climb.above(fresh, found.x, start):

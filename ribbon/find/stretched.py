@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ribbon import penetration
 from ribbon.boundary import Clamp
 from ribbon.element import quaternion
 from ribbon.errors import RibbonInputError
+from ribbon.judge import penetration
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers.problem import KNOWN, violation

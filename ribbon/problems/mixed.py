@@ -14,10 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 
-from ribbon import supports
 from ribbon.element import quaternion
 from ribbon.element.kinematics import body_jets_many
-from ribbon.problems import chained_kernels, order
+from ribbon.problems import chained_kernels, order, supports
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.chained import too_far
 from ribbon.problems.held import HALF_TURN, FloatArray, Held, IntArray

@@ -174,7 +174,7 @@ class Gradients:
         return self._named(np.asarray(problem.walls[number].normal)[:, None] * push)
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (3, k) of what `ribbon.supports.start` gives."""
+        """Derivatives (3, k) of what `ribbon.problems.supports.start` gives."""
         here = self._point
         problem, held = here.problem, here.problem.start
         rows, drows = here.rows.copy(), self.multipliers.copy()
@@ -194,7 +194,7 @@ class Gradients:
         return force, moment
 
     def _end(self) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (3, k) of what `ribbon.supports.end` gives."""
+        """Derivatives (3, k) of what `ribbon.problems.supports.end` gives."""
         here = self._point
         problem = here.problem
         if problem.end is None:
@@ -224,7 +224,8 @@ def _spins(x: FloatArray, dx: FloatArray, columns: NDArray[np.int64]) -> FloatAr
 
 
 def _moments(by_q: FloatArray, change: FloatArray, q: FloatArray, dq: FloatArray) -> FloatArray:
-    """Change (3, k) of ``by_q . (e_k o q) / 2`` (`ribbon.supports`): by_q, q (4,) change by `change`, dq (4, k)."""
+    """Change (3, k) of ``by_q . (e_k o q) / 2`` (`ribbon.problems.supports`): by_q, q (4,) change by `change`,
+    dq (4, k)."""
     units = np.eye(4)[1:]
     found = np.empty((3, dq.shape[1]))
     for r, unit in enumerate(units):

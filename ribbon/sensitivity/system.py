@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ribbon.element import quaternion
 from ribbon.errors import NotDifferentiable
-from ribbon.find.reduction import dependent_columns
+from ribbon.judge.reduction import dependent_columns
 from ribbon.problems.layout import ETA
 from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium, Status

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+#: Residual (unscaled) of an equilibrium, and below which no further attempt is made.
+RESIDUAL_TOLERANCE = 1e-8
+
 
 class BoundedProblem(Protocol):
     """A smooth function of `size` unknowns between bounds."""

@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from ribbon.element import kernel_cache
+from ribbon.solvers.budget import spent
 from ribbon.tape.rod import Rod
 from ribbon.tape.section import FloatArray
 
@@ -129,13 +130,15 @@ class Way:
 
     def walk(self, point: Point, steps: Steps | None = None) -> Iterator[Point]:
         """The equilibria from `point` on, the load growing at first; the last lies at load 1, unless the steps became
-        too short or too many."""
+        too short or too many, or the budget of time is spent."""
         steps = steps or Steps()
         metric, push = self.metric, self.rod.push(self.finish - self.begin)
         length = steps.first
         tangent, rate = self._tangent(point, metric, push)
         for _ in range(steps.points):
             while True:
+                if spent():
+                    return
                 found = self._corrected(point, tangent, rate, length, metric, push)
                 if found is not None:
                     ahead, change = found
@@ -219,6 +222,8 @@ class Way:
         x[rod.column + 4] += push
         x[rod.fixed] = point.x[rod.fixed]
         for _ in range(JUMP_STEPS):
+            if spent():
+                return None
             ahead, needed = self._relaxed(x, targets, metric / time)
             if ahead is None:
                 time *= 0.25

@@ -12,6 +12,7 @@ from enum import Enum
 
 import numpy as np
 
+from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.tape.held import Hold
 from ribbon.tape.path import Point, Steps, Way, begun, standing
 from ribbon.tape.rod import Rod
@@ -85,11 +86,12 @@ def solve(
     steps: Steps | None = None,
     told: Callable[[Mark], object] | None = None,
     dent: float = 0.0,
+    budget: float | None = None,
 ) -> Tape:
     """From rest, its start where the first stage holds it, through all stages (start, end), which hold the same things.
 
-    lengths: (elements,) of a tape of length 1; told: of every point; dent: of `Rod`. Raises ValueError for stages that
-    hold different things.
+    lengths: (elements,) of a tape of length 1; told: of every point; dent: of `Rod`; budget: time of each stage (s).
+    Raises ValueError for stages that hold different things.
     """
     first = stages[0]
     if not all(one.alike(first[0]) and other.alike(first[1]) for one, other in stages):
@@ -107,20 +109,22 @@ def solve(
         before = standing(rod, x)
         rod = replace(rod, start=start, end=end)
         way = Way(rod, before, np.concatenate([start.targets, end.targets]))
-        point = way.settled(x, 0.0)
-        if point is None:
-            return Tape(rod, x, tuple(marks), Status.NOT_CONVERGED, 0, _NOWHERE, np.inf, iterations)
-        if np.abs(way.finish - way.begin).max(initial=0.0) < 1e-13:
-            point = replace(point, load=1.0)
-            note(stage, way, point)
-        else:
-            for at in _gone(way, point, steps):
-                point = at
-                iterations += at.iterations
-                note(stage, way, at)
+        with within(budget):
+            point = way.settled(x, 0.0)
+            if point is None:
+                return Tape(rod, x, tuple(marks), Status.NOT_CONVERGED, 0, _NOWHERE, np.inf, iterations)
+            if np.abs(way.finish - way.begin).max(initial=0.0) < 1e-13:
+                point = replace(point, load=1.0)
+                note(stage, way, point)
+            else:
+                for at in _gone(way, point, steps):
+                    point = at
+                    iterations += at.iterations
+                    note(stage, way, at)
+            late = f": {SPENT}" if spent() else ""
         x, residual, negative = point.x, point.residual, point.negative
         if point.load < 1.0:
-            message = f"the way ends at {point.load:.3g} of stage {stage + 1} of {len(stages)}"
+            message = f"the way ends at {point.load:.3g} of stage {stage + 1} of {len(stages)}{late}"
             return Tape(rod, x, tuple(marks), Status.NOT_CONVERGED, negative, message, residual, iterations)
     status = Status.UNSTABLE if negative else Status.CONVERGED
     jumps = sum(mark.jumped for mark in marks)
@@ -145,7 +149,7 @@ def _gone(way: Way, point: Point, steps: Steps | None) -> list[Point]:
             branched = branched + 1 if ahead.branched else 0
             if (branched == SURE and not follow) or ahead.load < BACKWARDS:
                 break
-        if branched < SURE or follow:
+        if branched < SURE or follow or spent():
             return found
         last = next((one for one in reversed(found) if one.stable), point)
         load = min(max([last.load, *(one.load for one in found[-SURE:])]), 1.0)

@@ -21,6 +21,7 @@ import numpy as np
 import scipy.sparse
 from scipy.optimize import brentq
 
+from shellref import clock
 from shellref.elastica.fem import stability
 from shellref.elastica.problem import Array
 from shellref.elastica.system import System, solve_sparse
@@ -109,7 +110,7 @@ class Branch:
     """Points in order, limit points among them, and events.
 
     ended: "reached" and "limits" (at the last and the first value of the span), "closed" (back at the start), "event"
-    (asked to stop there), "steps" (as many as allowed) or "failed".
+    (asked to stop there), "steps" (as many as allowed, or as long) or "failed".
     """
 
     points: tuple[Point, ...]
@@ -149,7 +150,7 @@ def trace(
     points: list[Point] = [start]
     events: list[Event] = []
     step, spent = options.step, 0
-    while len(points) <= options.steps:
+    while len(points) <= options.steps and not clock.spent():
         here = points[-1]
         there = _step(system, here, step, options)
         if there is None or _agreement(system, here, there) < options.turn:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shellref import clock
 from shellref.elastica.arc import ArcOptions, Branch, Point, point_at, states_at, switch, trace
 from shellref.elastica.path import ElasticaOptions
 from shellref.elastica.problem import Array, ElasticaProblem, Way
@@ -150,6 +151,8 @@ def plain_steps(system: System, start: Point, tolerance: float, options: Elastic
     point, step, steps, spent = start, 0.1, 0, 0
     steepest = abs(start.tangent[1])
     while point.t < 1.0:
+        if clock.spent():
+            return Arrival(system, point, spent, steps, 0, 0, "failed")
         t = min(1.0, point.t + step)
         solved = system.newton(point.z, t, tolerance, options.iterations, most_turn=1.0)
         spent += solved.iterations

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shellref import clock
 from shellref.elastica.fem import Array, Discretisation, Loads, stability
 from shellref.elastica.system import solve_sparse
 
@@ -109,7 +110,7 @@ def follow(
     )
     first = step = min(1.0, options.first_load / max(load, options.first_load))
     guarded = True  # refuse steps from a stable to an unstable equilibrium; one at a fold is neither, and is taken
-    while path.reached < 1.0:
+    while path.reached < 1.0 and not clock.spent():
         target = min(1.0, path.reached + step)
         loads = loads_at(target)
         trial, norm, used = newton(discrete, loads, path.coefficients, tolerance, options)

@@ -53,6 +53,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shellref import clock
 from shellref.elastica.fem import ELEMENTS, HERMITE_DEGREE, Array, Discretisation
 from shellref.elastica.held import Arrival, drive
 from shellref.elastica.path import ElasticaOptions, Path, follow
@@ -223,6 +224,8 @@ def _verdict(path: Path, options: ElasticaOptions) -> tuple[ElasticaStatus, str]
     """Status and what it means or what to try, of load steps."""
     if path.reached < 1.0:
         where = f"the path of equilibria ends at {path.reached:.6g} of the loads"
+        if clock.spent():
+            return ElasticaStatus.NOT_CONVERGED, f"{where}: {clock.SPENT}"
         if path.eigenvalue < NEAR_LIMIT and (options.arc_length == "never" or options.snaps == 0):
             return ElasticaStatus.LIMIT_POINT, f"{where}, at a limit point: {OFFER}, or let it snap (snaps above 0)"
         return ElasticaStatus.NOT_CONVERGED, f"{where}: allow more snaps, use more elements, or {OFFER}"
@@ -246,6 +249,8 @@ def _arrival_verdict(end: Arrival) -> tuple[ElasticaStatus, str]:
     """The same of a way."""
     if end.stopped:
         where = f"the steps end at {end.point.t:.6g} of the way"
+        if clock.spent():
+            return ElasticaStatus.NOT_CONVERGED, f"{where}: {clock.SPENT}"
         if end.stopped == "limit":
             return ElasticaStatus.LIMIT_POINT, f"{where}, at a limit point: {OFFER}"
         return ElasticaStatus.NOT_CONVERGED, f"{where}: use more elements, more arc_steps, or another `bow`"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from shellref.fenics import petsc_api as petsc
-from shellref.kernels.ldl import Tangent
+from shellref.path.ldl import Tangent
 from shellref.shell.director import Bases, Increments
 from shellref.shell.naghdi import NaghdiModel, Stress
 

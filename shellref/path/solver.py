@@ -135,7 +135,7 @@ class Solver:
                 " (hourglass modes): use more elements, two or more across"
             )
         parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
-        elastic = energies.elastic
+        elastic, stored = energies.elastic, sum(parts.values())
         clamps = self.carried(state, residual)
         return ShellResult(
             problem=problem,
@@ -156,12 +156,13 @@ class Solver:
             steps=tuple(walk.steps),
             energy={
                 **parts,
+                "stabilisation": energies.stabilisation,
                 "elastic": elastic,
                 "gravity": energies.gravity,
                 **({} if problem.tip is None else {"tip": energies.tip}),
                 "total": energies.total,
             },
-            share={name: part / elastic if elastic > 0 else 0.0 for name, part in parts.items()},
+            share={name: part / stored if stored > 0 else 0.0 for name, part in parts.items()},
             stabilisation={
                 "c": self.options.stabilisation,
                 "alpha": model.largest_alpha,

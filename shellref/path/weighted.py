@@ -28,8 +28,8 @@ from scipy.interpolate import make_interp_spline
 from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
 from shellref.inputs import ShellInputError
+from shellref.kernels import lagrange
 from shellref.path.solver import Solver
-from shellref.shell import lagrange
 from shellref.shell.body import Stage
 from shellref.shell.director import retract
 from shellref.shell.grid import Grid

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shellref import clock
 from shellref.rod.elements import Elements, State
 from shellref.rod.newton import Balance, held_exactly
 from shellref.rod.problem import RodProblem, rest_shape
@@ -126,6 +127,8 @@ def _judged(mesh: Elements, walk: Walk, chain: Sequence[RodProblem], leave_saddl
     problem, balance = chain[-1], walk.balance
     assert balance is not None
     if not walk.arrived:
+        if clock.spent():
+            return _result(mesh, walk, problem, RodStatus.NOT_CONVERGED, None, walk.why, None, False)
         lost = rounding(problem)
         if lost > LOST:
             why = f"rounding: stretch or shear is {lost / EPSILON:.1g} times as stiff as bending; {walk.why}"

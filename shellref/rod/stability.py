@@ -13,6 +13,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse.linalg
 
+from shellref import clock
 from shellref.rod.elements import State
 from shellref.rod.newton import LARGEST, Balance, Solved
 from shellref.rod.problem import RodProblem
@@ -143,6 +144,8 @@ def descend(balance: Balance, state: State, problem: RodProblem, scale: float) -
     stress = elements.stress(state, problem)
     shift, iteration = 2.0 * scale, 0
     for iteration in range(1, DESCENT + 1):
+        if clock.spent():
+            return Solved(None, None, iteration, why=clock.SPENT)
         _, factor = balance.factor(state, problem, stress, shift * mass)
         change = None if factor.negative else factor.solve(balance.residual(state, problem))
         if change is None:

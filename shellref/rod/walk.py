@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from shellref import clock
 from shellref.rod.elements import Elements, State
 from shellref.rod.newton import Balance, Solved, held_exactly
 from shellref.rod.problem import Held, RodProblem, Way
@@ -116,6 +117,9 @@ def _stage(elements: Elements, walk: Walk, way: Way, stage: int, wanted: int | N
     step = min(most, FIRST_LOAD / max(FIRST_LOAD, way.last.load, way.first.load))
     here = 0.0
     while here < 1.0:
+        if clock.spent():
+            walk.why = f"{clock.SPENT} at {here:.6g} of stage {stage + 1}"
+            return
         target = min(1.0, here + step)
         target = 1.0 if 1.0 - target < 1e-9 else target
         force = 0.0 if fade is None else (1.0 - target) * fade

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from shellref.shell.lagrange import lobatto
+from shellref.kernels.lagrange import lobatto
 
 #: Into how many equal ones elements are cut: all of them, or each column (row).
 Parts = int | Sequence[int]

@@ -43,7 +43,7 @@ from shellref.shell.forms import BENDING, MEMBRANE, SHEAR, Forms
 from shellref.shell.material import plane_stress, stiffness_factors
 
 if TYPE_CHECKING:
-    from shellref.kernels.cells import Cells
+    from shellref.shell.cells import Cells
 
 __all__ = ["BENDING", "MEMBRANE", "SHEAR", "Energies", "NaghdiModel", "Stress"]
 
@@ -65,8 +65,10 @@ class Stress:
 class Energies:
     """Energies over the normaliser.
 
-    density (cells, 3): bending, membrane, shear energy per area, this process's cells. stabilisation: part of membrane
-    and shear that comes from alpha times (full - reduced).
+    density (cells, 3): bending, membrane, shear energy per area, this process's cells. Membrane and shear are those of
+    the reduced rule, whose points are where elements of degree k have no strain of interpolation; stabilisation, alpha
+    times (full - reduced), is what holds the elements' own modes, and no stretching of the strip (docs/theory.md, eq.
+    (7.6)).
     """
 
     bending: float
@@ -79,8 +81,8 @@ class Energies:
 
     @property
     def elastic(self) -> float:
-        """bending + membrane + shear."""
-        return self.bending + self.membrane + self.shear
+        """bending + membrane + shear + stabilisation: what the discrete shell makes least."""
+        return self.bending + self.membrane + self.shear + self.stabilisation
 
     @property
     def total(self) -> float:
@@ -108,7 +110,7 @@ class NaghdiModel:
         self.cells: Cells | None = None
         self._made: Forms | None = None
         if engine == "kernels" and self.comm.size == 1:
-            from shellref.kernels.cells import Cells
+            from shellref.shell.cells import Cells
 
             self.cells = Cells(self)
         self._sums = self.forms if self.cells is None else self.cells
@@ -279,9 +281,8 @@ class NaghdiModel:
         stabilisation = 0.0
         for name, (part, short) in five.items():
             complete, short_cut = integrate(full[..., part], part, wf), integrate(reduced[..., short], part, wr)
-            more = self.alpha * (complete - short_cut)
-            cells[name] = short_cut + more
-            stabilisation += float(more.sum())
+            cells[name] = short_cut
+            stabilisation += float((self.alpha * (complete - short_cut)).sum())
         density = np.stack([cells["bending"], cells["membrane"], cells["shear"]], axis=1) / self.areas[:, None]
         sums = [float(cells[name].sum()) for name in ("bending", "membrane", "shear")]
         total = api.sum_over(self.comm, np.array([*sums, stabilisation])) / self.body.normaliser

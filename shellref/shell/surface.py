@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shellref.shell import archive, lagrange
+from shellref.kernels import lagrange
+from shellref.shell import archive
 
 
 def _locate(nodes: np.ndarray, degree: int, x: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

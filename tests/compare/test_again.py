@@ -48,7 +48,10 @@ LINES = {
         ("solve", "daisy_5g", "--set", "model.elements=20", "--yes", *OUT),
         ("solve", "coil_10_100", "--set", "model.elements=4", "--stay", *OUT),
     ],
-    "compare": [("compare", "curl_4_3", *MESH, "--leave-saddle", "--yes", *OUT)],
+    "compare": [
+        ("compare", "curl_4_3", *MESH, "--leave-saddle", "--yes", *OUT),
+        ("compare", "curl_4_3", *MESH, "--stay", *OUT),
+    ],
     "shell": [
         ("shell", "curl_4_3", "--set", "strip.gamma=90", "--width-to-thickness", "20", "--elements", "6", "1",
          "--tolerance", "0.09", "--plain", "--yes", *OUT),
@@ -57,23 +60,26 @@ LINES = {
         ("limits", "limits_7_3", "--set", "strip.poisson=0.3", "--leave-saddle", "--quick", "--clamp", "both", "--vary",
          "strip.natural_curvature=1", "--widths", "0.2", "--gammas", "10", "--thickness-to-width",
          "0.05", "--distance", "9.5", "--share", "7", *OUT),
-        ("limits", "limits_7_3", "--quick", "--width-to-thickness", "20", "30", "--yes", *OUT),
+        ("limits", "limits_7_3", "--quick", "--width-to-thickness", "20", "30", "--stay", "--yes", *OUT),
     ],
     "cost": [
         ("cost", "cantilever", "--set", "strip.gamma=3", "--solvers", "chained", "placed",
          "--segments", "2", "3", "--tolerances", "3e-2", "--meshes", "4x1", "6x1", "--elastica-elements", "4", "8",
          "--width-to-thickness", "20", "--reference", "own", "--target", "1e-2", "--repeats", "1", "--budget", "1e9",
          "--compilation", "--fresh", "--leave-saddle", "--yes", *OUT),
+        ("cost", "cantilever", "--solvers", "chained", "--segments", "2", "--repeats", "1", "--stay", *OUT),
     ],
     "converge": [
         ("converge", "curl_4_3", "--set", "strip.gamma=100", "--leave-saddle", "--width-to-thickness", "10", "20",
          "--elements", "10", "2", "--ruling", "free", "--yes", *OUT),
+        ("converge", "curl_4_3", "--stay", "--width-to-thickness", "10", "20", "--elements", "10", "2", *OUT),
     ],
     "export": [("export", "coil_10_100", "--set", "model.elements=4", "--format", "npz,obj", "--scale", "2", *PLACE)],
     "sweep": [
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--solver", "ribbon",
          "--errors", "--leave-saddle", "--yes", "--show", "end.y", "--against", "strip.gamma", "--workers", "1",
          "--fresh", *OUT),
+        ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--stay", *OUT),
     ],
     "identify": [
         ("identify", "cantilever", "own points.csv", "--set", "model.elements=6", "--free", "strip.gamma", "--yes",
@@ -86,7 +92,7 @@ LINES = {
     "check": [
         ("check", "curl_4_3", *MESH[:2], "--leave-saddle", "--distance", "0.9", "--share", "0.8", "--slope", "-9", "9",
          "--width-to-thickness", "10", "20", *OUT),
-        ("check", "curl_4_3", *MESH, "--pin", "--yes", *OUT),
+        ("check", "curl_4_3", *MESH, "--pin", "--stay", "--yes", *OUT),
         ("check", "own pins.toml", "--all", *OUT),
     ],
     "battery": [

@@ -110,7 +110,7 @@ def test_every_module_of_its_closure_moves_a_key_and_no_other(live):
 
 #: Kept result -> modules that its numbers depend on, and modules that they do not: those that were found wrong.
 FACTS = {
-    "shell": ({"shellref.kernels.fronts", "shellref.kernels.ldl", "shellref.shell.naghdi"}, {"ribbon.find.solve"}),
+    "shell": ({"shellref.kernels.fronts", "shellref.path.ldl", "shellref.shell.naghdi"}, {"ribbon.find.solve"}),
     "model shell": ({"shellref.kernels.fronts", "shellref.worker", "compare.measure.grid"}, {"ribbon.find.solve"}),
     "model curve_angle": ({"ribbon.energies.section.rod", "ribbon.rods.solve"}, {"ribbon.find.solve"}),
     "model ribbon": ({"ribbon.energies.wunderlich", "ribbon.find.solve"}, {"shellref.worker"}),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Strip, solve
+from ribbon.analysis.along import area_density
 from ribbon.boundary import Closure
-from ribbon.energies.along import area_density
 from ribbon.surface import behind_seam, ruling_foot
 
 #: What is left open is the closure's own residual.

@@ -1,11 +1,18 @@
-"""`python -m tests.validation [NAME ...]`: remakes the measurements named, or all, under results/."""
+"""Measurements under results/: `python -m tests.validation [--stale | --remake | --readme] [NAME ...]`.
+
+NAME ... makes these again, all where none is named; `--remake` those that are stale only, cheap ones first; `--stale`
+lists them and makes nothing; `--readme` renders the pages that take their numbers from the data (readme.py).
+"""
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import sys
-import time
-from pathlib import Path
+
+from ribbonbench import sources
+from tests.validation import readme, stale
+from tests.validation.record import Pages
 
 NAMES = (
     "series",
@@ -23,6 +30,7 @@ NAMES = (
     "shooting",
     "peers",
     "claims",
+    "roman_states",
     "formulations",
     "start_clamp",
     "forces",
@@ -56,6 +64,7 @@ NAMES = (
     "models_minima",
     "limits",
     "hit_table",
+    "which_model",
     "unseen",
     "sweep",
     "shell_cost",
@@ -75,26 +84,67 @@ NAMES = (
 )
 
 
-def _module(name: str) -> str:
-    """The dotted name of a measurement's module: it stands in one of the rooms beside this file."""
-    (path,) = Path(__file__).parent.glob(f"*/{name}.py")
-    return f"tests.validation.{path.parent.name}.{name}"
+def absent(module: str) -> str | None:
+    """Why a measurement cannot be made here: a package that its module imports, or what its `absent()` says."""
+    try:
+        found = importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        top = (error.name or "").partition(".")[0]
+        if top in (*sources.PACKAGES, "tests"):
+            raise
+        return f"no {top}"
+    why: str | None = getattr(found, "absent", lambda: None)()
+    return why
+
+
+def one(name: str) -> int:
+    """Makes one page again, in this process, and says what changed."""
+    pages = Pages()
+    module = pages.module(name)
+    why = absent(module)
+    if why is not None:
+        print(f"validation {name}: {stale.MISSING}{why}", flush=True)
+        return stale.ABSENT
+    print(f"validation {name}: started", flush=True)
+    run = importlib.import_module(module).run
+    record = pages.measure(name, run, f"python -m tests.validation {name}")
+    print(f"validation {name}: {record.seconds:.0f} s, written to results/", flush=True)
+    for line in stale.findings(name, record):
+        print(f"finding: {line}", flush=True)
+    return stale.DONE
+
+
+def several(names: list[str], every: bool) -> int:
+    """Makes the pages again, each in a process of its own; exit code 1 if one failed."""
+    outcomes = stale.remake(names, every)
+    print(stale.summary(Pages(), outcomes), flush=True)
+    return stale.FAILED if any(outcome.failed for outcome in outcomes.values()) else stale.DONE
 
 
 def main(arguments: list[str]) -> int:
-    """Runs the measurements named; exit code 2 for an unknown name."""
-    names = arguments or list(NAMES)
-    unknown = [name for name in names if name not in NAMES]
+    """What the module's docstring says. Exit code 1 if a measurement failed, 2 for an unknown name, 3 if the only one
+    that is named cannot be made here."""
+    parser = argparse.ArgumentParser(prog="python -m tests.validation", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    group = parser.add_mutually_exclusive_group()
+    for option in ("stale", "remake", "readme"):
+        group.add_argument(f"--{option}", action="store_true")
+    asked = parser.parse_args(arguments)
+    unknown = [name for name in asked.names if name not in NAMES]
     if unknown:
         print(f"unknown: {', '.join(unknown)}; choose from {', '.join(NAMES)}", file=sys.stderr)
         return 2
-    out = Path(__file__).resolve().parents[2] / "results"
-    for name in names:
-        began = time.perf_counter()
-        print(f"validation {name}: started", flush=True)
-        importlib.import_module(_module(name)).run(out)
-        print(f"validation {name}: {time.perf_counter() - began:.0f} s, written to results/", flush=True)
-    return 0
+    names = asked.names or list(NAMES)
+    if asked.readme:
+        readme.write(Pages())
+        return stale.DONE
+    if asked.stale:
+        print(stale.listing(stale.statuses(Pages(), names)))
+        return stale.DONE
+    alone = len(names) == 1 and not asked.remake
+    code = one(names[0]) if alone else several(names, every=not asked.remake)
+    readme.write(Pages())
+    return code
 
 
 if __name__ == "__main__":

@@ -9,15 +9,22 @@ from pathlib import Path
 from typing import Any
 
 from compare.store.store import atomic_write_text
+from tests.validation.record import Pages
 
 FOLDER = Path(__file__).resolve().parents[2] / "out" / "validate"
 
 
+def key(measurement: str) -> str:
+    """Digest of all that a measurement depends on; what finds it is a part of that for whoever keeps pieces by it."""
+    return Pages().key(measurement)
+
+
 class Pieces:
-    """Plain values (what JSON holds) by name in the folder of one measurement; delete it to measure anew."""
+    """Plain values (what JSON holds) by name in the folder of one measurement, under the key of all that it depends on:
+    after a change of the code nothing is taken from there."""
 
     def __init__(self, measurement: str, folder: Path = FOLDER) -> None:
-        self.folder = folder / measurement
+        self.folder = folder / measurement / key(measurement)
 
     def get(self, name: str, make: Callable[[], Any]) -> Any:
         """What is kept under `name`, or what `make` gives, kept from then on."""

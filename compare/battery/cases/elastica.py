@@ -171,7 +171,48 @@ def _branches(rung: Rung) -> Iterator[Check]:
     yield near("stable ones", stable, 2 if float(rung) > 1.0 else 1, 0.0)
 
 
+def _last_digit(rung: Rung) -> Iterator[Check]:
+    """Seeds [6, -12, c] that have neither mean curvature nor slope but for the last digits of c: a bow to one side."""
+    from compare.models import solve
+    from compare.scene.scene import loads
+
+    text = """
+    [strip]
+    length = 1.0
+    width = 0.05
+    poisson = 0.3
+    gamma = 0.0
+    [clamp.start]
+    position = [0.0, 0.0, 0.0]
+    tangent = [0.0, 0.0, 1.0]
+    normal = [0.0, 1.0, 0.0]
+    [clamp.end]
+    position = [0.0, 0.0, 0.8]
+    tangent = [0.0, 0.0, 1.0]
+    normal = [0.0, 1.0, 0.0]
+    [model]
+    energy = "elastica"
+    """
+
+    def bent(side: float, nearly: float):  # type: ignore[no-untyped-def]
+        seed = [side * 6.0, side * -12.0, side * 6.0 * (1.0 + nearly)]
+        return solve(loads(text).replace({"seed.curvature": seed}), "elastica")
+
+    exact, found, mirrored = bent(1.0, 0.0), bent(1.0, float(rung)), bent(-1.0, float(rung))
+    ends = [one.shape.centreline(np.array([0.5]))[0] for one in (exact, found, mirrored)]
+    yield holds("all converged", all(one.word == "converged" for one in (exact, found, mirrored)))
+    yield holds("a bow, not a taut strip", abs(ends[0][1]) > 0.2, f"{ends[0][1]:.3g} l")
+    yield Check("its middle where that of the exact seed is (l)", float(np.linalg.norm(ends[1] - ends[0])), 1e-9)
+    yield Check("the mirrored seed's in the mirror (l)", float(np.linalg.norm(ends[2] - ends[0] * (1, -1, 1))), 1e-9)
+
+
 CASES = (
+    Case(
+        "elastica/last digit",
+        "a seed without mean curvature and slope: the way's bow had the sign of a sum of rounding errors",
+        "the bow is on the seed's side of its chord, whatever its last digits are", "last digits of the seed",
+        _last_digit, (1e-13,), (-1e-13, 1e-9, -1e-9),
+    ),
     Case(
         "elastica/weight",
         "a level clamp and great weight: layers of width Gamma^(-1/2) at the clamp",

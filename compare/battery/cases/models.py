@@ -312,7 +312,7 @@ def followed(rung: Rung) -> Iterator[Check]:
     energy, word = begin.split(" ")
     keys, remedy, leave = FOLLOWED[str(rung)]
     scene = load(SHARED).replace({**keys, "model.energy": energy})
-    first = solve(scene)
+    first = solve(scene, options=Options(leave_saddle=False))
     yield holds(f"ends as {word}", first.word == word, f"{first.word}: {first.message}")
     said = REMEDIES.get((registry.name_for(energy), word), "")
     yield holds("its remedy is said", bool(said) and message(first).endswith(said), message(first))

@@ -36,9 +36,9 @@ from compare.models.ribbon.rivals import RULED, Rival, probe
 from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
+from ribbon.analysis.along import line_density
 from ribbon.energies import ENERGIES
-from ribbon.energies.along import line_density
-from ribbon.energies.softened import soften
+from ribbon.find.softened import soften
 
 FloatArray = NDArray[np.float64]
 

@@ -1,14 +1,19 @@
-"""The fields on a ribbon's surface. Lengths in l, curvatures in 1/l."""
+"""The fields on a ribbon's surface, and the shares of stretching there. Lengths in l, curvatures in 1/l."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.energy_map import by_name
+from compare.measure.energy_map import by_name, stretching_zones
+from compare.models.base import State
+from compare.scene.scene import Scene
 from ribbon import Equilibrium
-from ribbon.energies.along import area_density, segment_of
-from ribbon.energies.parts import area_densities
+from ribbon.analysis.along import area_density, segment_of
+from ribbon.analysis.parts import area_densities
 
 FloatArray = NDArray[np.float64]
 
@@ -75,3 +80,31 @@ def _free(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, F
         **by_name(density),
         **{name: values.reshape(*shape, 3) for name, values in vectors.items()},
     }
+
+
+#: Cells along and across at whose midpoints the energy is looked at.
+_ALONG, _ACROSS = 400, 40
+
+
+@dataclass(frozen=True)
+class Stretching:
+    """share: bending, membrane and shear in the elastic energy (with the constant of the natural curvature, as a shell
+    has it); zones: parts of membrane and shear energy within w / 2 of the clamps, beside the edges, and elsewhere."""
+
+    share: Mapping[str, float]
+    zones: Mapping[str, float]
+
+
+def stretching(scene: Scene, state: State) -> Stretching | None:
+    """How much of its energy a strip with free twist has as stretching, and where; None where its energy has rulings
+    (it then bends alone), or no thickness."""
+    e, energy = state.native, state.energy
+    if not e.has_free_twist or e.problem.strip.thickness is None or energy is None or energy.elastic is None:
+        return None
+    ratio = e.problem.strip.width / e.problem.strip.thickness
+    s, v = np.linspace(0.0, 1.0, _ALONG + 1), e.problem.half_width * np.linspace(-1.0, 1.0, _ACROSS + 1)
+    density = area_densities(e, 0.5 * (s[1:] + s[:-1]), 0.5 * (v[1:] + v[:-1]))
+    whole = energy.elastic + energy.constant
+    parts = {name: energy.parts[name] + (energy.constant if name == "bending" else 0.0) for name in energy.parts}
+    share = {name: value / whole if whole > 0.0 else 0.0 for name, value in parts.items()}
+    return Stretching(share, stretching_zones(scene, s, v, density, ratio)[0])

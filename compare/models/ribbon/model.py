@@ -27,6 +27,7 @@ from compare.models.base import (
     Variant,
 )  # fmt: skip
 from compare.models.reference import cut
+from compare.models.ribbon import neutral
 from compare.models.ribbon.refinement import judged, left, refined
 from compare.models.ribbon.solving import solved, solved_together, together
 from compare.models.ribbon.state import own_size, state_of
@@ -139,6 +140,8 @@ class RibbonModel:
     ) -> State:
         """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
         options = options or Options()
+        if options.leave_saddle is None:  # along a path an unstable state may be what is asked for
+            options = replace(options, leave_saddle=not scene.path)
         if scene.model.accuracy is not None:
             return self._chosen(scene, size, options, say)
         return self._solved(scene, size, options, say)
@@ -180,7 +183,7 @@ class RibbonModel:
             return state
         with within(scene.model.budget), choose.using(scene.model.solver):
             state = judged(state, say, options.grid, scene)
-            state = _beside_rivals(scene, state)
+            state = neutral.told(scene, _beside_rivals(scene, state))
             if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
                 state = left(scene, state, say, options)
         return state

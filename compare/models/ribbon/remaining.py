@@ -21,7 +21,7 @@ from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.rivals import probe
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
-from ribbon.energies import parts as own
+from ribbon.analysis import parts as own
 
 FloatArray = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ def solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way | 
     """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed."""
     from compare.models.ribbon.way import run_key, run_way
 
-    leave = options.leave_saddle
+    leave = bool(options.leave_saddle)
     if not scene.path:
         found, seconds = clocked(solver(scene, leave), options.repeats)
         return None, found, seconds

@@ -129,6 +129,7 @@ def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, 
         branch=None if e.branch is None or way is not None else e.branch.name.lower(),
         rivals=None if e.minima is None else Rivals(e.minima.tries, e.minima.above, str(e.minima)),
         quadrature=e.quadrature_error,
+        nonconvex=e.nonconvex,
     )
 
 
@@ -146,7 +147,7 @@ def _parts(e: Equilibrium) -> dict[str, float]:
     """Parts of the elastic energy: bending and the natural term; with a free twist bending, membrane, shear."""
     if not e.has_free_twist:
         return {"bending": e.energy.bending, "natural": e.energy.natural}
-    from ribbon.energies.parts import parts
+    from ribbon.analysis.parts import parts
 
     return parts(e)
 
@@ -184,6 +185,13 @@ def motions_of(e: Equilibrium) -> Motions | None:
     return Motions(translations, axes, held[0] if held else None)
 
 
+def _pushed(e: Equilibrium, ends: FloatArray) -> FloatArray:
+    """Positions (m, 3) in l of ends (m, 2) of rulings; of a free twist, of its sections'."""
+    r, frames, _, eta = e.continued(ends[:, 0])
+    slope = np.zeros_like(eta) if e.has_free_twist else eta
+    return np.asarray(r + ends[:, 1:] * (frames[:, :, 0] + slope[:, None] * frames[:, :, 2]))
+
+
 def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
     """Forces and moments of clamps and walls.
 
@@ -198,6 +206,7 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
                 "name": str(number) if wall.name is None else wall.name,
                 "force": found.force,
                 "contacts": found.contacts,
+                "points": _pushed(e, found.ends),
                 "height": found.height,
             }
             for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True))

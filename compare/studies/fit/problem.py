@@ -66,7 +66,7 @@ class Fit:
         from compare.models.ribbon.model import RibbonModel
 
         model, key = RibbonModel(), self.start[: len(self.keys)].tobytes()
-        state = model.solve(self.scene)
+        state = model.solve(self.scene, options=Options(leave_saddle=False))
         if not state.ok and state.stable is False:
             self.left = True
             sides = [(self.scene, model.solve(self.scene, options=Options(leave_saddle=True)))]

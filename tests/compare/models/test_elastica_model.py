@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from compare.errors import BadInput
+from compare.models import elastica_start
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.elastica_start import angle_of, elastica_problem, out_of_plane, seed_turn
+from compare.models.elastica_start import angle_of, elastica_problem, out_of_plane, seed_side, seed_turn
 from compare.models.ribbon.state import RibbonShape
 from compare.pages.result import comparison_result
 from compare.scene.scene import load, loads
@@ -182,3 +183,27 @@ def test_compare_writes_the_elastica_with_the_forces_of_both_ends(tmp_path):
     assert relative(elastica["forces"]["end"], found.fast.native.end_support.force) < 5e-3  # type: ignore[union-attr]
     assert found.rows[0].elastica is not None
     assert json.dumps({key: np.asarray(value).tolist() for key, value in elastica["moments"].items()})
+
+
+@pytest.mark.parametrize("nearly", [0.0, 1e-13, -1e-13, 1e-9, -1e-9])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_seed_without_a_linear_part_keeps_its_side(nearly, side):
+    """[6, -12, 6] has no mean curvature and no slope: the strip is bent to the side on which it lies of its chord, and
+    not to one that the last digit chooses."""
+    seed = [side * 6.0, side * -12.0, side * 6.0 * (1.0 + nearly)]
+    assert seed_side(np.array(seed)) == -side
+    began = _alone_begins(seed)
+    assert began == pytest.approx((-2.0 * side, -2.0 * side))
+
+
+def test_a_seed_in_s_has_no_side():
+    """Its sign is a convention, the same whatever the last digit is."""
+    for nearly in (0.0, 1e-13, -1e-13):
+        assert seed_side(np.array([3.0, -6.0 * (1.0 + nearly), 0.0, 6.0, -3.0])) == 1.0
+    assert seed_side(np.zeros(2)) == 1.0
+
+
+def _alone_begins(seed: list[float]) -> tuple[float, float]:
+    """Natural curvature (2,) with which the way of an elastica between level clamps begins."""
+    scene = loads(text(PLANAR, END, {"seed.curvature": str(seed)}))
+    return elastica_start._beginning(scene, elastica_problem(scene, seed_turn(scene))).curvature

@@ -11,10 +11,10 @@ import pytest
 
 from compare.cli import DONE, main
 from compare.models import solve
+from compare.models.ribbon.fields import stretching
 from compare.models.ribbon.remaining import remaining
-from compare.models.ribbon.stretching import stretching
 from compare.scene.scene import load
-from ribbon.energies.parts import parts
+from ribbon.analysis.parts import parts
 
 KEYS = {"model.energy": "finite", "model.elements": 10, "shell.width_to_thickness": [100.0]}
 SET = ["--set", "model.energy=finite", "--set", "model.elements=10", "--set", "shell.width_to_thickness=[100]"]

@@ -37,7 +37,7 @@ NATURAL = "[seed]\ncurvature = 2.0\n"  # its natural shape, which is then the on
 
 def solved(text: str, **options):
     scene = loads(text)
-    return scene, RibbonModel().solve(scene, options=Options(error=True, **options))
+    return scene, RibbonModel().solve(scene, options=Options(**{"error": True, "leave_saddle": False, **options}))
 
 
 def test_a_saddle_that_coarse_segments_hide_is_one():

@@ -16,7 +16,7 @@ from compare.models.base import Energy, Force, Options, Status
 from compare.page.claims import CLAIMS
 from compare.page.verdict import Check, Verdict, nothing
 from compare.pages.solve import answer
-from compare.scene.scene import load
+from compare.scene.scene import load, loads
 from compare.studies.checks import of_state
 
 SCENES = ("figure_4_1", "roman_6_2", "daisy_5g")
@@ -93,6 +93,7 @@ BROKEN = {
         lambda state: replace(state, status=Status.FAILED, word="failed"),
     ],
     "balance": [_heavier, _turned],
+    "convexity": [lambda state: replace(state, nonconvex=1e-9), lambda state: replace(state, nonconvex=1.0)],
     "elements": [lambda state: replace(state, error=None), lambda state: replace(state, error=2e-3)],
     "stability": [lambda state: replace(state, stable=None), lambda state: replace(state, stable=False)],
     "model": [lambda state: replace(state, numbers={**state.numbers, "auto": {"enough": False, "accuracy": 0.01}})],
@@ -110,6 +111,29 @@ def test_a_broken_fact_turns_its_check_and_the_verdict(claim, name, states):
         after = {check.name: check for check in of_state(scene, broken)}
         assert after[claim].grade != GOOD
         assert answer(scene, broken).grade != GOOD
+
+
+TURNED = f"""
+strip = {{{{length = 1.0, width = 0.1, thickness = {{thickness}}, poisson = 0.3, gamma = 5.0}}}}
+gravity.up = [1.0, 0.0, 0.0]
+clamp.start = {{{{position = [0.0, 0.0, 0.0], tangent = [0.0, 0.0, 1.0], normal = [0.0, 1.0, 0.0]}}}}
+clamp.end = {{{{position = [0.0, 0.1, 0.7], tangent = [0.0, 0.0, 1.0], normal = [{np.sin(1.0)}, {np.cos(1.0)}, 0.0]}}}}
+model = {{{{energy = "extensible", elements = 20}}}}
+"""
+
+
+def test_a_passage_that_the_elements_hold_is_not_good():
+    """Two clamps, one turned by 1 rad: stable on its elements at h / w = 1e-4, but no minimum of its energy; at 0.1
+    it is one."""
+    found = {}
+    for thickness in (1e-5, 1e-2):
+        scene = loads(TURNED.format(thickness=thickness))
+        state = solve(scene)
+        assert state.ok
+        found[thickness] = {c.name: c.grade for c in of_state(scene, state)}["convexity"], answer(scene, state).grade
+    assert found[1e-2][0] == GOOD
+    assert found[1e-5][0] == UNKNOWN
+    assert found[1e-5][1] != GOOD
 
 
 def test_a_wall_is_checked_where_there_is_one(states):

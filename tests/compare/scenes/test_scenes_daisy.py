@@ -1,4 +1,4 @@
-"""The flower stem's scenes daisy_5g, daisy_10g, daisy_straight, and what is wrong about a load at the tip."""
+"""The flower stem (daisy_5g, daisy_10g, daisy_straight, daisy_sheet) and what is wrong about a load at the tip."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ from compare.cli import DONE, main
 from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
+from compare.models.elastica_start import elastica_problem
 from compare.page.remedies import message
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
+from shellref.elastica.result import embed
 from shellref.elastica.rod import circular, circular_polar
+from shellref.elastica.start import solve_near
 from tests.compare.scene.scene_texts import PLANAR, SI, fault, text
 from tests.validation.elastica.elastica_daisy import lab_stem, stem_equilibria
 
@@ -58,6 +61,35 @@ def test_the_equilibria_of_the_lab_sheet(name, mass, kind):
     x, y, z = 0.1 * at_the_tip(name, POLAR if kind == "polar" else {})
     assert (x, y) == pytest.approx(state.tip, abs=2e-8)
     assert z == 0.0
+
+
+def test_the_sheets_own_stem():
+    """daisy_sheet is daisy_10g with the sheet's second moment: critical mass 6.32 g instead of 3.16 g."""
+    own, bending = load("daisy_sheet"), load("daisy_10g")
+    assert own.strip.second_moment == pytest.approx(circular_polar(2e-3), rel=1e-12)
+    assert own.canonical()["strip"] == bending.canonical()["strip"] | {"second_moment": own.strip.second_moment}
+    assert own.tip_load == pytest.approx(0.5 * bending.tip_load, rel=1e-12)
+    assert own.notes() == ()
+    for grams, above in ((6.32, False), (6.33, True)):  # about the bifurcation at 6.32136 g of the straight stem
+        straight = own.replace({"strip.natural_curvature": 0.0, "tip.mass": grams * 1e-3})
+        upright = solve_scene(straight, "elastica", options=Options(error=True))
+        assert upright.native.status.value == ("unstable" if above else "converged")
+        assert upright.shape.centreline(np.array([1.0]))[0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
+
+
+def test_newton_from_rest_ends_on_the_sheets_saddle():
+    """Section 3.2 with 10 g: Newton from theta = pi/2 + kappa_0 s goes to the nearly upright, unstable equilibrium."""
+    scene = load("daisy_sheet")
+    s = np.linspace(0.0, 1.0, 101)
+    found = solve_near(elastica_problem(scene), s, scene.curvature[0] * s)
+    assert found is not None
+    assert found.status.value == "unstable"
+    saddle = next(one for one in stem_equilibria(lab_stem(-1.0, "polar"), 0.010) if not one.stable)
+    assert 0.1 * embed(found, scene.position, scene.frame, np.array([1.0]))[0][:2] == pytest.approx(
+        saddle.tip, abs=2e-8
+    )
+    assert saddle.tip == pytest.approx((-0.0091033, 0.0995060), abs=1e-7)  # results/daisy.md
+    assert at_the_tip("daisy_sheet")[0] > 0.8  # what `solve` gives is the stable one
 
 
 def test_both_sides_of_the_pitchfork():

@@ -35,7 +35,7 @@ ELSEWHERE = {
     *("moebius_table_edge", "moebius_table_fallen", "roman_6_2", "roman_folds", "roman_plate"),
     *("curl_4_4_short", "curl_4_4_long"),
     *("lateral_7_1", "shift_7_2", "limits_7_3"),
-    *("daisy_5g", "daisy_10g", "daisy_straight"),
+    *("daisy_5g", "daisy_10g", "daisy_straight", "daisy_sheet"),
     *("edge_published", "jfig_5_2", "rod_4_5", "bend_45", "roll_up"),
     *("tape_4_1", "tape_4_1_equal", "tape_4_2"),
     *("ring_twisted", "rod_wrung"),

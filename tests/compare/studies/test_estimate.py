@@ -11,8 +11,8 @@ from compare.models.ribbon.state import RibbonShape
 from compare.models.shell import ShellShape
 from compare.scene.scene import load
 from compare.studies.limits import with_clamp
-from ribbon.energies.along import line_density
-from ribbon.energies.softened import soften
+from ribbon.analysis.along import line_density
+from ribbon.find.softened import soften
 
 
 def of(scene, ratio=100.0):

@@ -10,9 +10,12 @@ import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
+from compare.measure.grades import resolved
 from compare.page.page import read_page
 from compare.pictures.limits import varied
 from compare.scene.scene import load
+from compare.store.progress import Reporter
+from compare.store.store import CaseStore
 from compare.studies.limits import (
     Finding,
     Maps,
@@ -21,6 +24,7 @@ from compare.studies.limits import (
     quick,
     require_limits,
     stretching_zones,
+    study,
     with_clamp,
 )
 
@@ -74,6 +78,37 @@ def test_hits():
     assert hits([finding(*pair) for pair in pairs]) == {
         "known": 5, "same": 1, "cautious": 1, "bold": 3, "false_safe": 2, "good": 1,
     }  # fmt: skip
+
+
+def test_a_number_with_its_error_has_a_grade_where_it_is_resolved():
+    """Above its error the number's own; below it "good" where both together are good; not known else."""
+    above, below = [(0.004, 0.001), (0.02, 0.001), (0.2, 0.1)], [(0.001, 0.004), (0.001, 0.02), (0.02, 0.03)]
+    assert [resolved(*pair, 0.01) for pair in above] == ["good", "fair", "poor"]
+    assert [resolved(*pair, 0.01) for pair in below] == ["good", "unknown", "unknown"]
+    assert resolved(None, 0.1, 0.01) == resolved(0.1, None, 0.01) == "unknown"
+    one = Thresholds()
+    assert one.level(0.001, 0.001, (0.0005, 0.002)) == "good"
+    assert one.level(0.001, 0.001, (0.0005, 0.02)) is None
+    assert one.level(0.2, 0.001, (0.0005, 0.02)) == "poor"
+
+
+@pytest.mark.shell
+def test_a_coil_that_its_weight_hardly_moves_does_not_stretch(tmp_path):
+    """Two turns, wider than they are across: the share is that of the strip (0.7 %, on 400 elements too), not of what
+    holds the elements' own modes, which carries a fifth of this energy."""
+    pytest.importorskip("dolfinx")
+    coil = {
+        "strip.width": 0.275, "strip.thickness": 0.00622, "strip.poisson": 0.32, "strip.natural_curvature": -13.5,
+        "strip.gamma": 1.29, "shell.elements": [100, 4], "shell.corner": None,
+        "clamp.start.tangent": [0.6613118653236518, 0.0, -0.7501110696304596],
+        "clamp.start.normal": [0.39638744449231866, -0.8489716876291415, 0.34946254084375966],
+    }  # fmt: skip
+    scene = with_clamp(load("limits_7_3").replace(coil), "edge")
+    with Reporter() as reporter:
+        (found,), _ = study(scene, CaseStore(tmp_path), reporter, Thresholds())
+    assert found.estimated_level == found.level == "good"
+    assert found.share == pytest.approx(found.estimate.share, abs=0.004)
+    assert found.row.energy.parts["stabilisation"] > 0.2 * found.row.energy.parts["bending"]
 
 
 def test_quick_says_why():

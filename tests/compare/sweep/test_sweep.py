@@ -76,6 +76,13 @@ def test_rows_are_what_single_solves_find(small):
         assert float(row["energy.total"]) == pytest.approx(e.energy.total, rel=1e-12)
         assert float(row["y_over_x"]) == pytest.approx(-e.end.position[1] / e.end.position[2], rel=1e-9)
         assert 0.0 < float(row["error"]) < 1e-2
+        fine = solve_scene(scene.replace({"model.elements": 64}), "ribbon")
+        apart = np.linalg.norm(fine.supports.start.moment - [float(row[f"moment.start.{axis}"]) for axis in "xyz"])
+        assert 0.2 * apart < float(row["moment_error.start"]) < 10.0 * apart
+        assert 0.0 <= float(row["force_error.start"]) < 1e-6  # the weight's, whatever the elements
+        off = abs(fine.energy.total - float(row["energy.total"]))
+        assert 0.2 * off < float(row["energy_error.total"]) < 10.0 * off
+        assert float(row["lowest_eigenvalue_error"]) > 0.0
         assert float(row["lowest_eigenvalue"]) == pytest.approx(e.lowest_eigenvalue, rel=1e-3)
 
 
@@ -308,9 +315,10 @@ def test_failed_cases_are_red_crosses(tmp_path, axes):
 
     from compare.studies.axes import parse_axis
     from compare.sweep.file import load_sweep
+    from compare.sweep.finished import Case, Finished
     from compare.sweep.page import rows_of as table
     from compare.sweep.picture import draw
-    from compare.sweep.run import Case, Finished, check
+    from compare.sweep.run import check
 
     sweep = load_sweep("cantilever", {}, [parse_axis(axis) for axis in axes])
     ends = ["saddle", *["converged"] * 5]

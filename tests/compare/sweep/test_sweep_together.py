@@ -1,6 +1,5 @@
 """Slices of a sweep that are solved as one batch, against the same cases one by one."""
 
-import csv
 import signal
 from dataclasses import replace
 
@@ -125,27 +124,28 @@ def test_a_worker_that_dies_takes_one_case_of_its_slice(tmp_path):
     assert records[3]["together"] is True
 
 
-def test_the_table_is_the_same_and_the_output_says_which_way(tmp_path, monkeypatch, capsys):
-    fixed = ["--set", "model.elements=12", "--set", "gravity.up=[0.0,0.6,0.8]", "--workers", "1"]
+@pytest.mark.parametrize("more", [[], ["--stay"]])
+def test_the_table_is_the_same_and_the_output_says_which_way(tmp_path, monkeypatch, capsys, more):
+    """Saddles are left of themselves, each alone; with --stay all cases go together and three are saddles."""
+    fixed = ["--set", "model.elements=12", "--set", "gravity.up=[0.0,0.6,0.8]", "--workers", "1", *more]
     varied = ["--vary", "strip.natural_curvature=0,5", "--vary", "strip.gamma=log(1,300,4)"]
     command = ["sweep", "cantilever", *fixed, *varied]
-    assert main([*command, "--out", str(tmp_path / "a")]) == NOT_CONVERGED
+    end = NOT_CONVERGED if more else DONE
+    assert main([*command, "--out", str(tmp_path / "a")]) == end
     assert "8 cases together in 4 slices" in " ".join(capsys.readouterr().err.split())
     monkeypatch.setattr("compare.sweep.run.slice_key", lambda task: None)
-    assert main([*command, "--out", str(tmp_path / "b")]) == NOT_CONVERGED
+    assert main([*command, "--out", str(tmp_path / "b")]) == end
     assert "each case alone" in " ".join(capsys.readouterr().err.split())
-    assert [result_of(tmp_path / way)["together"] for way in "ab"] == [8, 0]
     tables = [rows_of(tmp_path / way) for way in "ab"]
-    assert {row["status"] for row in tables[0]} == {"converged", "saddle"}
+    assert {row["status"] for row in tables[0]} == ({"converged", "saddle"} if more else {"converged"})
+    unstable = sum(row["stable"] == "false" for row in tables[0])
+    left = [float(row["left_saddle"]) for row in tables[0] if row.get("left_saddle")]
+    assert (unstable > 0, len(left) > 0) == (bool(more), not more)
+    assert all(above > 0.0 for above in left)
+    assert [result_of(tmp_path / way)["together"] for way in "ab"] == [8 - len(left), 0]
     for row in (*tables[0], *tables[1]):
         del row["seconds"]
     assert tables[0] == tables[1]
     monkeypatch.undo()
-    assert main([*command, "--out", str(tmp_path / "a"), "--quiet"]) == NOT_CONVERGED
+    assert main([*command, "--out", str(tmp_path / "a"), "--quiet"]) == end
     assert result_of(tmp_path / "a")["new"] == 0
-    with (tmp_path / "a" / "cases.csv").open() as stream:
-        assert [row["case"] for row in csv.DictReader(stream)] == [str(k) for k in range(8)]
-    assert (
-        main(["sweep", "cantilever", *fixed[:2], "--vary", "strip.gamma=1,2", "--out", str(tmp_path / "c"), "--quiet"])
-        == DONE
-    )

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Strip, solve
-from ribbon.energies.along import area_density, line_density
+from ribbon.analysis.along import area_density, line_density
+from ribbon.analysis.parts import area_densities, line_density_of, line_parts, parts
 from ribbon.energies.names import FREE
-from ribbon.energies.parts import area_densities, line_density_of, line_parts, parts
 from tests.energy_integrals import over_s
 
 R = 2**-0.5

@@ -7,7 +7,7 @@ import pytest
 
 from compare.models import solve as solve_scene
 from compare.scene.scene import load
-from ribbon.energies.softened import SoftenedProblem, soften
+from ribbon.find.softened import SoftenedProblem, soften
 
 SCENE = load("limits_7_3").replace(
     {"clamp.start.ruling": "straight", "shell.clamp": "edge", "model.elements": 12, "model.grading": "clamp"}

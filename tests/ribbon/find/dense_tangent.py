@@ -1,4 +1,4 @@
-"""The second variation of a glued ribbon on its tangent as dense matrices: the judge of `ribbon.find.spectrum`.
+"""The second variation of a glued ribbon on its tangent as dense matrices: the judge of `ribbon.judge.spectrum`.
 
 The glue determines positions, quaternions and eta of joints 1 ... p from the start and from omega, n of the segments;
 the tangent of the glue is the range of ``Z = [1; -G_d^{-1} G_i]``, G_d and G_i being the glue's columns of dependent
@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ribbon.find.reduction import Tangent, dependent_columns, metric
+from ribbon.judge.reduction import Tangent, dependent_columns, metric
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.mixed import MixedProblem
 

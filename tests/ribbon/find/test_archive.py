@@ -35,7 +35,8 @@ OTHERS = {
         Refinement(8, Status.SADDLE, -1e-3, None, {"energy.total": np.array(1.0)}, None),
         Refinement(16, Status.CONVERGED, 1e-3, 1.0 / 3.0, {"forces.start": np.arange(3.0) / 7.0}, {"x": np.array(0.1)}),
     ),
-    "left": Left(0.5, None), "branch": Branch.SLID, "quadrature_error": 1e-12, "forces_why": "taut",
+    "left": Left(0.5, None), "branch": Branch.SLID, "quadrature_error": 1e-12, "nonconvex": 0.25,
+    "forces_why": "taut",
     "minima": Minima((1.0, 2.0), 2.0, 8, 3, False), "solver": "Newton, dense", "moved": 1.0 / 3.0,
     "options": {"max_iter": 3, "mu_strategy": "adaptive"}, "active_bounds": 2, "iterations": 7,
 }  # fmt: skip

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Closure, Gravity, RibbonInputError, Strip, Wall, refine, solve
-from ribbon.find import climb, relax
-from ribbon.problems import prolonged
+from ribbon.find import climb
+from ribbon.problems import prolonged, transfer
 from ribbon.problems.layout import STRIDE
 from ribbon.solvers import choose, settle
 from ribbon.solvers.problem import Minimum
@@ -201,7 +201,7 @@ def test_coarse_joints_are_joints_of_the_fine():
     few = climb.few(odd)
     assert climb.FEWEST <= few.lengths.size < 2 * climb.FEWEST
     assert climb.nested(few, odd)
-    assert relax.merged is climb.merged
+    assert transfer.merged is transfer.merged
 
 
 def test_a_weight_that_nothing_carries_is_refused():

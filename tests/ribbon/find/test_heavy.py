@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Status, Strip, solve
-from ribbon.find import climb, relax, seeds
+from ribbon.find import climb, seeds
 from ribbon.find.adaptive import solve_to_tolerance
 from ribbon.find.solve import build
-from ribbon.find.stability import negative
+from ribbon.judge.stability import negative
+from ribbon.problems import transfer
 from ribbon.solvers.problem import force_scale, kkt_residual
 
 UP = Gravity(up=(0.0, 1.0, 0.0))
@@ -108,17 +109,17 @@ def test_a_peak_turns_a_strip_by_as_much_on_fewer_segments():
     omega, none = seeds.hanging(heavy), np.zeros(321)
     for count in (160, 80, 40):
         lengths = np.full(count, 1.0 / count)
-        fewer, _ = relax.resampled(omega, none, heavy.lengths, lengths)
+        fewer, _ = transfer.resampled(omega, none, heavy.lengths, lengths)
         turn = float(np.sum(0.5 * (fewer[1:] + fewer[:-1]) * lengths))
         assert turn == pytest.approx(0.5 * math.pi, abs=0.3)
     smooth = 3.0 + 2.0 * np.cos(3.0 * seeds.joints(heavy.lengths))
-    fewer, _ = relax.resampled(smooth, none, heavy.lengths, np.full(80, 1.0 / 80))
+    fewer, _ = transfer.resampled(smooth, none, heavy.lengths, np.full(80, 1.0 / 80))
     np.testing.assert_allclose(fewer, smooth[::4], rtol=1e-12)
 
 
 def test_what_doublings_lead_up_to_is_not_taken(monkeypatch):
     """The loops of fewer segments, planted: the strip is then solved from its own start, which lies lower."""
-    monkeypatch.setattr(relax, "_TURNS", math.inf)
+    monkeypatch.setattr(transfer, "_TURNS", math.inf)
     strip = Strip(1.0, 0.05, 0.4, 0.0, 1e6)
     for segments in (160, 320):
         found = solve(strip, Clamp(), UP, segments=segments)

@@ -10,7 +10,7 @@ import pytest
 
 from ribbon import Clamp, Gravity, Status, Strip, solve
 from ribbon.find.solve import build, on_segments, solve_shape, starting_shapes
-from ribbon.problems import quadrature
+from ribbon.judge import quadrature
 from tests.ribbon.energies.densities import integral
 from tests.ribbon.find.free_twist_set import drawn
 

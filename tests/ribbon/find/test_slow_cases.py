@@ -8,8 +8,8 @@ import scipy.linalg
 
 from ribbon import Clamp, Gravity, RibbonInputError, Status, Strip, solve
 from ribbon.find.adaptive import solve_to_tolerance
-from ribbon.find.relax import RESIDUAL_TOLERANCE
 from ribbon.solvers import budget
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE
 
 UP = Gravity((0.0, 0.0, 1.0))
 LEVEL = Clamp(tangent=(1.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0))

@@ -7,8 +7,8 @@ import pytest
 import scipy
 
 from ribbon import Clamp, Closure, Gravity, Strip, Wall, solve
-from ribbon.find import reduction
-from ribbon.find.spectrum import SecondVariation
+from ribbon.judge import reduction
+from ribbon.judge.spectrum import SecondVariation
 from tests.ribbon.find.dense_tangent import reduce
 from tests.ribbon.problems.test_mixed import problem
 
@@ -101,7 +101,7 @@ def test_an_eigenvalue_that_the_counts_deny_is_not_told(name, monkeypatch):
     held = reduction.tangent(state.problem, state.x, state.multipliers, state.rows)
     second = SecondVariation(state.problem, state.x, state.rows, held)
     right, _ = second.lowest()
-    monkeypatch.setattr("ribbon.find.spectrum._STEPS", 2)
+    monkeypatch.setattr("ribbon.judge.spectrum._STEPS", 2)
     value, mode = second.lowest()
     assert value == pytest.approx(right, rel=0.05)
     assert np.abs(mode).max() > 0.0

@@ -12,7 +12,7 @@ from ribbon import Clamp, Equilibrium, Gravity, Status, Strip, Wall, solve
 from ribbon.element import quaternion
 from ribbon.find.continuation import follow
 from ribbon.find.solve import build
-from ribbon.penetration import TOLERANCE, deepest
+from ribbon.judge.penetration import TOLERANCE, deepest
 from ribbon.problems.touching import Touch, TouchRows
 
 UP = (0.0, 1.0, 0.0)

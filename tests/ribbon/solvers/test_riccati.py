@@ -5,9 +5,10 @@ import pytest
 import scipy
 
 from ribbon import Clamp, Gravity, Strip
-from ribbon.find import nested, stability
-from ribbon.find.inertia import Pencil
+from ribbon.find import nested
 from ribbon.find.solve import build, refine, solve
+from ribbon.judge import stability
+from ribbon.judge.inertia import Pencil
 from ribbon.solvers import choose, ipopt, newton, riccati
 from ribbon.solvers.problem import kkt_residual
 

@@ -7,11 +7,11 @@ pytest.importorskip("dolfinx")
 pytestmark = pytest.mark.shell
 
 from shellref import ShellOptions, ShellProblem  # noqa: E402
-from shellref.kernels.cells import Cells  # noqa: E402
-from shellref.kernels.ldl import Tangent, batches  # noqa: E402
 from shellref.kernels.tree import Structure, Tree  # noqa: E402
 from shellref.path import linear  # noqa: E402
+from shellref.path.ldl import Tangent, batches  # noqa: E402
 from shellref.path.solve import Solver, solve  # noqa: E402
+from shellref.shell.cells import Cells  # noqa: E402
 
 RNG = np.random.default_rng(3)
 

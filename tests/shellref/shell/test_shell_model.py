@@ -149,6 +149,27 @@ def test_strains_and_energies_of_a_homogeneous_deformation():
     np.testing.assert_allclose(energies.density, np.tile([energies.bending, energies.membrane, energies.shear], (8, 1)))
 
 
+def test_what_holds_the_elements_own_modes_is_no_stretching():
+    """Nodes on the natural cylinder: an element of degree 2 stretches between them by K^2 h_e^2 / sqrt(720) (root mean
+    square), of which alpha counts: c K^4 h_e^2 / 120, whatever the thickness. No strip stretches there."""
+    stretched = []
+    for k, n in ((13.5, 50), (13.5, 100), (6.0, 50)):
+        found = {}
+        for thickness in (6e-3, 1e-3):
+            problem = _problem(width=0.2, thickness=thickness, natural_curvature=(k, k), gamma=0.0, up=None,
+                               elements=(n, 2), grading=(1.0, 1.0))  # fmt: skip
+            model = NaghdiModel(build_strip(problem, ShellOptions()).body, 0.01)
+            energies = model.energies(np.hstack(natural_strip(*model.nodes.T, np.zeros(3), FRAME, (k, k))))
+            whole = energies.bending + energies.membrane + energies.shear + energies.stabilisation
+            assert energies.elastic == pytest.approx(whole, rel=1e-12)
+            found[thickness] = energies.stabilisation
+        assert found[6e-3] == pytest.approx(found[1e-3], rel=0.05)
+        assert found[1e-3] == pytest.approx(0.01 * k**4 / n**2 / 120.0, rel=0.05)
+        assert energies.membrane < 0.02 * energies.stabilisation
+        stretched.append(energies.membrane)
+    assert stretched[0] > 2**7 * stretched[1]  # of the interpolation at the reduced points, where it is fourth order
+
+
 def test_weight_is_the_area_times_gamma(model):
     state = _state(model)
     total = model.external(state, Control(weight=1.0))[:, :3].sum(axis=0)

@@ -19,6 +19,7 @@ from ribbon import solve as solve_ribbon
 from shellref.elastica.solve import ElasticaProblem, graded_nodes, solve
 from tests.reference.elastica_closed import heavy_cantilever
 from tests.validation import page
+from tests.validation.number import Number, rounding
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
@@ -83,24 +84,27 @@ def curves() -> dict[str, Array]:
     return found
 
 
-def shells() -> list[tuple[float, float, float, float]]:
-    """(nu, Gamma, relative difference to the elastica, relative change from the coarser mesh) of every shell."""
+def shell_ratio(nu: float, gamma: float, mesh: tuple[int, int]) -> float:
+    """y / x of the shell on a mesh."""
     from shellref import ShellOptions, ShellProblem, ShellStatus
     from shellref.path.solve import solve as solve_it
 
+    problem = ShellProblem(
+        WIDTH, WIDTH / RATIO, nu, gamma=gamma, up=(0.0, 1.0, 0.0), elements=mesh,
+        grading=(1.0 if gamma < HEAVY else 0.3, 1.0),
+    )  # fmt: skip
+    result = solve_it(problem, ShellOptions(stability=False))
+    if result.status is not ShellStatus.CONVERGED:
+        raise AssertionError(f"shell, nu = {nu:g}, Gamma = {gamma:g}: {result.message}")
+    return ratio_of(result.section(1.0)["position"], 2)
+
+
+def shells() -> list[tuple[float, float, float, float]]:
+    """(nu, Gamma, relative difference to the elastica, relative change from the coarser mesh) of every shell."""
     found = []
     for nu in POISSON:
         for gamma in SHELL_GAMMAS:
-            ends = []
-            for mesh in (MESH, COARSE):
-                problem = ShellProblem(
-                    WIDTH, WIDTH / RATIO, nu, gamma=gamma, up=(0.0, 1.0, 0.0), elements=mesh,
-                    grading=(1.0 if gamma < HEAVY else 0.3, 1.0),
-                )  # fmt: skip
-                result = solve_it(problem, ShellOptions(stability=False))
-                if result.status is not ShellStatus.CONVERGED:
-                    raise AssertionError(f"shell, nu = {nu:g}, Gamma = {gamma:g}: {result.message}")
-                ends.append(ratio_of(result.section(1.0)["position"], 2))
+            ends = [shell_ratio(nu, gamma, mesh) for mesh in (MESH, COARSE)]
             true = exact(gamma)
             found.append((nu, gamma, ends[0] / true - 1.0, abs(ends[1] / ends[0] - 1.0)))
             print(f"  cantilever: shell, nu = {nu:g}, Gamma = {gamma:g}: {found[-1][2]:+.1e}", flush=True)
@@ -249,7 +253,25 @@ def work_table(works: dict[float, dict[str, list[tuple[int, float, float]]]], be
     return page.table(["Gamma", "solver", "5", "20", "80", "first call, s"], rows)
 
 
-def run(out: Path) -> None:
+def elastica_ratio(gamma: float) -> float:
+    """y / x by the elastica on graded elements."""
+    return ratio_of(solve(ElasticaProblem(gamma=gamma), ELEMENTS, DEGREE, estimate_error=False).end)
+
+
+def ribbon_miss(gamma: float) -> float:
+    """Relative error of the ribbon's y / x on graded segments."""
+    return ratio_of(ribbon(gamma, segments(gamma, SEGMENTS, True)).end.position, 2) / exact(gamma) - 1.0
+
+
+PROBES = {
+    "ratio_10": lambda: elastica_ratio(10.0),
+    "ribbon_100": lambda: ribbon_miss(100.0),
+    "ribbon_1000": lambda: ribbon_miss(1000.0),
+    "shell_10_coarse": lambda: shell_ratio(0.4, 10.0, COARSE),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
     works, begun = {}, {}
     for gamma in WORK:
         works[gamma], first = work(gamma)
@@ -298,3 +320,17 @@ def run(out: Path) -> None:
         raise AssertionError(f"the graded elastica is off by {worst:.1e}")
     if not ribbon_worst < PROMISED["ribbon"]:
         raise AssertionError(f"the graded ribbon is off by {ribbon_worst:.1e}, or has no minimum")
+    numbers = {
+        "ratio_10": Number(elastica_ratio(10.0), abs(elastica_ratio(10.0) - exact(10.0)), shown=".10g"),
+        "worst_elastica": rounding(worst, shown=".0e"),
+        "worst_ribbon": Number(ribbon_worst, 2.0 * worst, shown=".1e"),
+    }
+    for gamma in (100.0, 1000.0):
+        # against what the elastica and the shooting leave together, by Newton's tolerance
+        numbers[f"ribbon_{gamma:g}"] = Number(ribbon_miss(gamma), 2.0 * worst, shown="+.0e")
+    coarse = shell_ratio(0.4, 10.0, COARSE)
+    numbers["shell_10_coarse"] = Number(coarse, abs(shell_ratio(0.4, 10.0, MESH) - coarse))
+    for nu, gamma, apart, change in shell:
+        name = f"shell_{'nu_' if nu else ''}{f'{gamma:g}'.replace('.', '_')}"
+        numbers[name] = Number(apart, change, shown="+.1e")
+    return numbers

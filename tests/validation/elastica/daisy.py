@@ -23,6 +23,7 @@ from tests.validation.elastica.elastica_daisy import (
     sheet_newton,
     stem_equilibria,
 )
+from tests.validation.number import Number, rounding
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
@@ -34,6 +35,8 @@ MASSES = (0.005, 0.010)
 MOMENTS = {"polar": "pi r^4 / 2 (polar, the sheet's)", "bending": "pi r^4 / 4 (bending)"}
 #: Largest relative difference of scikit-fem and dolfinx; of the three critical masses; of limit points' estimate.
 APART, CRITICAL = 1e-10, 1e-8
+#: Longest steps of arc length of the limit point's branch: the second is the page's.
+STEPS = (0.2, 0.08)
 
 
 def buckling_table() -> tuple[str, float, dict[int, tuple[Array, Array]]]:
@@ -229,12 +232,41 @@ def explanation(found: dict[tuple[str, float], list[StemState]]) -> str:
     )
 
 
-def run(out: Path) -> None:
+def tip(mass: float, elements: int = 20) -> float:
+    """Sideways place (cm) of the tip to which the sheet's Newton goes, kappa_0 = -1 /m, its second moment."""
+    state, _ = sheet_newton(lab_stem(-1.0, "polar"), mass, elements=elements)
+    if state is None:
+        raise AssertionError(f"Newton from theta = pi/2 + kappa_0 s fails for {1e3 * mass:g} g")
+    return 1e2 * state.tip[0]
+
+
+def limit(most: float) -> float:
+    """Mass (g) of the limit point, kappa_0 = -1 /m, the sheet's second moment; steps of arc length up to `most`."""
+    curves = mass_deflection(lab_stem(-1.0, "polar"), (0.010,), ArcOptions(most=most))
+    (mass,) = (mass for curve in curves for mass in curve.limits)
+    return 1e3 * mass
+
+
+def eigenvalue(kind: str) -> float:
+    """Critical mass (g) by linear buckling on 20 elements of degree 3."""
+    return 1e3 * float(buckling_modes(20, 3, 1).loads[0]) / lab_stem(0.0, kind).tip_load(1.0)
+
+
+PROBES = {
+    "critical_mass_polar": lambda: eigenvalue("polar"),
+    "critical_mass_bending": lambda: eigenvalue("bending"),
+    "tip_5g": lambda: tip(0.005),
+    "tip_10g": lambda: tip(0.010),
+    "limit_point": lambda: limit(STEPS[0]),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
     loads, apart, modes = buckling_table()
     critical, spread = critical_table()
     table, found = equilibria_table()
     diagrams = {
-        (kind, curvature): mass_deflection(lab_stem(curvature, kind), options=ArcOptions(most=0.08))
+        (kind, curvature): mass_deflection(lab_stem(curvature, kind), options=ArcOptions(most=STEPS[1]))
         for kind in MOMENTS
         for curvature in LAB_CURVATURES
     }
@@ -247,8 +279,8 @@ def run(out: Path) -> None:
         out / "daisy.md", "The daisy: the lab sheet on the buckling of a stem", "python -m tests.validation daisy",
         f"A stem of L = {straight.length:g} m, r = 2 mm, E = {straight.young:.0e} Pa, upright and weightless, with a "
         "flower of mass M at its tip; natural curvature kappa_0 (seed: TP 2.2). "
-        "By `tests/validation/elastica/elastica_daisy.py`, 20 elements of degree 3. Scenes: `daisy_5g`, `daisy_10g`, "
-        "`daisy_straight`.",
+        "By `tests/validation/elastica/elastica_daisy.py`, 20 elements of degree 3. Scenes: `daisy_sheet` (the "
+        "sheet's I), `daisy_5g`, `daisy_10g`, `daisy_straight` (the I of bending).",
         "## Buckling loads and modes (2.2)",
         "lambda_i = (2 i - 1)^2 pi^2 / 4 on 10, 100 and 1000 elements; error: relative, in brackets its order (P1: 2, "
         "P2: 4; empty at rounding); dolfinx: largest relative difference of its loads (SLEPc) to scikit-fem's on the "
@@ -275,3 +307,12 @@ def run(out: Path) -> None:
         raise AssertionError(f"dolfinx and scikit-fem differ by {apart:.1e}")
     if not spread < CRITICAL:
         raise AssertionError(f"the critical masses differ by {spread:.1e}")
+    limits = [limit(most) for most in STEPS]
+    numbers = {"limit_point": Number(limits[1], abs(limits[0] - limits[1]), "g", ".5f"),
+               "libraries_apart": rounding(apart, shown=".0e")}  # fmt: skip
+    for kind in MOMENTS:
+        exact = 1e3 * lab_stem(0.0, kind).critical_mass
+        numbers[f"critical_mass_{kind}"] = Number(eigenvalue(kind), abs(eigenvalue(kind) - exact), "g", ".8f")
+    for name, mass in (("tip_5g", MASSES[0]), ("tip_10g", MASSES[1])):
+        numbers[name] = Number(tip(mass), abs(tip(mass) - tip(mass, 40)), "cm", "+.5f")
+    return numbers

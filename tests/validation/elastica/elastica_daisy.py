@@ -96,9 +96,9 @@ def from_rest(system: System) -> Array:
     return system.discrete.natural_shape(system.way.at(0.0))
 
 
-def sheet_newton(rod: Rod, mass: float, tolerance: float = 1e-10) -> tuple[StemState | None, int]:
+def sheet_newton(rod: Rod, mass: float, tolerance: float = 1e-10, elements: int = 20) -> tuple[StemState | None, int]:
     """What the sheet's plain Newton finds for this mass (kg) from theta = pi/2 + kappa_0 s, and its iterations."""
-    system = stem_system(rod, mass)
+    system = stem_system(rod, mass, elements)
     solved = system.newton(from_rest(system), 1.0, tolerance, iterations=50)
     point = None if solved.z is None else point_at(system, solved.z, 1.0)
     return None if point is None else _state(system, rod, mass, point), solved.iterations

@@ -24,11 +24,14 @@ from tests.validation.elastica.elastica_daisy import (
     sheet_newton,
     stem_equilibria,
 )
+from tests.validation.number import Number, rounding
 
 GAMMAS = (1.0, 10.0, 1e2, 1e3, 1e4, 1e5)
 ELEMENTS, DEGREE = 100, 4
 MESHES = (10, 100, 1000)
 PROMISED_DIGITS, PROMISED_LOADS = 1e-9, 1e-10
+#: Rounding of a tip of length 1 by two solves, in l.
+EPSILON = 4e-15
 
 
 def order_table(measured: dict[str, dict[str, np.ndarray]]) -> str:
@@ -44,6 +47,19 @@ def order_table(measured: dict[str, dict[str, np.ndarray]]) -> str:
             rows.append(row)
     heads = ["element", "number", "theta, L2", "order", "tip / l", "order", "energy, D w / l", "order"]
     return page.table(heads, rows)
+
+
+def graded_ratio(gamma: float) -> float:
+    """Drop over reach of the heavy cantilever's end on graded elements."""
+    end = solve(ElasticaProblem(gamma=gamma), ELEMENTS, DEGREE, estimate_error=False).end
+    return float(-end[1] / end[0])
+
+
+def last_orders(found: dict[str, np.ndarray]) -> tuple[float, float]:
+    """Order of the tip on the two finest meshes, and what it leaves open: its change from the meshes before, and what
+    rounding of the tip (`EPSILON`) makes of it."""
+    slopes = orders(found["tip"], found["elements"])
+    return float(slopes[-1]), float(abs(slopes[-1] - slopes[-2]) + EPSILON / (found["tip"][-1] * np.log(2.0)))
 
 
 def digits_table() -> tuple[str, float]:
@@ -155,7 +171,15 @@ def figure(path: Path, measured: dict[str, dict[str, np.ndarray]], diagrams: dic
     plt.close(drawing)
 
 
-def run(out: Path) -> None:
+PROBES = {
+    "order_p2": lambda: last_orders(errors("P2"))[0],
+    "tip_p4_16": lambda: float(errors("P4")["tip"][2]),
+    "ratio_10": lambda: graded_ratio(10.0),
+    "load_1_p1_100": lambda: float(buckling_modes(100, 1).loads[0]),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
     measured = {kind: errors(kind) for kind in KINDS}
     digits, worst_digits = digits_table()
     loads, worst_loads = buckling_table()
@@ -189,3 +213,15 @@ def run(out: Path) -> None:
         raise AssertionError(f"drop over reach is {worst_digits:.1e} off, promised {PROMISED_DIGITS:.0e}")
     if not worst_loads < PROMISED_LOADS:
         raise AssertionError(f"buckling loads differ by {worst_loads:.1e}, promised {PROMISED_LOADS:.0e}")
+    found = {f"order_{kind.lower()}": last_orders(values) for kind, values in measured.items()}
+    exact = heavy_cantilever(10.0)
+    ratio, load = graded_ratio(10.0), buckling_modes(100, 1).loads[0]
+    return {
+        **{name: Number(*both, shown=".2f") for name, both in found.items()},
+        "tip_p4_16": Number(measured["P4"]["tip"][2], measured["P4"]["tip"][3], "l", ".1e"),
+        "tip_p4_32": rounding(measured["P4"]["tip"][3], "l", ".1e"),
+        "ratio_10": Number(ratio, abs(ratio - exact[1] / exact[0]), shown=".10g"),
+        "worst_ratio": rounding(worst_digits, shown=".0e"),
+        "load_1_p1_100": Number(load, PROMISED_LOADS * load, shown=".8f"),
+        "libraries_apart": rounding(worst_loads, shown=".0e"),
+    }

@@ -18,6 +18,7 @@ from ribbon.find.solve import Problem, build, solve_from
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers.problem import FloatArray, polish
 from tests.validation import page
+from tests.validation.number import Number, rounding
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -215,7 +216,28 @@ def _draw(
     plt.close(figure)
 
 
-def run(out: Path) -> None:
+PROBES = {
+    "sadowsky_free_20": lambda: 100.0 * Curl(energy="sadowsky").critical()[0],
+    "wunderlich_free_20": lambda: 100.0 * Curl().critical()[0],
+}
+
+
+def _numbers(lengths: Lengths) -> dict[str, Number]:
+    """Critical lengths (cm) of the clamp that fits: on a number of segments to the bisection, and the finest with its
+    change from half as many."""
+    found: dict[str, Number] = {}
+    for energy, ruling in itertools.product(("sadowsky", "wunderlich"), ("free", "straight")):
+        at = {p: 100.0 * lengths[Curl(HORIZONTAL, energy, ruling, p)][0] for p in (20, 40, 80)}
+        for p, value in at.items():
+            found[f"{energy}_{ruling}_{p}"] = Number(value, 2e-4, "cm", ".2f")
+        found[f"{energy}_{ruling}"] = Number(at[80], abs(at[80] - at[40]) + 2e-4, "cm", ".2f")
+    these = sorted(
+        (n for name, n in found.items() if name[-1].isdigit()), key=lambda number: number.value
+    )  # fmt: skip
+    return found | {"least": these[0], "most": these[-1]}
+
+
+def run(out: Path) -> dict[str, Number]:
     curls = [Curl(c, e, r) for c in CLAMPS for e in ("sadowsky", "wunderlich") for r in ("free", "straight")]
     lengths = {}
     for curl, segments in itertools.product(curls, (20, 40, 80)):
@@ -223,6 +245,7 @@ def run(out: Path) -> None:
         lengths[one] = one.critical()
     branches: dict[str, list[tuple[float, float]]] = {}
     sentences = []
+    numbers = _numbers(lengths)
     for energy in ("wunderlich", "sadowsky"):
         curl = Curl(energy=energy, segments=40)
         long, up = curl.branch(curl.solved(0.25), 0.25, 0.50)
@@ -243,6 +266,12 @@ def run(out: Path) -> None:
             raise AssertionError(f"{energy}: hysteresis {gap}, critical length {critical} against {fitted}")
         if not (long.ok and seeded.ok) or abs(long.energy.total - seeded.energy.total) > 1e-3:
             raise AssertionError(f"{energy}: the straight seed ends elsewhere than the growing curl, at 50 cm")
+        numbers[f"{energy}_gap"] = rounding(100.0 * gap, "cm")
+        numbers[f"{energy}_fitted"] = Number(100.0 * fitted, 100.0 * abs(fitted - critical), "cm", ".3f")
+        energies = long.energy.total, abs(long.energy.total - seeded.energy.total)
+        numbers[f"{energy}_energy_50"] = Number(
+            energies[0], max(energies[1], 1e-8 * abs(energies[0])), "D w / l", ".4f"
+        )
     tenth = {e: Curl(energy=e).critical()[0] for e in ("sadowsky", "wunderlich")}
     if not all(0.285 < value < 0.295 for value in tenth.values()):
         raise AssertionError(f"planar up to {tenth}, the thesis has 0.29 m")
@@ -262,3 +291,4 @@ def run(out: Path) -> None:
         "ruling at the clamp, and the cost of eta' in Wunderlich's energy, delay it.",
         "## Beyond", "\n".join(sentences), "![distance from the plane, eigenvalue, shapes](curl_length.png)",
     )  # fmt: skip
+    return numbers

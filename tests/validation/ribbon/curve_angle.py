@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from compare.models import solve as solve_scene
 from compare.models.base import Options, State
 from compare.scene.scene import load
 from tests.validation import page
+from tests.validation.number import Number
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -48,19 +50,53 @@ def tip(state: State) -> float:
     return float(np.hypot(*state.end.position[1:]))
 
 
-def run(out: Path) -> None:
+@cache
+def reference(gamma: int) -> State:
+    """160 curvature elements, whose tip the prototype's is."""
+    found = solved(gamma, REFERENCE, 0)
+    if not found.ok or abs(tip(found) - TIPS[gamma]) > 1e-5:
+        raise AssertionError(f"Gamma = {gamma}: {found.message}, tip {tip(found):.6f}")
+    return found
+
+
+def _rod(gamma: int, label: str, n: int) -> State:
+    return solved(gamma, LADDERS[label][0] | {"model.elements": n}, 0)
+
+
+PROBES = {
+    "tip_20": lambda: tip(_rod(20, "curve-angle", 160)),
+    "distance_20": lambda: distance(_rod(20, "curve-angle", 160), reference(20)),
+    "elements_distance_100": lambda: distance(_rod(100, "curvature elements", 20), reference(100)),
+}
+
+
+def _numbers(found: dict[tuple[int, str, int], tuple[float, float, int]]) -> dict[str, Number]:
+    """Tips, distances and orders. The reference is of order 4 and leaves a 4096th of what 20 elements do; an order's
+    error is its change from the pair of sizes before."""
+    numbers = {}
+    for gamma in TIPS:
+        leaves = found[gamma, "curvature elements", 20][0] / 4095.0
+        numbers[f"tip_{gamma}"] = Number(tip(_rod(gamma, "curve-angle", 160)), leaves + 1e-9, "l", ".5f")
+        for word, label, n in (("distance", "curve-angle", 160), ("elements_distance", "curvature elements", 20)):
+            numbers[f"{word}_{gamma}"] = Number(found[gamma, label, n][0], leaves, "l", ".1e")
+        for word, label in (("order", "curve-angle"), ("elements_order", "curvature elements")):
+            a, b, c = (found[gamma, label, n][0] for n in LADDERS[label][1][-3:])
+            last, before = (float(np.log2(x / y)) for x, y in ((b, c), (a, b)))
+            numbers[f"{word}_{gamma}"] = Number(last, abs(last - before), shown=".2f")
+    orders = sorted((numbers[f"elements_order_{gamma}"] for gamma in TIPS), key=lambda order: order.value)
+    return numbers | {"elements_order_least": orders[0], "elements_order_most": orders[-1]}
+
+
+def run(out: Path) -> dict[str, Number]:
     """Solves, checks orders and the prototype's tips, writes the page and its picture."""
     folder = out / "curve_angle"
     folder.mkdir(exist_ok=True)
     rows, lines, found = [], [], {}
     for gamma in TIPS:
-        reference = solved(gamma, REFERENCE, 0)
-        if not reference.ok or abs(tip(reference) - TIPS[gamma]) > 1e-5:
-            raise AssertionError(f"Gamma = {gamma}: {reference.message}, tip {tip(reference):.6f}")
         for label, (keys, sizes) in LADDERS.items():
             for n in sizes:
                 state = solved(gamma, keys | {"model.elements": n})
-                miss = distance(state, reference) if state.ok else np.nan
+                miss = distance(state, reference(gamma)) if state.ok else np.nan
                 found[gamma, label, n] = (miss, state.seconds.warm, state.iterations)
                 place = f"{tip(state):.5f}" if state.ok else state.word
                 rows.append(
@@ -94,6 +130,7 @@ def run(out: Path) -> None:
         "\n".join(lines),
         "![Distance against time and iterations](curve_angle.png)",
     )
+    return _numbers(found)
 
 
 def picture(path: Path, found: dict[tuple[int, str, int], tuple[float, float, int]]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from compare.scene.scene import load
 from ribbon import Clamp, Equilibrium, Gravity, Strip, Wall, solve
 from ribbon.find.solve import solve_from
 from tests.validation import page
+from tests.validation.number import Number, rounding
 
 SCENES = ("arc_5_1", "two_clamps_5_3_2", "start_5_3_3_1", "start_5_3_3_5")
 #: Larger of the two steps of the central differences: length in l, angle in rad.
@@ -79,27 +81,66 @@ def _vector(values: np.ndarray) -> str:
     return "(" + ", ".join(f"{v:.6f}" for v in values) + ")"
 
 
-def run(out: Path) -> None:
-    rows, worst = [], 0.0
-    for name in SCENES:
-        e = solve(**ribbon_arguments(load(name)), options=_TIGHT)
-        if not e.ok:
-            raise AssertionError(f"{name}: {e.message}")
-        for end in ("end", "start"):
-            held = e.end_support if end == "end" else e.start
-            assert held is not None
-            for what, by_rows, by_energy in zip(
-                ("force", "moment"), (held.force, held.moment), differences(e, end), strict=True
-            ):
-                error = float(np.linalg.norm(by_rows - by_energy) / np.linalg.norm(by_rows))
-                worst = max(worst, error)
-                rows.append([name, end, what, _vector(by_rows), _vector(by_energy), f"{error:.0e}"])
+@functools.cache
+def clamped(name: str) -> Equilibrium:
+    """A scene's state."""
+    e = solve(**ribbon_arguments(load(name)), options=_TIGHT)
+    if not e.ok:
+        raise AssertionError(f"{name}: {e.message}")
+    return e
+
+
+def _clamp_errors(e: Equilibrium, end: str) -> list[tuple[str, np.ndarray, np.ndarray, float]]:
+    """Of force and moment of a support: name, from multipliers, from the energy, relative error."""
+    held = e.end_support if end == "end" else e.start
+    assert held is not None
+    found = []
+    for what, rows, energy in zip(("force", "moment"), (held.force, held.moment), differences(e, end), strict=True):
+        found.append((what, rows, energy, float(np.linalg.norm(rows - energy) / np.linalg.norm(rows))))
+    return found
+
+
+@functools.cache
+def floor() -> tuple[Equilibrium, float, float]:
+    """The strip on its floor, the floor's force from the multipliers and from the energy."""
     e = _floor()
     if not (e.ok and e.walls[0].contacts.size):
         raise AssertionError(f"floor: {e.message}")
     wall = e.problem.walls[0]  # type: ignore[attr-defined]
     lift = _richardson(lambda h: _solved(e, walls=(replace(wall, point=(0.0, 0.0, h)),)), WALL_STEP)
-    push = float(e.walls[0].force[2])
+    return e, float(e.walls[0].force[2]), lift
+
+
+def _end_force(name: str) -> float:
+    """Size of the force at the end from the multipliers."""
+    held = clamped(name).end_support
+    assert held is not None
+    return float(np.linalg.norm(held.force))
+
+
+PROBES = {
+    "wall": lambda: floor()[1],
+    "wall_by_energy": lambda: floor()[2],
+    "contacts": lambda: floor()[0].walls[0].contacts.size,
+    "end_force_arc_5_1": lambda: _end_force("arc_5_1"),
+    "end_force_start_5_3_3_1": lambda: _end_force("start_5_3_3_1"),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
+    rows, worst = [], 0.0
+    sizes: dict[str, Number] = {}
+    for name in SCENES:
+        e = clamped(name)
+        for end in ("end", "start"):
+            for what, by_rows, by_energy, error in _clamp_errors(e, end):
+                worst = max(worst, error)
+                rows.append([name, end, what, _vector(by_rows), _vector(by_energy), f"{error:.0e}"])
+                size = float(np.linalg.norm(by_rows))
+                unit = "D w / l^2" if what == "force" else "D w / l"
+                sizes[f"{end}_{what}_{name}"] = Number(size, max(1e-9, 2.0 * error) * size, unit, ".6f")
+    e, push, lift = floor()
+    between = len(e.problem.touching)  # type: ignore[attr-defined]
     wall_error = abs(lift - push) / push
     balance = abs(float(e.start.force[2]) + push - 60.0) / 60.0
     page.write(
@@ -112,9 +153,19 @@ def run(out: Path) -> None:
         page.table(["scene", "support", "what", "from multipliers", "from the energy", "relative error"], rows),
         "## A wall\n\n"
         f"A strip (w/l = 0.05, Gamma = 60) clamped 0.2 l above a floor, 20 segments, {e.walls[0].contacts.size} joints "
-        f"in contact. Force of the floor from its multipliers: {push:.8f}; dE/dH when the floor is lifted (steps of "
+        f"and {between} points of the edges between joints in contact: the floor holds both (held at joints alone, "
+        "the edges dip into it and its force is another in the third digit). "
+        f"Force of the floor from its multipliers: {push:.8f}; dE/dH when the floor is lifted (steps of "
         f"{WALL_STEP:g} and half of it): {lift:.8f}; relative difference {wall_error:.0e}. Clamp and floor carry the "
         f"weight to {balance:.0e}.",
     )  # fmt: skip
     if max(worst, wall_error) > AIM or balance > 1e-8:
         raise AssertionError(f"multipliers and energies differ: {worst:.1e}, wall {wall_error:.1e}, {balance:.1e}")
+    return sizes | {
+        "worst": rounding(worst),
+        "wall_relative": rounding(wall_error),
+        "wall": Number(push, max(1e-9, 2.0 * wall_error) * push, "D w / l^2", ".4f"),
+        "wall_by_energy": Number(lift, max(1e-9, 2.0 * wall_error) * push, "D w / l^2", ".8f"),
+        "contacts": Number(e.walls[0].contacts.size, 0, shown="d"),
+        "between": Number(between, 0, shown="d"),
+    }

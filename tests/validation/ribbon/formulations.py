@@ -14,14 +14,17 @@ import numpy as np
 from compare.models.ribbon.build import ribbon_arguments
 from compare.scene.scene import load
 from ribbon import Equilibrium, refine, solve
-from ribbon.find import relax, stability
+from ribbon.find import relax
 from ribbon.find.solve import build, solve_shape, starting_shapes
+from ribbon.judge import stability
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import choose, ipopt, newton, newton_rows
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE
 from ribbon.surface import surface
 from ribbon.thesis.chained_clamped import ChainedClampedProblem
 from ribbon.thesis.matrix import MatrixProblem
 from tests.validation import one_core, page
+from tests.validation.number import Number
 
 HANGING, ARC, CURL = "hanging_5_3_1", "arc_5_1", "curl_4_3"
 ENERGIES = ("sadowsky", "wunderlich")
@@ -89,6 +92,22 @@ class Timed:
     seconds: float
     residual: float
     value: float
+
+
+def _hanging(formulation: str, energy: str, p: int) -> tuple[int, float]:
+    """Iterations of Ipopt on the hanging scene from the thesis's seed, and the energy that it reaches."""
+    problem, x = _bare(_arguments(HANGING, energy=energy, formulation=formulation, elements=p))
+    found = ipopt.minimise(problem, x)
+    return found.iterations, problem.value(found.x)
+
+
+PROBES = {
+    "energy_mixed_wunderlich_20": lambda: _hanging("mixed", "wunderlich", 20)[1],
+    "energy_chained_sadowsky_20": lambda: _hanging("chained", "sadowsky", 20)[1],
+    "iterations_chained_sadowsky_20": lambda: _hanging("chained", "sadowsky", 20)[0],
+    "iterations_matrix_sadowsky_20": lambda: _hanging("matrix", "sadowsky", 20)[0],
+}
+_TIME = "median CPU time of one machine"
 
 
 def hanging() -> list[Timed]:
@@ -159,7 +178,7 @@ def _alone(reading: str, name: str, energy: str, p: int) -> Clamped:
     clock = time.process_time()
     m = ipopt.minimise(problem, x, {"max_cpu_time": ALONE_SECONDS})
     status = "not_converged"
-    if m.residual < relax.RESIDUAL_TOLERANCE:
+    if m.residual < RESIDUAL_TOLERANCE:
         stable = stability.check_glued(problem, m.x, m.multipliers, m.rows).stable
         status = "converged" if stable else "saddle"
     seconds = time.process_time() - clock
@@ -226,7 +245,7 @@ def _chained_between_clamps(e: Equilibrium) -> tuple[np.ndarray, np.ndarray, flo
     x[2::2], x[3::2] = np.diff(omega) / problem.lengths, np.diff(eta) / problem.lengths
     # from a point off the solution, so that it has to find it
     found = ipopt.minimise(chained, x * 1.001, {"mu_init": 1e-6, "tol": 1e-11})
-    if found.residual > relax.RESIDUAL_TOLERANCE or chained.flipped(found.x):
+    if found.residual > RESIDUAL_TOLERANCE or chained.flipped(found.x):
         raise AssertionError(f"chained, p = {problem.lengths.size}: {found.message}")
     points, frames = chained.joints(found.x)
     q = chained.parameters(found.x)
@@ -403,7 +422,7 @@ def _short(message: str) -> str:
 def _clamped_table(rows: list[Clamped]) -> str:
     lines = []
     for r in rows:
-        good = r.residual < relax.RESIDUAL_TOLERANCE
+        good = r.residual < RESIDUAL_TOLERANCE
         lines.append([
             r.reading, r.energy, r.formulation, str(r.segments), r.status, _short(r.message),
             str(r.iterations), f"{r.seconds:.2g}", f"{r.residual:.0e}", f"{r.value:.5f}" if good else "-",
@@ -521,7 +540,7 @@ def _picture(
 
 def _check(timed: list[Timed], order: list[Order], two: list[Clamped]) -> None:
     for r in timed:
-        if r.residual > relax.RESIDUAL_TOLERANCE:
+        if r.residual > RESIDUAL_TOLERANCE:
             raise AssertionError(f"{r.formulation}, {r.energy}, p = {r.segments}: residual {r.residual:.1e}")
     for r in two:
         if r.formulation == "mixed" and r.status != "converged":
@@ -549,7 +568,54 @@ def _minima(rows: list[Clamped]) -> str:
     return page.table(["reading", "p", *ENERGIES], lines)
 
 
-def run(out: Path) -> None:
+def _of_hanging(timed: list[Timed]) -> dict[str, Number]:
+    """On 20 segments: iterations by Ipopt and energies, which the formulations agree on to what is their error; the
+    longest chained one by Newton's method."""
+    numbers = {}
+    for energy in ENERGIES:
+        these = {r.formulation: r for r in timed if (r.energy, r.segments) == (energy, 20) and r.formulation in TIMED}
+        values = [r.value for r in these.values()]
+        error = max(max(values) - min(values), 1e-9 * abs(values[0]))
+        for name, r in these.items():
+            numbers[f"energy_{name}_{energy}_20"] = Number(r.value, error, "D w / l", ".9f")
+            numbers[f"iterations_{name}_{energy}_20"] = Number(r.iterations, 0, shown="d")
+    longest = max((r for r in timed if r.formulation == "chained, Newton"), key=lambda r: (r.segments, r.energy))
+    return numbers | {"newton_ms_10000": Number(1e3 * longest.seconds, None, "ms", ".3g", why=_TIME)}
+
+
+def _of_orders(found: list[Order]) -> dict[str, Number]:
+    """Orders of the energy in the mixed model by scene and energy, where they can be fitted: over the last four p, with
+    the change that leaving out the first of them makes."""
+    numbers = {}
+    for o in found:
+        if o.formulation != "mixed":
+            continue
+        p, e = np.array(ORDERS, dtype=float), np.array(o.errors["energy"])
+        use = np.nonzero(e > 3e-11)[0][-4:]
+        if use.size > 2:
+            order, later = (-float(np.polyfit(np.log(p[k]), np.log(e[k]), 1)[0]) for k in (use, use[1:]))
+            numbers[f"order_{o.scene}_{o.energy}"] = Number(order, abs(order - later), shown=".2f")
+    return numbers
+
+
+def _numbers(
+    crossed: dict[str, float], faster: list[float], solved: dict[str, int], each: int,
+    cost: dict[str, list[tuple[int, list[float]]]],
+) -> dict[str, Number]:  # fmt: skip
+    """Crossings and ratios of times, stable equilibria between two clamps, cost of a segment."""
+    per = {p: seconds[-1] / p * 1e6 for p, seconds in cost["mixed"]}
+    words = {name: name.replace(" (", "_").rstrip(")") for name in solved}
+    return {
+        **{f"crossing_{name}": Number(p, None, "", ".0f", why=_TIME) for name, p in crossed.items()},
+        "faster_least": Number(min(faster), None, "", ".1f", why=_TIME),
+        "faster_most": Number(max(faster), None, "", ".1f", why=_TIME),
+        **{f"solved_{words[name]}": Number(count, 0, shown="d") for name, count in solved.items()},
+        "clamped": Number(each, 0, shown="d"),
+        **{f"cost_{p}": Number(value, None, "us", ".2f", why=_TIME) for p, value in per.items()},
+    }
+
+
+def run(out: Path) -> dict[str, Number]:
     timed = one_core.call(hanging)
     crossed, quick = one_core.call(crossing, "ipopt"), one_core.call(crossing, "newton")
     two = one_core.call(clamped)
@@ -622,3 +688,4 @@ def run(out: Path) -> None:
         "sum. chained: the Hessian is dense, cost and memory quadratic in p.",
         _costs_table(cost),
     )  # fmt: skip
+    return _of_hanging(timed) | _of_orders(order) | _numbers(points, faster, solved, each, cost)

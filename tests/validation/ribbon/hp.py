@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from ribbon import Equilibrium
 from ribbon.find.adaptive import solve_to_tolerance
 from tests.peers.cases import Case, case, reference
 from tests.validation import page
+from tests.validation.number import Number, rounding
 from tests.validation.ribbon.hp_galerkin import Galerkin
 
 FloatArray = NDArray[np.float64]
@@ -29,6 +31,8 @@ ERRORS = (1e-4, 1e-6, 1e-8)
 #: Numbers of elements tried; of degree 1 they are `ribbon.solve`'s segments, and more of them.
 LADDER = tuple(round(5 * 2 ** (k / 2)) for k in range(11))
 FURTHER = tuple(round(5 * 2 ** (k / 2)) for k in range(11, 23))
+#: The coil on which the probes ask the prototype, degree and elements, and what solve_bvp leaves of its free end (l).
+LIGHTEST, ASKED, REFERENCE = "coil_10_100", ((1, 20), (2, 10), (4, 5)), 1e-9
 #: Unknowns up to which the prototype is asked (its Jacobian is one of differences); segments it begins from.
 MOST, START = 700, 1280
 
@@ -46,9 +50,31 @@ def _galerkin(found: Case, segments: int, degree: int, fine: Equilibrium) -> Flo
     return galerkin.tip(galerkin.solve(begin))
 
 
+@cache
+def fine_ribbon(name: str) -> Equilibrium:
+    """A coil on the segments that the prototype begins from."""
+    return case(name, 1).ribbon(START)
+
+
+def _tip_error(degree: int, segments: int) -> float:
+    """Error (l) of the lightest coil's free end by the prototype."""
+    found = case(LIGHTEST, 1)
+    return found.error(_galerkin(found, segments, degree, fine_ribbon(LIGHTEST)))
+
+
+def _ribbon_error(segments: int) -> float:
+    """Error (l) of the lightest coil's free end by `ribbon.solve`, the prototype of degree 1."""
+    found = case(LIGHTEST, 1)
+    return found.error(found.ribbon(segments).end.position)
+
+
+#: The prototype of other degrees takes a quarter of a minute to compile: its errors are kept and not probed.
+PROBES = {"error_20": lambda: _ribbon_error(20), "error_57": lambda: _ribbon_error(57)}
+
+
 def _coil(found: Case, beside: int) -> tuple[dict[int, list[tuple[int, float]]], float]:
     """Degree -> (unknowns, error) of every number of elements; how far degree 1 is from `ribbon.solve` (l)."""
-    fine = found.ribbon(START)
+    fine = fine_ribbon(found.name.partition(",")[0])
     rows: dict[int, list[tuple[int, float]]] = {}
     same = float(np.abs(_galerkin(found, beside, 1, fine) - found.ribbon(beside).end.position).max())
     for degree in DEGREES:
@@ -132,13 +158,22 @@ def _band() -> tuple[Equilibrium, dict[str, list[tuple[int, float]]]]:
     return band, {**found, "each its own": _greedy(field, None)}
 
 
-def run(out: Path) -> None:
+def _unknowns(word: str, rows: list[tuple[int, float]], errors: tuple[float, ...]) -> dict[str, Number]:
+    """The fewest unknowns from which on each error is kept."""
+    kept = {f"{word}_{error:.0e}".replace("-0", ""): _fewest(rows, error) for error in errors}
+    return {name: Number(int(value), 0, shown="d") for name, value in kept.items() if value != "-"}
+
+
+def run(out: Path) -> dict[str, Number]:
     """Writes hp.md."""
-    parts = []
+    parts, numbers, apart = [], {}, []
     for name, beside in COILS.items():
         found = case(name, 1)
         reference(found.name)
         rows, same = _coil(found, beside)
+        apart.append(same)
+        for degree, these in rows.items():
+            numbers |= _unknowns(f"{name}_{degree}", these, ERRORS)
         parts += [
             f"### {found.name}",
             page.table(
@@ -148,6 +183,12 @@ def run(out: Path) -> None:
             f"Degree 1, {beside} elements: {same:.1e} l from `ribbon.solve`.",
         ]
     band, fits = _band()
+    for word, these in fits.items():
+        numbers |= _unknowns(f"band_{word.replace(' ', '_')}", these, TURNS)
+    for degree, segments in ASKED:
+        numbers[f"error_{degree}_{segments}"] = Number(_tip_error(degree, segments), REFERENCE, "l", ".1e")
+    for segments in (20, 57):
+        numbers[f"error_{segments}"] = Number(_ribbon_error(segments), REFERENCE, "l", ".1e")
     page.write(
         out / "hp.md", "Elements of a higher degree: unknowns per error (prototype)", "python -m tests.validation hp",
         "Omega and eta continuous and of one degree on equal elements, Sadowsky's energy, the frame to rounding "
@@ -165,3 +206,4 @@ def run(out: Path) -> None:
             [[name, *(_fewest(rows, turn) for turn in TURNS)] for name, rows in fits.items()],
         ),
     )  # fmt: skip
+    return numbers | {"apart": rounding(max(apart), "l", ".1e")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from ribbon import Equilibrium
 from ribbon.energies.names import FREE, NAMES
 from ribbon.solvers import choose
 from tests.validation import one_core, page
+from tests.validation.number import Number, rounding
 
 _POINTS = 201
 #: The scene's own symmetries, by which one state may be the other's image: signs of x, y, z, and s -> l - s.
@@ -51,8 +53,20 @@ def apart(name: str, one: Equilibrium, other: Equilibrium) -> float:
     return best
 
 
-def _measured() -> list[list[str]]:
-    rows = []
+def _energy(name: str) -> float:
+    """Energy of a scene's state as `solve` gives it."""
+    return solver(load(name))().energy.total
+
+
+PROBES = {
+    f"energy_{name}": partial(_energy, name)
+    for name in ("arc_5_1", "coil_40_1200", "daisy_10g", "start_5_3_3_4", "two_clamps_5_3_2")
+}
+
+
+def _measured() -> tuple[list[list[str]], dict[str, Number], dict[str, list[float]]]:
+    """Rows of the table, the energies, and what is told of all: distances and ratios of times."""
+    rows, energies, over = [], {}, {"apart": [], "ratio": []}  # type: ignore[var-annotated]
     for name, scene in scenes().items():
         states(scene)  # compiles
         found = states(scene)
@@ -63,12 +77,19 @@ def _measured() -> list[list[str]]:
             f"{apart(name, newton, ipopt):.1e}", f"{newton.energy.total:.10g}", f"{ipopt.energy.total:.10g}",
             f"{1e3 * quick:.1f}", f"{1e3 * slow:.1f}", f"{slow / quick:.1f}",
         ])  # fmt: skip
+        over["apart"].append(apart(name, newton, ipopt))
+        over["ratio"].append(slow / quick)
+        energy, other = newton.energy.total, ipopt.energy.total
+        energies[f"energy_{name}"] = Number(
+            energy, max(1e-8 * abs(energy), 2.0 * abs(energy - other)), "D w / l", ".9g"
+        )
         print(" ".join(rows[-1]), flush=True)
-    return rows
+    return rows, energies, over
 
 
-def run(out: Path) -> None:
+def run(out: Path) -> dict[str, Number]:
     """Writes judge.md."""
+    rows, energies, over = one_core.call(_measured)
     heads = [
         "scene", "p", "model", "status", "apart (l)", "energy, Newton", "energy, Ipopt", "Newton (CPU ms)",
         "Ipopt (CPU ms)", "ratio",
@@ -78,6 +99,13 @@ def run(out: Path) -> None:
         "Each as `solve` gives it (its path, closure, walls, stability and search for a lower state included), with "
         'model.solver = "auto" and "ipopt". apart: largest distance of the centrelines, mirror images being one '
         "(`roman_folds`, which has two of one energy). Both converge to a gradient of 1e-08 (D w / l).",
-        f"{len(scenes())} scenes.",
-        page.table(heads, one_core.call(_measured)),
+        f"{len(rows)} scenes.",
+        page.table(heads, rows),
     )  # fmt: skip
+    why = "CPU times of one run"
+    return energies | {
+        "scenes": Number(len(rows), 0, shown="d"),
+        "apart": rounding(max(over["apart"]), "l", ".1e"),
+        "ratio_least": Number(min(over["ratio"]), None, shown=".1f", why=why),
+        "ratio_most": Number(max(over["ratio"]), None, shown=".1f", why=why),
+    }

@@ -12,12 +12,13 @@ import numpy as np
 from compare.models.ribbon.build import ribbon_clamp, ribbon_gravity
 from compare.scene.scene import Scene, load
 from ribbon import Equilibrium, Gravity, Strip, refine
-from ribbon.find import stability
 from ribbon.find.solve import solve_from
+from ribbon.judge import stability
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.solvers import newton
 from ribbon.thesis.descent import METHODS, Descent, Limits, Unbounded, ipopt_exact, ipopt_lbfgs
 from tests.validation import one_core, page
+from tests.validation.number import Number
 
 SCENES = ("coil_10_100", "coil_40_1200", "coil_100_7500")
 #: What table 3.2 prints, scene by scene.
@@ -97,13 +98,51 @@ def _tip(problem: ChainedProblem, x: np.ndarray) -> np.ndarray:
     return problem.joints(x)[0][-1]
 
 
-def _scene_rows(index: int, sign: int) -> tuple[list[list[str]], list[list[str]]]:
-    """Rows of table 3.2 for a scene, and of the table of its branches."""
+def _problem(index: int, sign: int) -> ChainedProblem:
+    """A scene of table 3.2."""
     scene: Scene = load(SCENES[index])
-    k = sign * scene.curvature[0]
-    strip = Strip(1.0, NARROW, scene.strip.poisson, k, scene.gamma)
+    strip = Strip(1.0, NARROW, scene.strip.poisson, sign * scene.curvature[0], scene.gamma)
     lengths = segment_lengths(scene.model.elements)
-    problem = ChainedProblem(strip, ribbon_clamp(scene), ribbon_gravity(scene), "sadowsky", lengths)
+    return ChainedProblem(strip, ribbon_clamp(scene), ribbon_gravity(scene), "sadowsky", lengths)
+
+
+def _descent(index: int, method: str) -> Descent:
+    """One method on a scene, K > 0, from its natural shape."""
+    problem = _problem(index, 1)
+    if method == "RICCATI":
+        return _riccati(problem, problem.natural_state())
+    return METHODS[method](_free(problem), problem.natural_state(), LIMITS)
+
+
+PROBES = {
+    "steps_10_ipopt_hess": lambda: _descent(0, "IPOPT-HESS").iterations,
+    "steps_10_riccati": lambda: _descent(0, "RICCATI").iterations,
+    "steps_10_newtonr": lambda: _descent(0, "NEWTONR").iterations,
+    "energy_10": lambda: _descent(0, "RICCATI").value,
+    "energy_100": lambda: _descent(2, "RICCATI").value,
+}
+#: A scene's rows of table 3.2, of the table of its branches, and its numbers.
+Found = tuple[list[list[str]], list[list[str]], dict[str, Number]]
+
+
+def _numbers(name: str, done: list[tuple[str, Descent, float]]) -> dict[str, Number]:
+    """Of what converged: steps and times; the energy of RICCATI's minimum."""
+    numbers = {}
+    for method, found, seconds in done:
+        if found.finished:
+            word = f"{name}_{method.lower().replace('-', '_')}"
+            numbers[f"steps_{word}"] = Number(found.iterations, 0, shown="d")
+            numbers[f"ms_{word}"] = Number(1e3 * seconds, None, "ms", ".3g", why="median CPU time of one machine")
+        if method == "RICCATI":
+            numbers[f"energy_{name}"] = Number(found.value, 1e-9 * abs(found.value), "D w / l", ".6f")
+    return numbers
+
+
+def _scene_rows(index: int, sign: int) -> Found:
+    """What is found on a scene."""
+    problem = _problem(index, sign)
+    scene, lengths = load(SCENES[index]), problem.lengths
+    k = sign * scene.curvature[0]
     free, start = _free(problem), problem.natural_state()
     METHODS["IPOPT-HESS"](free, start, LIMITS)  # loads the kernels
     done: list[tuple[str, Descent, float]] = []
@@ -125,7 +164,8 @@ def _scene_rows(index: int, sign: int) -> tuple[list[list[str]], list[list[str]]
         [title, "ABC"[i], f"{r.energy:.4f}", "lost" if r.tip is None else f"{r.finest_energy:.4f}"]
         for i, r in enumerate(references)
     ]
-    return rows, branches
+    name = f"{abs(k):.0f}" if sign > 0 else f"{abs(k):.0f}_down"
+    return rows, branches, _numbers(name, done)
 
 
 def _cells(
@@ -174,14 +214,15 @@ def _table_3_1() -> list[list[str]]:
     return rows
 
 
-def measure() -> tuple[list[list[str]], list[list[str]], list[list[str]]]:
-    """Rows of table 3.2, of its branches and of table 3.1, in this process."""
+def measure() -> tuple[list[list[str]], list[list[str]], list[list[str]], dict[str, Number]]:
+    """Rows of table 3.2, of its branches and of table 3.1, and the numbers, in this process."""
     scenes = [_scene_rows(i, sign) for i in range(3) for sign in (1, -1)]
-    return [row for rows, _ in scenes for row in rows], [row for _, rows in scenes for row in rows], _table_3_1()
+    rows, branches = ([row for scene in scenes for row in scene[k]] for k in (0, 1))
+    return rows, branches, _table_3_1(), {name: number for scene in scenes for name, number in scene[2].items()}
 
 
-def run(out: Path) -> None:
-    rows, branches, rows_3_1 = one_core.call(measure)
+def run(out: Path) -> dict[str, Number]:
+    rows, branches, rows_3_1, numbers = one_core.call(measure)
     for row in rows:
         if row[1] in ("NEWTONR", "IPOPT-HESS", "RICCATI") and row[-2] != "converged":
             raise AssertionError(f"{row[0]}: {row[1]}: {row[-2]}")
@@ -204,7 +245,7 @@ def run(out: Path) -> None:
         f"same branch refined to {FINEST} segments, that reference's own error in brackets; it is the element's error "
         "at this p, the same for all that converge to the branch. -: no reference, cutting the segments in two leaves "
         "the branch. In square brackets: a point on no branch, measured against branch A. Branch: A, B in the order of "
-        "the table. Lowest eigenvalue: of the Hessian in the metric of `ribbon.find.stability`; negative: no minimum. "
+        "the table. Lowest eigenvalue: of the Hessian in the metric of `ribbon.judge.stability`; negative: no minimum. "
         "The thesis's steps and times (its machine, its code) stand for scale. Where IPOPT-L-BFGS ends above its start "
         "(-5053.3 at K = -100), Ipopt itself accepted steps that climb: the energy falls for some hundred steps, "
         "jumps, and stays.",
@@ -219,3 +260,4 @@ def run(out: Path) -> None:
         page.table(heads_3_1, rows_3_1),
         page.table(["thesis", "steps", "# energy", "# gradient", "# Hessian", "s"], THESIS_3_1),
     )  # fmt: skip
+    return numbers

@@ -20,6 +20,7 @@ from ribbon.find.adaptive import cut, indicators, refine_to_tolerance
 from ribbon.find.continuation import switch
 from ribbon.find.solve import build
 from tests.validation import page
+from tests.validation.number import Number, rounding
 from tests.validation.ribbon.wunderlich_event import band
 
 FloatArray = NDArray[np.float64]
@@ -153,24 +154,44 @@ def _force(r: Measured) -> float:
     return r.force
 
 
-def _energies() -> tuple[list[list[str]], dict[float, float]]:
+def tolerated(width: float) -> list[Equilibrium]:
+    """The band at every tolerance, each from the one before, from 24 equal elements."""
+    found, states = straight(width, 24), []
+    for tolerance in TOLERANCES:
+        found = refine_to_tolerance(found, tolerance)
+        if not found.ok:
+            raise AssertionError(f"w/l = {width:g}: {found.message}")
+        states.append(found)
+    return states
+
+
+def _scaled(found: Equilibrium) -> float:
+    """Energy over pi^2."""
+    return float(found.energy.total / np.pi**2)
+
+
+def _energies() -> tuple[list[list[str]], dict[float, Number]]:
+    """Rows, and by width the energy over pi^2 at the last tolerance with its change from the one before."""
     rows, limit = [], {}
     for width in WIDTHS:
         clock = time.perf_counter()
-        found = straight(width, 24)
-        cells = []
-        for tolerance in TOLERANCES:
-            found = refine_to_tolerance(found, tolerance)
-            if not found.ok:
-                raise AssertionError(f"w/l = {width:g}: {found.message}")
-            cells += [str(found.problem.lengths.size), f"{found.energy.total / np.pi**2:.5f}"]
-        limit[width] = found.energy.total / np.pi**2
+        states = tolerated(width)
+        found = states[-1]
+        cells = [cell for e in states for cell in (str(e.problem.lengths.size), f"{_scaled(e):.5f}")]
+        limit[width] = Number(_scaled(found), abs(_scaled(found) - _scaled(states[-2])), "pi^2 D w / l", ".5f")
         rows.append(
             [f"{width:.4g}", *cells, f"{found.tolerance_error:.0e}",
              f"{found.lowest_eigenvalue:.3f}", f"{found.max_abs_eta:.4f}", f"{found.max_abs_eta_prime_w_half:.5f}",
              f"{time.perf_counter() - clock:.1f}"]
         )  # fmt: skip
     return rows, limit
+
+
+PROBES = {
+    "energy_0p2": lambda: _scaled(tolerated(0.2)[-1]),
+    "energy_pinned": lambda: _scaled(straight(0.01, 100)),
+    "energy_pinned_wide": lambda: _scaled(straight(0.2, 48)),
+}
 
 
 def differences(found: Equilibrium, h: float) -> tuple[FloatArray, FloatArray]:
@@ -274,8 +295,9 @@ def _seams() -> tuple[str, dict[str, tuple[FloatArray, FloatArray]], Equilibrium
     return page.table(heads, rows), shown, clamped
 
 
-def run(out: Path) -> None:
-    energies, limit = _energies()
+def run(out: Path) -> dict[str, Number]:
+    energies, errors = _energies()
+    limit = {width: number.value for width, number in errors.items()}
     known = limit[1 / 30]
     if abs(known / KNOWN - 1.0) > 1e-3:
         raise AssertionError(f"energy at w/l = 1/30: {known:.5f} pi^2")
@@ -342,6 +364,32 @@ def run(out: Path) -> None:
         "whose limit curve was not at hand). Bottom middle, right: the seam conditions (figure 6.3).",
     ]
     page.write(out / "moebius.md", "Moebius bands (thesis, 6.1.1)", "python -m tests.validation moebius", *parts)
+    return {
+        **{f"energy_{width:.2g}".replace(".", "p"): number for width, number in errors.items()},
+        "energy_pinned": _solved(straight(0.01, 100)),
+        "energy_pinned_wide": _solved(straight(0.2, 48)),
+        "multipliers": rounding(worst),
+        **_shapes(runs),
+    }
+
+
+def _solved(found: Equilibrium) -> Number:
+    """Energy over pi^2 on these elements: good to what the minimiser leaves."""
+    return Number(_scaled(found), 1e-9 * _scaled(found), "pi^2 D w / l", ".7f")
+
+
+def _shapes(runs: dict[float, list[Measured]]) -> dict[str, Number]:
+    """Of the finest equal and the finest placed elements: how many, and their error of shape, of second order against
+    a reference of eight times as many as the placed ones: that leaves a 64th of theirs."""
+    found = {}
+    for width, these in runs.items():
+        last = {kind: [r for r in these if r.kind == kind][-1] for kind in ("equal", "adaptive")}
+        error = last["adaptive"].shape / 63.0
+        for kind, r in last.items():
+            name = f"{kind}_{width:g}".replace(".", "p")
+            found[f"segments_{name}"] = Number(r.segments, 0, shown="d")
+            found[f"shape_{name}"] = Number(r.shape, error, "l", ".1e")
+    return found
 
 
 def _picture(

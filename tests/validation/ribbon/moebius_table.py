@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from ribbon.element import quaternion
 from ribbon.find import relax
 from ribbon.find.solve import solve_from
 from tests.validation import page
+from tests.validation.number import Number, rounding
 
 FloatArray = NDArray[np.float64]
 
@@ -109,14 +111,11 @@ def _row(name: str, found: Equilibrium) -> list[str]:
     force, moment = unbalanced(found)
     _, push, s = pushes(found)
     weight = found.problem.strip.gamma
-    gravity = found.problem.gravity
-    assert gravity is not None
-    lift = float(found.walls[0].force @ np.asarray(gravity.up))
     shares = ", ".join(f"{a:.4g} ({b / weight:.2f})" for a, b in zip(s, push, strict=True))
     return [
         name, str(found.problem.lengths.size), found.status.code, f"{found.lowest_eigenvalue:.3f}",
         f"{found.energy.elastic:.4f}", f"{_energy(found) - found.energy.elastic:.4f}", f"{_energy(found):.4f}",
-        f"{centre:.4f}", f"{top:.4f}", f"{lift:.10f}", f"{force:.0e}", f"{moment:.0e}", shares,
+        f"{centre:.4f}", f"{top:.4f}", f"{_lift(found):.10f}", f"{force:.0e}", f"{moment:.0e}", shares,
     ]  # fmt: skip
 
 
@@ -144,7 +143,45 @@ def _let_go(edge: Equilibrium, fallen: Equilibrium) -> list[str]:
     return cells
 
 
-def run(out: Path) -> None:
+@cache
+def coarse(name: str) -> Equilibrium:
+    """The band on the coarsest elements."""
+    return placed(load(SCENES[name]), SEGMENTS[0])
+
+
+def _lift(found: Equilibrium) -> float:
+    """Force of the table against the weight."""
+    gravity = found.problem.gravity
+    assert gravity is not None
+    return float(found.walls[0].force @ np.asarray(gravity.up))
+
+
+PROBES = {
+    "total_fallen_100": lambda: _energy(coarse("fallen")),
+    "lift": lambda: _lift(coarse("fallen")),
+}
+
+
+def _numbers(found: dict[str, dict[int, Equilibrium]]) -> dict[str, Number]:
+    """Energies by state and elements, the finest with their change from half as many; what balances."""
+    numbers, states = {}, [e for solved in found.values() for e in solved.values()]
+    for name, solved in found.items():
+        word = name.split()[-1]
+        for p, e in solved.items():
+            numbers[f"total_{word}_{p}"] = Number(_energy(e), 1e-8 * _energy(e), "D w / l", ".4f")
+        change = abs(_energy(solved[SEGMENTS[-1]]) - _energy(solved[SEGMENTS[-2]]))
+        numbers[f"total_{word}"] = Number(_energy(solved[SEGMENTS[-1]]), change, "D w / l", ".4f")
+        lowest, before = (solved[p].lowest_eigenvalue for p in (SEGMENTS[-1], SEGMENTS[-2]))
+        numbers[f"eigenvalue_{word}"] = Number(lowest, max(abs(lowest - before), 1e-4), "D w / l", ".3f")
+    lifts = [_lift(e) for e in states]
+    return numbers | {
+        "lift": Number(lifts[0], 1e-8, "D w / l^2", ".10f"),
+        "lift_off": rounding(max(abs(lift - e.problem.strip.gamma) for lift, e in zip(lifts, states, strict=True))),
+        "moment": rounding(max(unbalanced(e)[1] for e in states)),
+    }
+
+
+def run(out: Path) -> dict[str, Number]:
     scenes = {name: load(file) for name, file in SCENES.items()}
     found = {name: {p: placed(scene, p) for p in SEGMENTS} for name, scene in scenes.items()}
     rows = [_row(name, e) for name, solved in found.items() for e in solved.values()]
@@ -159,6 +196,7 @@ def run(out: Path) -> None:
     centre = heights(edge)[0]
     half = 0.5 * scenes["on edge"].width * float(np.sqrt(1.0 + eta**2))
     facets = [omega * float(np.sqrt(1.0 + eta**2)) / p for p in SEGMENTS]
+    feet = [str(pushes(e)[1].size) for e in found["on edge"].values()]
     _picture(out / "moebius_table.png", {name: solved[100] for name, solved in found.items()})
     heads = [
         "state", "p", "status", "lowest eigenvalue", "elastic", "weight", "total", "centre / l", "top / l",
@@ -175,9 +213,10 @@ def run(out: Path) -> None:
         page.table(heads, rows),
         "## On edge: a minimum or a saddle?\n\n"
         "On these elements it is a minimum: the lowest eigenvalue on what the contacts leave free is positive. "
-        "Two neighbouring joints at s = l/2 touch, with both edges of their rulings: four feet, and the facet between "
-        "them hides the question whether the smooth band would roll off. A rigid band would not: at s = l/2 it rolls "
-        f"on a cylinder of radius 1 / (omega (1 + eta^2)) = {radius:.3f} l, more than the height {centre:.3f} l of its "
+        f"Both edges touch at s = l/2 ({', '.join(feet)} points on {', '.join(str(p) for p in SEGMENTS)} elements), at "
+        "joints or between them: a line of contact, over which the band might roll. A rigid band would not: there it "
+        f"rolls on a cylinder of radius 1 / (omega (1 + eta^2)) = {radius:.3f} l, more than the height {centre:.3f} l "
+        "of its "
         "centre, and a body that rolls is stable then. Across, it stands on a ruling of half the length "
         f"{half:.4f} l and would tip over at {np.arctan(half / centre):.3f} rad. The elastic band was tried: turned by "
         "an angle about its line of contact (both ways) and across it (both ways), lifted and let go. "
@@ -190,6 +229,7 @@ def run(out: Path) -> None:
         page.table(["p", *(f"{t:g} rad" for t in TILTS)], tilts),
         "![on a table](moebius_table.png)\n\nBlue: the band, red: its centreline at the event, green: contacts.",
     )  # fmt: skip
+    return _numbers(found)
 
 
 def _picture(path: Path, states: dict[str, Equilibrium]) -> None:

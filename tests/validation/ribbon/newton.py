@@ -15,11 +15,14 @@ import numpy as np
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.scene.scene import load, shipped
 from ribbon import Clamp, Gravity, Strip, solve, solve_many
-from ribbon.find import nested, relax, stability
+from ribbon.find import nested, relax
 from ribbon.find.solve import build, starting_shapes
+from ribbon.judge import stability
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import ipopt, newton
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE
 from tests.validation import page
+from tests.validation.number import Number, rounding
 
 #: States are one where joints (l) agree to this.
 SAME = 1e-9
@@ -29,6 +32,9 @@ CURLED = ("coil_40_1200", "coil_100_7500", "curl_4_3")
 #: Cantilevers of a batch, their segments, and how many of them are solved one by one beside it.
 BATCH, SEGMENTS, BESIDE = 10000, 40, 200
 REPEATS = 5
+#: Of the random ones, those that the probes try again; and the segments on which they ask for a stability.
+FEW, ASKED = 8, 320
+_TIME = "CPU time of one run"
 
 
 def _chained(name: str) -> ChainedProblem | None:
@@ -73,8 +79,8 @@ def _pair(problem: ChainedProblem, start: np.ndarray, repeats: int) -> dict[str,
     }
 
 
-def _scenes() -> list[list[str]]:
-    rows = []
+def _scenes() -> tuple[list[list[str]], dict[str, Number]]:
+    rows, ratios, steps = [], [], {}
     for name in sorted(shipped()):
         problem = _chained(name)
         if problem is None:
@@ -83,6 +89,8 @@ def _scenes() -> list[list[str]]:
         shape = next(iter(starting_shapes(problem, given["seed_curvature"], given["seed_ruling"])))
         v = _pair(problem, relax.placed(problem, *shape), REPEATS + 1)
         (a, b), (c, d), (e, f) = v["iterations"], v["residuals"], v["seconds"]
+        ratios.append(f / e)
+        steps[f"steps_{name}"] = Number(a, 0, shown="d")
         rows.append(
             [
                 name,
@@ -95,7 +103,10 @@ def _scenes() -> list[list[str]]:
                 f"{f / e:.1f}",
             ]
         )
-    return rows
+    return rows, steps | {
+        "ratio_least": Number(min(ratios), None, shown=".1f", why=_TIME),
+        "ratio_most": Number(max(ratios), None, shown=".1f", why=_TIME),
+    }
 
 
 def random_problem(seed: int) -> ChainedProblem:
@@ -117,12 +128,42 @@ def random_problem(seed: int) -> ChainedProblem:
     )
 
 
-def _random() -> str:
+def _random_pair(seed: int) -> dict[str, Any]:
+    """A random one by both from its stress-free shape."""
+    problem = random_problem(seed)
+    return _pair(problem, relax.placed(problem, *next(iter(starting_shapes(problem, "natural", 0.0)))), 1)
+
+
+def _same(v: dict[str, Any]) -> bool:
+    return max(v["residuals"]) <= RESIDUAL_TOLERANCE and v["apart"] <= SAME
+
+
+def _curled(name: str, p: int) -> Any:
+    """A shipped coil on so many chained segments."""
+    given = {key: value for key, value in ribbon_arguments(load(name)).items() if not key.startswith("seed")}
+    return build(**{**given, "segments": p, "formulation": "chained"})
+
+
+def _eigenvalue(name: str) -> float:
+    """The lowest eigenvalue of its state on `ASKED` segments."""
+    problem = _curled(name, ASKED)
+    return stability.check(problem, nested.minimum(problem, problem.natural_state()).x).eigenvalue
+
+
+PROBES = {
+    "same_of_few": lambda: sum(_same(_random_pair(seed)) for seed in range(FEW)),
+    "eigenvalue_coil_40_1200": lambda: _eigenvalue("coil_40_1200"),
+    "eigenvalue_curl_4_3": lambda: _eigenvalue("curl_4_3"),
+}
+
+
+def _random() -> tuple[str, dict[str, Number]]:
+    few = 0
     same, lower, higher, missed, neither, only_newton, ratios, judged, fewer = 0, 0, 0, 0, 0, 0, [], 0.0, []
     for seed in range(RANDOM):
-        problem = random_problem(seed)
-        v = _pair(problem, relax.placed(problem, *next(iter(starting_shapes(problem, "natural", 0.0)))), 1)
-        good = [r <= relax.RESIDUAL_TOLERANCE for r in v["residuals"]]
+        v = _random_pair(seed)
+        few += _same(v) and seed < FEW
+        good = [r <= RESIDUAL_TOLERANCE for r in v["residuals"]]
         ratios.append(v["seconds"][1] / v["seconds"][0])
         fewer.append(v["iterations"])
         if all(good):
@@ -135,7 +176,14 @@ def _random() -> str:
         only_newton += good == [True, False]
         neither += not any(good)
     steps = np.median(fewer, axis=0)
-    return (
+    numbers = {
+        "random": Number(RANDOM, 0, shown="d"),
+        "random_same": Number(int(same), 0, shown="d"),
+        "random_other": Number(int(lower + higher), 0, shown="d"),
+        "judged": rounding(judged, "l", ".1e"),
+        "same_of_few": Number(int(few), 0, shown="d"),
+    }
+    words = (
         f"{RANDOM} random ones (`random_problem`: w / l 0.003 to 0.25, |K| to 40, Gamma to 1e4, end forces to 100 D w "
         f"/ l^2, four energies, 10 to 80 segments), from the stress-free shape: {same} are the same to {SAME:g} l; "
         f"{lower + higher} are other minima, Newton's the lower in {lower}; Ipopt, begun at those states of Newton's, "
@@ -143,15 +191,14 @@ def _random() -> str:
         f"(`solve` then asks Ipopt), neither in {neither}. Steps in the median {steps[0]:.0f} and {steps[1]:.0f}; CPU "
         f"time of Ipopt over Newton's: median {np.median(ratios):.1f}, mean {np.mean(ratios):.1f}."
     )
+    return words, numbers
 
 
-def _sizes() -> list[list[str]]:
-    rows = []
+def _sizes() -> tuple[list[list[str]], dict[str, Number]]:
+    rows, numbers, eigenvalues = [], {}, []
     for name in CURLED:
-        given = ribbon_arguments(load(name))
-        given = {key: value for key, value in given.items() if not key.startswith("seed")}
         for p in SIZES:
-            problem: Any = build(**{**given, "segments": p, "formulation": "chained"})
+            problem = _curled(name, p)
             start = problem.natural_state()
             again = partial(nested.minimum, problem.with_changes(), start)
             runs = [_timed(again) for _ in range(1 if p > 2000 else 3)]
@@ -170,7 +217,14 @@ def _sizes() -> list[list[str]]:
                     "" if found.moved is None else f"{found.moved:.1e}",
                 ]
             )
-    return rows
+            eigenvalues.append(check.eigenvalue)
+            if p == ASKED:  # with its change from a quarter as many
+                error = abs(eigenvalues[-1] - eigenvalues[-2])
+                numbers[f"eigenvalue_{name}"] = Number(check.eigenvalue, error, "D w / l", ".6f")
+        numbers[f"steps_{name}_{p}"] = Number(found.iterations, 0, shown="d")
+        numbers[f"ms_{name}_{p}"] = Number(1e3 * seconds, None, "ms", ".3g", why=_TIME)
+        numbers[f"stability_ms_{name}_{p}"] = Number(1e3 * judged, None, "ms", ".3g", why=_TIME)
+    return rows, numbers
 
 
 def cantilevers(count: int) -> list[Strip]:
@@ -180,7 +234,7 @@ def cantilevers(count: int) -> list[Strip]:
     return [Strip(1.0, 0.05, gamma=g, natural_curvature=k) for g, k in zip(weights, curls, strict=True)]
 
 
-def _batch() -> str:
+def _batch() -> tuple[str, dict[str, Number]]:
     strips, up = cantilevers(BATCH), Gravity((0.6, 0.0, 0.8))
     solve_many(strips[:4], Clamp(), up, segments=SEGMENTS)
     clock = time.perf_counter()
@@ -192,16 +246,25 @@ def _batch() -> str:
         float(np.abs(found.joints[0] - many.problems[i].joints(many.x[i])[0]).max())
         for i, found in zip(singles, one_by_one, strict=True)
     )
-    return (
+    numbers = {
+        "batch": Number(BATCH, 0, shown="d"),
+        "batch_ms": Number(1e3 * seconds / BATCH, None, "ms", ".2f", why=_TIME),
+        "batch_apart": rounding(apart, "l", ".1e"),
+    }
+    words = (
         f"{BATCH} cantilevers of {SEGMENTS} segments (`cantilevers`) by `ribbon.solve_many`: {wall:.1f} s of wall time "
         f"on two cores, {1e3 * seconds / BATCH:.2f} ms of CPU a case; {int(many.ok.sum())} are stable, "
         f"{len(many.again)} went to `solve`. {len(singles)} of them one by one: {1e3 * alone / len(singles):.2f} ms a "
         f"case, at most {apart:.1e} l away."
     )
+    return words, numbers
 
 
-def run(folder: Path) -> None:
+def run(folder: Path) -> dict[str, Number]:
     """Writes newton.md into the folder."""
+    (scenes, numbers), (drawn, about_random), (sizes, about_sizes), (batch, about_batch) = (
+        _scenes(), _random(), _sizes(), _batch(),
+    )  # fmt: skip
     heads = ["scene", "p", "apart (l)", "iterations", "residuals", "Newton (CPU ms)", "Ipopt (CPU ms)", "ratio"]
     many = [
         "scene",
@@ -220,9 +283,10 @@ def run(folder: Path) -> None:
         "OMP_NUM_THREADS=1 python -m tests.validation newton",
         "One minimisation from the scene's own start by either, medians in turn; apart: joints. Iterations and "
         "residuals: Newton / Ipopt.",
-        page.table(heads, _scenes()),
-        _random(),
+        page.table(heads, scenes),
+        drawn,
         "Nested start and stability by inertia; moved: how far the joints went in the last doubling.",
-        page.table(many, _sizes()),
-        _batch(),
+        page.table(many, sizes),
+        batch,
     )
+    return numbers | about_random | about_sizes | about_batch

@@ -16,12 +16,15 @@ from compare.models.ribbon.way import run_way
 from compare.scene.scene import load
 from ribbon import Clamp, Closure, Equilibrium, Gravity, Strip, Wall, solve
 from ribbon.errors import RibbonInputError
-from ribbon.find import climb, reduction, relax
+from ribbon.find import climb, relax
 from ribbon.find.solve import build, check_carried
-from ribbon.find.spectrum import SecondVariation
+from ribbon.judge import reduction
+from ribbon.judge.spectrum import SecondVariation
+from ribbon.problems import transfer
 from ribbon.solvers import choose, ipopt, newton_rows
-from ribbon.solvers.problem import Minimum
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 from tests.validation import one_core, page
+from tests.validation.number import Number, rounding
 from tests.validation.pieces import Pieces
 
 SCENES = (
@@ -106,6 +109,24 @@ def shipped(name: str) -> dict[str, Any]:
     scene = load(name)
     run = (lambda: run_way(scene).equilibrium) if scene.path else solver(scene)
     return _both(run).__dict__
+
+
+def _energy(name: str) -> float:
+    """Energy of a shipped scene's state by Newton's method."""
+    with choose.using("newton"):
+        return solver(load(name))().energy.total
+
+
+PROBES = {
+    "energy_arc_5_1": lambda: _energy("arc_5_1"),
+    "energy_start_5_3_3_3": lambda: _energy("start_5_3_3_3"),
+    "energy_two_clamps_5_3_2": lambda: _energy("two_clamps_5_3_2"),
+}
+
+
+def _is_same(v: dict[str, Any]) -> bool:
+    good = max(v["residuals"]) <= RESIDUAL_TOLERANCE
+    return good and v["apart"] <= SAME and v["energy"] <= SAME
 
 
 def random_arguments(seed: int) -> dict[str, Any]:
@@ -210,7 +231,7 @@ def _from_few(name: str, segments: int) -> tuple[Any, np.ndarray]:
     problem: Any = few.problem
     problem = problem.with_changes(touching=())
     many = problem.anchored(problem.anchor(few.x)).with_changes(lengths=np.full(segments, 1.0 / segments))
-    return many, relax.transferred(problem, few.x, many)
+    return many, transfer.transferred(problem, few.x, many)
 
 
 def alone() -> dict[str, Any]:
@@ -287,7 +308,32 @@ def _row(name: str, value: dict[str, Any]) -> list[str]:
     return [*cells, f"{one:.3g}", f"{other:.3g}", f"{other / one:.2f}"]
 
 
-def run(folder: Path) -> None:
+def _numbers(found: dict[int, dict[str, Any]], pieces: Pieces) -> dict[str, Number]:
+    """What is told of scenes, random ones and many segments."""
+    scenes = {name: pieces.get(name, dict) for name in SCENES}
+    counts = {
+        "scenes": len(SCENES), "random": len(found), "random_same": sum(_is_same(v) for v in found.values()),
+    }  # fmt: skip
+    numbers = {name: Number(count, 0, shown="d") for name, count in counts.items()}
+    for name, v in scenes.items():
+        one, other = v["energies"]
+        numbers[f"energy_{name}"] = Number(one, max(1e-8 * abs(one), 2.0 * abs(one - other)), "D w / l", ".9g")
+    for p in SIZES:
+        one, other = pieces.get(f"two clamps {p}", dict)["seconds"]
+        numbers[f"ratio_{p}"] = Number(other / one, None, shown=".2f", why=_TIME)
+    long = [pieces.get(f"nested {name} {BESIDE}", dict)["apart"] for name in NESTED]
+    most = pieces.get(f"nested two clamps {MANY}", dict)["seconds"]
+    return numbers | {
+        "apart": rounding(max(v["apart"] for v in scenes.values()), "l", ".1e"),
+        "nested_apart": rounding(max(long), "l", ".1e"),
+        f"solve_{MANY}": Number(most, None, "s", ".2f", why=_TIME),
+    }
+
+
+_TIME = "CPU time of one run"
+
+
+def run(folder: Path) -> dict[str, Number]:
     """Writes newton_glued.md into the folder."""
     pieces = Pieces("newton_glued")
     heads = ["", "apart (l)", "iterations", "residuals", "Newton (CPU s)", "Ipopt (CPU s)", "ratio"]
@@ -324,6 +370,7 @@ def run(folder: Path) -> None:
         _words(found),
         _neither(found, pieces),
     )
+    return _numbers(found, pieces)
 
 
 def _nested_row(name: str, segments: int, v: dict[str, Any]) -> list[str]:
@@ -335,11 +382,11 @@ def _nested_row(name: str, segments: int, v: dict[str, Any]) -> list[str]:
 
 def _neither(found: dict[int, dict[str, Any]], pieces: Pieces) -> str:
     """What those are that neither converges on."""
-    seeds = [seed for seed, v in found.items() if min(v["residuals"]) > relax.RESIDUAL_TOLERANCE]
+    seeds = [seed for seed, v in found.items() if min(v["residuals"]) > RESIDUAL_TOLERANCE]
     without = [seed for seed in seeds if falls(random_arguments(seed))]
     rest = [seed for seed in seeds if seed not in without]
     again = {seed: pieces.get(f"solve {seed}", lambda seed=seed: solved(seed)) for seed in rest}
-    good = [seed for seed, v in again.items() if v["residual"] <= relax.RESIDUAL_TOLERANCE]
+    good = [seed for seed, v in again.items() if v["residual"] <= RESIDUAL_TOLERANCE]
     bad = [f"{seed} ({again[seed]['kind']}: {again[seed]['status']})" for seed in rest if seed not in good]
     known = "; ".join(bad)
     return (
@@ -359,17 +406,16 @@ def _many(v: dict[str, Any]) -> str:
 
 
 def _words(found: dict[int, dict[str, Any]]) -> str:
-    good = {seed: v for seed, v in found.items() if max(v["residuals"]) <= relax.RESIDUAL_TOLERANCE}
-    same = [seed for seed, v in good.items() if v["apart"] <= SAME and v["energy"] <= SAME]
+    good = {seed: v for seed, v in found.items() if max(v["residuals"]) <= RESIDUAL_TOLERANCE}
+    same = [seed for seed, v in good.items() if _is_same(v)]
     energy = [seed for seed, v in good.items() if seed not in same and v["energy"] <= SAME]
     other = [seed for seed in good if seed not in same and seed not in energy]
     lower = sum(found[seed]["energies"][0] < found[seed]["energies"][1] for seed in other)
     judged = max((found[seed]["judged"] for seed in [*energy, *other]), default=0.0)
     only = [
-        sum(v["residuals"][k] <= relax.RESIDUAL_TOLERANCE < v["residuals"][1 - k] for v in found.values())
-        for k in (0, 1)
+        sum(v["residuals"][k] <= RESIDUAL_TOLERANCE < v["residuals"][1 - k] for v in found.values()) for k in (0, 1)
     ]
-    neither = sum(min(v["residuals"]) > relax.RESIDUAL_TOLERANCE for v in found.values())
+    neither = sum(min(v["residuals"]) > RESIDUAL_TOLERANCE for v in found.values())
     ratios = [v["seconds"][1] / v["seconds"][0] for v in good.values()]
     return (
         f"{len(found)} random ones (clamps, pins, bands, tables; 8 to 29 segments; `random_arguments`): both converge "

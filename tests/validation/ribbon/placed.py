@@ -14,6 +14,7 @@ from compare.scene.scene import Scene, load
 from ribbon import Equilibrium
 from ribbon.find.adaptive import distance, solve_to_tolerance
 from tests.validation import one_core, page
+from tests.validation.number import Number
 
 SCENES = (
     "curl_4_3", "coil_10_100", "coil_40_1200", "coil_100_7500", "figure_4_1", "hanging_5_3_1", "lateral_7_1",
@@ -37,12 +38,26 @@ def _placed(scene: Scene, energy: str, formulation: str, tolerance: float) -> tu
     return found, time.process_time() - begun
 
 
-def _measured() -> tuple[list[list[str]], list[float]]:
-    """Rows of the table, and the ratios of the times."""
-    rows, ratios = [], []
+def _coarse(name: str, energy: str) -> Equilibrium:
+    """A scene's chained state at the looser tolerance."""
+    return _placed(load(name), energy, FORMULATIONS[0], TOLERANCES[0])[0]
+
+
+PROBES = {
+    "energy_coil_10_100_sadowsky": lambda: _coarse("coil_10_100", "sadowsky").energy.total,
+    "energy_hanging_5_3_1_wunderlich": lambda: _coarse("hanging_5_3_1", "wunderlich").energy.total,
+    "segments_coil_10_100_sadowsky": lambda: _coarse("coil_10_100", "sadowsky").problem.lengths.size,
+}
+
+
+def _measured() -> tuple[list[list[str]], list[float], dict[str, Number]]:
+    """Rows of the table, the ratios of the times, and the chained states at the looser tolerance: segments, and the
+    energy with its change to the tighter one."""
+    rows, ratios, numbers = [], [], {}
     for name in SCENES:
         scene = load(name)
         for energy in ENERGIES:
+            energies, sizes_found = [], []
             for tolerance in TOLERANCES:
                 times: dict[str, list[float]] = {f: [] for f in FORMULATIONS}
                 states = {}
@@ -60,12 +75,17 @@ def _measured() -> tuple[list[list[str]], list[float]]:
                     f"{1e3 * quick:.0f}", f"{1e3 * slow:.0f}", f"{ratios[-1]:.1f}",
                 ])  # fmt: skip
                 print(" ".join(rows[-1]), flush=True)
-    return rows, ratios
+                energies.append(chained.energy.total)
+                sizes_found.append(chained.problem.lengths.size)
+            error = abs(energies[0] - energies[-1])
+            numbers[f"energy_{name}_{energy}"] = Number(energies[0], error, "D w / l", ".6g")
+            numbers[f"segments_{name}_{energy}"] = Number(sizes_found[0], 0, shown="d")
+    return rows, ratios, numbers
 
 
-def run(out: Path) -> None:
+def run(out: Path) -> dict[str, Number]:
     """Writes placed.md."""
-    rows, ratios = one_core.call(_measured)
+    rows, ratios, numbers = one_core.call(_measured)
     heads = [
         "scene", "energy", "tolerance", "segments", "status", "apart (l)", "chained (CPU ms)", "mixed (CPU ms)",
         "ratio",
@@ -77,3 +97,11 @@ def run(out: Path) -> None:
         page.table(heads, rows),
         f"Mixed over chained: {min(ratios):.1f} to {max(ratios):.1f}, median {np.median(ratios):.1f}.",
     )  # fmt: skip
+    why = "CPU times of one run"
+    return numbers | {
+        "runs": Number(len(rows), 0, shown="d"),
+        "scenes": Number(len(SCENES), 0, shown="d"),
+        "ratio": Number(float(np.median(ratios)), None, shown=".1f", why=why),
+        "ratio_least": Number(min(ratios), None, shown=".1f", why=why),
+        "ratio_most": Number(max(ratios), None, shown=".1f", why=why),
+    }

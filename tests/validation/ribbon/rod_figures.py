@@ -3,6 +3,7 @@ limit, and what its accuracy costs."""
 
 from __future__ import annotations
 
+import itertools
 import time
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from compare.models.base import Options, Shape, Size, State
 from compare.scene.scene import load
 from tests.shellref.rod.shooting import shot
 from tests.validation import page
+from tests.validation.number import Number
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -37,6 +39,8 @@ LENGTHS = (0.15, 0.25, 0.35, 0.40, 0.50)
 #: Work and error: elements by degree.
 SIZES = {1: (10, 20, 40, 80), 2: (5, 10, 20, 40), 3: (4, 8, 16)}
 S = np.linspace(0.0, 1.0, 401)
+#: What shooting with a tolerance of 1e-11 leaves of a tip (l).
+SHOT = 1e-10
 
 
 def solved(name: str, changes: dict[str, Any], near: Shape | None = None, size: Size | None = None) -> State:
@@ -58,6 +62,29 @@ def apart(one: State, other: State, s: FloatArray = S) -> float:
     assert one.shape is not None
     assert other.shape is not None
     return float(np.linalg.norm(one.shape.centreline(s) - other.shape.centreline(s), axis=1).max())
+
+
+def tip_of(name: str, gamma: int, elements: int = 40) -> float:
+    """`aside` of one of the models of figure 4.5."""
+    return aside(solved("rod_4_5", {"strip.gamma": float(gamma), "model.energy": name, "model.elements": elements}))
+
+
+PROBES = {
+    "antman_20": lambda: tip_of("antman", 20),
+    "antman_100": lambda: tip_of("antman", 100),
+    "kirchhoff_60": lambda: tip_of("kirchhoff", 60),
+    "sadowsky_60": lambda: tip_of("sadowsky", 60),
+}
+
+
+def _tips(found: dict[tuple[int, str], State]) -> dict[str, Number]:
+    """Those beside the prototype, each with its change on twice the elements."""
+    numbers = {}
+    for gamma in PROTOTYPE:
+        for name in MODELS:
+            tip = aside(found[gamma, name])
+            numbers[f"{name}_{gamma}"] = Number(tip, abs(tip_of(name, gamma, 80) - tip), "l", ".5f")
+    return numbers
 
 
 def figure_4_5() -> tuple[dict[tuple[int, str], State], str]:
@@ -82,18 +109,21 @@ def figure_4_5() -> tuple[dict[tuple[int, str], State], str]:
     return found, page.table(["Gamma", *MODELS, "antman to kirchhoff / l", "antman to sadowsky / l"], rows)
 
 
-def thin_limit() -> str:
-    """Tips of both rods as w / l falls at h / w = 1 / 10."""
-    rows, before = [], float("nan")
+def thin_limit() -> tuple[str, dict[str, Number]]:
+    """Tips of both rods as w / l falls at h / w = 1 / 10: the table, and the distances, each with what Kirchhoff's
+    80 segments change of it from 40."""
+    rows, before, numbers = [], float("nan"), {}
     for width in WIDTHS:
         section = {"strip.gamma": 20.0, "strip.width": width, "strip.thickness": width / 10.0}
         rod = solved("rod_4_5", {**section, "model.energy": "antman"}, size=Size("antman 3", (40,), 3))
-        thin = solved("rod_4_5", {**section, "model.elements": 80})
+        thin, coarse = (solved("rod_4_5", {**section, "model.elements": n}) for n in (80, 40))
         here = apart(rod, thin, np.array([1.0]))
+        error = apart(thin, coarse, np.array([1.0]))
+        numbers[f"thin_{1 / width:.0f}"] = Number(here, error, "l", ".2e")
         ratio = "" if np.isnan(before) else f"{before / here:.2f}"
         rows.append([f"1/{1 / width:.0f}", f"{width / 10:.1e}", f"{here:.2e}", ratio])
         before = here
-    return page.table(["w/l", "h/l", "tips apart / l", "of the one before"], rows)
+    return page.table(["w/l", "h/l", "tips apart / l", "of the one before"], rows), numbers
 
 
 def by_length() -> str:
@@ -114,12 +144,12 @@ def by_length() -> str:
     )
 
 
-def work() -> tuple[dict[int, list[tuple[float, float]]], str]:
+def work() -> tuple[dict[int, list[tuple[float, float]]], str, dict[str, Number]]:
     """Error of the tip against shooting and time by elements, of the curl at Gamma = 20: degree -> (s, error)."""
     scene = load("rod_4_5").replace({"strip.gamma": 20.0, "model.energy": "antman"})
     exact, _ = shot(problem_of(scene), steps=3)
     found: dict[int, list[tuple[float, float]]] = {}
-    rows = []
+    rows, numbers = [], {}
     for degree, sizes in SIZES.items():
         before = float("nan")
         for elements in sizes:
@@ -130,14 +160,15 @@ def work() -> tuple[dict[int, list[tuple[float, float]]], str]:
             assert state.end is not None
             error = float(np.linalg.norm(state.end.position - exact))
             order = "" if np.isnan(before) else f"{np.log2(before / error):.2f}"
+            numbers[f"off_{degree}_{elements}"] = Number(error, SHOT, "l", ".1e")
             found.setdefault(degree, []).append((spent, error))
             rows.append([str(degree), str(elements), str(state.unknowns), f"{error:.1e}", order, f"{spent:.2f}"])
             before = error
-    return found, page.table(["degree", "elements", "unknowns", "tip off / l", "order", "processor, s"], rows)
+    return found, page.table(["degree", "elements", "unknowns", "tip off / l", "order", "processor, s"], rows), numbers
 
 
-def bend() -> str:
-    """The 45 degree bend beside what is published."""
+def bend() -> tuple[str, dict[str, Number]]:
+    """The 45 degree bend beside what is published; its tip on the finest elements, with its distance to shooting."""
     unit = 25.0 * np.pi
     scene = load("bend_45")
     exact, _ = shot(problem_of(scene), steps=3)
@@ -154,7 +185,13 @@ def bend() -> str:
         assert state.end is not None
         rows.append(row(f"antman, {elements} elements of degree {degree}", state.end.position))
     rows.append(row("shooting on (12.4), 1e-11", exact))
-    return page.table(["", "along the bend's radius", "along its start", "out of its plane"], rows)
+    numbers = {
+        f"bend_{word}": Number(
+            unit * state.end.position[k], unit * (abs(state.end.position[k] - exact[k]) + SHOT), "", ".3f"
+        )
+        for word, k in (("radius", 1), ("start", 2), ("out", 0))
+    }
+    return page.table(["", "along the bend's radius", "along its start", "out of its plane"], rows), numbers
 
 
 def draw(path: Path, weights: dict[tuple[int, str], State], errors: dict[int, list[tuple[float, float]]]) -> None:
@@ -185,12 +222,15 @@ def draw(path: Path, weights: dict[tuple[int, str], State], errors: dict[int, li
     plt.close(figure)
 
 
-def run(out: Path) -> None:
+def run(out: Path) -> dict[str, Number]:
     folder = out / "rod_figures"
     folder.mkdir(parents=True, exist_ok=True)
     solved("rod_4_5", {"model.energy": "antman"})  # what is loaded once
     weights, first = figure_4_5()
-    errors, cost = work()
+    errors, cost, numbers = work()
+    (thin, apart_by), (bent, tips) = thin_limit(), bend()
+    orders = [float(np.log2(a[1] / b[1])) for a, b in itertools.pairwise(errors[2])]
+    numbers["order_2"] = Number(orders[-1], abs(orders[-1] - orders[-2]), shown=".2f")
     draw(folder / "rods.png", weights, errors)
     page.write(
         folder / "README.md", "Antman's rod, Kirchhoff's and the ribbon (thesis, 4.4)",
@@ -203,14 +243,15 @@ def run(out: Path) -> None:
         "w/l = 1/30, h/w = 1/10, K = 10, nu = 0.4, scene `rod_4_5`. As the thesis says, the two rods coincide and the "
         "ribbon is elsewhere: its strip is developable and the rods' are not. A prototype of Kirchhoff's rod has "
         "0.16360, 0.20285, 0.21369 at Gamma = 20, 60, 100. Figure 4.6 is Gamma = 80.",
-        "## The thin limit", thin_limit(),
+        "## The thin limit", thin,
         "Gamma = 20, h/w = 1/10: shear and stretch go with (h/l)^2, a quarter for half the section. 40 cubic elements "
         "against 80 segments.",
         "## Figure 4.4 and JFIG's figures 5 and 9, by length", by_length(),
         "Scene `curl_4_4_long` with other lengths (w = 1 cm, h = 0.1 mm, K = 60 /m), Antman's rod begun at "
         "Kirchhoff's shape, 80 elements; mirror images count as one for the ribbon. Rod and ribbon coincide while "
         "planar, up to 29 cm, and not beyond ([rod_ribbon](../rod_ribbon/README.md)).",
-        "## The 45 degree bend, load 600", bend(),
+        "## The 45 degree bend, load 600", bent,
         "## What accuracy costs: the curl at Gamma = 20 from its rest shape", cost,
         "Error of the tip against shooting on the differential equations. Order 2 p for degree p, at the nodes.",
     )  # fmt: skip
+    return numbers | _tips(weights) | apart_by | tips

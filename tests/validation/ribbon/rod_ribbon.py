@@ -15,6 +15,7 @@ from compare.models.shell_process import run_shell, shell_options, shell_problem
 from compare.scene.scene import Scene, load
 from compare.store.store import CaseStore
 from tests.validation import page
+from tests.validation.number import Number, rounding
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -48,16 +49,16 @@ SEGMENTS = 40
 S = np.linspace(0.0, 1.0, 801)
 
 
-def by_length(length: float, label: str) -> State:
+def by_length(length: float, label: str, segments: int = SEGMENTS) -> State:
     """The curl of figure 4.4, from a straight seed a little out of the plane."""
-    changes = {"strip.length": length, "model.elements": SEGMENTS, "seed.ruling": 0.01}
+    changes = {"strip.length": length, "model.elements": segments, "seed.ruling": 0.01}
     return _solved(load("curl_4_4_long").replace(changes | MODELS[label]), label)
 
 
-def by_weight(gamma: float, label: str) -> State:
+def by_weight(gamma: float, label: str, segments: int = SEGMENTS) -> State:
     """The curl of figure 4.5."""
     return _solved(
-        load("rod_4_5").replace({"strip.gamma": float(gamma), "model.elements": SEGMENTS} | MODELS[label]), label
+        load("rod_4_5").replace({"strip.gamma": float(gamma), "model.elements": segments} | MODELS[label]), label
     )
 
 
@@ -152,7 +153,39 @@ def draw(
     plt.close(figure)
 
 
-def run(out: Path) -> None:
+def _away(length: float, segments: int = SEGMENTS) -> float:
+    """Distance (l) of rod and Wunderlich's ribbon."""
+    return distance(by_length(length, "rod", segments), by_length(length, "wunderlich", segments))
+
+
+PROBES = {
+    "apart_35": lambda: _away(0.35),
+    "tip_20": lambda: aside(by_weight(20, "rod")),
+    "tip_100": lambda: aside(by_weight(100, "rod")),
+    "sadowsky_60": lambda: aside(by_weight(60, "sadowsky")),
+}
+
+
+def _numbers(
+    lengths: dict[tuple[float, str], State], weights: dict[tuple[float, str], State], shells: dict[float, float]
+) -> dict[str, Number]:
+    """Distances by length and tips by weight, each with its change on twice the segments."""
+    away = {length: distance(lengths[length, "rod"], lengths[length, "wunderlich"]) for length in LENGTHS}
+    numbers = {"together": rounding(max(away[length] for length in LENGTHS if length <= PLANAR), "l", ".1e")}
+    for length in (length for length in LENGTHS if length > PLANAR):
+        error = abs(_away(length, 2 * SEGMENTS) - away[length])
+        numbers[f"apart_{100 * length:.0f}"] = Number(away[length], error, "l", ".1e")
+    for word, name in (("tip", "rod"), ("sadowsky", "sadowsky")):
+        for gamma in PROTOTYPE[name]:
+            tip = aside(weights[gamma, name])
+            error = abs(aside(by_weight(gamma, name, 2 * SEGMENTS)) - tip)
+            numbers[f"{word}_{gamma}"] = Number(tip, error, "l", ".5f")
+    # the shell's mesh is one; nothing tells its error here
+    why = "one mesh"
+    return numbers | {f"shell_{gamma}": Number(tip, None, "l", ".4f", why) for gamma, tip in shells.items()}
+
+
+def run(out: Path) -> dict[str, Number]:
     folder = out / "rod_ribbon"
     folder.mkdir(parents=True, exist_ok=True)
     lengths = {(length, name): by_length(length, name) for name in MODELS for length in LENGTHS}
@@ -180,3 +213,4 @@ def run(out: Path) -> None:
         f"The shell, Q2 {MESH[0]} x {MESH[1]}, holds its whole edge.",
         f"Figure 4.6 is Gamma = {SHOWN}, below right in the picture.",
     )  # fmt: skip
+    return _numbers(lengths, weights, shells)

@@ -10,6 +10,7 @@ import numpy as np
 from ribbon.element import series
 from tests.reference.ribbon_energy import frame_and_chord
 from tests.validation import page
+from tests.validation.number import Number, rounding
 
 CASES = {
     "circle, K = 10": (0, 10, 0, 0, 1),
@@ -38,24 +39,35 @@ def _time(parameters: tuple[float, ...], limit: float) -> float:
     return best
 
 
-def run(out: Path) -> None:
+def errors(name: str, limit: float) -> tuple[int, tuple[float, float, float]]:
+    """Parts of a case's segment, and its largest errors: frame, position, orthonormality."""
+    case = CASES[name]
+    exact = [np.array(m.tolist(), dtype=float) for m in frame_and_chord(*case, digits=30)]
+    q, p, j = np.empty((3, 3)), np.empty(3), np.empty(3)
+    count = series.segment_values(*(float(v) for v in case), limit, q, p, j)
+    frame, place = np.abs(q - exact[0]).max(), np.abs(p - exact[1][:, 0]).max()
+    return count, (float(frame), float(place), float(np.abs(q.T @ q - np.eye(3)).max()))
+
+
+PROBES = {
+    "circle_1000": lambda: max(errors("circle, K = 1000", LIMITS["ours"])[1]),
+    "parts_of_circle_1000": lambda: errors("circle, K = 1000", LIMITS["ours"])[0],
+}
+
+
+def run(out: Path) -> dict[str, Number]:
     rows = []
-    worst = 0.0
+    worst, ours = 0.0, {}
     for name, case in CASES.items():
         parameters = tuple(float(v) for v in case)
-        exact = [np.array(m.tolist(), dtype=float) for m in frame_and_chord(*case, digits=30)]
         cells = [name]
         times = {}
         for label, limit in LIMITS.items():
-            q, p, j = np.empty((3, 3)), np.empty(3), np.empty(3)
-            count = series.segment_values(*parameters, limit, q, p, j)
-            frame = np.abs(q - exact[0]).max()
-            place = np.abs(p - exact[1][:, 0]).max()
-            orthonormal = np.abs(q.T @ q - np.eye(3)).max()
+            count, found = errors(name, limit)
             times[label] = _time(parameters, limit)
-            cells += [str(count), f"{frame:.0e}", f"{place:.0e}", f"{orthonormal:.0e}"]
+            cells += [str(count), *(f"{error:.0e}" for error in found)]
             if label == "ours":
-                worst = max(worst, frame, place, orthonormal)
+                worst, ours[name] = max(worst, *found), (count, max(found))
         cells.append(f"{times['ours'] / times['thesis']:.2f}")
         rows.append(cells)
     heads = ["segment of length L = 1 (last: 0.05)"]
@@ -71,3 +83,9 @@ def run(out: Path) -> None:
                text, page.table(heads, rows))  # fmt: skip
     if not worst < PROMISED:
         raise AssertionError(f"the series' error {worst:.1e} is above {PROMISED:.0e}")
+    parts, circle = ours["circle, K = 1000"]
+    return {
+        "worst": rounding(worst, shown=".1e"),
+        "circle_1000": rounding(circle, shown=".1e"),
+        "parts_of_circle_1000": Number(parts, 0, shown="d"),
+    }

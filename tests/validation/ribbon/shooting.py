@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from ribbon import Equilibrium, Strip, refine, solve
 from tests.reference.shooting import Shooter, Shot
 from tests.reference.strong_form import StrongForm
 from tests.validation import one_core, page
+from tests.validation.number import Number
 
 #: Scene, sign of K, segments at first, segments at most; the thesis's steps of SHOOTING (table 3.2).
 SCENES = (
@@ -52,6 +54,42 @@ def shots(problem: StrongForm) -> tuple[Shot, Shot]:
     return forth, back
 
 
+@cache
+def _shot(name: str, sign: int, backwards: bool) -> Shot:
+    """One of them."""
+    return Shooter(strong(load(name), sign), TOLERANCE, backwards).shoot(budget=BUDGET)
+
+
+def _reached(name: str, sign: int, backwards: bool) -> float:
+    """Distance (l) of a shot's free end from the clamp."""
+    return float(np.linalg.norm(_shot(name, sign, backwards).solution().tip()))
+
+
+PROBES = {
+    "tip_10_clamp": lambda: _reached("coil_10_100", 1, False),
+    "tip_10_free_end": lambda: _reached("coil_10_100", 1, True),
+    "weights_10_clamp": lambda: _shot("coil_10_100", 1, False).steps,
+    "weights_10_free_end": lambda: _shot("coil_10_100", 1, True).steps,
+}
+
+
+def _numbers(name: str, sign: int, what: str, shot: Shot, apart: float) -> dict[str, Number]:
+    """Of a shot: weights tried, growth (an estimate), how far it went; where it arrived on the ribbon's branch the
+    free end, whose distance from the ribbon's is its error."""
+    curvature = load(name).curvature[0]
+    word = f"{curvature:.0f}{'' if sign > 0 else '_down'}_{what.replace(' ', '_')}"
+    numbers = {
+        f"weights_{word}": Number(shot.steps, 0, shown="d"),
+        f"growth_{word}": Number(shot.growth, 0.1 * shot.growth, shown=".0e"),
+        f"reached_{word}": Number(100.0 * shot.reached, 1.0, "%", ".0f"),
+    }
+    if apart < BRANCH:
+        tip = float(np.linalg.norm(shot.solution().tip()))
+        numbers[f"tip_{word}"] = Number(tip, apart + TOLERANCE, "l", ".7f")
+        numbers[f"apart_{word}"] = Number(apart, AGREE, "l", ".0e")
+    return numbers
+
+
 def _arrived(shot: Shot) -> str:
     return "yes" if shot.converged else f"no, {100 * shot.reached:.0f} % of the weight"
 
@@ -60,8 +98,8 @@ def _row(shot: Shot) -> list[str]:
     return [_arrived(shot), str(shot.steps), str(shot.integrations), f"{shot.growth:.0e}", f"{shot.seconds:.1f}"]
 
 
-def _scenes() -> tuple[list[list[str]], list[float], dict[str, np.ndarray]]:
-    rows, distances, overlay = [], [], {}
+def _scenes() -> tuple[list[list[str]], list[float], dict[str, np.ndarray], dict[str, Number]]:
+    rows, distances, overlay, numbers = [], [], {}, {}
     for name, sign, first, most, thesis in SCENES:
         scene = load(name)
         problem, strip = strong(scene, sign), ribbon(scene, sign, first, most)
@@ -70,13 +108,14 @@ def _scenes() -> tuple[list[list[str]], list[float], dict[str, np.ndarray]]:
             apart = float(np.linalg.norm(shot.solution().tip() - end)) if shot.converged else np.nan
             if apart < BRANCH:
                 distances.append(apart)
+            numbers.update(_numbers(name, sign, what, shot, apart))
             words = "-" if np.isnan(apart) else f"{apart:.0e}" if apart < BRANCH else f"({apart:.2g}: another branch)"
             rows.append([f"{name}, K l = {problem.curvature[0]:g}", what, *_row(shot), words, thesis])
             if name == "figure_4_1" and what == "clamp" and shot.converged:
                 overlay = {"shooting": shot.solution().centreline()[1]}
                 overlay["ribbon"] = strip.position(np.linspace(0, 1, 41)) - strip.problem.clamp.position
         print(f"  {name} {sign}: {rows[-2][2:]} {rows[-1][2:]}", flush=True)
-    return rows, distances, overlay
+    return rows, distances, overlay, numbers
 
 
 def _sweep() -> list[list[str]]:
@@ -112,13 +151,13 @@ def _picture(overlay: dict[str, np.ndarray], path: Path) -> None:
     plt.close(figure)
 
 
-def measure() -> tuple[list[list[str]], list[float], dict[str, np.ndarray], list[list[str]]]:
+def measure() -> tuple[list[list[str]], list[float], dict[str, np.ndarray], dict[str, Number], list[list[str]]]:
     """All shots, in this process."""
     return (*_scenes(), _sweep())
 
 
-def run(out: Path) -> None:
-    rows, distances, overlay, sweep = one_core.call(measure)
+def run(out: Path) -> dict[str, Number]:
+    rows, distances, overlay, numbers, sweep = one_core.call(measure)
     if not overlay or max(distances) > AGREE:
         raise AssertionError(f"shooting and the ribbon stand {max(distances, default=np.nan):.0e} apart")
     _picture(overlay, out / "shooting.png")
@@ -139,3 +178,4 @@ def run(out: Path) -> None:
         f"The clamp of 3.5.2, curling down, Gamma = {WEIGHT:g} K^2.\n\n"
         + page.table(["K l", "Gamma", *heads], sweep),
     )  # fmt: skip
+    return numbers

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.thesis.descent import Limits, newton_or_gradient, newton_shifted
 from tests.reference.strong_form import Solution, StrongForm, collocate, continued
 from tests.validation import one_core, page
+from tests.validation.number import Number
 
 #: Scene, sign of K, first number of segments.
 SCENES = (
@@ -58,7 +60,8 @@ class Run:
 class Measured:
     """All runs on a scene, by method; reference: tip (3,), its own error; text: what the page says of the scene.
 
-    settings: of the fastest continuation; at_once: whether solve_bvp converges from the natural shape without one.
+    settings: of the fastest continuation; at_once: whether solve_bvp converges from the natural shape without one;
+    numbers: what is kept of it.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Measured:
     settings: tuple[float, float, tuple[float, float]] = (2.0, 1e-2, (0.05, 1.2))
     at_once: bool = False
     text: dict[str, str] = field(default_factory=dict)
+    numbers: dict[str, Number] = field(default_factory=dict)
 
     def fastest(self, method: str, target: float) -> float:
         """Least time of a run of the method with an error within the target; inf when there is none."""
@@ -156,18 +160,61 @@ def _coarsest(case: Case, tip: np.ndarray, levels: list[int], nodes: int) -> tup
     raise AssertionError(f"{case.scene.name}: solve_bvp converges from no ribbon")
 
 
-def _measure(name: str, sign: int, segments: int) -> Measured:
+def _case(name: str, sign: int, segments: int) -> Case:
     scene = load(name)
     unit = scene.strip.natural_curvature
     scene = scene.replace({"strip.natural_curvature": sign * (unit[0] if isinstance(unit, tuple) else unit)})
-    case = Case(scene, segments)
-    # the reference: collocation from a fine ribbon, and how far a ten times looser one is from it
+    return Case(scene, segments)
+
+
+def reference(case: Case) -> tuple[Solution, Solution, Equilibrium]:
+    """Collocation from a fine ribbon, a ten times looser one, and that ribbon."""
     fine = case.refined(160)
-    nodes = int(max(4 * max(map(abs, scene.curvature)), 60))
+    nodes = int(max(4 * max(map(abs, case.scene.curvature)), 60))
     looser = collocate(case.strong, *case.from_ribbon(fine, nodes), 10 * REFERENCE, 100000)
     best = collocate(case.strong, looser.s, looser.y, REFERENCE, 100000)
     if not (looser.converged and best.converged):
-        raise AssertionError(f"{name}: no reference")
+        raise AssertionError(f"{case.scene.name}: no reference")
+    return best, looser, fine
+
+
+@cache
+def lightest() -> tuple[Case, Solution]:
+    """The coil of K l = 10 and its reference."""
+    case = _case(*SCENES[1])
+    return case, reference(case)[0]
+
+
+PROBES = {
+    "strong_energy_10": lambda: lightest()[1].energy(),
+    "strong_reach_10": lambda: float(np.linalg.norm(lightest()[1].tip())),
+    "ribbon_energy_10": lambda: lightest()[0].refined(FINEST).energy.total,
+}
+
+
+def _numbers(case: Case, best: Solution, own: float, end: Equilibrium) -> dict[str, Number]:
+    """Energies and reach of both, each with the distance to the other and the reference's own error; how far the free
+    ends are apart."""
+    k = case.scene.curvature[0]
+    word = f"{case.scene.name.split('_')[1] if case.scene.name.startswith('coil') else case.scene.name}"
+    word += "" if k > 0 else "_down"
+    apart = float(np.linalg.norm(end.end.position - end.problem.clamp.position - best.tip()))
+    energies = best.energy(), end.energy.total
+    error = max(abs(energies[0] - energies[1]), 1e-9 * abs(energies[0]))
+    return {
+        f"strong_energy_{word}": Number(energies[0], error, "D w / l", ".6f"),
+        f"ribbon_energy_{word}": Number(energies[1], error, "D w / l", ".6f"),
+        f"strong_reach_{word}": Number(float(np.linalg.norm(best.tip())), own + 1e-10, "l", ".8f"),
+        f"tip_{word}": Number(apart, own, "l", ".0e"),
+        f"own_{word}": Number(own, own, "l", ".0e"),
+    }
+
+
+def _measure(name: str, sign: int, segments: int) -> Measured:
+    case = _case(name, sign, segments)
+    scene = case.scene
+    best, looser, fine = reference(case)
+    nodes = int(max(4 * max(map(abs, scene.curvature)), 60))
     tip = best.tip()
     out = Measured(f"{name}, K l = {scene.curvature[0]:g}", tip, float(np.linalg.norm(tip - looser.tip())))
     out.settings = _search(case, tip)
@@ -199,6 +246,7 @@ def _measure(name: str, sign: int, segments: int) -> Measured:
     runs(HYBRID, list(TOLERANCES), hybrid)
     end = case.refined(levels[-1])
     last = case.continued(out.settings, 1e-6)
+    out.numbers = _numbers(case, best, out.own_error, end)
     out.text = {
         "own": f"{out.own_error:.0e}",
         "ribbon": f"{np.linalg.norm(end.end.position - start - tip):.0e}",
@@ -316,7 +364,25 @@ def _headline(measured: list[Measured]) -> str:
     return "\n".join(words)
 
 
-def run(out: Path) -> None:
+def _over(measured: list[Measured]) -> dict[str, Number]:
+    """What is told of all scenes: the largest distance and own error, the ratios of times at the tightest target."""
+    numbers = {name: number for m in measured for name, number in m.numbers.items()}
+    ratios = [m.fastest(BVP, TARGETS[-1]) / min(m.fastest(DIRECT, TARGETS[-1]), m.fastest(REFINED, TARGETS[-1]))
+              for m in measured]  # fmt: skip
+    ratios = [ratio for ratio in ratios if np.isfinite(ratio)]
+    for word in ("tip", "own"):
+        these = [number for name, number in numbers.items() if name.startswith(f"{word}_")]
+        numbers[f"{word}_most"] = max(these, key=lambda number: number.value)
+    why = "CPU times of one run"
+    return numbers | {
+        "scenes": Number(len(measured), 0, shown="d"),
+        "at_once": Number(sum(m.at_once for m in measured), 0, shown="d"),
+        "ratio_least": Number(min(ratios), None, shown=".2g", why=why),
+        "ratio_most": Number(max(ratios), None, shown=".2g", why=why),
+    }
+
+
+def run(out: Path) -> dict[str, Number]:
     measured = one_core.call(measure)
     for m in measured:
         if not all(np.isfinite(m.fastest(k, 1e-5)) for k in (BVP, HYBRID, REFINED, NEWTON)):
@@ -359,3 +425,4 @@ def run(out: Path) -> None:
         f"## All runs\n\nIn brackets: further than {JUMP} from the reference, on another branch.",
         _all_runs(measured),
     )  # fmt: skip
+    return _over(measured)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 import time
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +23,12 @@ from ribbon.tape.rod import Rod
 from ribbon.tape.section import Section
 from ribbon.tape.solve import Tape, marked, solve
 from tests.validation import page
+from tests.validation.number import Number
 from tests.validation.pieces import Pieces
 from tests.validation.ribbon import tape_fold
 
+#: Of the shell's measurement: files under results/.
+READS = ("tape_shell/opposite.csv", "tape_shell/equal.csv", "tape_shell/cantilever.csv")
 ROOT = Path(__file__).resolve().parents[3]
 SHELL = ROOT / "results" / "tape_shell"
 D = 210000.0 * 0.15**3 / 12.0 / (1.0 - 0.3**2)  # N mm
@@ -261,7 +264,67 @@ def element_table(pieces: Pieces) -> str:
     return page.table([*heads, "s", "status"], rows)
 
 
-def run(results: Path) -> None:
+def _uniform_top(terms: int) -> float:
+    """Greatest moment (N mm) of uniform bending in the opposite sense."""
+    return abs(greatest(partial(uniform, section(terms)), 40.0)[0]) * MOMENT
+
+
+def _plateau(terms: int, sense: float) -> float:
+    """Moment (N mm) at which a fold grows."""
+    return abs(plateau(partial(uniform, section(terms)), 20.0 * sense).moment) * MOMENT
+
+
+@cache
+def coarse(name: str) -> dict[str, Any]:
+    """4.1 in the opposite sense on the fewest elements."""
+    return measured("opposite", TERMS[name], ELEMENTS[0])
+
+
+PROBES = {
+    "uniform_enriched": lambda: _uniform_top(TERMS["enriched"]),
+    "plateau_enriched": lambda: _plateau(TERMS["enriched"], 1.0),
+    "plateau_plain_equal": lambda: _plateau(TERMS["plain"], -1.0),
+    "opposite_plain_100": lambda: top_of(coarse("plain")["rows"])[1],
+}
+
+
+def _law() -> dict[str, Number]:
+    """Uniform bending: closed to the quadrature of the section, the tolerance of its roots and so on."""
+    found = {}
+    for name, terms in TERMS.items():
+        found[f"uniform_{name}"] = Number(_uniform_top(terms), 1e-6 * _uniform_top(terms), "N mm", ".2f")
+        for word, sense in (("", 1.0), ("_equal", -1.0)):
+            flat = _plateau(terms, sense)
+            found[f"plateau_{name}{word}"] = Number(flat, 1e-6 * flat, "N mm", ".3f")
+    return found
+
+
+def _range(rows: list[list[float]]) -> float:
+    """Largest less least load beyond 0.25 rad."""
+    return float(np.ptp([row[1] for row in rows if row[0] > 0.25]))
+
+
+def _numbers(ways: dict[str, dict[str, dict[str, Any]]], pieces: Pieces) -> dict[str, Number]:
+    """Greatest loads: of 4.1 in the opposite sense with the change from half the elements; of the others with what a
+    step of the way may leave of the parabola's top, a thousandth; the plateau's range by elements."""
+    numbers = {}
+    for name, terms in TERMS.items():
+        by_size = {
+            n: pieces.get(f"opposite_{name}_{n}", partial(measured, "opposite", terms, n))["rows"] for n in ELEMENTS
+        }
+        tops = {n: top_of(rows)[1] for n, rows in by_size.items()}
+        error = max(abs(tops[800] - tops[400]), 1e-6 * tops[800])
+        numbers[f"opposite_{name}"] = Number(tops[800], error, "N mm", ".2f")
+        numbers[f"opposite_{name}_100"] = Number(tops[100], 1e-5 * tops[100], "N mm", ".3f")
+        for n in (200, 800):
+            numbers[f"range_{name}_{n}"] = Number(_range(by_size[n]), 1e-3, "N mm", ".3f")
+        for test, unit, form in (("equal", "N mm", ".2f"), ("cantilever", "N", ".4f")):
+            top = top_of(ways[test][name]["rows"])[1]
+            numbers[f"{test}_{name}"] = Number(top, 1e-3 * top, unit, form)
+    return numbers
+
+
+def run(results: Path) -> dict[str, Number]:
     """Writes results/tape."""
     out = results / "tape"
     pieces = Pieces("tape")
@@ -303,3 +366,4 @@ def run(results: Path) -> None:
         "has a range, and arc length may lose the way.",
         element_table(pieces),
     )
+    return _law() | _numbers(ways, pieces)

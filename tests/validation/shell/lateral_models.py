@@ -58,9 +58,9 @@ def along(energy: str) -> tuple[float, ...]:
     return tuple(x for x in ALONG if energy not in LATE or x >= LATE_FROM)
 
 
-def row(energy: str, length: float) -> Row:
-    """One state of a ribbon model."""
-    d, stable = side(of_model(scene_of(length), energy))
+def row(energy: str, length: float, **changes: Any) -> Row:
+    """One state of a ribbon model; changes: keys of the scene."""
+    d, stable = side(of_model(scene_of(length, **changes), energy))
     return {"model": energy, "l_over_Leg": length, "d_over_Leg": length * d, "stable": stable}
 
 

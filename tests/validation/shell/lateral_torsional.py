@@ -18,6 +18,8 @@ from shellref.path.buckling import buckling
 from tests.reference import calculix
 from tests.reference import lateral_torsional as published
 from tests.validation import page
+from tests.validation.number import Number
+from tests.validation.pieces import key
 from tests.validation.shell import lateral_models, shell_lateral
 from tests.validation.shell.lateral_models import LENGTHS, MODELS, Row, curve, scene_of
 
@@ -204,8 +206,16 @@ def experiments_table(shells: dict[float, float]) -> tuple[str, dict[str, float]
     return page.table(heads, rows), {k: float(np.sqrt(np.mean(v))) for k, v in squares.items()}
 
 
-def run(out: Path) -> None:
+#: Models and l / Leg of the deflections that are computed again by `make test`.
+PROBED, PROBED_AT = ("finite", "extensible", "sadowsky"), 3.5
+PROBES = {
+    f"{name}_35": lambda name=name: lateral_models.row(name, PROBED_AT)["d_over_Leg"] for name in PROBED
+}  # fmt: skip
+
+
+def run(out: Path) -> dict[str, Number]:
     folder, work = out / "lateral_torsional", out.parent / "out" / "validate" / "lateral_torsional"
+    work = work / key("lateral_torsional")
     store, kept = CaseStore(work / "cases"), Kept(work / "kept.json")
     shells = {length: kept.get(f"shell, {length}", lambda x=length: shell(x, store)) for length in LENGTHS}
     fine = {x: kept.get(f"fine shell, {x}", lambda x=x: shell(x, store, mesh=FINE)) for x in ERROR_AT}
@@ -225,6 +235,35 @@ def run(out: Path) -> None:
     _write_csv(folder / "deflections.csv", found + rows)
     draw(folder / "deflections.png", shells, wide, rows)
     _write_page(folder, shells, fine, (ours_narrow, paper_narrow), loads, wide, rows, slopes)
+    return _numbers(shells, fine, rows, slopes)
+
+
+def _numbers(
+    shells: dict[float, float], fine: dict[float, float], rows: list[Row], slopes: list[dict[str, float]]
+) -> dict[str, Number]:
+    """Deflections with what the mesh leaves (models: on twice as many elements), and what the page says of them."""
+    error = max(abs(fine[x] / shells[x] - 1) for x in fine)
+    found = {"shell_error": Number(100 * error, 100 * error, "%", ".2f")}
+    for length in ERROR_AT:
+        name = f"shell_{10 * length:.0f}"
+        found[name] = Number(shells[length], abs(fine[length] - shells[length]), "Leg", ".4f")
+    for model in PROBED:
+        value = lateral_models.row(model, PROBED_AT)["d_over_Leg"]
+        finer = lateral_models.row(model, PROBED_AT, **{"model.elements": 80})["d_over_Leg"]
+        found[f"{model}_35"] = Number(value, abs(finer - value), "Leg", ".4f")
+    for model in MODELS:
+        table = curve(rows, model)
+        off = [100 * (at(table, x) / d - 1) for x, d in shells.items() if at(table, x) > 0.05]
+        found[f"{model}_least"] = Number(min(off), 100 * error, "%", "+.1f")
+        found[f"{model}_most"] = Number(max(off), 100 * error, "%", "+.1f")
+    beyond = [100 * load_beyond(x, shells[x]) for x in LENGTHS if x < 3.2]
+    found["published_least"] = Number(min(beyond), 300 * error, "%", ".1f")  # the weight grows as the length's cube
+    found["published_most"] = Number(max(beyond), 300 * error, "%", ".1f")
+    for name, value in experiments_table(shells)[1].items():
+        found[f"rms_{name}"] = Number(100 * value, 100 * error if name == "ours" else 0.0, "%", ".1f")
+    for k, fit in enumerate(slopes):
+        found[f"koiter_{k}"] = Number(100 * (fit["k"] / fit["published"] - 1), 100 * SLOPE, "%", "+.2f")
+    return found
 
 
 def _write_page(

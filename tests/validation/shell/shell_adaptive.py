@@ -27,6 +27,7 @@ from shellref.path.weighted import PLACES
 from shellref.shell.result import ShellStatus
 from shellref.shell.strip import build_strip
 from tests.validation import one_core, page
+from tests.validation.number import Number
 
 #: Scene, w/h, what is asked.
 JUDGED = (
@@ -188,7 +189,38 @@ def race(
     return f"{case.label}, {text}", rows, {**curves, "last": last}
 
 
-def run(out: Path) -> None:
+def bend(name: str, ratio: float, mesh: tuple[int, int] = MESHES[0]) -> float:
+    """How far (l) the end of a scene's shell is from its clamp, on a mesh."""
+    result = solve(dataclasses.replace(shell_problem(load(name), ratio), elements=mesh))
+    return float(np.linalg.norm(value(result, "end")))
+
+
+#: Scene and w/h of ends that `make test` computes again on the coarsest mesh.
+PROBED = (("curl_4_3", 100.0), ("cantilever", 1000.0))
+PROBES = {f"end_{name}": lambda name=name, ratio=ratio: bend(name, ratio) for name, ratio in PROBED}
+
+
+def numbers(judged_rows: list[list[str]], rows: list[list[str]], sharp: list[float]) -> dict[str, Number]:
+    """Ends on the coarsest mesh with their change on the next; errors and indices of the meshes that are judged, whose
+    reference is `FINER` times nearer; errors and cells of the races."""
+    found = {}
+    for name, ratio in PROBED:
+        found[f"end_{name}"] = Number(bend(name, ratio), abs(bend(name, ratio) - bend(name, ratio, MESHES[1])), "l")
+    for name, ratio, goal, mesh, error, _, index, *_ in judged_rows:
+        if error != "-" and "(-)" not in index:
+            at = f"{name}_{ratio}_{goal}_{mesh.replace(' ', '')}"
+            found[f"error_{at}"] = Number(float(error), float(error) / FINER, "l", ".1e")
+    for k, row in enumerate(rows):
+        name, ratio, goal, _, way, _, _, cells, *_ = row
+        at = f"{name}_{ratio}_{goal}_{way.replace(' ', '_')}_{k}"
+        found[f"race_{at}"] = Number(float(row[11]), None, "l", ".1e", "one race; the page has the reference's error")
+        found[f"cells_{at}"] = Number(int(cells), 0, shown="d")
+    for word, number in (("least", min(sharp)), ("most", max(sharp)), ("middle", float(np.median(sharp)))):
+        found[f"index_{word}"] = Number(number, number / FINER, shown=".2f")
+    return found
+
+
+def run(out: Path) -> dict[str, Number]:
     judged_rows = [row for case in JUDGED for row in one_core.call(effectivity, *case)]
     races = [one_core.call(race, *case) for case in RACES]
     rows = [row for _, some, _ in races for row in some]
@@ -227,6 +259,7 @@ def run(out: Path) -> None:
     good = {tuple(row[:3]) for row in judged_rows} - {tuple(row[:3]) for row in wrong}
     if len(good) < SCENES:
         raise AssertionError(f"effectivity outside {LEAST} to {MOST}: {wrong}")
+    return numbers(judged_rows, rows, sharp)
 
 
 SAID: tuple[str, ...] = ()

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from shellref import ShellOptions, ShellProblem, ShellStatus
+from shellref import ShellOptions, ShellProblem, ShellResult, ShellStatus
 from shellref.path.solve import solve
 from tests.reference.planar_naghdi import cantilever
 from tests.validation import page
+from tests.validation.number import Number
 
 WIDTH = 0.05
 RATIOS = (10.0, 100.0, 1000.0, 10000.0)
@@ -23,7 +24,30 @@ THIN = 0.15
 LEAST_ORDER, MOST_RATIO = 1.8, 1.5
 
 
-def run(out: Path) -> None:
+def solved(gamma: float, ratio: float, degree: int, along: int) -> tuple[ShellResult, np.ndarray, float]:
+    """The shell on this mesh, its tip (2,), and the wall time (s)."""
+    problem = ShellProblem(
+        WIDTH, WIDTH / ratio, 0.0, gamma=gamma, up=(0.0, 1.0, 0.0), elements=(along, 2),
+        grading=(GRADING[gamma], 1.0), degree=degree,
+    )  # fmt: skip
+    began = time.perf_counter()
+    result = solve(problem, ShellOptions(stability=False))
+    return result, np.array(result.section(1.0)["position"])[[2, 1]], time.perf_counter() - began
+
+
+def miss(ratio: float, degree: int, along: int) -> float:
+    """Distance (in l) of the tip to that of the equations, Gamma = 1."""
+    return float(np.hypot(*(solved(1.0, ratio, degree, along)[1] - cantilever(1.0, WIDTH / ratio))))
+
+
+PROBES = {
+    "q2_40_10": lambda: miss(10.0, 2, 40),
+    "q2_40_100": lambda: miss(100.0, 2, 40),
+    "q3_20_100": lambda: miss(100.0, 3, 20),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
     rows, errors, orders = [], {}, []
     for gamma in GAMMAS:
         elastica = np.array(cantilever(gamma, 0.0))
@@ -37,15 +61,8 @@ def run(out: Path) -> None:
                     continue
                 last = None
                 for n in meshes:
-                    problem = ShellProblem(
-                        WIDTH, h, 0.0, gamma=gamma, up=(0.0, 1.0, 0.0), elements=(n, 2),
-                        grading=(GRADING[gamma], 1.0), degree=degree,
-                    )  # fmt: skip
-                    began = time.perf_counter()
-                    result = solve(problem, ShellOptions(stability=False))
-                    seconds = time.perf_counter() - began
+                    result, tip, seconds = solved(gamma, ratio, degree, n)
                     print(f"  {gamma:g} {ratio:g} Q{degree} {n}: {seconds:.1f} s", flush=True)
-                    tip = np.array(result.section(1.0)["position"])[[2, 1]]
                     error = float(np.hypot(*(tip - exact)))
                     order = np.log2(last / error) if last else np.nan
                     last = error
@@ -86,3 +103,11 @@ def run(out: Path) -> None:
         raise AssertionError(f"the error depends on w/h by a factor of {spread:.2f}")
     if not min(orders) > LEAST_ORDER:
         raise AssertionError(f"orders on the finest Q2 meshes fall to {min(orders):.2f}")
+    # what Newton and rounding leave: the tip's distance on the finest mesh of the highest degree, by thickness
+    left = {ratio: errors[1.0, ratio, 4, MESHES[4][-1]] for ratio in (RATIOS[1], RATIOS[-1])}
+    return {
+        **{f"q2_40_{r:g}": Number(errors[1.0, r, 2, 40], left[RATIOS[-1]], "l", ".1e") for r in RATIOS},
+        "q3_20_100": Number(errors[1.0, 100.0, 3, 20], left[100.0], "l", ".1e"),
+        "spread": Number(spread, left[RATIOS[-1]] / errors[1.0, RATIOS[-1], 2, 80], shown=".2f"),
+        "least_order": Number(min(orders), 2.0 - LEAST_ORDER, shown=".1f"),
+    }

@@ -9,9 +9,10 @@ import numpy as np
 
 from compare.models.shell_process import shell_problem
 from compare.scene.scene import load
-from shellref import ShellStatus
+from shellref import ShellResult, ShellStatus
 from shellref.path.solve import solve
 from tests.validation import page
+from tests.validation.number import Number
 
 MESHES = ((25, 4), (50, 8), (100, 16), (150, 24))
 KINDS: tuple[tuple[str, float | None], ...] = (("edge", None), ("corners", None), ("corners", 0.02), ("corners", 0.01))
@@ -19,17 +20,30 @@ KINDS: tuple[tuple[str, float | None], ...] = (("edge", None), ("corners", None)
 CONVERGED = 2e-3
 
 
-def run(out: Path) -> None:
-    rows = []
+def solved(clamp: str, corner: float | None, mesh: tuple[int, int]) -> ShellResult:
+    """The scene's shell on this mesh, its edge or its corners held."""
     base = shell_problem(load("limits_7_3"), 100.0, MESHES[0])
+    result = solve(replace(base, elements=mesh, grading=(0.4, 0.4), clamp=clamp, corner=corner))
+    if result.status is not ShellStatus.CONVERGED:
+        raise AssertionError(f"{clamp} {corner} {mesh}: {result.message}")
+    return result
+
+
+PROBES = {
+    "membrane_edge_25x4": lambda: 100.0 * solved("edge", None, MESHES[0]).share["membrane"],
+    "membrane_cells_25x4": lambda: 100.0 * solved("corners", None, MESHES[0]).share["membrane"],
+}
+
+
+def run(out: Path) -> dict[str, Number]:
+    rows = []
+    shares: dict[tuple[str, float | None], list[float]] = {}
     moved: dict[tuple[str, float | None], float] = {}
     for clamp, corner in KINDS:
         last = None
         for mesh in MESHES:
-            problem = replace(base, elements=mesh, grading=(0.4, 0.4), clamp=clamp, corner=corner)
-            result = solve(problem)
-            if result.status is not ShellStatus.CONVERGED:
-                raise AssertionError(f"{clamp} {corner} {mesh}: {result.message}")
+            result = solved(clamp, corner, mesh)
+            shares.setdefault((clamp, corner), []).append(100.0 * result.share["membrane"])
             end = np.array(result.section(1.0)["position"])
             change = np.nan if last is None else float(np.linalg.norm(end - last))
             moved[clamp, corner], last = change, end
@@ -60,3 +74,20 @@ def run(out: Path) -> None:
     for (clamp, corner), change in moved.items():
         if (clamp == "edge" or corner) and not change < CONVERGED:
             raise AssertionError(f"{clamp} {corner}: the tip still moves by {change:.1e}")
+    return _numbers(shares, moved)
+
+
+def _numbers(
+    shares: dict[tuple[str, float | None], list[float]], moved: dict[tuple[str, float | None], float]
+) -> dict[str, Number]:
+    """Shares on the coarsest and the finest mesh with what the mesh leaves open: their change on the next mesh. A
+    corner of cells is another support on every mesh; beside it the mesh leaves open what it does with an edge held."""
+    found = {}
+    names = {("edge", None): "edge", ("corners", None): "cells", ("corners", 0.02): "002", ("corners", 0.01): "001"}
+    for kind, values in shares.items():
+        like = shares["edge", None] if names[kind] == "cells" else values
+        for at, beside, mesh in ((0, 1, MESHES[0]), (-1, -2, MESHES[-1])):
+            name = f"membrane_{names[kind]}_{mesh[0]}x{mesh[1]}"
+            found[name] = Number(values[at], abs(like[at] - like[beside]), "%", ".3f")
+        found[f"moved_{names[kind]}"] = Number(moved[kind], moved[kind], "l", ".1e")
+    return found

@@ -18,6 +18,7 @@ from shellref import ShellOptions, ShellProblem, ShellResult
 from shellref.path.adaptive import gap
 from shellref.path.solve import solve
 from tests.validation import page
+from tests.validation.number import Number
 
 RATIO = 100.0
 REFERENCE = ((150, 12), 3)
@@ -46,9 +47,22 @@ def measured(problem: ShellProblem, engine: str, options: ShellOptions | None = 
     return result, time.process_time() - begin
 
 
-def run(out: Path) -> None:
-    scene = load("curl_4_3")
-    base = replace(shell_problem(scene, RATIO, (100, 4)), grading=(0.2, 0.1))
+def problem_of(mesh: tuple[int, int], degree: int) -> ShellProblem:
+    """The curl on a graded mesh."""
+    return replace(shell_problem(load("curl_4_3"), RATIO, mesh), grading=(0.2, 0.1), degree=degree)
+
+
+def membrane(mesh: tuple[int, int], degree: int) -> float:
+    """Membrane share (%) of the elastic energy."""
+    return 100.0 * float(solve(problem_of(mesh, degree)).share["membrane"])
+
+
+PROBES = {"membrane_q2_25x2": lambda: membrane((25, 2), 2), "membrane_q3_25x2": lambda: membrane((25, 2), 3)}
+
+
+def run(out: Path) -> dict[str, Number]:
+    base = problem_of((100, 4), 2)
+    numbers: dict[str, Number] = {}
     (elements, degree) = REFERENCE
     reference = solve(replace(base, elements=elements, degree=degree))
     finer_check = solve(replace(base, elements=(100, 8), degree=3))
@@ -73,6 +87,12 @@ def run(out: Path) -> None:
             print(f"  Q{k} {mesh}: {seconds:.2f} s, {old[0]} by forms", flush=True)
             error = gap(result.surface, reference.surface)
             share = abs(result.share["membrane"] - reference.share["membrane"])
+            name = f"q{k}_{mesh[0]}x{mesh[1]}"
+            numbers[f"error_{name}"] = Number(error, own, "l", ".1e")
+            numbers[f"membrane_{name}"] = Number(100 * result.share["membrane"], 100 * share, "%", ".3f")
+            numbers[f"seconds_{name}"] = Number(seconds, None, "s", ".2f", "processor time of one run")
+            if old[0] != "-":
+                numbers[f"forms_{name}"] = Number(float(old[0]), None, "s", ".2f", "processor time of one run")
             curves.setdefault(k, []).append((seconds, error))
             rows.append([
                 f"Q{k} {mesh[0]} x {mesh[1]}", str(result.unknowns), result.status.value, f"{error:.1e}",
@@ -107,6 +127,7 @@ def run(out: Path) -> None:
     )  # fmt: skip
     if not seconds < MOST_SECONDS:
         raise AssertionError(f"4.3 on 100 x 4 took {seconds:.0f} s")
+    return numbers | {"reference": Number(own, own, "l", ".1e")}
 
 
 def figure(path: Path, curves: dict[int, list[tuple[float, float]]]) -> None:

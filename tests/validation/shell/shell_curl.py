@@ -2,28 +2,48 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 from pathlib import Path
 
 from compare.models.shell_process import shell_problem
 from compare.scene.scene import load
-from shellref import ShellOptions
+from shellref import ShellOptions, ShellProblem, ShellResult
 from shellref.path.solve import solve
 from tests.validation import page
+from tests.validation.number import Number
 
 RATIOS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 ACCURACY = 5e-4
 
 
-def run(out: Path) -> None:
-    rows = []
+def problem_of(curvature: float, ratio: float) -> ShellProblem:
+    """The curl of this natural curvature and w/h on the mesh that refinement begins with."""
     base = shell_problem(load("curl_4_3"), 100.0, (50, 4))
+    return replace(base, thickness=base.width / ratio, natural_curvature=(curvature, curvature))
+
+
+@functools.cache
+def thickest() -> ShellResult:
+    """K = 10, w/h = 10, which refinement leaves on its first mesh."""
+    return solve(problem_of(10.0, RATIOS[0]))
+
+
+PROBES = {
+    "membrane_up_10": lambda: 100.0 * thickest().share["membrane"],
+    "shear_up_10": lambda: 100.0 * thickest().share["shear"],
+    "end_up_10": lambda: thickest().section(1.0)["position"][2],
+}
+
+
+def run(out: Path) -> dict[str, Number]:
+    rows = []
+    numbers: dict[str, Number] = {}
     options = ShellOptions(accuracy=ACCURACY, max_cells=8000)
     missed = []
     for curvature in (10.0, -10.0):
         for ratio in RATIOS:
-            problem = replace(base, thickness=base.width / ratio, natural_curvature=(curvature, curvature))
-            result = solve(problem, options)
+            result = solve(problem_of(curvature, ratio), options)
             found = result.discretisation or {"estimate": float("nan"), "reached": False, "meshes": []}
             share = found["meshes"][-1]["share"] if found["meshes"] else {"membrane": float("nan")}
             spent = result.seconds["total"] - result.seconds["import"] - result.seconds["compile"]
@@ -35,6 +55,14 @@ def run(out: Path) -> None:
                 f"{100 * result.share['shear']:.4f}", " ".join(f"{x:.4f}" for x in end),
                 str(result.newton_iterations), f"{spent:.0f}",
             ])  # fmt: skip
+            name = f"{'up' if curvature > 0 else 'down'}_{ratio:g}"
+            for kind in ("membrane", "shear"):
+                values = [100.0 * result.share[kind], 100.0 * share.get(kind, float("nan"))]
+                numbers[f"{kind}_{name}"] = Number(
+                    values[0], abs(values[1]), "%", ".3f" if kind == "membrane" else ".4f"
+                )
+            numbers[f"end_{name}"] = Number(end[2], found["estimate"], "l", ".4f")
+            numbers[f"estimate_{name}"] = Number(found["estimate"], found["estimate"], "l", ".1e")
             print(f"  K = {curvature:g}, w/h = {ratio:g}: {spent:.0f} s, {found['estimate']:.1e}", flush=True)
             if not found["reached"]:
                 missed.append(f"K = {curvature:g}, w/h = {ratio:g}")
@@ -53,3 +81,4 @@ def run(out: Path) -> None:
     )  # fmt: skip
     if len(missed) > 2:
         raise AssertionError(f"accuracy not reached: {', '.join(missed)}")
+    return numbers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 
 from tests.reference import shell_bodies as bodies
 from tests.validation import page
+from tests.validation.number import Number
 
 VALUES = (0.0, 1e-3, 1e-2, 1e-1, 1.0)
 CASES: tuple[tuple[Callable[[], bodies.Case], str], ...] = (
@@ -19,6 +21,8 @@ CASES: tuple[tuple[Callable[[], bodies.Case], str], ...] = (
     (lambda: bodies.open_cylinder((12, 8)), "open cylinder"),
     (lambda: bodies.pinched_cylinder((12, 12)), "pinched cylinder"),
 )
+#: Part of a number that Newton's tolerance leaves at least.
+ROUNDED = 1e-6
 MOST_STEPS = 90  # attempts, after which a path is given up
 
 
@@ -86,7 +90,46 @@ def picture(path: Path, runs: list[Run]) -> None:
     plt.close(figure)
 
 
-def run(out: Path) -> None:
+@functools.cache
+def moment(iteration: str) -> Run:
+    """The end moment with c = 1."""
+    return _run(*CASES[0], 1.0, iteration)
+
+
+def _iterations(run: Run) -> int:
+    return sum(step.iterations for step in run.track.steps)
+
+
+PROBES = {
+    "end_moment": lambda: moment("mixed").deviation,
+    "end_moment_stabilisation": lambda: moment("mixed").share,
+    "end_moment_mixed": lambda: _iterations(moment("mixed")),
+}
+
+
+def _numbers(found: dict[tuple[str, float, str], Run]) -> dict[str, Number]:
+    """Deviations and shares of the stabilisation with c = 1 and 0.01, with what is between both iterations where both
+    end (they solve the same equations; in the creases of the pinched cylinder they may end in other states), and the
+    counts of iterations."""
+    numbers = {}
+    for title in dict.fromkeys(title for _, title in CASES):
+        for c, word in ((1.0, ""), (1e-2, "_c001")):
+            mixed, plain = found[title, c, "mixed"], found[title, c, "plain"]
+            name = title.replace(" ", "_") + word
+            both = mixed.done and plain.done
+            why = "" if both else "plain Newton does not end"
+            for kind, values in (
+                ("", (mixed.deviation, plain.deviation)),
+                ("_stabilisation", (mixed.share, plain.share)),
+            ):
+                error = abs(values[0] - values[1]) + ROUNDED * abs(values[0]) if both else None
+                numbers[name + kind] = Number(values[0], error, "%", ".4f" if kind else ".2f", why)
+            numbers[f"{name}_mixed"] = Number(_iterations(mixed), 0, shown="d")
+            numbers[f"{name}_plain"] = Number(_iterations(plain), 0, shown="d")
+    return numbers
+
+
+def run(out: Path) -> dict[str, Number]:
     rows, found = [], {}
     for make, title in CASES:
         for c in VALUES:
@@ -109,6 +152,7 @@ def run(out: Path) -> None:
         spent = [sum(step.iterations for step in x.track.steps) for x in (mixed, plain)]
         if plain.done and spent[0] > spent[1]:
             raise AssertionError(f"{title}: {spent[0]} mixed iterations, {spent[1]} plain ones")
+    return _numbers(found)
 
 
 WORDS = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 from shellref import ShellProblem
 from shellref.path.buckling import Buckling, buckling
 from tests.validation import page
+from tests.validation.number import Number
 
 NU, H = 0.35, 1e-3
 WIDTHS = (0.02, 0.05, 0.1)
@@ -37,10 +39,25 @@ def problem(width: float, thickness: float, mesh: tuple[int, int], degree: int, 
     )  # fmt: skip
 
 
-def run(out: Path) -> None:
+@functools.cache
+def coarsest() -> Buckling:
+    """w/l = 0.05 on the coarsest mesh."""
+    mesh, degree = MESHES[0]
+    return buckling(problem(WIDTHS[1], H, mesh, degree, 0.5 * H))
+
+
+PROBES = {
+    "critical_005_coarse": lambda: float(coarsest().critical or 0.0),
+    "linearised_005_coarse": lambda: coarsest().factor * float(coarsest().linearised or 0.0),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
     rows, worst = [], 0.0
+    numbers: dict[str, Number] = {}
     for width in WIDTHS:
         last: Buckling | None = None
+        met: list[tuple[float, float]] = []  # critical weight, by bisection and by linearisation
         for mesh, degree in MESHES:
             began = time.perf_counter()
             found = buckling(problem(width, H, mesh, degree, 0.5 * H))
@@ -49,6 +66,7 @@ def run(out: Path) -> None:
                 raise AssertionError(f"w = {width:g}: {found.message}")
             change = abs(found.critical / last.critical - 1) if last and last.critical else np.nan
             last = found
+            met.append((found.critical, found.factor * found.linearised))
             low, high = (found.factor * x for x in found.bracket or (0.0, 0.0))
             kirchhoff = 18.17 * (1 - NU) * np.sqrt(1 + NU) * np.sqrt(torsion(width / H))
             rows.append([
@@ -59,6 +77,12 @@ def run(out: Path) -> None:
                 f"{(found.critical - kirchhoff) / width:.1f}", f"{seconds:.0f}",
             ])  # fmt: skip
         worst = max(worst, change)
+        name = f"{width:g}".replace(".", "")
+        for k, kind in enumerate(("critical", "linearised")):
+            values = [pair[k] for pair in met]
+            numbers[f"{kind}_{name}"] = Number(values[-1], abs(values[-1] - values[-2]), "D w / l^2", ".4f")
+            numbers[f"{kind}_{name}_coarse"] = Number(values[0], abs(values[1] - values[0]), "D w / l^2", ".4f")
+        numbers[f"below_{name}"] = Number(100.0 * (1.0 - met[-1][0] / published(width)), 100.0 * change, "%", ".1f")
     page.write(
         out / "shell_lateral.md", "A strip on edge under its weight (thesis 7.1)",
         "python -m tests.validation shell_lateral",
@@ -80,3 +104,4 @@ def run(out: Path) -> None:
     )  # fmt: skip
     if not worst < CONVERGED:
         raise AssertionError(f"the critical weight still changes by {worst:.1e} between the finest meshes")
+    return numbers | {"worst_change": Number(worst, worst, shown=".1e")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from matplotlib import pyplot as plt
 from shellref import Pose, ShellOptions, ShellProblem, Waypoint
 from shellref.path.solve import solve
 from tests.validation import page
+from tests.validation.number import Number
 
 WIDTH, NU = 1 / 20, 0.3
 RATIOS = (50.0, 67.0, 83.0, 100.0, 200.0)
@@ -66,6 +67,37 @@ def problem(ratio: float, mesh: tuple[int, int], width: float = WIDTH) -> ShellP
     )  # fmt: skip
 
 
+def height(mesh: tuple[int, int], ratio: float = RATIOS[0]) -> float:
+    """H (l) of the arch where it begins to be followed, at the shift `FIRST`."""
+    whole = problem(ratio, mesh)
+    released, closed = whole.path
+    result = solve(replace(whole, end=closed.end, path=(released,)), ShellOptions(kick=False))
+    return abs(float(result.section(0.5)["position"][2]))
+
+
+PROBES = {
+    "height_50_40x4": lambda: height(MESHES[0]),
+    "height_200_40x4": lambda: height(MESHES[0], RATIOS[-1]),
+}
+
+
+def numbers(kept: dict[tuple[float, tuple[int, int]], Branches]) -> dict[str, Number]:
+    """Kinks with their change from the coarser mesh, where there are two; the height of the arch at its beginning."""
+    found = {}
+    for ratio in (RATIOS[0], RATIOS[-1]):
+        value = height(MESHES[0], ratio)
+        found[f"height_{ratio:g}_40x4"] = Number(value, abs(height(MESHES[1], ratio) - value), "l", ".4f")
+    for (ratio, mesh), b in kept.items():
+        other = kept.get((ratio, MESHES[0] if mesh == MESHES[1] else MESHES[1]))
+        for kind in ("pitchfork", "lowest", "flat", "highest"):
+            value = getattr(b, kind)
+            error = None if other is None else abs(value - getattr(other, kind))
+            if np.isfinite(value) and (error is None or np.isfinite(error)):
+                name = f"{kind}_{ratio:g}_{mesh[0]}x{mesh[1]}"
+                found[name] = Number(value, error, "l", ".4f", "" if error is not None else "one mesh")
+    return found
+
+
 def follow(ratio: float, mesh: tuple[int, int], width: float = WIDTH) -> Branches:
     """The arch to its pitchfork, and the tilted branch from there to the flat S."""
     found, began = Branches(), time.perf_counter()
@@ -102,7 +134,34 @@ def follow(ratio: float, mesh: tuple[int, int], width: float = WIDTH) -> Branche
     return found
 
 
-def run(out: Path) -> None:
+#: To what `arch_lost` locates, as a share of the way of the clamps.
+LOCATED = 2e-4
+
+
+def arch_lost(ratio: float, mesh: tuple[int, int], width: float = WIDTH) -> dict[str, Any]:
+    """Only where the arch loses its stability, by load steps and bisection on the inertia: "shift", "located" (both
+    over l), "seconds"."""
+    tried: list[float] = []
+    began = time.perf_counter()
+
+    def watch(event: dict[str, Any]) -> None:
+        if event.get("event") != "step" or event["stage"] != "clamps":
+            return
+        if event["method"] == "switch":
+            raise Reached
+        if event["accepted"] and event["method"] == "locate" and event["note"] == "bifurcation":
+            tried.append(FIRST + event["load"] * (LAST - FIRST))
+
+    options = ShellOptions(
+        switch=True, kick=False, arc_length="auto", max_step=0.06, max_steps=160, event_tolerance=LOCATED
+    )
+    with contextlib.suppress(Reached):
+        solve(problem(ratio, mesh, width), options, watch)
+    shift = tried[-1] if tried else None
+    return {"shift": shift, "located": LOCATED * (LAST - FIRST), "seconds": time.perf_counter() - began}
+
+
+def run(out: Path) -> dict[str, Number]:
     rows, kept = [], {}
     worst = 0.0
     for ratio in RATIOS:
@@ -151,6 +210,7 @@ def run(out: Path) -> None:
     )  # fmt: skip
     if not worst < CONVERGED:
         raise AssertionError(f"a kink still moves by {worst:.1e} between the meshes")
+    return numbers(kept)
 
 
 def figure(path: Path, kept: dict[tuple[float, tuple[int, int]], Branches]) -> None:

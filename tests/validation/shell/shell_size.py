@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from matplotlib import pyplot as plt
 
 from shellref import ShellOptions, ShellProblem
 from tests.validation import page
+from tests.validation.number import Number
 from tests.validation.shell.shell_cost import measured
 
 CELLS = ((100, 4), (250, 8), (500, 20), (1000, 40))
@@ -57,7 +59,16 @@ def step(elements: tuple[int, int], engine: str) -> dict[str, float]:
     }  # fmt: skip
 
 
-def run(out: Path) -> None:
+@functools.cache
+def smallest() -> dict[str, float]:
+    """The step on the smallest mesh, in this process."""
+    return step(CELLS[0], "kernels")
+
+
+PROBES = {"unknowns_100x4": lambda: smallest()["unknowns"], "iterations_100x4": lambda: smallest()["iterations"]}
+
+
+def run(out: Path) -> dict[str, Number]:
     rows, kept, judges, missed = [], [], [], []
     for i, mesh in enumerate(CELLS):
         d = large(mesh, "kernels")
@@ -103,6 +114,13 @@ def run(out: Path) -> None:
         ),
         "![time and memory against cells](shell_size.png)",
     )  # fmt: skip
+    numbers = {"exponent": Number(float(exponent), None, shown=".2f", why="of wall times of one run")}
+    for mesh, d in zip([mesh for mesh in CELLS if f"{mesh[0]} x {mesh[1]}" not in missed], kept, strict=True):
+        name = f"{mesh[0]}x{mesh[1]}"
+        numbers[f"unknowns_{name}"] = Number(int(d["unknowns"]), 0, shown="d")
+        numbers[f"iterations_{name}"] = Number(int(d["iterations"]), 0, shown="d")
+        numbers[f"seconds_{name}"] = Number(d["seconds"], None, "s", ".2f", "processor time of one run")
+    return numbers
 
 
 def figure(path: Path, kept: list[dict[str, float]], judges: list[dict[str, float]]) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +14,13 @@ from compare.models.base import Options
 from compare.models.choice import beside_the_shell
 from compare.models.shell import starting_surface
 from compare.models.shell_build import shell_options, shell_problem
-from compare.scene.scene import load
+from compare.scene.scene import Scene, load
 from shellref.path.adaptive import gap
 from shellref.path.begin import Begun, begun
+from shellref.shell.problem import ShellProblem
 from shellref.shell.result import ShellStatus
 from tests.validation import one_core, page
+from tests.validation.number import PROCESSORS, Number, rounding
 
 #: Scene, w/h, mesh.
 CASES = (
@@ -36,12 +40,29 @@ WAYS = {"path": {}, "coarse": {"coarse": True}, "ribbon": {"begin": "stable"}, "
 SAME = 1e-9
 
 
-def found(name: str, ratio: float, mesh: tuple[int, int]) -> dict[str, tuple[Begun, int, float]]:
-    """By way: how it began and what came of it, Newton iterations and CPU time (s) of all that it took."""
+def _asked(name: str, ratio: float, mesh: tuple[int, int]) -> tuple[Scene, ShellProblem, Any]:
+    """A case's scene, its problem, and the ribbon's surface to begin at."""
     scene = load(name).replace({"shell.width_to_thickness": [ratio]})
     ribbon = beside_the_shell(scene).solve(scene, options=Options())
     problem = shell_problem(scene, ratio, mesh)
-    near = starting_surface(ribbon.shape, problem)
+    return scene, problem, starting_surface(ribbon.shape, problem)
+
+
+@functools.cache
+def energy(way: str) -> float:
+    """Total energy (D w / l) of the state that the first case ends in, begun in one of `WAYS`."""
+    scene, problem, near = _asked(*CASES[0])
+    options = shell_options(scene, **{"coarse": way == "checked", **WAYS[way]})
+    one = begun(problem, options, lambda event: None, near if "begin" in WAYS[way] else None)
+    return float(one.result.energy["total"])
+
+
+PROBES = {f"energy_{way}": lambda way=way: energy(way) for way in ("path", "ribbon")}
+
+
+def found(name: str, ratio: float, mesh: tuple[int, int]) -> dict[str, tuple[Begun, int, float]]:
+    """By way: how it began and what came of it, Newton iterations and CPU time (s) of all that it took."""
+    scene, problem, near = _asked(name, ratio, mesh)
     begun(dataclasses.replace(problem, elements=(30, 4)), shell_options(scene, coarse=False), lambda event: None)
     out = {}
     for way, changes in WAYS.items():
@@ -77,7 +98,7 @@ def row(name: str, ratio: float, mesh: tuple[int, int], cells: list[list[str]]) 
     return wrong
 
 
-def run(out: Path, cases: tuple[tuple[str, float, tuple[int, int]], ...] = CASES) -> None:
+def run(out: Path, cases: tuple[tuple[str, float, tuple[int, int]], ...] = CASES) -> dict[str, Number]:
     cells: list[list[str]] = []
     wrong = [text for case in cases for text in row(*case, cells)]
     factors = {way: [float(c[9]) for c in cells if c[3] == way] for way in WAYS if way != "path"}
@@ -100,3 +121,13 @@ def run(out: Path, cases: tuple[tuple[str, float, tuple[int, int]], ...] = CASES
     )  # fmt: skip
     if any("ribbon:" not in text for text in wrong):
         raise AssertionError("; ".join(wrong))
+    numbers = {}
+    for way, column in (("farthest", 10), ("energy_apart", 11)):
+        worst = max((float(c[column]) for c in cells if c[5] == ShellStatus.CONVERGED.value), default=0.0)
+        numbers[way] = rounding(worst, "l" if column == 10 else "D w / l")
+    for way, values in factors.items():
+        for word, value in (("median", float(np.median(values))), ("least", min(values)), ("most", max(values))):
+            numbers[f"{way}_{word}"] = Number(value, None, shown=".1f", why="processor times of one run")
+    # two ways to one state: what is between their energies is what Newton leaves, on other processors so much more
+    left = PROCESSORS * max(abs(energy("path") - energy("ribbon")), 1e-12)
+    return numbers | {f"energy_{way}": Number(energy(way), left, "D w / l", ".8g") for way in ("path", "ribbon")}

@@ -13,6 +13,7 @@ import numpy as np
 from tests.reference import shell_bodies as bodies
 from tests.reference import sze2004
 from tests.validation import page
+from tests.validation.number import Number
 
 Make = Callable[..., bodies.Case]
 STIFF = 20.0  # factor on the shear stiffness: little shear strain left, and no locking by the stabilised share
@@ -206,8 +207,43 @@ def picture(path: Path, problem: Problem, runs: Sequence[Run]) -> None:
     plt.close(figure)
 
 
-def run(out: Path) -> None:
+def worst(problem: Problem, mesh: tuple[int, int]) -> float:
+    """Largest deviation (% of the largest displacement) on a mesh."""
+    return 100 * float(np.nanmax(np.abs(_run(problem.make(mesh)).deviations)))
+
+
+def highest(problem: Problem, mesh: tuple[int, int]) -> float:
+    """A roof's first limit load over the greatest of the table."""
+    return float(_run(problem.make(mesh)).track.limit_points()[0][0])
+
+
+PROBES = {
+    "end_shear_4x1": lambda: worst(PROBLEMS[0], (4, 1)),
+    "end_moment_8x1": lambda: worst(PROBLEMS[1], (8, 1)),
+    "hinged_roof_127_4x4": lambda: worst(PROBLEMS[6], (4, 4)),
+    "limit_hinged_roof_127_4x4": lambda: highest(PROBLEMS[6], (4, 4)),
+}
+
+
+def _numbers(problem: Problem, runs: Sequence[Run]) -> dict[str, Number]:
+    """Largest deviation on every mesh with its change on the next one (the finest: from the one before); a roof's
+    first limit load alike."""
+    name = problem.title.replace(", ", "_").replace(" ", "_").replace(".", "")
+    found = {}
+    for k, run in enumerate(runs):
+        beside = runs[k + 1] if k + 1 < len(runs) else runs[k - 1]
+        values = [100 * float(np.nanmax(np.abs(one.deviations))) for one in (run, beside)]
+        mesh = run.name.replace(" ", "")
+        found[f"{name}_{mesh}"] = Number(values[0], abs(values[1] - values[0]), "%", ".2f")
+        if "roof" in problem.title:
+            loads = [float(one.track.limit_points()[0][0]) for one in (run, beside)]
+            found[f"limit_{name}_{mesh}"] = Number(loads[0], abs(loads[1] - loads[0]), "Pmax", ".4f")
+    return found
+
+
+def run(out: Path) -> dict[str, Number]:
     parts, summary, wrong = [], [], []
+    numbers: dict[str, Number] = {}
     for problem in PROBLEMS:
         case = problem.make
         runs = [_run(case(mesh)) for mesh in problem.meshes]
@@ -232,11 +268,12 @@ def run(out: Path) -> None:
         detail = _limits(every, "6.35" in problem.title) if roof else _rows_table(runs)
         shown = f"![{problem.title}]({name})"
         parts += [f"## {problem.title.capitalize()}", page.table(HEADS, rows), detail, EXPLAINED[problem.title], shown]
-        worst = 100 * float(np.nanmax(np.abs(runs[-1].deviations)))
+        numbers |= _numbers(problem, runs)
+        largest = 100 * float(np.nanmax(np.abs(runs[-1].deviations)))
         change, seconds = _change(runs, len(runs) - 1), f"{runs[-1].track.seconds:.0f}"
-        summary.append([problem.title, runs[-1].name, f"{worst:.2f}", change, seconds])
-        if not worst < problem.limit or np.isnan(runs[-1].deviations).any():
-            wrong.append(f"{problem.title}: {worst:.2f} %")
+        summary.append([problem.title, runs[-1].name, f"{largest:.2f}", change, seconds])
+        if not largest < problem.limit or np.isnan(runs[-1].deviations).any():
+            wrong.append(f"{problem.title}: {largest:.2f} %")
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     page.write(
         out / "sze.md", "The shell against Sze, Liu and Lo (2004)", "python -m tests.validation sze", INTRODUCTION,
@@ -245,6 +282,7 @@ def run(out: Path) -> None:
     )  # fmt: skip
     if wrong:
         raise AssertionError("; ".join(wrong))
+    return numbers
 
 
 INTRODUCTION = (

@@ -7,6 +7,7 @@ compared with is written to results/tape_shell.
 from __future__ import annotations
 
 import csv
+import functools
 import io
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 from compare.store.store import atomic_write_text
 from tests.reference.tape_section import Section
 from tests.validation import page
+from tests.validation.number import Number
 from tests.validation.pieces import Pieces
 from tests.validation.shell import tape_parts as parts
 from tests.validation.shell.tape_parts import Case
@@ -79,12 +81,13 @@ def plateau(rows: Rows) -> tuple[float, float]:
     return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) / (x[-1] - x[0])), float(0.5 * np.ptp(y))
 
 
-def uniform() -> tuple[float, float]:
+@functools.cache
+def uniform(terms: int = 4) -> tuple[float, float]:
     """Greatest moment (N mm) of the section bent uniformly, exact in its rotations, and of the shallow one."""
     a, h = parts.HALF_WIDTH / parts.LENGTH, parts.THICKNESS / parts.LENGTH
     found = []
     for exact in (True, False):
-        section = Section(a, h, parts.CURVATURE * parts.LENGTH, parts.POISSON, terms=4, exact=exact)
+        section = Section(a, h, parts.CURVATURE * parts.LENGTH, parts.POISSON, terms=terms, exact=exact)
         at = np.linspace(0.14, 0.20, 13)
         moments = np.array([section.moment(-k) for k in at]) * -1.0
         k = int(np.argmax(moments))
@@ -163,7 +166,30 @@ def row_of(case: Case, one: dict[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def run(out: Path) -> None:
+PROBES = {"uniform_exact": lambda: uniform()[0], "uniform_shallow": lambda: uniform()[1]}
+
+
+def numbers(curves: dict[str, list[tuple[Case, dict[str, Any]]]]) -> dict[str, Number]:
+    """Closed forms with what one more term changes; of every test's finest mesh the greatest load and the limit point,
+    with their change from the mesh before where there is one, and the plateau with its waves."""
+    found = {
+        f"uniform_{word}": Number(value, abs(finer - value), "N mm", ".1f")
+        for word, value, finer in zip(("exact", "shallow"), uniform(), uniform(terms=5), strict=True)
+    }
+    alone = "one mesh"
+    for test, runs in curves.items():
+        unit, turn = ("N mm", "rad") if runs[-1][0].turned else ("N", "mm")
+        tops = [greatest(leg(one, "up"))[1] for _, one in runs]
+        ends = [leg(one, "up")[-1]["moved"] for _, one in runs]
+        for name, values, of in (("greatest", tops, unit), ("limit", ends, turn)):
+            error = abs(values[-1] - values[-2]) if len(values) > 1 else None
+            found[f"{test}_{name}"] = Number(values[-1], error, of, ".5g", "" if error is not None else alone)
+        mean, waves = plateau(leg(runs[-1][1], "ahead"))
+        found[f"{test}_plateau"] = Number(mean, waves, unit, ".4g")
+    return found
+
+
+def run(out: Path) -> dict[str, Number]:
     """All cases, the tables and curves of results/tape_shell."""
     kept = Pieces("tape_shell")
     folder = out / "tape_shell"
@@ -203,3 +229,4 @@ def run(out: Path) -> None:
         + ", ".join(f"[{test}]({test}_shapes.csv)" for test in CASES) + ".",
         "![loads against what is imposed, and openings of the sections](tape_shell.png)",
     )  # fmt: skip
+    return numbers(curves)

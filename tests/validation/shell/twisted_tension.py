@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import io
 import time
 from collections.abc import Callable
@@ -18,6 +19,8 @@ from ribbon.find.solve import build, solve_shape
 from shellref import Pose, ShellOptions, ShellProblem, ShellStatus, Waypoint
 from tests.reference import twisted_ribbon
 from tests.validation import page
+from tests.validation.number import Number
+from tests.validation.pieces import key
 
 POISSON = 0.4
 #: Width over thickness, and twist angle (rad) at which the infinitely long ribbon of that length would be critical.
@@ -146,9 +149,23 @@ def shell(case: Case, mesh: tuple[int, int]) -> float:
     return float(leg * (walk.stage - 1 + np.mean(walker.between)) / case.kappa)
 
 
-def run(out: Path) -> None:
-    kept = Kept(out / "twisted_tension.csv")
+@functools.cache
+def middle() -> Case:
+    """The case of the middle tension."""
+    return Case(TENSIONS[1])
+
+
+PROBES = {
+    "held_100": lambda: middle().held()[1],
+    "extensible_100_40": lambda: ribbon(middle(), "extensible", SEGMENTS[0]),
+    "finite_100_40": lambda: ribbon(middle(), "finite", SEGMENTS[0]),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
+    kept = Kept(out.parent / "out" / "validate" / "twisted_tension" / key("twisted_tension") / "kept.csv")
     rows = []
+    numbers: dict[str, Number] = {}
     for tension in TENSIONS:
         case = Case(tension)
         paper, held = case.held()
@@ -159,6 +176,7 @@ def run(out: Path) -> None:
         surface = kept(f"shell {MESH[0]} x {MESH[1]}", tension, lambda c=case: shell(c, MESH))
         for name, value in (("infinitely long", case.limit), ("clamped", paper), ("clamped, torsion loss", held)):
             kept(name, tension, lambda value=value: value)
+        numbers |= _numbers(case, (paper, held), extensible, finite, surface)
         rows.append([
             f"{tension:g}", f"{1.0 / case.width:.1f}", f"{case.limit:.3f}", f"{paper:.3f}", f"{held:.3f}",
             *(f"{value:.3f}" for value in (*extensible, *finite, surface)),
@@ -168,6 +186,7 @@ def run(out: Path) -> None:
             raise AssertionError(f"T = {tension:g}: the extensible ribbon is {extensible[-1]:.4f}, theory {held:.4f}")
         if not abs(surface / finite[-1] - 1.0) < SHELL_WITHIN:
             raise AssertionError(f"T = {tension:g}: the shell is {surface:.4f}, the finite ribbon {finite[-1]:.4f}")
+    atomic_write_text(out / "twisted_tension.csv", kept.path.read_text())
     page.write(
         out / "twisted_tension.md", "A ribbon twisted under tension", "python -m tests.validation twisted_tension",
         "Scaled twist tau / kappa* at which a ribbon under a scaled tension T / (D w kappa*^2) leaves the helicoid, "
@@ -190,6 +209,30 @@ def run(out: Path) -> None:
             rows,
         ),
     )  # fmt: skip
+    return numbers
+
+
+def _numbers(
+    case: Case, theory: tuple[float, float], extensible: list[float], finite: list[float], surface: float
+) -> dict[str, Number]:
+    """Scaled critical twists. Theory: roots to 1e-10, kept with six digits; ribbons: their change from 40 to 80
+    segments; shell: its bisection."""
+    tension = f"{case.tension:g}"
+    found = {"limit": Number(case.limit, 1e-6, shown=".3f")}
+    found |= {name: Number(value, 1e-6, shown=".3f") for name, value in zip(("paper", "held"), theory, strict=True)}
+    for energy, values in (("extensible", extensible), ("finite", finite)):
+        left = abs(values[1] - values[0]) + 1e-6
+        found |= {f"{energy}_{p}": Number(v, left, shown=".3f") for p, v in zip(SEGMENTS, values, strict=True)}
+    found["shell"] = Number(surface, EVENT * LEG / case.kappa, shown=".3f")
+    found["extensible_to_theory"] = Number(
+        extensible[-1] / theory[1] - 1.0, abs(extensible[1] - extensible[0]) / theory[1], shown=".1e"
+    )
+    names = {"extensible_to_theory": f"extensible_to_theory_{tension}"}
+    return {
+        names.get(name, f"{name}_{tension}" if name in ("limit", "paper", "held", "shell") else
+                  name.replace("_", f"_{tension}_", 1)): number
+        for name, number in found.items()
+    }  # fmt: skip
 
 
 class Kept:
@@ -208,6 +251,7 @@ class Kept:
             began = time.perf_counter()
             self.values[key] = f"{find():.6f}"
             print(f"  T = {tension:g}, {name}: {self.values[key]}, {time.perf_counter() - began:.0f} s", flush=True)
+            self.path.parent.mkdir(parents=True, exist_ok=True)
             lines = io.StringIO()
             writer = csv.writer(lines, lineterminator="\n")
             writer.writerow(["tension", "method", "critical twist"])

@@ -7,22 +7,60 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from compare.battery.groups import GROUPS
+from compare.battery.case import Case
+from compare.battery.groups import GROUPS, chosen
+from compare.battery.run import attempt
 from compare.cli import main
 from tests.validation import page
+from tests.validation.number import Number, rounding
+from tests.validation.pieces import key
 
 #: How rungs end, in the order of the counts.
 _ENDS = ("passed", "failed", "known failure", "no longer fails", "skipped")
 
 
-def run(out: Path) -> None:
-    folder = out.parent / "out" / "validate" / "battery"
+#: Cases whose worst check `make test` computes again.
+PROBED = ("gain", "rounded_factor", "width_factor")
+
+
+def worst(name: str) -> float:
+    """Largest error of a case of the group `functions`, over its quick rungs."""
+    (case,) = (case for case in chosen("functions") if case.name == f"functions/{name}")
+    return max(check.value for rung in case.rungs for check in attempt(case, rung, timed=False).checks)
+
+
+def listed() -> tuple[Case, ...]:
+    """All cases that are there."""
+    return chosen()
+
+
+PROBES = {**{name: lambda name=name: worst(name) for name in PROBED}, "listed": lambda: len(listed())}
+
+
+def numbers(found: dict[str, dict[str, Any]]) -> dict[str, Number]:
+    """Counts of cases and of rungs by how they ended; errors against mpmath."""
+    rungs: Counter[str] = Counter()
+    for record in found.values():
+        rungs.update(record["rungs"])
+    return {
+        "listed": Number(len(listed()), 0, shown="d"),
+        "cases": Number(sum(len(record["cases"]) for record in found.values()), 0, shown="d"),
+        "rungs": Number(sum(rungs.values()), 0, shown="d"),
+        **{end.replace(" ", "_"): Number(rungs[end], 0, shown="d") for end in _ENDS},
+        **{name: rounding(worst(name), shown=".1e") for name in PROBED},
+    }
+
+
+def run(out: Path) -> dict[str, Number]:
+    folder = out.parent / "out" / "validate" / "battery" / key("battery")
     found = {group: _group(group, folder / group) for group in GROUPS}
-    write(out, {group: record for group, record in found.items() if record is not None})
+    there = {group: record for group, record in found.items() if record is not None}
+    write(out, there)
+    return numbers(there)
 
 
 def _group(group: str, folder: Path) -> dict[str, Any] | None:
-    """result.json of a group: of an earlier run where there is one (remove its folder to make it again)."""
+    """result.json of a group: of an earlier run of the same program where there is one."""
     path = folder / "result.json"
     if not path.is_file():
         main(["battery", group, "--long", "--quiet", "--out", str(folder)])

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare.models.base import Options
+from compare.models.choice import beside_the_shell
 from compare.page.markdown import as_markdown
 from compare.pages import converge as convergence_write
 from compare.scene.scene import load
@@ -14,7 +16,10 @@ from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies import converge_run as convergence_run
 from tests.validation import one_core, page
+from tests.validation.number import Number
 
+#: What the ribbons of the two curls have, computed again by `make test`.
+PROBED = (0, 1)
 RATIOS = (10.0, 20.0, 50.0, 100.0, 200.0, 400.0)
 #: Title, scene, keys replaced, rulings of the ribbon at the clamp ("": the scene's own).
 STUDIES: tuple[tuple[str, str, Mapping[str, Any], tuple[str, ...]], ...] = (
@@ -25,10 +30,36 @@ STUDIES: tuple[tuple[str, str, Mapping[str, Any], tuple[str, ...]], ...] = (
 )
 
 
+def total(study: int, finer: int = 1) -> float:
+    """Total energy (D w / l) of the ribbon beside a study's shells, on `finer` times the scene's elements."""
+    scene = load(STUDIES[study][1])
+    scene = scene.replace({**STUDIES[study][2], "model.elements": finer * scene.model.elements})
+    return float(beside_the_shell(scene).solve(scene, options=Options()).energy.total)
+
+
+PROBES = {f"ribbon_total_{k + 1}": lambda k=k: total(k) for k in PROBED}
+
+
+def _numbers(study: int, found: Sequence[convergence_run.Study]) -> dict[str, Number]:
+    """Slopes and what is left at h/w = 0 with half their 95 % intervals."""
+    numbers = {}
+    for one in found:
+        name = f"{study + 1}_{one.ruling}" if one.ruling else f"{study + 1}"
+        fitted = {"slope": one.slope, "left": None if one.limit is None else one.limit.d0}
+        for kind, fit in fitted.items():
+            if fit is not None:
+                low, high = fit.both
+                error = max(high - fit.value, fit.value - low)
+                numbers[f"{kind}_{name}"] = Number(fit.value, error, "" if kind == "slope" else "l", ".3g")
+                for word, value in (("low", low), ("high", high)):
+                    numbers[f"{kind}_{name}_{word}"] = Number(value, None, why="an end of the interval")
+    return numbers
+
+
 def studied(
     number: int, ratios: tuple[float, ...], elements: tuple[int, int] | None, folder: str, picture: str
-) -> tuple[str, ...]:
-    """Parts of the page for one study, and its picture."""
+) -> tuple[tuple[str, ...], dict[str, Number]]:
+    """Parts of the page for one study, and its picture; its numbers."""
     title, name, keys, rulings = STUDIES[number]
     scene = convergence_run.prepared(load(name).replace(dict(keys)) if keys else load(name), ratios, elements)
     found = convergence_run.studies(scene, rulings, CaseStore(Path(folder)), Reporter(quiet=True))
@@ -44,7 +75,7 @@ def studied(
         ):
             if table.rows:
                 parts += [f"**{table.title}**", as_markdown(table)]
-    return tuple(parts)
+    return tuple(parts), _numbers(number, found)
 
 
 def run(
@@ -52,16 +83,20 @@ def run(
     ratios: tuple[float, ...] = RATIOS,
     elements: tuple[int, int] | None = None,
     numbers: tuple[int, ...] = tuple(range(len(STUDIES))),
-) -> None:
+) -> dict[str, Number]:
     """Writes converge.md and converge_N.png; elements: of the shells, by default the scenes'."""
     parts: list[str] = []
+    values = {f"ribbon_total_{k + 1}": Number(total(k), abs(total(k) - total(k, 2)), "D w / l", ".6g") for k in PROBED}
     with tempfile.TemporaryDirectory() as folder:
         for number in numbers:
             picture = out / f"converge_{number + 1}.png"
-            parts += one_core.call(studied, number, ratios, elements, folder, str(picture))
+            more, found = one_core.call(studied, number, ratios, elements, folder, str(picture))
+            parts += more
+            values |= found
     page.write(
         out / "converge.md", "Convergence as h/w falls", "python -m tests.validation converge",
         "As `ribbonbench converge SCENE`: three numbers in every row; rows whose distance is not above both errors "
         "take no part. How the intervals are made: docs/commands/converge.md.",
         *parts,
     )  # fmt: skip
+    return values

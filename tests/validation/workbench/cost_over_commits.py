@@ -11,6 +11,7 @@ import csv
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -20,6 +21,7 @@ from pathlib import Path
 
 from compare.store.store import atomic_write_text
 from tests.validation import page
+from tests.validation.number import Number
 from tests.validation.workbench import cost_jobs
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -173,9 +175,20 @@ def report(out: Path, rows: Sequence[Row]) -> None:
     )  # fmt: skip
 
 
-def run(out: Path) -> None:
+#: Why `make test` computes no number of it again.
+NO_PROBES = "times of one commit on one machine, in those of a kernel beside them: another run has others"
+
+
+def run(out: Path) -> dict[str, Number]:
     """Measures the present checkout."""
-    report(out, merged(read(out / TABLE), measured(ROOT, "HEAD")))
+    here = measured(ROOT, "HEAD")
+    report(out, merged(read(out / TABLE), here))
+    why = "processor times of one run over those of a fixed kernel"
+    return {
+        "_".join(re.findall(r"[a-z0-9]+", row.job.lower())): Number(row.ratio, None, "", ".3g", why)
+        for row in here
+        if row.ratio
+    }
 
 
 def main(revisions: list[str]) -> None:

@@ -25,9 +25,11 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_text
 from tests.validation import page
+from tests.validation.number import Number
+from tests.validation.pieces import key
 from tests.validation.workbench.hit_cases import GROUPS, LEFT_OUT, Case, Shell, cases, solved
 from tests.validation.workbench.hit_measure import Measured, all_measured, available
-from tests.validation.workbench.hit_solve import with_model
+from tests.validation.workbench.hit_solve import ELEMENTS, with_model
 
 ACCURACY = 1e-2
 #: The energy whose distance `limits --quick` estimates, and thresholds of "good".
@@ -109,20 +111,62 @@ def hits(place: Path, store: CaseStore, reporter: Reporter, choose: Chooser | No
     return found
 
 
-def quick(case: Case) -> float | None:
+def quick(case: Case, elements: int = ELEMENTS) -> float | None:
     """The estimate of `limits --quick`, from Wunderlich's strip alone."""
     from compare.models.ribbon.estimate import estimate
 
-    scene = with_model(case.scene, QUICK)
+    scene = with_model(case.scene, QUICK, elements)
     state = model_solve(scene, "ribbon")
     return estimate(scene, state.native, case.ratio).distance if state.ok else None
 
 
-def run(out: Path) -> None:
+#: Cases whose estimates `make test` computes again.
+PROBED = ("7_3_edge_w0.05_g10", "7_3_edge_w0.1_g100")
+
+
+def estimate(name: str, elements: int = ELEMENTS) -> float:
+    """The estimate (% of l) of the case of this name."""
+    (case,) = (case for case in cases() if case.name == name)
+    found = quick(case, elements)
+    if found is None:
+        raise AssertionError(f"{name}: Wunderlich's strip has no stable state")
+    return 100.0 * found
+
+
+def _named(name: str) -> str:
+    return f"estimate_{name}".replace(".", "")
+
+
+PROBES = {_named(name): lambda name=name: estimate(name) for name in PROBED}
+
+
+def numbers(found: Sequence[Hit]) -> dict[str, Number]:
+    """Estimates with their change from half as many elements; counts of the choices; distances of three models."""
+    values = {}
+    for name in PROBED:
+        value = estimate(name)
+        values[_named(name)] = Number(value, abs(value - estimate(name, ELEMENTS // 2)), "%", ".3g")
+    verdicts = [hit.verdict() for hit in found]
+    for word, verdict_of in (("same", SAME), ("cautious", CAUTIOUS), ("bold", BOLD)):
+        values[word] = Number(verdicts.count(verdict_of), 0, shown="d")
+    values["scenes"] = Number(len(found), 0, shown="d")
+    for model_name in ("wunderlich", "finite"):
+        within = [hit.distances.get(model_name) for hit in found]
+        values[f"within_{model_name}"] = Number(sum(d is not None and d <= ACCURACY for d in within), 0, shown="d")
+    return values
+
+
+def run(out: Path) -> dict[str, Number]:
     base = out.parent / "out" / "validate"
     with Reporter() as reporter:
-        found = hits(base / "auto" / "shells", CaseStore(base / "limits" / "cases"), reporter, chooser())
+        found = hits(
+            base / "auto" / key("hit_table") / "shells",
+            CaseStore(base / "limits" / "cases"),
+            reporter,
+            chooser(),
+        )
     write(out / "auto", found)
+    return numbers(found)
 
 
 def chooser() -> Chooser:

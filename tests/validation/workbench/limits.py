@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from compare.models.shell_build import shell_options, shell_problem
@@ -16,8 +18,9 @@ from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_text
 from compare.studies.axes import parse_axis, points
-from compare.studies.limits import Finding, Thresholds, hits, study, with_clamp
+from compare.studies.limits import Finding, Thresholds, hits, quick, study, with_clamp
 from tests.validation import page
+from tests.validation.number import Number
 
 WIDTHS = "strip.width=0.03,0.05,0.1,0.2,0.3,0.5"
 GAMMAS = "strip.gamma=10,100,1000"
@@ -65,7 +68,53 @@ def findings(scene: Scene, axes: Sequence[str], store: CaseStore, reporter: Repo
     return found
 
 
-def run(out: Path) -> None:
+#: w and Gamma of the estimates (whole edge held) that `make test` computes again.
+PROBED = ((0.05, 10.0), (0.1, 100.0))
+
+
+@functools.cache
+def estimate(width: float, gamma: float, finer: int = 1) -> tuple[float, float]:
+    """What the ribbon alone says of a case of 7.3: distance (% of l) and share of stretching (%)."""
+    scene = with_clamp(load("limits_7_3"), "edge").replace({"strip.width": width, "strip.gamma": gamma})
+    scene = scene.replace({"model.elements": finer * scene.model.elements})
+    found = quick(scene, Thresholds())[0].estimate
+    return 100.0 * float(found.distance), 100.0 * float(found.share)
+
+
+def _named(width: float, gamma: float) -> str:
+    return f"w{width:g}_g{gamma:g}".replace(".", "")
+
+
+PROBES = {
+    f"estimate_{kind}_{_named(*case)}": lambda case=case, k=k: estimate(*case)[k]
+    for case in PROBED
+    for k, kind in enumerate(("distance", "share"))
+}
+
+
+def numbers(grid: dict[str, list[Finding]], others: list[Finding]) -> dict[str, Number]:
+    """Estimates with their change on twice as many elements; counts over the grid and over the other scenes."""
+    found = {}
+    for case in PROBED:
+        for k, kind in enumerate(("distance", "share")):
+            value, finer = estimate(*case)[k], estimate(*case, finer=2)[k]
+            found[f"estimate_{kind}_{_named(*case)}"] = Number(value, abs(finer - value), "%", ".3g")
+    for clamp, findings_of in grid.items():
+        shares = [100.0 * one.share for one in findings_of if one.share is not None]
+        found[f"above_one_{clamp}"] = Number(sum(share > 1.0 for share in shares), 0, shown="d")
+        found[f"cases_{clamp}"] = Number(len(shares), 0, shown="d")
+        for word, share in (("least", min(shares)), ("most", max(shares))):
+            found[f"{word}_{clamp}"] = Number(share, MESH_CHANGE * share, "%", ".2f")
+    score = hits(others)
+    for key in ("known", "same", "cautious", "bold", "false_safe"):
+        found[f"others_{key}"] = Number(score[key], 0, shown="d")
+    ratio = [f.estimate.distance / f.distance for f in others if f.distance and f.distance > 1e-3]
+    for word, value in (("median", median(ratio)), ("least", min(ratio)), ("most", max(ratio))):
+        found[f"ratio_{word}"] = Number(value, None, shown=".2f", why="over cases of different shells")
+    return found
+
+
+def run(out: Path) -> dict[str, Number]:
     store = CaseStore(out.parent / "out" / "validate" / "limits" / "cases")
     with Reporter() as reporter:
         grid = {
@@ -138,6 +187,7 @@ def run(out: Path) -> None:
         "### Other scenes",
         _table(others, named=True),
     )
+    return numbers(grid, others)
 
 
 def _on_meshes(width: float, gamma: float, clamp: str, store: CaseStore, reporter: Reporter) -> list[Finding]:

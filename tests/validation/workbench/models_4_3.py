@@ -22,6 +22,7 @@ from compare.models.shell import mesh_size
 from compare.scene.scene import Scene, load
 from compare.store.store import CaseStore, atomic_write_text
 from tests.validation import one_core, page
+from tests.validation.number import Number
 from tests.validation.workbench import models_4_3_figures as figures
 from tests.validation.workbench import models_4_3_times as times
 
@@ -53,6 +54,8 @@ MODELS: dict[str, dict[str, Any]] = {
     "finite": {"model.energy": "finite"},
     "finite + in_plane": {"model.energy": "finite", "model.in_plane": True},
 }
+#: Pages whose tables are read.
+READS = ("curl_4_3/table.csv", "curl_4_3_down/table.csv")
 HEADS = (
     "scene", "w/h", "model", "status", "hausdorff / l", "centreline / l", "end / l", "elastic energy", "membrane share",
 )  # fmt: skip
@@ -231,10 +234,48 @@ def measured(out: Path, ratios: Sequence[float], headlines: Sequence[tuple[str, 
     return rows, marks, times.measured(MODELS)
 
 
-def run(out: Path, ratios: Sequence[float] = RATIOS, headlines: Any = HEADLINES) -> None:
+def elastic(model: str, elements: int = FINE) -> float:
+    """Elastic energy (D w / l) of a model on the curl at w/h = 100."""
+    return float(ribbon(SCENES[0], 100.0, model, elements).energy.elastic)
+
+
+#: Models whose energy is computed again by `make test`.
+PROBED = ("wunderlich", "extensible", "finite")
+PROBES = {f"elastic_{model}": lambda model=model: elastic(model) for model in PROBED}
+
+
+def numbers(rows: Sequence[Sequence[Any]], marks: dict[Any, dict[str, list[Mark]]], spent: Any) -> dict[str, Number]:
+    """Distances with the shells' own errors, energies with their change on half as many elements, times."""
+    found = {}
+    for model in PROBED:
+        value = elastic(model)
+        found[f"elastic_{model}"] = Number(value, abs(value - elastic(model, FINE // 2)), "D w / l", ".4f")
+    errors = {(row[0], row[1]): row[4] for row in rows if row[2] == "shell"}
+    for scene, ratio, model, _, distance, *_ in rows:
+        if model != "shell":
+            name = f"{model.replace(' + ', '_')}_{'up' if scene == SCENES[0] else 'down'}_{ratio:g}"
+            error = errors[scene, ratio]
+            why = "" if error is not None else "the comparison has no shell of this w/h"
+            found[name] = Number(distance, error, "l", ".1e", why)
+    for (_, ratio), work in marks.items():
+        ours = next(mark for mark in work["finite"] if mark.label == "20")
+        error = max(ours.error, work["finite"][-1].error)
+        at = reach(work["shell"], error)
+        found[f"equal_error_{ratio:g}"] = Number(error, error, "l", ".1e")
+        if at is not None and at.seconds is not None:
+            found[f"factor_{ratio:g}"] = Number(
+                at.seconds / ours.seconds, None, "", ".0f", "processor times of one run"
+            )
+    for model in ("extensible", "finite"):
+        found[f"slower_{model}"] = Number(times.worst(spent, model), None, "", ".1f", "processor times of one run")
+    return found
+
+
+def run(out: Path, ratios: Sequence[float] = RATIOS, headlines: Any = HEADLINES) -> dict[str, Number]:
     """Writes models_4_3/: README.md, distances.csv, work.csv, shell.csv and two figures."""
     folder = out / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
+    (folder / SHELLS).unlink(missing_ok=True)  # those of an earlier program; the store of cases keeps today's
     rows, marks, spent = one_core.call(measured, out, ratios, headlines)
     atomic_write_text(folder / "times.csv", as_csv(times.HEADS, spent))
     atomic_write_text(folder / "distances.csv", as_csv(HEADS, rows))
@@ -247,6 +288,7 @@ def run(out: Path, ratios: Sequence[float] = RATIOS, headlines: Any = HEADLINES)
     figures.distances(folder / "distances.png", rows, HEADS, SCENES, tuple(MODELS))
     figures.work(folder / "work.png", marks)
     write_page(folder, rows, marks, spent)
+    return numbers(rows, marks, spent)
 
 
 def write_shells(folder: Path, ratios: Sequence[float]) -> None:

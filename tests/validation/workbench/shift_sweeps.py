@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
-from ribbon.find.continuation import StepRecord, follow, switch
+from ribbon.find.branch.passages import Grading
+from ribbon.find.continuation import StepRecord, follow
 from ribbon.find.solve import Problem, build
 
 #: nu of the shells (`shell_shift`; the thesis gives none, and a flat developable strip does not know it).
@@ -22,12 +22,12 @@ SHOTS = (0.01, 0.1, 0.2, 0.3, 0.4, 0.5)
 LEANS, FLAT = 0.5, 5e-3
 #: Difference of heights, forth and back, above which there is a hysteresis.
 APART = 0.01
-LOCATED = 2e-4
 
 
 @dataclass(frozen=True)
 class Case:
-    """A model of a strip of width w/l = 1 / `narrow` and w/h = `ratio` between clamps that hold the whole edges."""
+    """A model of a strip of width w/l = 1 / `narrow` and w/h = `ratio` between clamps that hold the whole edges;
+    `segments` equal elements, or elements that `grading` places at each state of a sweep."""
 
     energy: str
     narrow: float = 20.0
@@ -35,11 +35,13 @@ class Case:
     segments: int = 100
     gamma: float = 0.0
     step: float = 2 * STEP
+    grading: Grading | None = None
 
     @property
     def name(self) -> str:
         """For files."""
-        return f"{self.energy}_{self.narrow:g}_{self.ratio:g}_p{self.segments}_g{self.gamma:g}_{self.step:g}"
+        placed = "" if self.grading is None else f"_{self.grading.longest:g}_{self.grading.least:g}"
+        return f"{self.energy}_{self.narrow:g}_{self.ratio:g}_p{self.segments}_g{self.gamma:g}_{self.step:g}{placed}"
 
     @property
     def held(self) -> dict[str, Any]:
@@ -79,35 +81,29 @@ def sweep(case: Case) -> dict[str, Any]:
     """Forth and back in the thesis's steps, unstable states left along their unstable mode.
 
     "forth", "back": rows (shift, height of the middle, tilt, lowest eigenvalue, jump); "shots": centreline and edges
-    (3, k, 3) at `SHOTS`, forth; kinks: `pitchfork` where the arch loses its stability and `flat` where the flat strip
-    does on the way back (nan where it is not met). Everything over l.
+    (3, k, 3) at `SHOTS`, forth. Everything over l.
     """
     kept: dict[str, Any] = {"forth": [], "back": [], "shots": {}, "stopped": ""}
-    states: dict[str, list[tuple[float, Equilibrium]]] = {"forth": [], "back": []}
     found = case.arch()
     kept["forth"].append(row(FIRST, found, False))
     kept["shots"][f"{FIRST:g}"] = strips(found)
-    states["forth"].append((FIRST, found))
     for name, first, last in (("forth", FIRST, LAST), ("back", LAST, FIRST)):
 
         def on_step(record: StepRecord, new: Equilibrium, name=name, first=first, last=last) -> None:  # type: ignore[no-untyped-def]
             shift = first + (last - first) * record.t
             kept[name].append(row(shift, new, record.jump))
-            states[name].append((shift, new))
             for shot in SHOTS:
                 if name == "forth" and abs(shift - shot) < 1e-9:
                     kept["shots"][f"{shot:g}"] = strips(new)
 
         found = follow(
             lambda t, first=first, last=last: case.problem(first + (last - first) * t), found,  # type: ignore[misc]
-            steps=round((LAST - FIRST) / case.step), leave_saddle=True, on_step=on_step,
+            steps=round((LAST - FIRST) / case.step), leave_saddle=True, on_step=on_step, place=case.grading,
         )  # fmt: skip
         if not found.ok:
             kept["stopped"] += f"{name}: {found.message}; "
             if name == "forth":
                 break
-    kept["pitchfork"] = lost(case, states["forth"], lambda e: tilt(e) < LEANS)
-    kept["flat"] = lost(case, states["back"], lambda e: abs(e.middle.position[2]) < FLAT)
     return kept
 
 
@@ -120,28 +116,6 @@ def strips(found: Equilibrium, count: int = 101) -> list[Any]:
     s = np.linspace(0.0, 1.0, count)
     grid = found.surface(count, 3).grid
     return [grid[:, 0].tolist(), found.position(s).tolist(), grid[:, -1].tolist()]
-
-
-def lost(
-    case: Case, states: list[tuple[float, Equilibrium]], is_on: Callable[[Equilibrium], bool], steps: int = 5
-) -> float:
-    """Shift at which the branch that the states begin on is no longer stable, or is no more; nan if they never leave.
-
-    Bisection from the last state on it; unstable states are not left.
-    """
-    on = [k for k, (_, e) in enumerate(states) if is_on(e)]
-    if not on or on[-1] + 1 >= len(states) or not is_on(states[0][1]):
-        return float("nan")
-    last = next(k for k in range(len(states)) if k + 1 == len(states) or not is_on(states[k + 1][1]))
-    (inside, found), (outside, _) = states[last], states[last + 1]
-    for _ in range(steps):
-        middle = 0.5 * (inside + outside)
-        new = switch(case.problem(middle), found)
-        if new.ok and is_on(new):
-            inside, found = middle, new
-        else:
-            outside = middle
-    return 0.5 * (inside + outside)
 
 
 def hysteresis(kept: dict[str, Any]) -> tuple[float, float] | None:
@@ -167,22 +141,3 @@ def fell_back(rows: list[list[float]]) -> float:
     """Shift at which the strip is the upright arch again (back); nan if it never is."""
     upright = [r[0] for r in rows if r[2] < LEANS]
     return max(upright) if upright else float("nan")
-
-
-def arch_lost(case: Case, first: float = 0.15, last: float = 0.5) -> float:
-    """Shift at which the arch is no longer stable, to `LOCATED`; inf where it still is at `last`.
-
-    Unstable states are not left.
-    """
-    inside, found = FIRST, case.arch()
-    trial, outside = first, float("inf")
-    while outside - inside > LOCATED:
-        new = switch(case.problem(trial), found)
-        if new.ok and tilt(new) < LEANS:
-            inside, found = trial, new
-            if inside >= last:
-                return float("inf")
-        else:
-            outside = trial
-        trial = 0.5 * (inside + outside) if np.isfinite(outside) else min(inside + 0.05, last)
-    return 0.5 * (inside + outside)

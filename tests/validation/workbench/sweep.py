@@ -5,20 +5,48 @@ from __future__ import annotations
 import csv
 import json
 import math
+import statistics
+import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from compare.cli import main
 from compare.store.store import atomic_write_bytes
+from compare.studies.axes import points
+from compare.sweep.case import Task, run_case
+from compare.sweep.file import load_sweep
 from shellref.elastica.solve import ElasticaProblem, solve
 from tests.validation import page
+from tests.validation.number import Number
 
 CASES = 2500
 #: Every so-manieth case, in order of Gamma, is solved as an elastica too; largest relative difference of y/x allowed.
 EVERY = 50
 AGREES = 2e-3
+#: Relative error of the elastica, at most.
+ELASTICA = 1e-6
 
 
-def run(out: Path) -> None:
+#: Numbers (from 0, the grid's) of the cases that `make test` solves again: light, in the middle, heavy.
+PROBED = (0, 1275, 2499)
+
+
+def solved(number: int) -> tuple[float, float]:
+    """y/x of a case of the sweep, and its Gamma."""
+    sweep = load_sweep("cantilever_4_5", {}, [])
+    first, second = divmod(number, len(sweep.axes[1].values))
+    axes = [replace(axis, values=axis.values[k : k + 1]) for axis, k in zip(sweep.axes, (first, second), strict=True)]
+    (point,) = points(sweep.scene, axes)
+    with tempfile.TemporaryDirectory() as folder:
+        record = run_case(Task("", point.scene, sweep.solver, False, False, folder))
+    (row,) = record["rows"]
+    return float(row["y_over_x"]), point.scene.gamma
+
+
+PROBES = {f"case_{number}": lambda number=number: solved(number)[0] for number in PROBED}
+
+
+def run(out: Path) -> dict[str, Number]:
     folder = out.parent / "out" / "validate" / "sweep"
     code = main(["sweep", "cantilever_4_5", "--fresh", "--out", str(folder), "--quiet"])
     said = " ".join(json.loads((folder / "page.json").read_text())["verdict"])
@@ -57,6 +85,17 @@ def run(out: Path) -> None:
         "ones too.",
         "![y/x against Gamma](cantilever_4_5.png)",
     )
+    found = {number: solved(number) for number in PROBED}
+    median = 1e3 * statistics.median(float(case["seconds"]) for case in cases)
+    numbers = {
+        "converged": Number(len(cases), 0, shown="d"),
+        "worst": Number(worst, worst, shown=".1e"),
+        "median_ms": Number(median, None, "ms", ".3g", "wall times of one run"),
+    }
+    for k, (one, gamma) in found.items():
+        elastica = _ratio(gamma)
+        numbers[f"case_{k}"] = Number(one, abs(one - elastica) + ELASTICA * elastica, shown=".6g")
+    return numbers
 
 
 def _ratio(gamma: float) -> float:

@@ -15,16 +15,17 @@ from typing import Any
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 
-from ribbon.find import reduction, relax
-from ribbon.find.inertia import BoolArray, Pencil
-from ribbon.find.spectrum import SecondVariation
+from ribbon.judge import reduction
+from ribbon.judge.inertia import BoolArray, Pencil
+from ribbon.judge.spectrum import SecondVariation
+from ribbon.problems import transfer
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.layout import at_joints
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import FloatArray, Minimum
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, FloatArray, Minimum
 
 #: A bound counts as active when the point is this close to it, relative to the bound's size.
 ACTIVE_DISTANCE = 1e-7
@@ -135,8 +136,8 @@ def judge(problem: Problem, found: Minimum) -> Stability:
 def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
     """Second-order check of a stationary point of the mixed model on the tangent of its active constraints.
 
-    x, multipliers (n,); rows (m,); by the inertia of a factor along the strip (`ribbon.find.spectrum`), not known where
-    none was found. A ribbon held at s = 0 only is checked in the unknowns of the chained model, null
+    x, multipliers (n,); rows (m,); by the inertia of a factor along the strip (`ribbon.judge.spectrum`), not known
+    where none was found. A ribbon held at s = 0 only is checked in the unknowns of the chained model, null
     modes of the ruling included.
     """
     plain = problem.start is not None and problem.start.is_whole and problem.end is None and problem.closure is None
@@ -277,13 +278,13 @@ def _on_fewer_chained(problem: ChainedProblem, x: FloatArray, active: int) -> St
     shape does not converge there."""
     lengths = problem.lengths
     while lengths.size > _DENSE_LIMIT:
-        lengths = relax.merged(lengths)
+        lengths = transfer.merged(lengths)
     few = problem.with_changes(lengths=lengths)
-    found = choose.minimise(few, relax.on_joints(problem, x, few))
-    if not found.residual <= relax.RESIDUAL_TOLERANCE:
+    found = choose.minimise(few, transfer.on_joints(problem, x, few))
+    if not found.residual <= RESIDUAL_TOLERANCE:
         return Stability(np.nan, np.zeros(problem.size), x, None, False, active)
     few_check = check(few, found.x)
-    mode, at = (relax.on_joints(few, y, problem) for y in (few_check.mode, few_check.at))
+    mode, at = (transfer.on_joints(few, y, problem) for y in (few_check.mode, few_check.at))
     return replace(few_check, mode=mode, at=at, active=active)
 
 

@@ -2,7 +2,7 @@
 
 Both leave out the constant ``K^2 / 2``. With j = 1 + v eta' a piece of the strip is dS dv = j ds dv; the natural term
 is the same on the whole ruling, as that of any energy whose rulings are taken as parallel. Where the twist is free
-there are no rulings: sections are square to the centreline, and `ribbon.energies.parts` has their energy.
+there are no rulings: sections are square to the centreline, and `ribbon.analysis.parts` has their energy.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.energies import parts
+from ribbon.analysis import parts
 from ribbon.energies.dispatch import CODES, ENERGIES, values
 from ribbon.surface import behind_seam
 

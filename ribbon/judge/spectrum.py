@@ -1,6 +1,6 @@
 """Lowest eigenvalue of the second variation of a glued ribbon on the tangent of what is active, sparse, by inertia.
 
-With H the Hessian of the Lagrangian, M the metric (`ribbon.find.reduction.metric`) and A the rows in force, the
+With H the Hessian of the Lagrangian, M the metric (`ribbon.judge.reduction.metric`) and A the rows in force, the
 eigenvalues of H on the null space of A below a shift t are counted by the factor of::
 
     K(t) = [ H - t M , A^T ]
@@ -19,7 +19,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 
-from ribbon.find.reduction import Tangent, metric
+from ribbon.judge.reduction import Tangent, metric
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers.frontal import Factor

@@ -8,8 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from shellref.fenics import dolfinx_api as api
-from shellref.kernels import element
-from shellref.shell import lagrange
+from shellref.kernels import element, lagrange
 from shellref.shell.body import Body
 from shellref.shell.grid import Grid
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from shellref.kernels import element, fronts
-from shellref.kernels.cells import Cells
 from shellref.kernels.threads import one_thread
 from shellref.kernels.tree import Structure, Tree
+from shellref.shell.cells import Cells
 
 AT_ONCE = 64  # elements whose tangents are made before they are used, at least
 Spend = Callable[[str, float], None]

@@ -1,4 +1,4 @@
-"""What is active at a point of a glued ribbon, and the metric of its second variation (`ribbon.find.spectrum`).
+"""What is active at a point of a glued ribbon, and the metric of its second variation (`ribbon.judge.spectrum`).
 
 Second-order condition: the Hessian of the Lagrangian is positive on the tangent of all active constraints, the glue and
 what else holds the ribbon: held ends, seams, contacts, bounds, gauges (Nocedal and Wright 2006, section 12.5).

@@ -105,14 +105,18 @@ def walls(problem: Glued, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
         assert isinstance(block, WallRows)
         push = -rows[slices[f"wall_{k}"]]
         total = push.sum()
-        touching = s[block.joints[np.nonzero((push.reshape(-1, 2) > _TOUCHES).any(axis=1))[0]]]
+        joints, sides = np.nonzero(push.reshape(-1, 2) > _TOUCHES)
+        touching = s[block.joints[np.unique(joints)]]
+        ends = [np.column_stack([s[block.joints[joints]], block.half_width * (1.0 - 2.0 * sides)])]
         if f"touch_{k}" in slices:
             between = problem.blocks()[f"touch_{k}"]
             assert isinstance(between, TouchRows)
             push = -rows[slices[f"touch_{k}"]]
             total += push.sum()
-            touching = np.union1d(touching, (s[between.segments] + between.places(x))[push > _TOUCHES])
+            places, pushed = s[between.segments] + between.places(x), push > _TOUCHES
+            ends.append(np.column_stack([places, between.half_width * between.sides])[pushed])
+            touching = np.union1d(touching, places[pushed])
             touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
         height = float(x[block.plate]) if block.plate >= 0 else None
-        found.append(WallForce(total * np.asarray(wall.normal), touching, height))
+        found.append(WallForce(total * np.asarray(wall.normal), touching, np.vstack(ends), height))
     return tuple(found)

@@ -17,7 +17,7 @@ from ribbon.find import relax
 from ribbon.problems.layout import at_joints
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import ipopt
-from ribbon.solvers.problem import Minimum
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 from ribbon.thesis.chained_clamped import ChainedClampedProblem
 from ribbon.thesis.matrix import MatrixProblem
 
@@ -54,10 +54,10 @@ def minimum(
     y = mixed.state(*at_joints(other.parameters(found.x), problem.lengths))
     if other.flipped(found.x):
         return _as_found(found, problem, y, FLIPPED)
-    if found.residual > relax.RESIDUAL_TOLERANCE:
+    if found.residual > RESIDUAL_TOLERANCE:
         return _as_found(found, problem, y, found.code)
     near = relax.from_near(mixed, y)
-    if near.residual > relax.RESIDUAL_TOLERANCE:
+    if near.residual > RESIDUAL_TOLERANCE:
         return _as_found(found, problem, y, found.code)
     return replace(
         near, iterations=found.iterations, residual=max(found.residual, near.residual), code=found.code,

@@ -1,6 +1,6 @@
 """Elastic energy of a solved strip with free twist by its parts: bending, membrane, transverse shear.
 
-Densities per length and per area as in `ribbon.energies.along`, which asks here; without the constant ``K^2 / 2``
+Densities per length and per area as in `ribbon.analysis.along`, which asks here; without the constant ``K^2 / 2``
 unless it is said to be with it. The parts per area are the section's own (`FREE_ENERGIES[name].section`); over the
 length they are integrated adaptively.
 """

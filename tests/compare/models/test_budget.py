@@ -1,0 +1,49 @@
+"""`model.budget` holds in every model: one that has no time left says so, and what it has is no equilibrium."""
+
+import time
+
+import pytest
+
+from compare.models import solve
+from compare.scene.scene import load
+
+#: Scene and keys of a model; the steps that it takes there are many enough for a budget to end among them.
+SCENES = {
+    "elastica": ("daisy_5g", {"model.energy": "elastica"}),
+    "elastica, arc length": ("daisy_5g", {"model.energy": "elastica", "model.arc_length": "always"}),
+    "antman": ("bend_45", {}),
+    "tape": ("tape_4_1", {"model.elements": 100}),
+    "curve_angle": ("rod_4_5", {}),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_model_without_time_stops_and_says_so(name):
+    scene, keys = SCENES[name]
+    scene = load(scene).replace({**keys, "model.budget": 1e-6})
+    state = solve(scene)
+    assert not state.is_equilibrium
+    assert state.word == "not_converged"
+    assert "budget" in state.message
+
+
+@pytest.mark.parametrize("name", ["elastica", "antman"])
+def test_with_time_it_is_there(name):
+    scene, keys = SCENES[name]
+    assert solve(load(scene).replace(keys)).ok
+
+
+def test_the_time_is_the_thread_s_and_the_shorter_one_counts():
+    from shellref.clock import spent, within
+
+    assert not spent()
+    with within(10.0):
+        assert not spent()
+        with within(1e-9):
+            time.sleep(1e-6)
+            assert sum(range(1000)) == 499500
+            assert spent()
+            with within(10.0):
+                assert spent()
+        assert not spent()
+    assert not spent()

@@ -1,0 +1,49 @@
+"""Roman's strip aside of its plane (thesis, figure 6.11): a state of the strip, whose energy settles over meshes."""
+
+import numpy as np
+import pytest
+
+from compare.measure.balance import Push, Wrench, abscissae, unbalanced
+from tests.validation.ribbon.roman_states import found_on, halved
+
+#: The fold that leans over in the plane, on 120 to 960 segments (results/roman_states).
+PLANAR = 96.038
+
+
+def test_the_strip_aside_is_a_stable_state_far_below_the_planar_one():
+    coarse = found_on(80)
+    fine = halved(coarse)
+    for found in (coarse, fine):
+        assert found.ok
+        assert found.lowest_eigenvalue > 0.1
+        assert abs(found.position([0.5])[0, 0]) == pytest.approx(0.19, abs=2e-3)
+        assert found.energy.total < 0.6 * PLANAR
+    assert fine.energy.total < coarse.energy.total
+    assert fine.energy.total == pytest.approx(52.540, abs=0.06)
+
+
+def test_the_walls_push_where_its_slanting_rulings_end():
+    found = found_on(80)
+    weight = -found.problem.strip.gamma * np.array([0.0, 1.0, 0.0])
+    s, weights = abscissae()
+    centre = weights @ found.position(s)
+    clamps = [
+        Wrench(found.position([at])[0], held.force, held.moment)
+        for at, held in ((0.0, found.start), (1.0, found.end_support))
+    ]
+    r, frames, _, eta = found.continued(np.concatenate([wall.ends[:, 0] for wall in found.walls]))
+    across = np.concatenate([wall.ends[:, 1] for wall in found.walls])[:, None]
+    points = r + across * (frames[:, :, 0] + eta[:, None] * frames[:, :, 2])
+    cuts = np.cumsum([len(wall.ends) for wall in found.walls])[:-1]
+    normals = [np.array(wall.normal) for wall in found.problem.walls]
+    pushes = [
+        Push(normal, wall.force, there)
+        for normal, wall, there in zip(normals, found.walls, np.split(points, cuts), strict=True)
+    ]
+    assert abs(eta).max() > 0.05
+    assert unbalanced(clamps, weight, centre, pushes) < 1e-8
+    square = [
+        Push(push.normal, push.force, there)
+        for push, there in zip(pushes, np.split(r + across * frames[:, :, 0], cuts), strict=True)
+    ]
+    assert unbalanced(clamps, weight, centre, square) > 1e-5

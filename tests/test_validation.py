@@ -1,0 +1,260 @@
+"""The keeping of pages on a small tree: what moves a key, what is made again and in which order, what is said of it."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.validation import readme, stale
+from tests.validation.__main__ import main
+from tests.validation.number import Number
+from tests.validation.record import Pages, checked
+
+FILES = {
+    "ribbon/__init__.py": "",
+    "ribbon/law.py": "MODULUS = 3.0\n",
+    "ribbon/other.py": "X = 1\n",
+    "compare/__init__.py": "",
+    "compare/scenes/arc.toml": "a = 1\n",
+    "compare/scenes/coil.toml": "a = 2\n",
+    "tests/__init__.py": "",
+    "tests/validation/__init__.py": "",
+    "tests/validation/room/__init__.py": "",
+    "tests/validation/room/first.py": 'from ribbon.law import MODULUS\nSCENE = "arc"\n\n\ndef run(out):\n    pass\n',
+    "tests/validation/room/second.py": 'READS = ("first.csv",)\n\n\ndef run(out):\n    pass\n',
+    "tests/validation/room/third.py": "import ribbon.other\n\n\ndef run(out):\n    pass\n",
+    "results/first.csv": "1\n",
+    "results/README.md.in": "E = {first.modulus}\n",
+    "README.md.in": "E = {first.modulus:.1e}\n",
+}
+NAMES = ("first", "second", "third")
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def measure(root: Path, name: str, value: float = 3.0, error: float = 0.1, seconds: float | None = None):
+    """A measurement that writes a page and returns one number."""
+
+    def run(out: Path) -> dict[str, Number]:
+        (out / f"{name}.md").write_text(f"{name}: {value}\n")
+        return {"modulus": Number(value, error, shown=".2f"), "count": Number(7, 0, shown="d")}
+
+    record = Pages(root).measure(name, run, f"python -m tests.validation {name}")
+    if seconds is not None:
+        path = Pages(root).data(name)
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"seconds": seconds}))
+    return record
+
+
+def test_a_record_is_read_back_as_it_was_written(root):
+    record = measure(root, "first")
+    assert Pages(root).read("first") == record
+    assert record.key == Pages(root).key("first")
+    assert set(record.files) == {"results/first.md"}
+    assert record.numbers["count"].value == 7
+    assert {"ribbon.law", "tests.validation.room.first", "compare/scenes/arc.toml"} <= set(record.modules)
+    assert record.seconds >= 0.0
+    assert len(record.load) == 2
+    assert record.before is None
+    assert Pages(root).read("third") is None
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "moved"),
+    [
+        ("ribbon/law.py", "MODULUS = 4.0\n", ("ribbon.law",)),
+        ("ribbon/law.py", '"""In words."""\nMODULUS = 3.0  # the same\n', ("ribbon.law",)),
+        ("ribbon/law.py", "MODULUS = 3.0  # the same\n", ()),
+        ("ribbon/other.py", "X = 2\n", ()),
+        ("compare/scenes/arc.toml", "a = 3\n", ("compare/scenes/arc.toml",)),
+        ("compare/scenes/coil.toml", "a = 3\n", ()),
+        ("results/first.csv", "2\n", ()),
+    ],
+)
+def test_a_change_of_what_a_page_depends_on_makes_it_stale_and_no_other(root, file, text, moved):
+    measure(root, "first")
+    assert not stale.status(Pages(root), "first").stale
+    (root / file).write_text(text)
+    found = stale.status(Pages(root), "first")
+    assert found.moved == moved
+    assert found.stale == bool(moved)
+
+
+def test_what_a_page_reads_of_another_and_its_own_files_count(root):
+    measure(root, "second")
+    (root / "results/first.csv").write_text("2\n")
+    assert stale.status(Pages(root), "second").moved == ("results/first.csv",)
+    measure(root, "second")
+    (root / "results/second.md").write_text("typed by hand\n")
+    found = stale.status(Pages(root), "second")
+    assert found.stale
+    assert found.edited == ("results/second.md",)
+    assert found.moved == ()
+
+
+def test_a_measurement_that_fails_leaves_the_record_as_it_is(root):
+    before = measure(root, "first")
+
+    def run(out: Path) -> None:
+        (out / "first.md").write_text("half\n")
+        raise AssertionError("above the promise")
+
+    with pytest.raises(AssertionError, match="above the promise"):
+        Pages(root).measure("first", run, "")
+    assert Pages(root).read("first") == before
+    assert stale.status(Pages(root), "first").edited == ("results/first.md",)
+
+
+def again(root: Path, made: list[str], failing: str = "", stopped: str = ""):
+    """What stands for a process: makes a page on the small tree."""
+
+    def make(name: str) -> tuple[int, str]:
+        made.append(name)
+        if name == stopped:
+            raise KeyboardInterrupt
+        if name == failing:
+            return stale.FAILED, ""
+        measure(root, name)
+        return stale.DONE, ""
+
+    return make
+
+
+def test_only_stale_pages_are_made_cheap_ones_first_and_a_failure_stops_no_other(root):
+    measure(root, "first", seconds=50.0)
+    measure(root, "second", seconds=2.0)
+    made: list[str] = []
+    outcomes = stale.remake(NAMES, False, again(root, made), lambda: Pages(root))
+    assert made == ["third"]
+    assert outcomes["first"].done == ""
+    made.clear()
+    for name in ("first", "second"):
+        (root / f"tests/validation/room/{name}.py").write_text(FILES[f"tests/validation/room/{name}.py"] + "X = 2\n")
+    outcomes = stale.remake(NAMES, False, again(root, made, failing="second"), lambda: Pages(root))
+    assert made == ["second", "first"]
+    assert {name: outcome.failed for name, outcome in outcomes.items()} == {
+        "first": False, "second": True, "third": False,
+    }  # fmt: skip
+    made.clear()
+    stale.remake(NAMES, True, again(root, made), lambda: Pages(root))
+    assert sorted(made) == sorted(NAMES)
+
+
+def test_after_an_interruption_it_goes_on_with_the_rest(root):
+    made: list[str] = []
+    with pytest.raises(KeyboardInterrupt):
+        stale.remake(NAMES, False, again(root, made, stopped="second"), lambda: Pages(root))
+    assert made == ["first", "second"]
+    made.clear()
+    stale.remake(NAMES, False, again(root, made), lambda: Pages(root))
+    assert made == ["second", "third"]
+
+
+def test_a_page_that_reads_a_page_is_made_after_it(root):
+    made: list[str] = []
+
+    def make(name: str) -> tuple[int, str]:
+        made.append(name)
+        if name == "first":
+            (root / "results/first.csv").write_text("new\n")
+        measure(root, name)
+        return stale.DONE, ""
+
+    for name in NAMES:
+        measure(root, name, seconds={"first": 9.0}.get(name, 1.0))
+    (root / "ribbon/law.py").write_text("MODULUS = 5.0\n")
+    stale.remake(NAMES, False, make, lambda: Pages(root))
+    assert made == ["first", "second"]
+
+
+def test_what_is_not_here_is_named_with_its_reason(root):
+    outcomes = stale.remake(("third",), False, lambda name: (stale.ABSENT, "no auto-07p"), lambda: Pages(root))
+    assert outcomes["third"].done == "not here: no auto-07p"
+    assert not outcomes["third"].failed
+
+
+def test_a_change_above_its_error_is_a_finding(root):
+    measure(root, "first", 3.0, 0.1)
+    record = measure(root, "first", 3.05, 1e-9)
+    assert record.changes() == pytest.approx({"modulus": 0.5, "count": 0.0})
+    assert stale.findings("first", record) == []
+    assert stale.largest(record) == "0.5 (modulus)"
+    measure(root, "first", 3.0, 0.01)
+    record = measure(root, "first", 3.05, 10.0)
+    assert record.changes()["modulus"] == pytest.approx(5.0)
+    (said,) = stale.findings("first", record)
+    assert "first.modulus: 3.00 -> 3.05" in said
+    record = Pages(root).measure("first", lambda out: {"count": Number(8, 0)}, "")
+    assert len(stale.findings("first", record)) == 2
+    table = stale.summary(Pages(root), {"first": stale.Outcome("1 s"), "third": stale.Outcome()})
+    assert table.count("finding: ") == 2
+    assert table.splitlines()[1].startswith("first")
+
+
+def test_age_counts_from_the_record(root):
+    record = measure(root, "first")
+    made = datetime.datetime.fromisoformat(record.time)
+    assert stale.age(record, made + datetime.timedelta(days=2, hours=3)) == "2 d 3 h"
+    assert stale.age(record, made + datetime.timedelta(hours=3, minutes=4)) == "3 h 04 min"
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "key"),
+    [(float("nan"), 1.0, "value"), (1.0, float("inf"), "error"), (1.0, -1.0, "error"), (1.0, None, "why")],
+)
+def test_a_number_without_a_meaning_is_refused(value, error, key):
+    with pytest.raises(ValueError, match=key):
+        Number(value, error)
+
+
+def test_what_is_no_mapping_of_numbers_is_refused():
+    assert checked(None) == {}
+    with pytest.raises(TypeError):
+        checked({"a": 1.0})
+    for name in ("day", "Two words"):
+        with pytest.raises(ValueError):
+            checked({name: Number(1.0, 0.0)})
+
+
+def test_a_template_takes_numbers_by_name(root):
+    record = measure(root, "first")
+    text = "{first.modulus}, {first.modulus:.1e}, {first.modulus.error}, {first.count:d}, {first.day}; {x} {first}"
+    day = record.time[:10]
+    assert readme.render(text, {"first": record}) == f"3.00, 3.0e+00, 1.0e-01, 7, {day}; {{x}} {{first}}"
+    assert readme.render("{first.remade}", {"first": record}) == f"`python -m tests.validation first`, {day}"
+    for wrong in ("{third.modulus}", "{first.nothing}"):
+        with pytest.raises(ValueError, match=wrong):
+            readme.render(wrong, {"first": record})
+    readme.write(Pages(root))
+    assert (root / "results/README.md").read_text() == "E = 3.00\n"
+    assert (root / "README.md").read_text() == "E = 3.0e+00\n"
+
+
+def test_pages_that_were_made_before_do_not_count_as_a_modified_tree(root):
+    def git(*arguments: str) -> None:
+        names = ("-c", "user.name=x", "-c", "user.email=x")
+        subprocess.run(["git", "-C", str(root), *names, *arguments], check=True, capture_output=True)
+
+    assert Pages(root).modified() is None
+    git("init")
+    git("add", "-A")
+    git("commit", "-m", "x")
+    (root / "results/first.csv").write_text("2\n")
+    assert Pages(root).modified() is False
+    (root / "ribbon/law.py").write_text("MODULUS = 4.0\n")
+    assert Pages(root).modified() is True
+
+
+def test_an_unknown_name_ends_with_2(capsys):
+    assert main(["--stale", "nothing"]) == 2
+    assert "nothing" in capsys.readouterr().err

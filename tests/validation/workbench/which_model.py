@@ -1,0 +1,132 @@
+"""The tables of docs/which_model.md that say which model is near the shell, from the data of the pages they link.
+
+Between `<!-- NAME -->` and `<!-- end -->` the page is written by `blocks()`; its test holds it to them.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+
+from compare.store.store import atomic_write_text
+
+ROOT = Path(__file__).resolve().parents[3]
+PAGE = ROOT / "docs" / "which_model.md"
+RESULTS = ROOT / "results"
+
+#: The widths over the length of the strip on edge, and who is told beside its shell.
+WIDTHS = ("0.02", "0.05", "0.1")
+ON_EDGE = {
+    "wunderlich, straight": "Wunderlich, ruling straight", "kirchhoff, plate": "rod (Kirchhoff, Y I)",
+    "finite, straight": "finite, ruling straight",
+}  # fmt: skip
+_SHELL = "shell"
+
+
+@cache
+def _distances() -> dict[tuple[str, str, str], Mapping[str, str]]:
+    """Rows of models_4_3 by scene, w/h and model."""
+    with (RESULTS / "models_4_3" / "distances.csv").open(newline="") as file:
+        return {(row["scene"], row["w/h"], row["model"]): row for row in csv.DictReader(file)}
+
+
+@cache
+def _frontier() -> dict[tuple[str, float], float]:
+    """Critical weight (Gamma) of the strip on edge by model and w/l: the linearised problem, of a shell its inertia."""
+    with (RESULTS / "on_edge" / "frontier.csv").open(newline="") as file:
+        found = {}
+        for row in csv.DictReader(file):
+            value = row["linear"] or row["eigenvalue"] or row["shape"]
+            if value:
+                found[row["model"], float(row["width"])] = float(value)
+        return found
+
+
+def distance(scene: str, ratio: str, model: str) -> float:
+    """Hausdorff distance to the shell over l."""
+    return float(_distances()[scene, ratio, model]["hausdorff / l"])
+
+
+def off(model: str, width: float) -> float:
+    """Critical weight over the shell's, less 1."""
+    return _frontier()[model, width] / _frontier()[_SHELL, width] - 1.0
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    lines = [list(head), ["---", *["---:"] * (len(list(head)) - 2), "---"], *(list(row) for row in rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def distances() -> str:
+    """Curl 4.3 against shells, by w/h."""
+    where = "[models_4_3](../results/models_4_3/README.md)"
+    rows = []
+    for ratio in ("10", "20", "50", "100", "200", "400"):
+        cells = [
+            f"{distance(s, ratio, m):.1e}" for s in ("curl_4_3", "curl_4_3_down") for m in ("wunderlich", "finite")
+        ]
+        share = _distances()["curl_4_3", ratio, "shell"]["membrane share"]
+        rows.append([ratio, *cells, f"{100.0 * float(share):.4f}" if share else "-", where])
+    head = ["w/h", "Wunderlich, K = 10", "finite, K = 10", "Wunderlich, K = -10", "finite, K = -10"]
+    return table([*head, "membrane % of the shell, K = 10", "where"], rows)
+
+
+def frontier() -> str:
+    """The weight under which a strip on edge falls over."""
+    where = "[on_edge](../results/on_edge/README.md)"
+    rows = [["shell", *(f"{_frontier()[_SHELL, float(width)]:.3f}" for width in WIDTHS), where]]
+    for model, words in ON_EDGE.items():
+        cells = [f"{_frontier()[model, float(w)]:.3f} ({100.0 * off(model, float(w)):+.2f} %)" for w in WIDTHS]
+        rows.append([words, *cells, where])
+    return table(["critical weight on edge, nu = 0.35", *(f"w/l = {width}" for width in WIDTHS), "where"], rows)
+
+
+def in_one() -> str:
+    """Section 5: what to use, with the distances of this page's data."""
+
+    def d(ratio: str, model: str) -> str:
+        return f"{max(distance(scene, ratio, model) for scene in ('curl_4_3', 'curl_4_3_down')):.1e}"
+
+    twist = max(abs(off("finite, straight", w)) for w in (0.05, 0.1))
+    thick = abs(off("finite, straight", 0.02))
+    rod = max(abs(off("kirchhoff, plate", float(w))) for w in WIDTHS)
+    finite, curl = 'ribbon, `energy = "finite"`', "[curl 4.3](../results/models_4_3/README.md)"
+    rows = [
+        ["thin (w/h > 100), shape wanted to some percents of l", "ribbon, Wunderlich",
+         f"{d('200', 'wunderlich')} l at w/h = 200, {curl}"],
+        ["w/h from 20 on, shape wanted to 1 % of l or better", finite,
+         f"{d('20', 'finite')} l at w/h = 20, {d('100', 'finite')} at 100, {curl}"],
+        ["w/h = 10", f"{finite}, and one shell to know the distance",
+         f"{d('10', 'finite')} l, Wunderlich {d('10', 'wunderlich')}, {curl}"],
+        ["nu near 0", "ribbon, Wunderlich", "section 3"],
+        ["forces and contact of a planar fold", "ribbon",
+         "planar, and wide strips stay plane across ([roman](../results/roman.md))"],
+        ["bands", "ribbon", "there is no shell for them here"],
+        ["buckling in twist, w/h >= 50", f"{finite}, ruling straight",
+         f"{100.0 * twist:.2f} % at w/h = 50 and 100; Wunderlich is half as much too high"],
+        ["buckling in twist, thicker", f"{finite}, and a shell below w/h = 20",
+         f"{100.0 * thick:.2f} % at w/h = 20; the rod up to {100.0 * rod:.1f} %"],
+        ["two corners held, or a fold at a clamp under a large weight", "shell", "no model of lines has it: section 2"],
+        ["local stress at a clamp", "shell, with the clamp that you have", "section 2"],
+    ]  # fmt: skip
+    return table(["the ribbon", "use", "because"], rows)
+
+
+def blocks() -> dict[str, str]:
+    """What stands on the page between its marks, by name."""
+    return {"distances": distances(), "frontier": frontier(), "in_one": in_one()}
+
+
+def written(page: str) -> str:
+    """The page with its blocks made anew. ValueError where a mark is missing."""
+    for name, block in blocks().items():
+        first = page.index(f"<!-- {name} -->\n") + len(f"<!-- {name} -->\n")
+        page = page[:first] + block + "\n" + page[page.index("<!-- end -->", first) :]
+    return page
+
+
+def run(out: Path) -> None:
+    """Writes the blocks into docs/which_model.md; `out`, the folder of results, is where they are read."""
+    atomic_write_text(PAGE, written(PAGE.read_text()))
