@@ -31,7 +31,7 @@ LEVELS = (
     ("shellref.shell",),
     ("shellref.kernels",),
     ("shellref.elastica", "shellref.rod"),
-    ("shellref.fenics", "shellref.inputs", "shellref.clock"),
+    ("shellref.fenics", "shellref.inputs"),
     ("compare.cli",),
     ("compare.commands",),
     ("compare.doctor",),

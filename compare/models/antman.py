@@ -166,7 +166,7 @@ class AntmanModel:
     ) -> State:
         """From the rest shape or the seed along the path, or beside `near`."""
         from compare.models.antman_problem import DEGREE, beside, mesh_of, problem_of, way_there
-        from shellref.clock import within
+        from ribbonbench.clock import within
         from shellref.rod.solve import nodes, solve
 
         options = options or Options()

@@ -168,7 +168,7 @@ class ElasticaModel:
     ) -> State:
         """From the natural shape, the seed, along the path, or beside `near` (`compare.models.elastica_start`)."""
         from compare.models.elastica_start import start_of
-        from shellref.clock import within
+        from ribbonbench.clock import within
 
         options = options or Options()
         if options.leave_saddle:

@@ -37,8 +37,8 @@ from ribbon.solvers.problem import (
     slack_of,
     violation,
 )
-from ribbon.solvers.threads import alone
 from ribbon.strip import Strip, check_known, finite, known
+from ribbonbench.threads import alone
 
 Progress = Callable[[int, float, float], None]
 Values = float | tuple[float, ...] | list[float]

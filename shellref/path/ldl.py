@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+import scipy.linalg  # noqa: F401  brings the BLAS in which kernels multiply, which `one_thread` holds
 
+from ribbonbench.threads import one_thread
 from shellref.kernels import element, fronts
-from shellref.kernels.threads import one_thread
 from shellref.kernels.tree import Structure, Tree
 from shellref.shell.cells import Cells
 
