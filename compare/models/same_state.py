@@ -47,11 +47,13 @@ class Counterpart:
 
 @dataclass(frozen=True)
 class Same:
-    """answer: whether two states are the same one, None: not known; why: how that was found, or why it was not."""
+    """answer: whether two states are the same one, None: not known; why: how that was found, or why it was not; again:
+    what came of a shell that began once more at the surface of the model beside it, "" where none did."""
 
     answer: bool | None
     why: str
     counterpart: Counterpart | None = None
+    again: str = ""
 
 
 def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Grid) -> Same:

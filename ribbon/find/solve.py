@@ -50,6 +50,8 @@ FREE_BAND_WORDS = (
     "; nothing holds the band: where it begins in space (its seam at the origin, tangent e_z, normal e_y) chooses "
     "among its states, and another may have less energy"
 )
+#: Part of the largest multiplier above which what keeps a free band from sliding is told.
+_SLIDES = 1e-7
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
@@ -626,6 +628,8 @@ def found_at(
         message += INDIFFERENT_WORDS
     if known and problem.closure is not None and problem.start is None and problem.walls:
         message += FREE_BAND_WORDS
+    if known:
+        message += _held_from_sliding(problem, minimum)
     return Equilibrium(
         problem=problem,
         status=status,
@@ -649,6 +653,26 @@ def found_at(
         moved=minimum.moved,
         quadrature_error=integral,
         nonconvex=convexity.share(problem, minimum.x) if known else None,
+    )
+
+
+def _held_from_sliding(problem: Problem, minimum: Minimum) -> str:
+    """What a band says whose segments push it along itself; "" where they do not.
+
+    Sliding changes no energy of the strip but that of the segments, unless these are their own mirror image about the
+    middle of the first (`ribbon.problems.held.Held.slides`). With c = eta_0 + eta_1 = 0 held by a multiplier y, the
+    push is y dc/ds = 2 y eta'.
+    """
+    where = problem.block_slices().get("gauge_slide") if problem.row_count else None
+    if where is None:
+        return ""
+    held = float(minimum.rows[where][0])
+    if not abs(held) > _SLIDES * max(1.0, float(np.abs(minimum.rows).max())):
+        return ""
+    push = 2.0 * abs(held * problem.parameters(minimum.x)[0, 0 if problem.fields.free else 2])
+    return (
+        f"; its segments push it along itself with {push:.2g} D w / l^2: make them mirror images about the middle of "
+        "the first"
     )
 
 
