@@ -167,7 +167,7 @@ class ShellModel:
             "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.up", "gravity.acceleration",
             "clamp.start.position", "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal",
             "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
-            "clamp.end.across", "seed.curvature", "path", "shell.*",
+            "clamp.end.across", "closure.kind", "closure.turns", "seed.curvature", "path", "shell.*",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
@@ -176,6 +176,7 @@ class ShellModel:
         "clamp.start.ruling": "shell.clamp says what a shell's clamp holds",
         "clamp.end.ruling": "shell.clamp says what a shell's clamp holds",
         "seed.ruling": "a shell has no rulings",
+        "closure.ruling": "a shell has no rulings",
         "model.*": _RIBBON,
     }
 

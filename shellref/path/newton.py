@@ -87,11 +87,12 @@ def _remaining(before: float, correction: float) -> float:
 class Equilibrium:
     """Newton for one model; counts iterations, factorisations and seconds by part."""
 
-    def __init__(self, model: NaghdiModel, options: ShellOptions):
+    def __init__(self, model: NaghdiModel, options: ShellOptions, supports: Supports | None = None):
+        """supports: others than the body's."""
         self.model, self.options = model, options
-        self.supports: Supports = model.body.supports(model.grid, model.nodes)
+        self.supports: Supports = model.body.supports(model.grid, model.nodes) if supports is None else supports
         held = self.supports
-        self.increments = Increments(held.translations, held.directors, model.owned, held.edges)
+        self.increments = Increments(held.translations, held.directors, model.owned, held.edges, held.tie)
         everywhere = api.gather_rows(model.comm, np.array([[float(self.increments.unknowns)]]))[:, 0]
         self.unknowns = int(everywhere.sum())
         self._offset = int(everywhere[: model.comm.rank].sum())
@@ -160,7 +161,7 @@ class Equilibrium:
     def _edges_placed(self, placed: np.ndarray, state: np.ndarray, control: Control) -> np.ndarray:
         for edge in self.supports.edges:
             placed[edge.nodes] = edge.placed(state, control)
-        return placed
+        return placed if self.supports.tie is None else self.supports.tie.placed(placed)
 
     def _held_rate(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
         """d(target)/dload (nodes, 6): a difference within the stage."""
@@ -170,7 +171,7 @@ class Equilibrium:
         for edge in self.supports.edges:
             ahead, back = (edge.placed(state, stage.at(load + x)) for x in (STEP, -STEP))
             rate[edge.nodes] = (ahead - back) / (2.0 * STEP)
-        return rate
+        return rate if self.supports.tie is None else self.supports.tie.placed(rate)
 
     def reduced_residual(self, state: np.ndarray) -> np.ndarray:
         """P^T dE/du on the free increments (unknowns of this process,)."""

@@ -40,6 +40,8 @@ def solve(
     report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
     if (problem.released or problem.transverse_curvature) and comm.size > 1:
         raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
+    if problem.closed and comm.size > 1:
+        raise ShellInputError("processes", comm.size, "a closed strip needs one process")
     solver = Solver(strip, options, comm, report)
     if options.accuracy is not None and options.goal != "surface":
         from shellref.path.weighted import check

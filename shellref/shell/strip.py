@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from shellref.inputs import ShellInputError
+from shellref.seam import gauge
+from shellref.seam.ties import Tie
 from shellref.shell.body import Body, Control, Stage, Supports, line_force
 from shellref.shell.clamps import PosePath, held_nodes
-from shellref.shell.director import HELD, Edge
+from shellref.shell.director import FREE, HELD, Edge
 from shellref.shell.edges import FlatEdge, RigidEdge
 from shellref.shell.grid import Grid, knots_across, knots_along, snapped
 from shellref.shell.midsurface import Cylinder, flat_strip, natural_curve, natural_strip, turning_angle
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import Pose, ShellProblem
+from shellref.shell.surface import ShellSurface
 
 LAYER_ELEMENTS = 2  # elements in an edge layer
 
@@ -35,6 +39,8 @@ class Strip:
         """Positions and directors (n, 6) where the path begins."""
         p = self.problem
         s, v = nodes.T
+        if self.start is None and p.closed:
+            return np.hstack(natural_strip(s, v, np.zeros(3), np.eye(3), self.start_curvature))
         if self.start is None:
             return self._at_rest(s, v)
         pose = self.start.poses[0]
@@ -43,6 +49,23 @@ class Strip:
             points, directors = Cylinder(curvature_across=p.transverse_curvature).place(s, v)
             return np.hstack([position + points @ frame.T, directors @ frame.T])
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
+
+    def supports_near(self, state: np.ndarray, nodes: np.ndarray) -> Supports | None:
+        """What holds a closed strip that nothing holds, near a state (n, 6) of its nodes; None: the body's own."""
+        if not self.problem.closed or self.start is not None:
+            return None
+        grid = self.body.grid
+        order = grid.order(nodes)
+        points = state[order, :3]
+        slide = None
+        if self.problem.slides:
+            surface = ShellSurface(grid.s_nodes, grid.v_nodes, points, state[order, 3:], grid.degree)
+            slide = surface.along(grid.s_nodes[:-1], grid.v_nodes).reshape(-1, 3)
+        mask = np.zeros((len(nodes), 3), dtype=bool)
+        mask[order[:-1].ravel()] = gauge.held(points[:-1].reshape(-1, 3), slide)
+        placed = state.copy()
+        directors = np.full(len(nodes), FREE)
+        return Supports(mask, directors, lambda move: placed, (), _tie(self.problem, grid, nodes))
 
     def _at_rest(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Where a free strip begins (n, 6): its middle is where the supports of `_isostatic` hold it."""
@@ -89,13 +112,15 @@ def _ratio(knots, target: float) -> float:
 
 def strip_grid(problem: ShellProblem, refine: tuple[int, int] = (1, 1)) -> Grid:
     """The mesh of a strip; every element cut in `refine` (along, across). Raises ShellInputError for held corners."""
-    (nx, ny), both = problem.elements, problem.end is not None
+    (nx, ny), both = problem.elements, problem.end is not None or problem.closed
     along, across = problem.grading
     if problem.edge_layer is not None:
         layer = layer_width(problem) if problem.edge_layer == "auto" else float(problem.edge_layer)
         target = layer / LAYER_ELEMENTS
         along = _ratio(lambda ratio: knots_along(nx, ratio, both), target)
         across = _ratio(lambda ratio: knots_across(ny, ratio, problem.width), target)
+    if problem.closed and problem.clamp == "free":
+        along = 1.0  # no place along it is known to need more than another
     s, v = knots_along(nx, along, both), knots_across(ny, across, problem.width)
     if problem.corner is not None:
         half, c = 0.5 * problem.width, problem.corner
@@ -242,8 +267,9 @@ def _supports(
     end: PosePath | None,
 ) -> Supports:
     """What is held of a strip and how it moves."""
+    tie = _tie(problem, grid, nodes)
     if start is None:
-        return _isostatic(grid, nodes)
+        return dataclasses.replace(_isostatic(grid, nodes), tie=tie)
     half = 0.5 * problem.width
     held = [held_nodes(nodes, problem.clamp, 0.0, half, corner), np.zeros(len(nodes), dtype=bool)]
     if end is not None:
@@ -266,6 +292,8 @@ def _supports(
                     out[where] = np.hstack(flat_strip(nodes[where, 0] - origin, nodes[where, 1], position, frame))
         return out
 
+    if tie is not None:
+        held[0][tie.nodes] = held[0][tie.partners]  # put in place with them
     base = Supports.none(len(nodes)).hold(held[0] | held[1], "xyz", HELD)
     edges: list[Edge] = []
     for k, (name, path) in enumerate((("start", start), ("end", end))):
@@ -273,7 +301,15 @@ def _supports(
             None if path is None else _edge(problem, k, name, path, np.flatnonzero(held[k]), nodes, rigid(held[k], k))
         )
         edges += [] if edge is None else [edge]
-    return Supports(base.translations, base.directors, placement, tuple(edges))
+    return Supports(base.translations, base.directors, placement, tuple(edges), tie)
+
+
+def _tie(problem: ShellProblem, grid: Grid, nodes: np.ndarray) -> Tie | None:
+    """The seam of a closed strip."""
+    if problem.half_turns is None:
+        return None
+    order = grid.order(nodes)
+    return Tie.of_rows(order[0], order[-1], problem.half_turns)
 
 
 def _edge(
