@@ -106,9 +106,30 @@ class Equilibrium:
         weights = model.nodal_areas[:, None] * np.ones(3)
         weights[model.owned :] = 0.0
         self._weights = weights / float(api.sum_over(model.comm, weights[:, 0].sum()))
-        nodal, h = model.nodal_areas, model.body.thickness
         # areal mass 1, rotary inertia h^2 / 12
-        self.mass = self.increments.nodal(nodal, h**2 / 12.0 * nodal, model.reference)
+        self._inertia = model.nodal_areas, model.body.thickness**2 / 12.0 * model.nodal_areas
+        self.mass = self.increments.nodal(*self._inertia, model.reference)
+
+    def moving_mass(self, state: np.ndarray) -> np.ndarray | None:
+        """C (unknowns, k): M - C C^T is the mass of a shell that is free to move as `Supports.motions` says, on the
+        unknowns that are left; None: there are no such motions.
+
+        With motions N, M the mass of all components, and M - M N (N^T M N)^-1 N^T M the mass that is left when each
+        increment is brought to rest by the motion that takes most from it, C = M N R^-1, R^T R = N^T M N.
+        """
+        if self.supports.motions is None:
+            return None
+        increments, bases = self.increments, self._bases(state)
+        found = self.supports.motions(state)
+        five = np.stack([increments.components(field, bases) for field in found])  # (k, n, 5)
+        translation, turn = self._inertia
+        mass = np.stack([translation] * 3 + [turn] * 2, axis=1)
+        if increments.tie is not None:
+            mass = increments.tie.joined(mass)
+        heavy = (mass * five).reshape(len(five), -1)
+        root = np.linalg.cholesky(heavy @ five.reshape(len(five), -1).T)  # lower: N^T M N = root root^T
+        moved = np.linalg.solve(root, heavy).reshape(five.shape)
+        return np.ascontiguousarray(moved[:, increments.active].T)
 
     def _size(self) -> float:
         """Largest extent of the reference along an axis, to which corrections are compared."""

@@ -46,7 +46,8 @@ class Supports:
     translations (n, 3): components of the position that are held. directors (n,): director.FREE, HELD or an axis (0, 1,
     2) to which the director stays normal. placement(move) -> (n, 6): values of everything held (other entries unused);
     None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own; tie: nodes
-    that are one with others; one process only, both.
+    that are one with others; one process only, both. motions(state (n, 6)) -> (k, n, 6): what the held components keep
+    the shell from, and nothing resists; None: nothing of that kind.
     """
 
     translations: np.ndarray
@@ -54,6 +55,7 @@ class Supports:
     placement: Placement | None = None
     edges: tuple[Edge, ...] = ()
     tie: Tie | None = None
+    motions: Callable[[np.ndarray], np.ndarray] | None = None
 
     @classmethod
     def none(cls, n: int) -> Supports:
@@ -69,7 +71,7 @@ class Supports:
             crossed = where & (directors != FREE) & (directors != director)
             directors[where] = director
             directors[crossed] = HELD  # normal to two axes at once: it cannot move
-        return Supports(translations, directors, self.placement, self.edges, self.tie)
+        return Supports(translations, directors, self.placement, self.edges, self.tie, self.motions)
 
 
 @dataclass(frozen=True)

@@ -217,6 +217,10 @@ class Increments:
             out[edge.nodes] = np.einsum("mic,mc->mi", tangents, q)
         return out
 
+    def components(self, field: np.ndarray, bases: Bases) -> np.ndarray:
+        """(n, 5) of a field of tangent vectors (n, 6): what `expand` makes it of, held components too."""
+        return np.concatenate([field[:, :3], np.einsum("nik,ni->nk", bases.directors, field[:, 3:])], axis=1)
+
     def _joined(self, five: np.ndarray) -> np.ndarray:
         return five if self.tie is None else self.tie.joined(five)
 

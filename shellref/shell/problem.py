@@ -202,7 +202,9 @@ class ShellProblem:
             remedy = "a curved section is not joined here: leave the strip open, or flat across"
             raise ShellInputError("transverse_curvature", self.transverse_curvature, remedy)
         if self.clamp == "corners":
-            raise ShellInputError("clamp", self.clamp, 'a closed strip is held at its seam ("edge") or nowhere ("free")')
+            raise ShellInputError(
+                "clamp", self.clamp, 'a closed strip is held at its seam ("edge") or nowhere ("free")'
+            )
         if self.elements[0] < FEWEST_CLOSED:
             raise ShellInputError("elements", self.elements, f"a closed strip needs {FEWEST_CLOSED} along, or more")
         if self.start_curvature is None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from shellref.inputs import ShellInputError
 from shellref.seam import gauge
-from shellref.seam.ties import Tie
+from shellref.seam.ties import Tie, turned
 from shellref.shell.body import Body, Control, Stage, Supports, line_force
 from shellref.shell.clamps import PosePath, held_nodes
 from shellref.shell.director import FREE, HELD, Edge
@@ -19,7 +19,6 @@ from shellref.shell.grid import Grid, knots_across, knots_along, snapped
 from shellref.shell.midsurface import Cylinder, flat_strip, natural_curve, natural_strip, turning_angle
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import Pose, ShellProblem
-from shellref.shell.surface import ShellSurface
 
 LAYER_ELEMENTS = 2  # elements in an edge layer
 
@@ -54,18 +53,23 @@ class Strip:
         """What holds a closed strip that nothing holds, near a state (n, 6) of its nodes; None: the body's own."""
         if not self.problem.closed or self.start is not None:
             return None
-        grid = self.body.grid
+        grid, sign = self.body.grid, turned(self.problem.half_turns or 0)
         order = grid.order(nodes)
-        points = state[order, :3]
-        slide = None
-        if self.problem.slides:
-            surface = ShellSurface(grid.s_nodes, grid.v_nodes, points, state[order, 3:], grid.degree)
-            slide = surface.along(grid.s_nodes[:-1], grid.v_nodes).reshape(-1, 3)
+        own = order[:-1].ravel()
+        uniform = self.problem.slides and not gauge.turns(state[order], grid.degree, sign)
+
+        def motions(now: np.ndarray) -> np.ndarray:
+            field, slide = now[order], None
+            if uniform:
+                slide = gauge.sliding(field, grid.s_nodes, grid.degree, sign).reshape(-1, 6)
+            out = np.zeros((7 if uniform else 6, *now.shape))
+            out[:, own] = gauge.motions(field[:-1].reshape(-1, 6), slide)
+            return out
+
         mask = np.zeros((len(nodes), 3), dtype=bool)
-        mask[order[:-1].ravel()] = gauge.held(points[:-1].reshape(-1, 3), slide)
-        placed = state.copy()
-        directors = np.full(len(nodes), FREE)
-        return Supports(mask, directors, lambda move: placed, (), _tie(self.problem, grid, nodes))
+        mask[own] = gauge.held(motions(state)[:, own])
+        placed, free = state.copy(), np.full(len(nodes), FREE)
+        return Supports(mask, free, lambda move: placed, (), _tie(self.problem, grid, nodes), motions)
 
     def _at_rest(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Where a free strip begins (n, 6): its middle is where the supports of `_isostatic` hold it."""

@@ -76,10 +76,6 @@ class ShellSurface:
         """Positions of the material line v = 0: shape of s + (3,), units l."""
         return self.evaluate(s, self._middle())
 
-    def along(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """dphi/dS on the grid s (m,) x v (k,), as seen from above S: (m, k, 3)."""
-        return self._interpolate(self.points, np.asarray(s)[:, None], np.asarray(v)[None, :], slope=True)
-
     def frames(self, s: np.ndarray) -> np.ndarray:
         """Frames on v = 0, shape of s + (3, 3), columns t_x t_y t_z.
 
