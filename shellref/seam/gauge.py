@@ -27,7 +27,7 @@ OWN = 0.03
 
 
 def slid(field: np.ndarray, rows: int, sign: int) -> np.ndarray:
-    """A closed band's field (n + 1, m, 6) moved along itself by `rows` rows of nodes; without its last row (n, m, 6)."""
+    """A closed band's field (n + 1, m, 6) slid by `rows` rows of nodes along itself; without its last row (n, m, 6)."""
     own = field[:-1]
     beyond = own[:rows, ::sign].copy()
     beyond[..., 3:] *= sign
