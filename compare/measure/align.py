@@ -71,8 +71,8 @@ def even_along(curvature: tuple[float, float], seam: int) -> bool:
 
 
 def slid(points: FloatArray, slide: float, seam: int) -> FloatArray:
-    """Points (k, m, 3) of a closed band at equally spaced s in [0, 1] and symmetric v, those of s + slide in their place:
-    linear between rows."""
+    """Points (k, m, 3) of a closed band, at equally spaced s in [0, 1] and symmetric v, from those at s + slide; linear
+    between rows."""
     rows = len(points) - 1
     place = np.arange(rows + 1) + slide * rows
     low = np.floor(place).astype(int)

@@ -194,13 +194,17 @@ def shell_words(scene: Scene) -> str:
     mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
     if shell.tolerance is not None:
         mesh += f" at first, refined to {shell.tolerance:g} {ASKED[shell.goal]}"
-    words = [f"its clamps hold {what} at {where}", mesh]
+    words = [_holds(scene, what, where), mesh]
     try:
         problem = shell_problem(scene, scene.require_shell()[0])
     except BadInput as refusal:
         way = f"its own path is not available ({refusal.key} {refusal.problem})"
     else:
-        if problem.start_curvature:
+        if problem.half_turns:
+            begin = "a circle whose end is turned and joined"
+        elif problem.closed:
+            begin = "a circle"
+        elif problem.start_curvature:
             begin = f"a planar arc of curvature {problem.start_curvature:.4g}/l"
         elif problem.start_curvature is None and any(scene.curvature) and shell.clamp == "edge" and not _both(problem):
             begin = "its natural shape"
@@ -219,6 +223,14 @@ def shell_words(scene: Scene) -> str:
     if shell_options(scene).coarse and coarse_meshes(shell_elements(scene)):
         words.append("on a coarse mesh first")
     return "; ".join(words)
+
+
+def _holds(scene: Scene, what: str, where: str) -> str:
+    """What holds the shell."""
+    if scene.closure is None:
+        return f"its clamps hold {what} at {where}"
+    held = "nothing holds it" if scene.clamp_start is None else f"its clamp holds {what} at the seam"
+    return f"its ends are joined node to node, and {held}"
 
 
 def _both(problem: ShellProblem) -> bool:
