@@ -42,7 +42,8 @@ class Motions:
 class Alignment:
     """x -> target + turn (x - centre), of the particles that were slid by `slide` (in l, towards larger s) before.
 
-    turn (3, 3) orthogonal, a reflection where `mirrored`; centre, target (3,).
+    turn (3, 3) orthogonal, a reflection where `mirrored`; centre, target (3,); seam: as of `Motions`; free: something
+    could be moved.
     """
 
     turn: FloatArray
@@ -50,6 +51,7 @@ class Alignment:
     target: FloatArray
     slide: float = 0.0
     seam: int = 0
+    free: bool = False
 
     @property
     def mirrored(self) -> bool:
@@ -135,7 +137,7 @@ def _fitted(points: FloatArray, reference: FloatArray, motions: Motions, slide: 
     elif len(axes) == 1:
         turn = _about(axes[0], a, b)
     gap = (target - (own + a @ turn.T)).mean(axis=0)
-    found = Alignment(turn, own, own + translations.T @ (translations @ gap), slide, motions.seam)
+    found = Alignment(turn, own, own + translations.T @ (translations @ gap), slide, motions.seam, True)
     return found, float(np.mean(np.sum((found.of(moved) - target) ** 2, axis=1)))
 
 
