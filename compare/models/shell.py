@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
+from compare.measure.align import Motions, aligned, even_along
 from compare.measure.distance import grid_hausdorff
 from compare.measure.numbers import nested
 from compare.models.base import (
@@ -42,7 +43,7 @@ from compare.models.base import (
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.reference import STRETCHING, beside_mesh, judged
-from compare.models.shell_build import shell_elements, shell_options, shell_problem
+from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
 
@@ -167,7 +168,7 @@ class ShellModel:
             "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.up", "gravity.acceleration",
             "clamp.start.position", "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal",
             "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
-            "clamp.end.across", "seed.curvature", "path", "shell.*",
+            "clamp.end.across", "closure.kind", "closure.turns", "seed.curvature", "path", "shell.*",
         }
     )  # fmt: skip
     without_effect: Mapping[str, str] = {
@@ -176,6 +177,7 @@ class ShellModel:
         "clamp.start.ruling": "shell.clamp says what a shell's clamp holds",
         "clamp.end.ruling": "shell.clamp says what a shell's clamp holds",
         "seed.ruling": "a shell has no rulings",
+        "closure.ruling": "a shell has no rulings",
         "model.*": _RIBBON,
     }
 
@@ -307,7 +309,8 @@ class ShellModel:
         state, other = found
         error = None
         if state.ok and other.ok and state.shape is not None and other.shape is not None:
-            error = grid_hausdorff(options.grid.of(state.shape), options.grid.of(other.shape))
+            points = options.grid.of(state.shape)
+            error = grid_hausdorff(points, aligned(options.grid.of(other.shape), points, state.motions))
         checked = check.label if other.ok else f"{check.label}: {other.word}"
         return Reference(state, f"{fine.label}, {ratio}", error, checked, other)
 
@@ -406,9 +409,19 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
             "share_error": _share_error(discretisation),
         },
         start=START[case.start or "path"],
+        motions=motions_of(scene),
         reused=case.reused,
         native=case,
     )
+
+
+def motions_of(scene: Scene) -> Motions | None:
+    """What nothing resists: of a band that no clamp holds the rigid motions, and its sliding along itself."""
+    if scene.closure is None or scene.clamp_start is not None:
+        return None
+    sign = -1 if HALF_TURNS[scene.closure.kind] % 2 else 1
+    seam = sign if even_along(scene.curvature, sign) else 0
+    return Motions(np.eye(3), np.eye(3), None, seam, bool(seam) and not any(scene.curvature))
 
 
 def _share_error(discretisation: Mapping[str, Any]) -> float | None:

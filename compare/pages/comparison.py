@@ -219,6 +219,7 @@ def verdict(comparison: Comparison) -> list[str]:
     units = Units.of(comparison.scene)
     elsewhere = [row for row in comparison.rows if fast.ok and row.hausdorff is not None and row.same_state is not True]
     said = [f"{another_state(row, fast, units)}." for row in elsewhere]
+    said += _laid(comparison)
     said += separable(comparison)
     if comparison.slope is not None:
         low, high = comparison.slope.spread
@@ -259,6 +260,20 @@ def verdict(comparison: Comparison) -> list[str]:
         if row.status != "converged"
     ]
     return said
+
+
+def _laid(comparison: Comparison) -> list[str]:
+    """How shapes that nothing holds were laid on each other before distances were taken."""
+    found = [(row, row.laid) for row in comparison.rows if row.laid is not None and row.laid.free]
+    if not found:
+        return []
+    row, last = found[-1]
+    words = "moved and turned as a whole"
+    if last.seam:
+        words += f", and slid along itself (at w/h = {row.width_to_thickness:g} by {last.slide:.1e} l)"
+    if last.mirrored:
+        words += "; the mirror image is compared, the band of the other hand"
+    return [f"Nothing holds the band: the {comparison.fast.model} is laid on the shell by least squares, {words}."]
 
 
 def _tension(comparison: Comparison) -> list[str]:

@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import Missing, ShellMissing
+from compare.measure.align import Alignment, alignment, both
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import BESIDE, Energy, Model, Options, Shape, State, Variant, check_keys
@@ -62,6 +63,7 @@ class Row:
     shell rests in the state that is beside it, None: not known, or no shell; same_why: how that was found; counterpart:
     where the model beside comes to rest from the shell's shape, where that is another state than its own; shell_errors:
     of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`); `claimed` is of one state only;
+    laid: how the ribbon was moved before distances were taken, where nothing resists that;
     warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports and
     compilation; searched: it holds a search for segments.
     """
@@ -91,6 +93,7 @@ class Row:
     start: str = "path"
     begun_again: str = ""
     share_error: float | None = None
+    laid: Alignment | None = None
     warm: bool = field(kw_only=True)
     searched: bool = field(kw_only=True)
 
@@ -280,13 +283,15 @@ def _row(
     same: Same,
 ) -> Row:
     """The row of one shell; without a converged surface it keeps the status and no distances."""
-    hausdorff = centreline = planar = None
+    hausdorff = centreline = planar = laid = None
     shape: Shape | None = state.shape if state.ok else None
     if shape is not None:
         line = shape.centreline(grid.s)
         if fast_points is not None and fast_line is not None:
-            hausdorff = grid_hausdorff(fast_points, grid.of(shape))
-            centreline = centreline_distance(fast_line, line)
+            points = grid.of(shape)
+            laid = alignment(fast_points, points, both(fast.motions, state.motions))
+            hausdorff = grid_hausdorff(laid.of(fast_points), points)
+            centreline = centreline_distance(laid.particles(fast_line[:, None])[:, 0], line)
         if planar_line is not None:
             planar = centreline_distance(planar_line, line)
     known = hausdorff is not None and state.error is not None and fast.error is not None and same.answer is True
@@ -319,6 +324,7 @@ def _row(
         start=state.start,
         begun_again=same.again,
         share_error=state.numbers.get("share_error"),
+        laid=laid,
         warm=bool(fast.seconds.repeats),
         searched=variant.scene.model.tolerance is not None,
     )
