@@ -297,7 +297,7 @@ def _factor(row: Row, fast: str) -> str:
 
 def _left_plane(comparison: Comparison) -> str:
     """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
-    from compare.models.elastica_start import PLANAR, out_of_plane  # not where scikit-fem is not installed
+    from compare.models.elastica.start import PLANAR, out_of_plane  # not where scikit-fem is not installed
 
     shape = comparison.fast.shape
     if shape is None:

@@ -15,9 +15,9 @@ from compare.measure.grid import Grid
 from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
+from compare.models.capabilities import Rival
 from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.fields import stretching
-from compare.models.ribbon.rivals import Rival
 from compare.models.ribbon.state import RibbonShape
 from compare.models.ribbon.taut import taut
 from compare.models.ribbon.taut import words as taut_words
