@@ -368,19 +368,21 @@ class Effect:
 class Model(Protocol):
     """A model of a strip: what it reads of a scene, and how it answers.
 
-    reads: the scene keys that it honours ("wall.*": all of a section); without_effect: keys that it may be given and
-    that change nothing, each with the reason. A key that is set and in neither is refused by name (`check_keys`).
+    reads: the scene keys that it honours; without_effect: keys that it may be given and that change nothing, each with
+    the reason (`compare.models.keys` has sets of both). A key that is set and in neither is refused by name
+    (`check_keys`).
     What its numbers depend on is not declared: all that its module imports (`compare.registry.home`).
-    presenter: dotted name of the module that draws and writes what only this model has; None: what every state has.
+    presenter: where its `compare.pages.presenter.Presenter` stands, as ``module:NAME``; None: what every state has.
     """
 
     name: str
     reads: frozenset[str]
     without_effect: Mapping[str, str]
-    presenter: str | None
+    presenter: str | None = None
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """Why this scene is not for this model, beyond its keys; None: it is."""
+        return None
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
         """The solves that the scene asks for; here: one."""
@@ -411,19 +413,19 @@ class Model(Protocol):
         """The effects that the scene switches on or leaves out."""
 
 
-def covered(key: str, patterns: Mapping[str, Any] | frozenset[str]) -> bool:
-    """Whether a dotted key is in `patterns`, itself or by its section ("wall.*")."""
-    section, _, _ = key.rpartition(".")
-    return key in patterns or f"{section}.*" in patterns or f"{key.split('.')[0]}.*" in patterns
-
-
 def check_keys(model: Model, scene: Scene) -> None:
-    """`BadInput` for the first key that the scene sets and the model does not read, and for what it refuses beyond."""
+    """`BadInput` for the first key that the scene sets and the model does not read, and for what it refuses beyond.
+
+    Raises ValueError for a model that names keys by a pattern ("clamp.*"), which would swallow a key that is new.
+    """
+    patterns = sorted(key for key in (*model.reads, *model.without_effect) if "*" in key)
+    if patterns:
+        raise ValueError(f"the model {model.name} names {patterns[0]}: name keys, or sets of compare.models.keys")
     refused = model.refusal(scene)
     if refused is not None:
         raise refused
     for key in sorted(scene.given()):
-        if not covered(key, model.reads) and not covered(key, model.without_effect):
+        if key not in model.reads and key not in model.without_effect:
             raise BadInput(
                 key, None, f"is set, and the model {model.name} does not read it",
                 "leave it out, or choose another model",

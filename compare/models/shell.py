@@ -152,7 +152,7 @@ class ShellModel(Model):
     """The nonlinear Naghdi shell in FEniCSx."""
 
     name = "shell"
-    presenter: str | None = "compare.pages.shell"
+    presenter = "compare.pages.shell:PRESENTER"
     reads = (
         keys.STRIP | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
         | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL

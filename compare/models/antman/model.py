@@ -77,7 +77,7 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
     """The geometrically exact rod with bending, torsion, shear and stretch."""
 
     name = "antman"
-    presenter: str | None = "compare.pages.rods.antman"
+    presenter = "compare.pages.rods.antman:PRESENTER"
     sizes = (5, 10, 20, 40, 80)
     degrees = (1, 2, 3)
     reads = (

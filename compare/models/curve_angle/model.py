@@ -74,7 +74,6 @@ class CurveAngleModel(LineModel["Walk", "RodShape"]):
     """Kirchhoff's rod in positions and one angle (du Peloux 2017, chapter 4)."""
 
     name = "curve_angle"
-    presenter: str | None = None
     sizes = (10.0, 20.0, 40.0, 80.0, 160.0, 320.0)
     halvings = ("from edges cut in two", "from edges cut in two, in four")
     not_found = "the rod with its edges cut in two was not found"

@@ -96,7 +96,7 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
     """The planar inextensible elastica in scikit-fem."""
 
     name = "elastica"
-    presenter: str | None = "compare.pages.elastica"
+    presenter = "compare.pages.elastica:PRESENTER"
     sizes = (5, 10, 20, 40, 80)
     degrees = (1, 2, 3)
     reads = (

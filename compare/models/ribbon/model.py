@@ -54,7 +54,7 @@ class RibbonModel(Model):
     """The inextensible ribbon of the thesis, chained or glued."""
 
     name = "ribbon"
-    presenter: str | None = "compare.pages.ribbon"
+    presenter = "compare.pages.ribbon:PRESENTER"
     reads = (
         keys.STRIP | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE | keys.WALLS
         | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH

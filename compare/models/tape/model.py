@@ -126,7 +126,7 @@ class TapeModel(LineModel["Folding", "Tape"]):
     """A planar tape spring, enriched ("tape") or plain ("tape_plain")."""
 
     name = "tape"
-    presenter: str | None = "compare.pages.rods.tape"
+    presenter = "compare.pages.rods.tape:PRESENTER"
     sizes = (100.0, 200.0, 400.0, 800.0)
     not_found = "no equilibrium was found on elements half as long"
     reads = (

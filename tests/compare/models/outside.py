@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.errors import BadInput
+from compare.models import keys
 from compare.models.base import Effect, Energy, Pose, Seconds, Size, State, Status, Variant, pose_of
 from compare.models.capabilities import Evaluation
 
@@ -79,9 +80,10 @@ class Thread:
 
     name = "thread"
     presenter = None
-    reads = frozenset(
-        {"title", "strip.length", "strip.natural_curvature", "strip.gamma", "gravity.*", "clamp.*", "model.energy"}
-    )
+    reads = (
+        keys.TITLE | keys.inside("strip", "length", "gamma") | keys.NATURAL
+        | keys.inside("gravity", "up", "acceleration", "exact") | keys.BOTH_CLAMPS | keys.ENERGY
+    )  # fmt: skip
     without_effect: Mapping[str, str] = {
         "strip.width": "a thread has none", "strip.poisson": "it bends in a plane",
     }  # fmt: skip
