@@ -52,11 +52,11 @@ class Entry:
 
 BUILT_IN = (
     Entry("ribbon", RIBBON_ENERGIES, "compare.models.ribbon.model:RibbonModel"),
-    Entry("elastica", ("elastica",), "compare.models.elastica:ElasticaModel"),
-    Entry("curve_angle", ("curve_angle",), "compare.models.curve_angle:CurveAngleModel"),
-    Entry("antman", ("antman",), "compare.models.antman:AntmanModel"),
+    Entry("elastica", ("elastica",), "compare.models.elastica.model:ElasticaModel"),
+    Entry("curve_angle", ("curve_angle",), "compare.models.curve_angle.model:CurveAngleModel"),
+    Entry("antman", ("antman",), "compare.models.antman.model:AntmanModel"),
     Entry("shell", (), "compare.models.shell:ShellModel"),
-    Entry("tape", ("tape", "tape_plain"), "compare.models.tape:TapeModel"),
+    Entry("tape", ("tape", "tape_plain"), "compare.models.tape.model:TapeModel"),
 )
 
 

@@ -79,7 +79,7 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     """The folder into which the scene was solved, and the exit code of that."""
     from compare.commands.solve import solve_into
     from compare.models.choice import chosen
-    from compare.pages.result import presenter_of
+    from compare.pages.presenter import presenter_of
     from compare.scene.given.source import STDIN, near
     from compare.scene.scene import parse_assignment, shipped
 
@@ -91,9 +91,9 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     scene = common.loaded(options, options.source)
     keys = dict(parse_assignment(text) for text in options.assignments)
     scene = scene.replace(keys) if keys else scene
-    own = presenter_of(chosen(scene))
-    if hasattr(own, "no_surface"):
-        raise own.no_surface(scene)
+    refused = presenter_of(chosen(scene)).no_surface(scene)
+    if refused is not None:
+        raise refused
     parent = None if options.out is None else Path(options.out) / "solve"
     options.scene, options.leave_saddle, options.stay, options.time = options.source, False, False, False
     asked = argparse.Namespace(**{**vars(options), "out": parent, "command": "solve"})

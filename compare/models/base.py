@@ -6,12 +6,12 @@ units of l, energies in D w / l, forces in D w / l^2, moments in D w / l, curvat
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -157,7 +157,9 @@ class Shape(Protocol):
         """Frames (k, 3, 3) at abscissae s (k,), columns across, normal, along."""
 
     def pose(self, s: float) -> Pose:
-        """Position and frame of the centreline at one abscissa (`pose_of` for a model without a better way)."""
+        """Position and frame of the centreline at one abscissa; a shape that names this class its base may go without
+        a way of its own."""
+        return pose_of(self, s)
 
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """Name -> numbers (k, m) or vectors (k, m, 3) at the particles; "normal" (unit vectors) among them, and
@@ -279,7 +281,8 @@ class State(Shown):
     share of the length on which the energy is not convex in curvature and twist, so that elements alone hold the state
     there, None: it always is; left_saddle:
     the saddle that was left for it, `above` (its energy over the state's, D w / l) and `mirrored` (whether the other
-    way leads to a state of the same energy; None: to none); None: none was.
+    way leads to a state of the same energy; None: to none); None: none was; scene: what it answers, where its model
+    goes on from there alone (`compare.models.line`).
     """
 
     model: str
@@ -315,6 +318,7 @@ class State(Shown):
     quadrature: float | None = None
     nonconvex: float | None = None
     left_saddle: Mapping[str, Any] | None = None
+    scene: Scene | None = field(default=None, repr=False)
 
     @property
     def ok(self) -> bool:
@@ -361,52 +365,28 @@ class Effect:
     seconds: float | None = None
 
 
-@dataclass(frozen=True)
-class Evaluation:
-    """What a model evaluates again and again while it solves a scene: its formulation, why that one, unknowns that
-    nothing fixes, how many of them have bounds, constraints, what one evaluation is `of`, and its seconds (s)."""
-
-    formulation: str
-    why: str
-    unknowns: int
-    bounds: int
-    constraints: int
-    of: str
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Reference:
-    """The finest state that a model has of a scene: what it is, its own error (Hausdorff over l) by the comparison that
-    `checked` names; None where that did not converge. against: the state it was compared with, where that was solved
-    from its start as any size is, so that its time is one of that size."""
-
-    state: State
-    what: str
-    error: float | None
-    checked: str
-    against: State | None = None
-
-
 class Model(Protocol):
     """A model of a strip: what it reads of a scene, and how it answers.
 
-    reads: the scene keys that it honours ("wall.*": all of a section); without_effect: keys that it may be given and
-    that change nothing, each with the reason. A key that is set and in neither is refused by name (`check_keys`).
+    reads: the scene keys that it honours; without_effect: keys that it may be given and that change nothing, each with
+    the reason (`compare.models.keys` has sets of both). A key that is set and in neither is refused by name
+    (`check_keys`).
     What its numbers depend on is not declared: all that its module imports (`compare.registry.home`).
-    presenter: dotted name of the module that draws and writes what only this model has; None: what every state has.
+    presenter: where its `compare.pages.presenter.Presenter` stands, as ``module:NAME``; None: what every state has.
     """
 
     name: str
     reads: frozenset[str]
     without_effect: Mapping[str, str]
-    presenter: str | None
+    presenter: str | None = None
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """Why this scene is not for this model, beyond its keys; None: it is."""
+        return None
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
-        """The solves that the scene asks for."""
+        """The solves that the scene asks for; here: one."""
+        return (Variant({}, scene),)
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """What `cost` varies, with its usual sizes."""
@@ -429,64 +409,23 @@ class Model(Protocol):
     def refined(self, state: State) -> State | None:
         """The same state on elements half as long, begun at it; None where the model does not go on."""
 
-    def reference(
-        self,
-        scene: Scene,
-        sizes: Sequence[Size],
-        *,
-        near: Shape | None = None,
-        options: Options | None = None,
-        say: Reporter | None = None,
-    ) -> Reference:
-        """A state as fine as the finest of `sizes` or finer, and its own error, on `options.grid`. A model may go
-        without this method: `compare.models.reference.usual` is then asked."""
-
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """The effects that the scene switches on or leaves out."""
 
 
-@runtime_checkable
-class Evaluates(Protocol):
-    """A model that can say what it evaluates, without solving the scene; a model need not."""
-
-    def evaluation(self, scene: Scene) -> Evaluation:
-        """The scene's problem as the model sees it. Raises `BadInput` like `Model.solve`."""
-
-
-@runtime_checkable
-class Rests(Protocol):
-    """A model that can say where it comes to rest from another model's shape; a model need not."""
-
-    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
-        """The state of the scene, on the elements of `state`, that is reached from `near`, whether or not it is
-        `state` again; None where none is found."""
-
-
-@runtime_checkable
-class Batches(Protocol):
-    """A model that can solve several scenes at once; a model need not."""
-
-    def together(self, scene: Scene) -> Hashable | None:
-        """What scenes have in common that `solve_together` takes at once; None: this scene goes alone."""
-
-    def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
-        """States of scenes with the same `together`, each as `Model.solve` finds it, to the last digit. Whatever it
-        raises of one of them, it raises for all."""
-
-
-def covered(key: str, patterns: Mapping[str, Any] | frozenset[str]) -> bool:
-    """Whether a dotted key is in `patterns`, itself or by its section ("wall.*")."""
-    section, _, _ = key.rpartition(".")
-    return key in patterns or f"{section}.*" in patterns or f"{key.split('.')[0]}.*" in patterns
-
-
 def check_keys(model: Model, scene: Scene) -> None:
-    """`BadInput` for the first key that the scene sets and the model does not read, and for what it refuses beyond."""
+    """`BadInput` for the first key that the scene sets and the model does not read, and for what it refuses beyond.
+
+    Raises ValueError for a model that names keys by a pattern ("clamp.*"), which would swallow a key that is new.
+    """
+    patterns = sorted(key for key in (*model.reads, *model.without_effect) if "*" in key)
+    if patterns:
+        raise ValueError(f"the model {model.name} names {patterns[0]}: name keys, or sets of compare.models.keys")
     refused = model.refusal(scene)
     if refused is not None:
         raise refused
     for key in sorted(scene.given()):
-        if not covered(key, model.reads) and not covered(key, model.without_effect):
+        if key not in model.reads and key not in model.without_effect:
             raise BadInput(
                 key, None, f"is set, and the model {model.name} does not read it",
                 "leave it out, or choose another model",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import cast
 
 from compare.errors import BadInput
 from compare.models.base import Effect, Model, Size, check_keys
+from compare.models.capabilities import Differentiates, Fittable
 from compare.registry import model, name_for
 from compare.scene.scene import Scene
 
@@ -43,6 +45,12 @@ def third_opinion(scene: Scene, beside: Model) -> Model | None:
 def is_third_opinion(found: Model) -> bool:
     """Whether a model is the one that is the third opinion beside others."""
     return found.name == "elastica"
+
+
+def differentiable(scene: Scene) -> Fittable:
+    """The model by whose derivatives keys of the scene are fitted: the chosen one; where that has none, the ribbon."""
+    found: Model = chosen(scene)
+    return cast(Fittable, found if isinstance(found, Differentiates) else model("ribbon"))
 
 
 def shell_in_words(scene: Scene) -> Effect:

@@ -15,7 +15,8 @@ from compare.measure.distance import grid_hausdorff
 from compare.measure.error import beyond, error_of_first, error_of_last
 from compare.measure.grid import Grid
 from compare.measure.numbers import errors_of, numbers_of
-from compare.models.base import Model, Options, Reference, Shape, Size, State
+from compare.models.base import Model, Options, Shape, Size, State
+from compare.models.capabilities import Reference, Refers
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
@@ -38,11 +39,10 @@ def reference(
     options: Options | None = None,
     say: Reporter | None = None,
 ) -> Reference:
-    """The model's own `reference` (`compare.models.base.Model`), or, of a model that has none, the `usual` one."""
-    own = getattr(model, "reference", None)
-    if own is None:
-        return usual(model, scene, sizes, near=near, options=options, say=say)
-    return own(scene, sizes, near=near, options=options, say=say)  # type: ignore[no-any-return]
+    """The model's own `reference` (`compare.models.base.Refers`), or, of a model that has none, the `usual` one."""
+    if isinstance(model, Refers):
+        return model.reference(scene, sizes, near=near, options=options, say=say)
+    return usual(model, scene, sizes, near=near, options=options, say=say)
 
 
 def usual(

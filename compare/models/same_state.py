@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 from compare.measure.align import Motions, aligned, both
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grades import GOOD_UP_TO
-from compare.models.base import BESIDE, Rests
+from compare.models.base import BESIDE
+from compare.models.capabilities import Rests
 
 if TYPE_CHECKING:
     import numpy as np

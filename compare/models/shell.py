@@ -19,6 +19,7 @@ from compare.errors import BadInput
 from compare.measure.align import Motions, aligned, even_along
 from compare.measure.distance import grid_hausdorff
 from compare.measure.numbers import nested
+from compare.models import keys
 from compare.models.base import (
     BESIDE,
     NEAR,
@@ -26,9 +27,8 @@ from compare.models.base import (
     Energy,
     Force,
     Ladder,
+    Model,
     Options,
-    Pose,
-    Reference,
     Seconds,
     Shape,
     Size,
@@ -38,8 +38,8 @@ from compare.models.base import (
     Variant,
     natural_constant,
     on_strip,
-    pose_of,
 )  # fmt: skip
+from compare.models.capabilities import Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.reference import STRETCHING, beside_mesh, judged
@@ -87,12 +87,10 @@ START = {
     "path (the start is refused)": "path (the ribbon's is refused)",
 }
 
-_RIBBON = "how the ribbon beside it is discretised and solved"
-
 
 @dataclass(frozen=True)
-class ShellShape:
-    """The shell's middle surface (`compare.models.base.Shape`).
+class ShellShape(Shape):
+    """The shell's middle surface.
 
     curvature: the scene's natural one at both ends, 1/l.
     """
@@ -124,10 +122,6 @@ class ShellShape:
         """Frames (k, 3, 3) of the centreline, columns across, normal, along."""
         return self.surface.frames(on_strip(s))
 
-    def pose(self, s: float) -> Pose:
-        """Position and frame of the centreline at one abscissa."""
-        return pose_of(self, s)
-
     def fields(self, s: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """S, v, normal (the director), and the energies per area of the cell around each particle, D / l^2:
         the parts bending, membrane, shear with the constant of the natural curvature, and energy_density, their sum
@@ -155,31 +149,22 @@ class ShellShape:
         }
 
 
-class ShellModel:
-    """`compare.models.base.Model`: the nonlinear Naghdi shell in FEniCSx."""
+class ShellModel(Model):
+    """The nonlinear Naghdi shell in FEniCSx."""
 
     name = "shell"
-    presenter: str | None = "compare.pages.shell"
-    reads = frozenset(
-        {
-            "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
-            "strip.transverse_curvature", "clamp.start.slide", "clamp.end.slide", "clamp.start.section",
-            "clamp.end.section",
-            "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.up", "gravity.acceleration",
-            "clamp.start.position", "clamp.start.frame", "clamp.start.tangent", "clamp.start.normal",
-            "clamp.start.across", "clamp.end.position", "clamp.end.frame", "clamp.end.tangent", "clamp.end.normal",
-            "clamp.end.across", "closure.kind", "closure.turns", "seed.curvature", "path", "shell.*",
-        }
+    presenter = "compare.pages.shell:PRESENTER"
+    reads = (
+        keys.STRIP | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
+        | keys.CLOSED | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
     )  # fmt: skip
-    without_effect: Mapping[str, str] = {
-        "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
-        "gravity.exact": "the shell always weighs its surface",
-        "clamp.start.ruling": "shell.clamp says what a shell's clamp holds",
-        "clamp.end.ruling": "shell.clamp says what a shell's clamp holds",
-        "seed.ruling": "a shell has no rulings",
-        "closure.ruling": "a shell has no rulings",
-        "model.*": _RIBBON,
-    }
+    without_effect = keys.because(
+        keys.UNSURE,
+        (keys.OVER_THE_SURFACE, "the shell always weighs its surface"),
+        (keys.CLAMP_RULINGS, "shell.clamp says what a shell's clamp holds"),
+        (keys.RULINGS & (keys.SEED | keys.CLOSURE), "a shell has no rulings"),
+        (keys.MODEL, "how the ribbon beside it is discretised and solved"),
+    )
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A scene without thickness, or held as no shell can be."""
@@ -368,9 +353,8 @@ def starting_surface(near: Shape, problem: ShellProblem) -> ShellSurface:
     from shellref.shell.strip import strip_grid
     from shellref.shell.surface import ShellSurface
 
-    own = getattr(near, "surface", None)
-    if isinstance(own, ShellSurface):
-        return own
+    if isinstance(near, ShellShape):
+        return near.surface
     grid = strip_grid(problem)
     s, v = grid.s_nodes, grid.v_nodes
     return ShellSurface(s, v, near.points(s, v), near.fields(s, v)["normal"], grid.degree)

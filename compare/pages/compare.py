@@ -11,8 +11,8 @@ from compare.page.si import for_reader, with_si
 from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
-from compare.pages.surfaces import write_shells
-from compare.pages.written import Written, write_any
+from compare.pages.presenter import presenter
+from compare.pages.written import Written, write_shells
 from compare.pictures import comparison as figures
 from compare.report.write import MARKDOWN, read_report, write_report
 from compare.scene.units import Units
@@ -28,8 +28,7 @@ def write(out: Path, comparison: Comparison, again: str) -> Path:
     surfaces.png, centreline.csv, ribbon.vtu, ribbon.npz and shell_wNNNN.vtu (NNNN: w/h). again: the command line.
     """
     scene = comparison.scene
-    own = results.presenter(comparison.fast)
-    written = (write_any if own is None else own.write)(out, scene, comparison.fast, comparison.grid)
+    written = presenter(comparison.fast).write(out, scene, comparison.fast, comparison.grid)
     figures.convergence(out / "convergence.png", comparison)
     figures.shapes(out / "shapes.png", comparison)
     result = results.comparison_result(comparison)

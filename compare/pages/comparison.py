@@ -102,7 +102,11 @@ def columns(*keys: str) -> tuple[ColumnOf[Row], ...]:
 def _named(column: Column, model: str) -> Column:
     """A column whose heading and legend are about another model than the ribbon."""
     heading, legend = (text.replace(BESIDE, model) for text in (column.heading, column.legend))
-    words = {word: word.replace(BESIDE, model) for word in (*START.values(), OWN_IS_HIGHER)} if column.key == "start" else column.words
+    words = (
+        {word: word.replace(BESIDE, model) for word in (*START.values(), OWN_IS_HIGHER)}
+        if column.key == "start"
+        else column.words
+    )
     return replace(column, heading=heading, legend=legend, words=words)
 
 
@@ -315,7 +319,7 @@ def _factor(row: Row, fast: str) -> str:
 
 def _left_plane(comparison: Comparison) -> str:
     """That the ribbon leaves the plane, where it does: then it is not the elastica's shape."""
-    from compare.models.elastica_start import PLANAR, out_of_plane  # not where scikit-fem is not installed
+    from compare.models.elastica.start import PLANAR, out_of_plane  # not where scikit-fem is not installed
 
     shape = comparison.fast.shape
     if shape is None:

@@ -20,7 +20,7 @@ from compare.page.told import length
 from compare.page.verdict import Check, Verdict, unchecked
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
-from compare.pages.surfaces import write_fast, write_shells
+from compare.pages.written import write_fast, write_shells
 from compare.scene.units import Units
 from compare.studies.checks import of_rows, of_state
 from compare.studies.compare import Row

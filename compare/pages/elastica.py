@@ -15,6 +15,7 @@ from compare.page import told
 from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
+from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.scene.check import beyond_the_ribbon
@@ -112,3 +113,8 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         ("discretisation error", "unknown" if state.error is None else told.length(units, state.error)),
         ("time", spent(state.seconds)),
     ]
+
+
+PRESENTER = Presenter(
+    result=result, rows=rows, sentences=sentences, write=write, explained=explained, no_surface=no_surface
+)

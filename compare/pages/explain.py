@@ -12,7 +12,8 @@ from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.page.told import length
 from compare.page.verdict import Verdict
-from compare.pages.result import presenter, state_result
+from compare.pages.presenter import presenter
+from compare.pages.result import state_result
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.made_by import provenance
@@ -204,13 +205,12 @@ def result(scene: Scene, found: Explanation, solves: Solves | None, shell: Shell
     if solves is None:
         about = {"scene": scene.name, "title": scene.title, "status": "explained", "provenance": provenance(scene)}
         return {**about, **dimensions(scene), "explanation": explanation, "without": None, "shell_without": shell}
-    own = getattr(presenter(solves.state), "explained", None)
     return {
         **state_result(scene, solves.state),
         "explanation": explanation,
         "without": dict(solves.without),
         "shell_without": shell,
-        **({} if own is None else own(explanation["effects"], solves.without)),
+        **presenter(solves.state).explained(explanation["effects"], solves.without),
     }
 
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from compare import registry
-from compare.models.base import covered
 from compare.page.table import Column, Table
 from compare.scene.declare import LENGTH, NONE, Key, Kind, keys_of, literal
 from compare.scene.keys import KEYS, SPECS
@@ -114,7 +113,7 @@ def table_of(names: Sequence[str]) -> Table:
 def described(name: str) -> list[tuple[str, str]]:
     """All that is known of a key, as names and texts; which models read it (which are imported for it)."""
     about = KEYS[name]
-    readers = [model for model in registry.names() if covered(name, registry.model(model).reads)]
+    readers = [model for model in registry.names() if name in registry.model(model).reads]
     said = [
         ("meaning", _plain_meaning(about)),
         ("kind", _plain(_kind(about))),

@@ -319,7 +319,7 @@ def write(
 
 def _surfaces(out: Path, comparison: Comparison) -> tuple[Surface, ...]:
     """Writes the surfaces of a scene; the shells begin coloured by the membrane's share."""
-    from compare.pages.surfaces import write_fast, write_shells
+    from compare.pages.written import write_fast, write_shells
 
     return (*write_fast(out, comparison), *write_shells(out, comparison, "membrane_share"))
 

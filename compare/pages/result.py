@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import asdict
 from typing import Any
 
 from compare.measure.error import error_of_first
 from compare.measure.numbers import ALONE, errors_of, nested, numbers_of
-from compare.models.base import Force, Model, Pose, Seconds, State, Supports
+from compare.models.base import Force, Pose, Seconds, State, Supports
 from compare.page.remedies import message
 from compare.page.si import dimensions, si_of
-from compare.registry import model
+from compare.pages.presenter import presenter
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.studies.compare import Comparison, Row
 from compare.studies.inputs import input_uncertainty
-
-
-def presenter(state: State) -> Any:
-    """The module that says, draws and writes what only this state's model has; None: what every state has will do."""
-    return presenter_of(model(state.model))
-
-
-def presenter_of(found: Model) -> Any:
-    """The same for a model, before it has solved anything."""
-    return None if found.presenter is None else importlib.import_module(found.presenter)
 
 
 def _pose(pose: Pose | None) -> dict[str, Any] | None:
@@ -76,7 +65,6 @@ def errors_result(state: State) -> dict[str, Any]:
 def state_result(scene: Scene, state: State) -> dict[str, Any]:
     """The contract's keys of a state, what its model's own page adds, and the scene's dimensions; what has a unit again
     under `si`, in m, N, N m and J."""
-    own = presenter(state)
     result = {
         "scene": scene.name,
         "title": scene.title,
@@ -113,8 +101,7 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
     unsure = input_uncertainty(scene, state)
     if unsure is not None:
         result["u_input"] = unsure.to_dict()
-    if own is not None:
-        result.update(own.result(scene, state))
+    result.update(presenter(state).result(scene, state))
     result["si"] = si_of(result, Units.of(scene))
     return result
 

@@ -15,9 +15,9 @@ from compare.measure.grid import Grid
 from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
+from compare.models.capabilities import Rival
 from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.fields import stretching
-from compare.models.ribbon.rivals import Rival
 from compare.models.ribbon.state import RibbonShape
 from compare.models.ribbon.taut import taut
 from compare.models.ribbon.taut import words as taut_words
@@ -27,6 +27,7 @@ from compare.page.page import Picture, Surface
 from compare.page.remedies import message
 from compare.page.si import with_si
 from compare.page.table import Column, Table
+from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.scene.scene import Scene
@@ -347,3 +348,6 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found.append(("discretisation error", f"{error}, {state.error_why}" if state.error_why else error))
     found.append(("time", spent(state.seconds)))
     return found
+
+
+PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write, undetermined=undetermined)

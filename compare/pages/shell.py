@@ -20,6 +20,7 @@ from compare.page.si import dimensions, for_reader, si_of, with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.page.verdict import Verdict
+from compare.pages.presenter import Presenter
 from compare.pages.result import errors_result
 from compare.pages.solve import answer as state_answer
 from compare.pages.written import Written
@@ -306,3 +307,6 @@ def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "")
         data=written.data,
         files={"result.json": "all numbers", **written.files},
     ).write(out, document(scene, states), again, scene)
+
+
+PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write)

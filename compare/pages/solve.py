@@ -14,8 +14,8 @@ from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
 from compare.page.told import energies, length, place
 from compare.page.verdict import Verdict
-from compare.pages.result import presenter, spent, state_result
-from compare.pages.written import write_any
+from compare.pages.presenter import presenter
+from compare.pages.result import spent, state_result
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.finite import explained
@@ -59,8 +59,7 @@ def answer(scene: Scene, state: State, units: Units | None = None, command: str 
 
 def remedy(scene: Scene, state: State) -> str:
     """Why the forces of a state are not known, and what its model says of them."""
-    own = presenter(state)
-    more = "" if own is None else own.undetermined(scene)
+    more = presenter(state).undetermined(scene)
     return state.whys["forces"] + (f"; {more}" if more else "")
 
 
@@ -86,7 +85,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     """What the command prints: name and text; in SI too where `units` (None: the scene's) are known."""
     units = Units.of(scene) if units is None else units
     own = presenter(state)
-    if own is not None:
+    if own.rows is not None:
         return list(own.rows(scene, state, units))
     energy = {} if state.energy is None else state.energy.to_dict()
     found = [
@@ -106,7 +105,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
 def sentences(scene: Scene, state: State) -> list[str]:
     """The state in sentences."""
     own = presenter(state)
-    if own is not None:
+    if own.sentences is not None:
         return list(own.sentences(scene, state))
     error = "unknown" if state.error is None else f"{state.error:.1e} l"
     return [f"{state.model}: {state.message}; discretisation error {error}, {state.seconds.warm * 1e3:.3g} ms."]
@@ -118,8 +117,7 @@ def write(out: Path, scene: Scene, state: State, again: str) -> None:
     verdict = answer(scene, state)
     atomic_write_json(out / RESULT, explained({**result, "answer": verdict}))
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
-    own = presenter(state)
-    written = (write_any if own is None else own.write)(out, scene, state, grid)
+    written = presenter(state).write(out, scene, state, grid)
     Study(
         "solve",
         scene.title,

@@ -1,4 +1,4 @@
-"""What has been written of a state, and what is written of a state of any model."""
+"""What has been written of a state, what is written of a state of any model, and the surfaces of a comparison."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.export.formats import array_csv
-from compare.export.surfaces import write_surface
+from compare.export.surfaces import write_shell, write_surface
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import Picture, Surface
@@ -18,6 +18,7 @@ from compare.page.table import Table
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes
+from compare.studies.compare import Comparison
 
 #: Points of a centreline file.
 LINE_POINTS = 401
@@ -48,3 +49,25 @@ def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     atomic_write_bytes(out / "centreline.csv", array_csv(*array_with_si(names, columns, _LENGTHS, Units.of(scene))))
     files = {name: "surface with fields (ParaView)", "centreline.csv": "centreline and frame"}
     return Written(files, (), (Surface(name, state.model, "ribbon"),))
+
+
+def write_fast(out: Path, comparison: Comparison, ending: str = "", before: str = "") -> tuple[Surface, ...]:
+    """The surface of the model beside the shells, where it has one; `ending` of the file's name, `before` the label."""
+    fast, grid = comparison.fast, comparison.grid
+    if fast.shape is None:
+        return ()
+    name = f"{fast.model}{ending}.vtu"
+    write_surface(out / name, fast.shape, grid)
+    return (Surface(name, f"{before}{fast.model}", "ribbon"),)
+
+
+def write_shells(out: Path, comparison: Comparison, colour: str = "") -> tuple[Surface, ...]:
+    """shell_wNNNN.vtu (NNNN: w/h) of every shell that has a surface; `colour`: the field to begin with."""
+    found = []
+    for row, state in zip(comparison.rows, comparison.shells, strict=True):
+        if state.ok:
+            ratio = row.width_to_thickness
+            name = f"shell_w{ratio:g}.vtu"
+            write_shell(out / name, state.native, comparison.grid)
+            found.append(Surface(name, f"shell, w/h = {ratio:g}", "shell", colour, width_to_thickness=ratio))
+    return tuple(found)

@@ -219,7 +219,9 @@ def compare(
             state = shell.solve(variant.scene, near=near, options=options, say=reporter)
             same = same_state(quick, own[k].scene, beside[k], state, grid)
             if near is not None and same.answer is not True and state.start not in SETTLED:
-                state, same = lower_state(shell, variant, state, same, quick, own[k].scene, beside[k], options, reporter)
+                state, same = lower_state(
+                    shell, variant, state, same, quick, own[k].scene, beside[k], options, reporter
+                )
         except Missing as why:
             raise ShellMissing(why, own[-1].scene, fast) from why
         rows.append(_row(beside[k], grid, *lines[k], planar, variant, state, same))
@@ -248,9 +250,7 @@ def lower_state(
     own = None if state.energy is None else state.energy.total
     if variant.scene.shell.start != "auto" or options.selects or not state.ok or own is None:
         return state, same
-    there = shell.solve(
-        variant.scene, near=fast.shape, options=replace(options, error=False, selects=True), say=say
-    )
+    there = shell.solve(variant.scene, near=fast.shape, options=replace(options, error=False, selects=True), say=say)
     its = None if there.energy is None else there.energy.total
     if not there.ok or its is None:
         why = f"begun at the surface of the {fast.model} the shell finds no stable state ({there.word})"

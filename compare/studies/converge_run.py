@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from compare.errors import BadInput
-from compare.models.base import covered
 from compare.models.choice import beside_the_shell
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -74,7 +73,7 @@ def prepared(scene: Scene, ratios: Sequence[float] | None = None, elements: tupl
 def check_rulings(scene: Scene, rulings: Sequence[str]) -> None:
     """`BadInput` for rulings at the clamp where the model beside the shells has none to choose."""
     beside = beside_the_shell(scene)
-    if rulings and not covered(RULING, beside.reads):
+    if rulings and RULING not in beside.reads:
         raise BadInput(
             "--ruling", " ".join(rulings), f"is without effect on the model {beside.name}",
             "leave it out, or choose another model.energy",

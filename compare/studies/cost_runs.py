@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from compare.measure.align import aligned
 from compare.measure.grid import Grid
-from compare.models.base import Reference, Size, State, Status
+from compare.models.base import Size, State, Status
+from compare.models.capabilities import Reference
 from compare.store.arrays import npz_bytes
 from compare.store.provenance import versions
 from compare.store.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, read_json

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from compare.models.base import Effect, Evaluates, Evaluation, Model, check_keys
+from compare.models.base import Effect, Model, check_keys
+from compare.models.capabilities import Evaluates, Evaluation
 from compare.models.choice import chosen, is_third_opinion, shell_in_words, third_opinion
 from compare.scene.scene import Scene
 

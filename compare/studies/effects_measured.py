@@ -18,7 +18,7 @@ from compare.errors import BadInput
 from compare.measure.align import Motions, aligned
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.base import Effect, Options, Shape, State, Status, covered
+from compare.models.base import Effect, Options, Shape, State, Status
 from compare.models.choice import chosen, coarse_shell
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -81,7 +81,7 @@ def solves(scene: Scene, found: Explanation, reporter: Reporter, *, always: bool
     model = chosen(scene)
     own = model.solve(scene, options=Options(error=True, repeats=None), say=reporter)
     grid = Grid.for_shape(scene, own.shape.bend if own.shape is not None else 1.0)
-    surface = covered("strip.width", model.reads)
+    surface = "strip.width" in model.reads
     limit = WORTH if found.evaluation is None else CHEAP
     table: dict[str, Without] = {}
     if always or (always is None and own.seconds.warm <= limit):

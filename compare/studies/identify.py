@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR
 from compare.models.base import State
+from compare.models.choice import differentiable
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.studies.fit import judged
@@ -106,16 +107,15 @@ class Identified:
 
 def check_free(scene: Scene, free: Sequence[str]) -> tuple[str, ...]:
     """The keys to fit; `BadInput` for none, one twice, and one that the scene does not give or that no fit can find."""
-    from compare.models.ribbon.inputs import KEYS as POSSIBLE
-
+    possible = differentiable(scene).by_keys
     keys = tuple(key.strip() for key in free if key.strip())
     if not keys:
         raise BadInput("--free", None, "names no key", "e.g. --free strip.young,strip.natural_curvature")
     for key in keys:
         if keys.count(key) > 1:
             raise BadInput("--free", key, "is named twice", "name every key once")
-        if key not in POSSIBLE:
-            raise BadInput("--free", key, "cannot be fitted", f"choose from {', '.join(POSSIBLE)}")
+        if key not in possible:
+            raise BadInput("--free", key, "cannot be fitted", f"choose from {', '.join(possible)}")
         if getattr(scene.strip, key.removeprefix("strip.")) is None:
             raise BadInput("--free", key, "is not given by the scene", "give it a first value in the scene")
     return keys

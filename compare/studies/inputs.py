@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from compare.measure.align import Motions
 from compare.models.base import State
+from compare.models.capabilities import Differentiates, NotDifferentiable
+from compare.registry import model
 from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -51,17 +53,16 @@ def uncertain(scene: Scene) -> dict[str, float]:
 
 
 def input_uncertainty(scene: Scene, state: State) -> InputUncertainty | None:
-    """u_input of a ribbon's state of the scene; None where the scene says nothing about how sure its inputs are."""
+    """u_input of a state of the scene; None where the scene says nothing about how sure its inputs are."""
     unsure = uncertain(scene)
     if not unsure:
         return None
-    if state.model != "ribbon" or state.shape is None:
+    found = model(state.model)
+    if not isinstance(found, Differentiates) or state.shape is None:
         return InputUncertainty(None, why=f"the model {state.model} has no derivatives by its inputs")
-    from compare.models.ribbon.inputs import NotDifferentiable, derivatives
-
     s = np.linspace(0.0, 1.0, _POINTS)
     try:
-        by = derivatives(scene, state, tuple(unsure), lambda g: g.position(s))
+        by = found.derivatives(scene, state, tuple(unsure), lambda g: g.position(s))
     except NotDifferentiable as error:
         return InputUncertainty(None, why=str(error))
     shape = state.shape.centreline(s)

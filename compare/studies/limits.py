@@ -1,7 +1,7 @@
 """Where the inextensible model stops being true (thesis, chapter 7): ribbon against shell, with a verdict in words.
 
 For one scene, or each point of a grid: the shell's energies by kind and where on the strip they are, its distance to
-the ribbon, and beside it what the ribbon alone had estimated (`compare.models.ribbon.estimate`). Three levels:
+the ribbon, and beside it what the ribbon alone had estimated (`compare.models.capabilities.Estimates`). Three levels:
 
     good   distance and share of stretching (membrane + shear, of the elastic energy) within the thresholds
     fair   both within five times the thresholds
@@ -24,8 +24,8 @@ from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
 from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
 from compare.models.base import Options, State, check_keys
+from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
-from compare.models.ribbon.estimate import Estimate
 from compare.page.told import percent
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -164,7 +164,7 @@ def with_clamp(scene: Scene, clamp: str) -> Scene:
 def require_limits(scene: Scene) -> None:
     """Refuses a scene that no shell can stand beside, before anything is computed."""
     scene.require_shell()
-    if not hasattr(chosen(scene), "estimate"):
+    if not isinstance(chosen(scene), Estimates):
         raise BadInput(
             "model.energy",
             scene.model.energy,
@@ -194,7 +194,9 @@ def _estimated(
     values: Mapping[str, Any],
     say: Reporter | None = None,
 ) -> Finding:
-    found = beside_the_shell(scene).estimate(scene, ribbon, ratio, say)  # type: ignore[attr-defined]  # require_limits
+    beside = beside_the_shell(scene)
+    assert isinstance(beside, Estimates)  # require_limits
+    found = beside.estimate(scene, ribbon, ratio, say)
     sure = ribbon.ok and found.rival is None and not found.why
     grades = thresholds.grades(found.distance, found.missing) if sure else {}
     level = thresholds.level(found.distance, found.missing) if sure else None

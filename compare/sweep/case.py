@@ -53,10 +53,10 @@ class Task:
 def slice_key(task: Task) -> Hashable | None:
     """What cases have in common that can be solved together; None: the case goes alone.
 
-    Together go cases of a model that takes them so (`compare.models.base.Batches`) and of which nothing is asked but
+    Together go cases of a model that takes them so (`Batches`) and of which nothing is asked but
     the state.
     """
-    from compare.models.base import Batches
+    from compare.models.capabilities import Batches
 
     if task.solver == COMPARE or task.errors or task.leave_saddle:
         return None

@@ -78,7 +78,7 @@ def solve(
     if not estimate_error or result.status in UNKNOWN:
         return result
     return replace(
-        result, error=_error(result, None if near is not None else lambda mesh: solve(chain, mesh, degree, steps))
+        result, error=error_of(result, None if near is not None else lambda mesh: solve(chain, mesh, degree, steps))
     )
 
 
@@ -170,7 +170,7 @@ def rounding(problem: RodProblem) -> float:
     return float(EPSILON * stiffness.max() / stiffness.min())
 
 
-def _error(result: RodResult, again: Callable[[Array], RodResult] | None) -> float | None:
+def error_of(result: RodResult, again: Callable[[Array], RodResult] | None) -> float | None:
     """Largest distance of the shapes, within elements too, from that of halved elements, begun at the state; where that
     is not found there (a coarse mesh may lie far off), from the one found `again` on them, the whole way."""
     finer = refined(result)

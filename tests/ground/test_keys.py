@@ -177,4 +177,4 @@ def test_versions_of_what_a_model_from_outside_imports_are_in_its_key(tmp_path, 
     import hypothesis
 
     assert found == {"hypothesis": hypothesis.__version__}
-    assert "others" not in provenance.software("compare.models.elastica")
+    assert "others" not in provenance.software("compare.models.elastica.model")

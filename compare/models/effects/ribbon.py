@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare.errors import BadInput
-from compare.models.base import Effect, Evaluation
+from compare.models.base import Effect
+from compare.models.capabilities import Evaluation
 from compare.models.effects.ribbon_off import (
     FIXED,
     PROCEDURES,

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from compare.measure.grid import Grid
 from compare.models.base import Options, Seconds
+from compare.models.capabilities import Rival
 from compare.models.ribbon.beyond import apart, beside, beyond
-from compare.models.ribbon.rivals import Rival, probe
+from compare.models.ribbon.rivals import probe
 from compare.models.ribbon.solving import solved as solved_as
 from compare.models.ribbon.solving import solver
 from compare.scene.planar import nonplanar_reason

@@ -25,7 +25,6 @@ An energy with a free twist has some of this itself (`compare.models.ribbon.rema
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,8 +32,9 @@ from numpy.typing import NDArray
 
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
+from compare.models.capabilities import Estimate
 from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, to_shell
-from compare.models.ribbon.rivals import RULED, Rival, probe
+from compare.models.ribbon.rivals import RULED, probe
 from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
@@ -53,46 +53,6 @@ CORNER_CLAMP = 2.4e-2
 _STRAIGHT = 1e-9
 _SAMPLES = 1000
 _ALONG, _ACROSS = 200, 4
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """What the ribbon says about the shell of this w/h.
-
-    parts: share of the elastic energy that would be stretching and shear, by cause ("edges", "shear", "in_plane",
-    "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the strip of finite
-    thickness was not found; rival: a lower state that was seen beside the ribbon's own, with which nothing here is
-    sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
-    the model has in its own energy; scale: z of the strip's edges at the mean curvature (below about 2 the layers of
-    both edges meet); seconds: for the estimate, the ribbon's solve not included; why: why nothing can be said, "" where
-    it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
-    of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
-    """
-
-    width_to_thickness: float
-    parts: Mapping[str, float]
-    distance: float | None
-    scale: float
-    seconds: float
-    rival: Rival | None
-    own: float = 0.0
-    why: str = ""
-    bends: bool = True
-
-    @property
-    def missing(self) -> float:
-        """Estimated share of the membrane and shear energy that the model leaves out."""
-        return self.share - self.own
-
-    @property
-    def share(self) -> float:
-        """Estimated share of membrane and shear energy in the elastic energy."""
-        return float(sum(self.parts.values()))
-
-    @property
-    def cause(self) -> str:
-        """The part that is largest; "" without any."""
-        return max(self.parts, key=lambda name: self.parts[name], default="")
 
 
 @dataclass(frozen=True)

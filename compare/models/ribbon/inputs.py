@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.models.base import State
+from compare.models.capabilities import Moves, NotDifferentiable
 from compare.scene.scene import Scene
-from ribbon import Gradients, NotDifferentiable, gradients
+from ribbon import errors, gradients
 
 FloatArray = NDArray[np.float64]
 
@@ -30,17 +31,20 @@ KEYS = (
 
 
 def derivatives(
-    scene: Scene, state: State, keys: Sequence[str], of: Callable[[Gradients], dict[str, FloatArray]]
+    scene: Scene, state: State, keys: Sequence[str], of: Callable[[Moves], dict[str, FloatArray]]
 ) -> dict[str, FloatArray]:
     """d(output) / d(key) by key, in the output's unit per unit of the key in the scene.
 
     state: the ribbon's, of this scene; of: which output, e.g. ``lambda g: g.position(s)`` for positions in l (k, 3).
     A natural curvature that is a law is shifted as a whole. Raises `BadInput` for a key by which there is no derivative
-    or that the scene does not give, and `ribbon.NotDifferentiable` where the state has none.
+    or that the scene does not give, and `NotDifferentiable` where the state has none.
     """
     own = {key: _chain(scene, key) for key in keys}
     names = sorted({"poisson"}.union(*own.values()))
-    by = of(gradients(state.native, names, unstable=state.stable is False))
+    try:
+        by = of(gradients(state.native, names, unstable=state.stable is False))
+    except errors.NotDifferentiable as error:
+        raise NotDifferentiable(str(error)) from None
     if "natural_curvature" in by:
         by["natural_curvature"] = by["natural_curvature"].sum(axis=-1)
     if "tip" in by:
@@ -49,12 +53,11 @@ def derivatives(
     return {key: sum((factor * by[name] for name, factor in parts.items()), none) for key, parts in own.items()}
 
 
-def solved_near(scene: Scene, near: State | None) -> State:
-    """The ribbon's state of a scene from a neighbouring one's; from the scene's own seed, and on from a saddle, where
-    there is none, or where it does not lead to a stable one. Raises `BadInput` like the model."""
-    from compare.models.base import Options, Seconds
+def solved_near(scene: Scene, near: State | None) -> State | None:
+    """The ribbon's stable state of a scene from a neighbouring one's; None where there is none, or where it does not
+    lead to one. Raises `BadInput` like the model."""
+    from compare.models.base import Seconds
     from compare.models.ribbon.build import ribbon_problem
-    from compare.models.ribbon.model import RibbonModel
     from compare.models.ribbon.state import own_size, state_of
     from ribbon import switch
 
@@ -66,7 +69,7 @@ def solved_near(scene: Scene, near: State | None) -> State:
         found = switch(problem, near.native)
         if found.ok:
             return state_of(scene, found, own_size(found), Seconds(float("nan")))
-    return RibbonModel().solve(scene, options=Options(leave_saddle=True))
+    return None
 
 
 def _chain(scene: Scene, key: str) -> dict[str, float]:
@@ -109,6 +112,3 @@ def _newtons(scene: Scene) -> FloatArray:
         return np.zeros(3)
     given = scene.tip.load or 0.0
     return scene.tip_force if scene.up is None else scene.tip_force + given * scene.up
-
-
-__all__ = ["KEYS", "NotDifferentiable", "derivatives", "solved_near"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
+from compare.models import keys
 from compare.models.base import (
     Effect,
-    Evaluation,
     Ladder,
+    Model,
     Options,
-    Reference,
     Rivals,
     Seconds,
     Shape,
@@ -26,6 +26,7 @@ from compare.models.base import (
     Status,
     Variant,
 )  # fmt: skip
+from compare.models.capabilities import Evaluation, Reference
 from compare.models.reference import cut
 from compare.models.ribbon import neutral
 from compare.models.ribbon.refinement import judged, left, refined
@@ -36,7 +37,7 @@ from compare.registry import name_for
 from compare.scene.check import beyond_the_ribbon
 
 if TYPE_CHECKING:
-    from compare.models.ribbon.estimate import Estimate
+    from compare.models.capabilities import Estimate, Moves
     from compare.models.ribbon.way import Way
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -49,25 +50,20 @@ SEGMENTS = (5, 10, 20, 40, 80, 160, 320)
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
 
 
-class RibbonModel:
-    """`compare.models.base.Model`: the inextensible ribbon of the thesis, chained or glued."""
+class RibbonModel(Model):
+    """The inextensible ribbon of the thesis, chained or glued."""
 
     name = "ribbon"
-    presenter: str | None = "compare.pages.ribbon"
-    reads = frozenset(
-        {
-            "title", "strip.length", "strip.width", "strip.thickness", "strip.poisson", "strip.natural_curvature",
-            "strip.gamma", "strip.young", "strip.density", "tip.*", "gravity.*", "clamp.*", "closure.*", "wall.*",
-            "model.energy", "model.accuracy", "model.stiffness", "model.in_plane", "model.elements", "model.grading",
-            "model.element_lengths", "model.tolerance", "model.formulation", "model.held_by", "model.budget",
-            "model.solver", "seed.*", "path",
-        }
+    presenter = "compare.pages.ribbon:PRESENTER"
+    reads = (
+        keys.STRIP | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE | keys.WALLS
+        | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
     )  # fmt: skip
-    without_effect: Mapping[str, str] = {
-        "uncertainty.*": "how sure the inputs are moves no result (compare.studies.inputs)",
-        "shell.*": "how the shell beside it is made and held (an energy with a thickness takes it from an only w/h)",
-        "model.arc_length": "how the elastica beside it passes limit points",
-    }
+    without_effect = keys.because(
+        keys.UNSURE,
+        (keys.SHELL, "how the shell beside it is made and held (an energy with a thickness takes it from an only w/h)"),
+        (keys.ARC_LENGTH, "how the elastica beside it passes limit points"),
+    )
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """A rod; keys of which one would be ignored."""
@@ -226,7 +222,7 @@ class RibbonModel:
             return found(scene, state.native, width_to_thickness)
 
     def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
-        """Where the ribbon comes to rest from another model's shape (`compare.models.base.Rests`)."""
+        """Where the ribbon comes to rest from another model's shape (`compare.models.capabilities.Rests`)."""
         from compare.models.ribbon import rivals
         from ribbon.solvers import choose
         from ribbon.solvers.budget import within
@@ -234,6 +230,27 @@ class RibbonModel:
         with self._admitted(scene), within(scene.model.budget), choose.using(scene.model.solver):
             found = rivals.near(state.native, near)
         return state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values()))) if found.ok else None
+
+    @property
+    def by_keys(self) -> tuple[str, ...]:
+        """The keys by which a state has derivatives (`compare.models.capabilities.Differentiates`)."""
+        from compare.models.ribbon.inputs import KEYS
+
+        return KEYS
+
+    def derivatives(
+        self, scene: Scene, state: State, keys: Sequence[str], of: Callable[[Moves], dict[str, FloatArray]]
+    ) -> dict[str, FloatArray]:
+        """d(output) / d(key) by the chain rule (`compare.models.ribbon.inputs`)."""
+        from compare.models.ribbon.inputs import derivatives
+
+        return derivatives(scene, state, keys, of)
+
+    def solved_near(self, scene: Scene, near: State | None) -> State:
+        """From a neighbouring scene's state; from the scene's own seed, on from a saddle, where that leads nowhere."""
+        from compare.models.ribbon.inputs import solved_near
+
+        return solved_near(scene, near) or self.solve(scene, options=Options(leave_saddle=True))
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
@@ -248,7 +265,7 @@ class RibbonModel:
             return (*effects(with_energy(scene, choice.energy)), *skipped(choice))
 
     def evaluation(self, scene: Scene) -> Evaluation:
-        """The size of the problem, and the time of one evaluation (`compare.models.base.Evaluates`)."""
+        """The size of the problem, and the time of one evaluation (`compare.models.capabilities.Evaluates`)."""
         from compare.models.effects.ribbon import evaluation
 
         with self._admitted(scene):

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.models.base import natural_constant
+from compare.models.capabilities import Estimate
 from compare.models.ribbon.beyond import beside, to_shell
-from compare.models.ribbon.estimate import Estimate, in_plane_density, local_state, of_a_straight_strip, tension_density
+from compare.models.ribbon.estimate import in_plane_density, local_state, of_a_straight_strip, tension_density
 from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.rivals import probe
 from compare.scene.scene import Scene

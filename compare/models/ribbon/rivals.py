@@ -15,7 +15,6 @@ there is no rival: a state that the probe does not reach is not seen.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 from compare.measure.curvatures import curvatures
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grades import GOOD_UP_TO
+from compare.models.capabilities import Rival
 
 if TYPE_CHECKING:
     from compare.models.base import Shape
@@ -47,32 +47,6 @@ _LOWER = 1e-6
 #: Least curvature (1/l) by which a twist is divided to make a ruling, and largest ruling (eta) of a start.
 _BENT, _STEEPEST = 0.3, 1.5
 _ALONG, _ACROSS = 200, 2
-
-
-@dataclass(frozen=True)
-class Rival:
-    """A stable state of lower energy than the one that a model returns, in the same energy.
-
-    model: the energy in which both were found; energy, own: of the rival and of the returned state (total, D w / l,
-    without the constant of the natural curvature); distance: between the two (Hausdorff / l).
-    """
-
-    model: str
-    energy: float
-    own: float
-    distance: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """As in result.json."""
-        return {"model": self.model, "energy": self.energy, "own": self.own, "distance": self.distance}
-
-    @property
-    def text(self) -> str:
-        """What was seen, in a sentence without its full stop."""
-        return (
-            f"another stable state of lower energy was seen ({self.energy:.6g} against {self.own:.6g} D w / l by "
-            f'"{self.model}", {100 * self.distance:.2g} % of l away): in which of them a shell rests is not known'
-        )
 
 
 def is_probed(scene: Scene) -> bool:

@@ -18,6 +18,7 @@ from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.si import array_with_si
+from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import LINE_POINTS, Written, write_any
 from compare.scene.scene import Scene
@@ -135,3 +136,6 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> Sequence[tup
         ("discretisation error", "unknown" if state.error is None else told.length(units, state.error)),
         ("time", spent(state.seconds)),
     ]
+
+
+PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write)

@@ -16,6 +16,7 @@ from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.si import array_with_si
+from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written, write_any
 from compare.scene.scene import Scene
@@ -103,3 +104,6 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found.append(("discretisation error", "unknown" if state.error is None else told.length(units, state.error)))
     found.append(("time", spent(state.seconds)))
     return found
+
+
+PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write, explained=explained)

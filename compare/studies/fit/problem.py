@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.models.base import State
+from compare.models.capabilities import NotDifferentiable
+from compare.models.choice import differentiable
 from compare.scene.keys import KEYS
 from compare.scene.scene import Scene
 from compare.studies.fit.points import Motion, Points, nearest, placed
@@ -39,6 +41,7 @@ class Fit:
 
     def __init__(self, scene: Scene, points: Points, keys: tuple[str, ...], register: bool = False) -> None:
         self.scene, self.points, self.keys, self.register = scene, points, keys, register
+        self.model = differentiable(scene)
         firsts = np.array([_value(scene, key) for key in keys])
         least = np.array([1.0 / scene.strip.length if key == "strip.natural_curvature" else 0.0 for key in keys])
         self.scales = np.where(np.abs(firsts) > least, np.abs(firsts), np.maximum(least, 1e-300))
@@ -63,9 +66,8 @@ class Fit:
         Places the points where they are registered. Raises `BadInput` where there is none.
         """
         from compare.models.base import Options
-        from compare.models.ribbon.model import RibbonModel
 
-        model, key = RibbonModel(), self.start[: len(self.keys)].tobytes()
+        model, key = self.model, self.start[: len(self.keys)].tobytes()
         state = model.solve(self.scene, options=Options(leave_saddle=False))
         if not state.ok and state.stable is False:
             self.left = True
@@ -110,9 +112,7 @@ class Fit:
         """The equilibrium, from the last stable one."""
         key = np.asarray(x[: len(self.keys)], dtype=float).tobytes()
         if key not in self._seen:
-            from compare.models.ribbon.inputs import solved_near
-
-            state = solved_near(self.scene_at(x), self._last)
+            state = self.model.solved_near(self.scene_at(x), self._last)
             self._seen[key] = state
             if state.ok:
                 self._last = state
@@ -140,14 +140,12 @@ class Fit:
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Derivatives (3 n, k) of the residuals by the unknowns."""
-        from compare.models.ribbon.inputs import NotDifferentiable, derivatives
-
         state, scene = self.at(x), self.scene_at(x)
         if not state.ok or state.shape is None:
             return np.zeros((self.points.places.size, x.size))
         s = self.feet(x)
         try:
-            both = derivatives(scene, state, self.keys, lambda g: _with(g.position(s), g.rotation(s)))
+            both = self.model.derivatives(scene, state, self.keys, lambda g: _with(g.position(s), g.rotation(s)))
         except NotDifferentiable:
             self.differenced = True
             moved = self.moved(x) if self.register else None

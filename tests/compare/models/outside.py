@@ -12,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.errors import BadInput
-from compare.models.base import Effect, Energy, Evaluation, Pose, Seconds, Size, State, Status, Variant, pose_of
+from compare.models import keys
+from compare.models.base import Effect, Energy, Pose, Seconds, Size, State, Status, Variant, pose_of
+from compare.models.capabilities import Evaluation
 
 #: A scene of these models: K = 1, so that the arc's height is 1 - cos 1 and its end stands at sin 1.
 SCENE = """
@@ -78,9 +80,10 @@ class Thread:
 
     name = "thread"
     presenter = None
-    reads = frozenset(
-        {"title", "strip.length", "strip.natural_curvature", "strip.gamma", "gravity.*", "clamp.*", "model.energy"}
-    )
+    reads = (
+        keys.TITLE | keys.inside("strip", "length", "gamma") | keys.NATURAL
+        | keys.inside("gravity", "up", "acceleration", "exact") | keys.BOTH_CLAMPS | keys.ENERGY
+    )  # fmt: skip
     without_effect: Mapping[str, str] = {
         "strip.width": "a thread has none", "strip.poisson": "it bends in a plane",
     }  # fmt: skip

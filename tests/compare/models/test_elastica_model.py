@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from compare.errors import BadInput
-from compare.models import elastica_start
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.elastica_start import angle_of, elastica_problem, out_of_plane, seed_side, seed_turn
+from compare.models.elastica import start as elastica_start
+from compare.models.elastica.start import angle_of, elastica_problem, out_of_plane, seed_side, seed_turn
 from compare.models.ribbon.state import RibbonShape
 from compare.pages.result import comparison_result
 from compare.scene.scene import load, loads

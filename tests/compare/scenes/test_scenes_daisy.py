@@ -13,7 +13,7 @@ from compare.cli import DONE, main
 from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.elastica_start import elastica_problem
+from compare.models.elastica.start import elastica_problem
 from compare.page.remedies import message
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from compare import registry
+from compare.models import keys
 from compare.models.base import BESIDE, Energy, Ladder, Options, Pose, Seconds, Size, State, Status, Variant, pose_of
 from compare.models.timing import clocked
 
@@ -65,7 +66,7 @@ class Arc:
     """`compare.models.base.Model` without a `reference` of its own."""
 
     name = "arc"
-    reads = frozenset({"title", "strip.*", "gravity.*", "clamp.*", "model.*", "seed.*", "shell.*"})
+    reads = keys.STRIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.MODEL | keys.SEED | keys.SHELL
     without_effect: Mapping[str, str] = {}
     presenter = None
 

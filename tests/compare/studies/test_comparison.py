@@ -28,7 +28,7 @@ from compare.page.page import read_page
 from compare.pages import compare as report
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
-from compare.pages.surfaces import write_fast
+from compare.pages.written import write_fast
 from compare.pictures import comparison as figures
 from compare.pictures import ribbon as profile
 from compare.scene.scene import load, loads

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 import compare.models.elastica
-import compare.models.elastica_start
+import compare.models.elastica.start
 import compare.models.ribbon
 import compare.models.shell
 import ribbon
@@ -22,8 +22,8 @@ from tests.compare.scene.scene_texts import PLANAR, text
 from tests.compare.studies.test_cost import BOWED
 
 SOLVES = (
-    (ribbon, "solve"), (ribbon.find.adaptive, "solve_to_tolerance"), (compare.models.elastica_start, "solve_elastica"),
-    (compare.models.elastica_start, "solve_near"), (compare.models.elastica_start, "solve_along"),
+    (ribbon, "solve"), (ribbon.find.adaptive, "solve_to_tolerance"), (compare.models.elastica.start, "solve_elastica"),
+    (compare.models.elastica.start, "solve_near"), (compare.models.elastica.start, "solve_along"),
     (compare.models.shell, "run_shell"),
 )  # fmt: skip
 #: Seconds of a solve by the made-up clock: below `timing.LONG`.

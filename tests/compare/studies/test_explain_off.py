@@ -22,7 +22,7 @@ from compare.cli import DONE, main
 from compare.models import elastica_start, shell_process
 from compare.models import solve as solve_scene
 from compare.models.effects.ribbon_off import explained_problem, keys_without, starting_state
-from compare.models.elastica import ElasticaModel
+from compare.models.elastica.model import ElasticaModel
 from compare.models.ribbon import way
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.model import RibbonModel

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.models import solve as solve_scene
-from compare.models.antman_problem import problem_of
+from compare.models.antman.problem import problem_of
 from compare.models.base import Options, Shape, Size, State
 from compare.scene.scene import load
 from tests.shellref.rod.shooting import shot

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from compare.models.base import Effect
+from compare.models.effects.switches import Switch
 from compare.scene.scene import Scene
 
 
-def effects(scene: Scene) -> tuple[Effect, ...]:
+def switches(scene: Scene) -> Sequence[Effect | Switch]:
     """Section, rest curvature across, holds and path."""
     enriched = scene.model.energy != "tape_plain"
     slides = [

@@ -1,4 +1,4 @@
-"""From a scene to the shearable rod: its section, what holds and loads it, and the way from the seed along the path."""
+"""From a scene to the shearable rod: its section, what holds and loads it, the way from the seed along the path."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.models.base import Shape
+from compare.models.base import BESIDE, Shape
 from compare.scene.data import unit
 from compare.scene.scene import Scene
 from compare.scene.spec import SAY_ELEMENTS, ClampSpec, RodSpec
 from shellref.rod.problem import Held, RodProblem, Section, rectangle
-from shellref.rod.solve import Start
+from shellref.rod.result import RodResult
+from shellref.rod.solve import Start, nodes, solve
 
 FloatArray = NDArray[np.float64]
 
@@ -32,13 +33,22 @@ BOW = 2.0
 
 
 @dataclass(frozen=True)
-class WayThere:
-    """The problems to go through, in order, the equal steps that each stage has at least, and what the way begins at:
-    "natural", "seed" or "path"."""
+class Walk:
+    """The problems to go through, in order, the equal steps that each stage has at least, what the way begins at
+    ("natural", "seed", "path"; `BESIDE`: another shape, on the mesh's nodes), mesh and degree."""
 
     problems: tuple[RodProblem, ...]
     steps: tuple[int | None, ...]
     kind: str
+    mesh: int | FloatArray
+    degree: int
+    near: Start | None = None
+
+    def solve(self, mesh: int | FloatArray, leave_saddle: bool = False) -> RodResult:
+        """The end of the walk on a mesh; beside the other shape at once, where there is one."""
+        if self.near is not None:
+            return solve(self.problems[-1], mesh, self.degree, near=self.near, leave_saddle=leave_saddle)
+        return solve(self.problems, mesh, self.degree, self.steps, leave_saddle=leave_saddle)
 
 
 def section_of(scene: Scene) -> Section:
@@ -110,8 +120,14 @@ def refusal(scene: Scene) -> BadInput | None:
     return None
 
 
-def way_there(scene: Scene) -> WayThere:
-    """From the rest shape, or from a rod naturally bent like the seed, through the stages of the path."""
+def walk_of(scene: Scene, mesh: int | FloatArray, degree: int, near: Shape | None = None) -> Walk:
+    """From the rest shape, or from a rod naturally bent like the seed, through the stages of the path; beside `near`,
+    another model's shape, where that is given."""
+    if near is not None:
+        s = nodes(mesh, degree)
+        start = Start(np.asarray(near.centreline(s)), np.asarray(near.frames(s)))
+        alone = problem_of(scene.replace({"path": None}) if scene.path else scene)
+        return Walk((alone,), (None,), BESIDE, mesh, degree, start)
     stages = [problem_of(stage) for stage in scene.stages()]
     counts = [None, *(stage.steps for stage in scene.path[1:]), None] if scene.path else [None]
     first = stages[0]
@@ -125,7 +141,7 @@ def way_there(scene: Scene) -> WayThere:
         bow = -BOW if sum(bent) < 0.0 else BOW
         bent = (bow, bow)
     kind = "path" if scene.path else "seed" if scene.seed.curvature is not None else "natural"
-    return WayThere((first.bent(bent), *stages), tuple(counts), kind)
+    return Walk((first.bent(bent), *stages), tuple(counts), kind, mesh, degree)
 
 
 def mesh_of(scene: Scene) -> int | FloatArray:
@@ -135,8 +151,3 @@ def mesh_of(scene: Scene) -> int | FloatArray:
         return ELEMENTS
     joints = np.concatenate([[0.0], np.cumsum(scene.model.lengths)])
     return np.asarray(joints / joints[-1])
-
-
-def beside(shape: Shape, s: FloatArray) -> Start:
-    """Another model's shape at the nodes s (n,) of a mesh."""
-    return Start(np.asarray(shape.centreline(s)), np.asarray(shape.frames(s)))

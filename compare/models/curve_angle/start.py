@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -166,29 +166,40 @@ def beside(rod: Rod, shape: Shape, origin: FloatArray) -> tuple[CurveAngle, Floa
     return from_frames(rod, points, np.asarray(shape.frames(0.5 * (s[1:] + s[:-1]))))
 
 
-def way(scene: Scene, lengths: FloatArray, near: Shape | None) -> RodShape:
-    """The scene's rod: from the seed through the stages of the path, or from another model's shape."""
-    quasi = scene.rod is not None and scene.rod.twist == "quasi-static"
-    origin = origin_of(scene)
-    if near is not None:
-        return RodShape(solve(*beside(rod_of(scene, lengths, origin), near, origin), quasi_static=quasi), origin)
-    stages = scene.stages()
-    problem, y = begun(stages[0], rod_of(stages[0], lengths, origin))
-    # a round rod's circle of even twist is an equilibrium at every turn: not to be left for any other on the way
-    found = newton(problem, y) if scene.closure is not None else None
-    if found is None or not found.ok:
-        found = solve(problem, y, quasi_static=quasi)
-    for stage in stages[1:]:
-        if not found.ok:
-            break
-        rod = rod_of(stage, lengths, origin)
-        frames = found.problem.anchors.frames.copy()
-        for at, end in ((0, rod.start.frame), (-1, rod.end.frame)):
-            if end is not None:
-                frames[at] = end
-        anchors = replace(found.problem.anchors, frames=frames)
-        found = solve(replace(problem, rod=rod, anchors=anchors), found.y, quasi_static=quasi)
-    return RodShape(found, origin)
+@dataclass(frozen=True)
+class Walk:
+    """The scene's rod with edges of `lengths` (n,): from the seed through the stages of the path, or from `near`,
+    another model's shape."""
+
+    scene: Scene
+    lengths: FloatArray
+    near: Shape | None = None
+
+    def solve(self) -> RodShape:
+        """The end of the walk."""
+        scene, lengths = self.scene, self.lengths
+        quasi = scene.rod is not None and scene.rod.twist == "quasi-static"
+        origin = origin_of(scene)
+        if self.near is not None:
+            rod = rod_of(scene, lengths, origin)
+            return RodShape(solve(*beside(rod, self.near, origin), quasi_static=quasi), origin)
+        stages = scene.stages()
+        problem, y = begun(stages[0], rod_of(stages[0], lengths, origin))
+        # a round rod's circle of even twist is an equilibrium at every turn: not to be left for any other on the way
+        found = newton(problem, y) if scene.closure is not None else None
+        if found is None or not found.ok:
+            found = solve(problem, y, quasi_static=quasi)
+        for stage in stages[1:]:
+            if not found.ok:
+                break
+            rod = rod_of(stage, lengths, origin)
+            frames = found.problem.anchors.frames.copy()
+            for at, end in ((0, rod.start.frame), (-1, rod.end.frame)):
+                if end is not None:
+                    frames[at] = end
+            anchors = replace(found.problem.anchors, frames=frames)
+            found = solve(replace(problem, rod=rod, anchors=anchors), found.y, quasi_static=quasi)
+        return RodShape(found, origin)
 
 
 def cut_in_two(shape: RodShape) -> RodShape:

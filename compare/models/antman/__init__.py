@@ -1,0 +1,1 @@
+"""The shearable, extensible rod as a model (`compare.models.antman.model.AntmanModel`)."""

@@ -1,0 +1,210 @@
+"""What a model may do beyond answering a scene, declared: a study asks with `isinstance`, and can go without.
+
+Every capability is a Protocol of its own with what it gives: a reference (`Refers`), an estimate of what a shell would
+do (`Estimates`), the size of what is evaluated (`Evaluates`), derivatives by the scene's keys (`Differentiates`), where
+it rests from another model's shape (`Rests`), several scenes at once (`Batches`). Units: as `compare.models.base`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.models.base import Model
+
+if TYPE_CHECKING:
+    from compare.models.base import Options, Shape, Size, State
+    from compare.scene.scene import Scene
+    from compare.store.progress import Reporter
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The finest state that a model has of a scene: what it is, its own error (Hausdorff over l) by the comparison that
+    `checked` names; None where that did not converge. against: the state it was compared with, where that was solved
+    from its start as any size is, so that its time is one of that size."""
+
+    state: State
+    what: str
+    error: float | None
+    checked: str
+    against: State | None = None
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What a model evaluates again and again while it solves a scene: its formulation, why that one, unknowns that
+    nothing fixes, how many of them have bounds, constraints, what one evaluation is `of`, and its seconds (s)."""
+
+    formulation: str
+    why: str
+    unknowns: int
+    bounds: int
+    constraints: int
+    of: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A stable state of lower energy than the one that a model returns, in the same energy.
+
+    model: the energy in which both were found; energy, own: of the rival and of the returned state (total, D w / l,
+    without the constant of the natural curvature); distance: between the two (Hausdorff / l).
+    """
+
+    model: str
+    energy: float
+    own: float
+    distance: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in result.json."""
+        return {"model": self.model, "energy": self.energy, "own": self.own, "distance": self.distance}
+
+    @property
+    def text(self) -> str:
+        """What was seen, in a sentence without its full stop."""
+        return (
+            f"another stable state of lower energy was seen ({self.energy:.6g} against {self.own:.6g} D w / l by "
+            f'"{self.model}", {100 * self.distance:.2g} % of l away): in which of them a shell rests is not known'
+        )
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a model says about the shell of this w/h without solving one.
+
+    parts: share of the elastic energy that would be stretching and shear, by cause ("edges", "shear", "in_plane",
+    "tension", "clamps"); distance: Hausdorff / l between the model and the shell, None where the strip of finite
+    thickness was not found; rival: a lower state that was seen beside its own, with which nothing here is
+    sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
+    the model has in its own energy; scale: z of the strip's edges at the mean curvature (below about 2 the layers of
+    both edges meet); seconds: for the estimate, its own solve not included; why: why nothing can be said, "" where
+    it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
+    of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
+    """
+
+    width_to_thickness: float
+    parts: Mapping[str, float]
+    distance: float | None
+    scale: float
+    seconds: float
+    rival: Rival | None
+    own: float = 0.0
+    why: str = ""
+    bends: bool = True
+
+    @property
+    def missing(self) -> float:
+        """Estimated share of the membrane and shear energy that the model leaves out."""
+        return self.share - self.own
+
+    @property
+    def share(self) -> float:
+        """Estimated share of membrane and shear energy in the elastic energy."""
+        return float(sum(self.parts.values()))
+
+    @property
+    def cause(self) -> str:
+        """The part that is largest; "" without any."""
+        return max(self.parts, key=lambda name: self.parts[name], default="")
+
+
+@runtime_checkable
+class Refers(Protocol):
+    """A model with a reference of its own; of any other `compare.models.reference.usual` is taken."""
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """A state as fine as the finest of `sizes` or finer, and its own error, on `options.grid`."""
+
+
+@runtime_checkable
+class Estimates(Protocol):
+    """A model that can say how far a shell would be from its state, without solving one."""
+
+    def estimate(self, scene: Scene, state: State, width_to_thickness: float, say: Reporter | None = None) -> Estimate:
+        """The distance to a shell of this w/h, and the share of its energy that stretches it."""
+
+
+class Moves(Protocol):
+    """How points of a state's centreline move when keys of its scene change, key by key."""
+
+    def position(self, s: FloatArray) -> dict[str, FloatArray]:
+        """Derivatives (k, 3) of the positions (l) at abscissae s (k,)."""
+
+    def rotation(self, s: FloatArray) -> dict[str, FloatArray]:
+        """Derivatives (k, 3) of the frames, as rotation vectors (rad)."""
+
+
+class NotDifferentiable(Exception):
+    """A state that has no derivatives by its scene's keys, and why."""
+
+
+@runtime_checkable
+class Differentiates(Protocol):
+    """A model that knows how its state changes with keys of the scene.
+
+    by_keys: the keys by which it does.
+    """
+
+    by_keys: tuple[str, ...]
+
+    def derivatives(
+        self, scene: Scene, state: State, keys: Sequence[str], of: Callable[[Moves], dict[str, FloatArray]]
+    ) -> dict[str, FloatArray]:
+        """d(output) / d(key) by key, in the output's unit per unit of the key in the scene.
+
+        of: which output of a state of the scene, e.g. ``lambda moves: moves.position(s)``. Raises `BadInput` for a key
+        by which there is no derivative or that the scene does not give, `NotDifferentiable` where the state has none.
+        """
+
+    def solved_near(self, scene: Scene, near: State | None) -> State:
+        """The state of a scene from a neighbouring one's. Raises `BadInput` like `Model.solve`."""
+
+
+class Fittable(Model, Differentiates, Protocol):
+    """A model that solves a scene and knows how its state changes with it."""
+
+
+@runtime_checkable
+class Evaluates(Protocol):
+    """A model that can say what it evaluates, without solving the scene; a model need not."""
+
+    def evaluation(self, scene: Scene) -> Evaluation:
+        """The scene's problem as the model sees it. Raises `BadInput` like `Model.solve`."""
+
+
+@runtime_checkable
+class Rests(Protocol):
+    """A model that can say where it comes to rest from another model's shape; a model need not."""
+
+    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
+        """The state of the scene, on the elements of `state`, that is reached from `near`, whether or not it is
+        `state` again; None where none is found."""
+
+
+@runtime_checkable
+class Batches(Protocol):
+    """A model that can solve several scenes at once; a model need not."""
+
+    def together(self, scene: Scene) -> Hashable | None:
+        """What scenes have in common that `solve_together` takes at once; None: this scene goes alone."""
+
+    def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
+        """States of scenes with the same `together`, each as `Model.solve` finds it, to the last digit. Whatever it
+        raises of one of them, it raises for all."""

@@ -1,0 +1,1 @@
+"""The planar elastica as a model (`compare.models.elastica.model.ElasticaModel`)."""

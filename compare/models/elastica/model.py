@@ -1,0 +1,234 @@
+"""The planar elastica as a model: what it reads of a scene, its sizes, its answer put into space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.errors import BadInput
+from compare.models import keys
+from compare.models.base import (
+    Effect,
+    Energy,
+    Force,
+    Options,
+    Shape,
+    Size,
+    State,
+    Status,
+    Supports,
+    natural_constant,
+    on_strip,
+)  # fmt: skip
+from compare.models.capabilities import Reference
+from compare.models.effects.switches import Switch
+from compare.models.line import Line, LineModel, Task
+
+if TYPE_CHECKING:
+    from compare.models.elastica.start import Start
+    from compare.scene.scene import Scene
+    from compare.store.progress import Reporter
+    from shellref.elastica.result import ElasticaResult
+
+FloatArray = NDArray[np.float64]
+
+#: Degree of the elements of a reference.
+REFERENCE_DEGREE = 4
+
+_RIBBON = "how the ribbon beside it is discretised"
+_PLANE = "in its plane the strip bends as one of any width and Poisson's ratio, in l and D w / l"
+
+
+@dataclass(frozen=True)
+class ElasticaShape(Line):
+    """The elastica as a strip in space; `width` is w / l."""
+
+    result: ElasticaResult
+    position: FloatArray
+    frame: FloatArray
+    width: float
+
+    @property
+    def bend(self) -> float:
+        """Largest curvature, 1/l, from the turn between samples."""
+        s = np.linspace(0.0, 1.0, 2001)
+        return float(np.abs(np.gradient(self.result.angle(s), s)).max())
+
+    def centreline(self, s: FloatArray) -> FloatArray:
+        """Positions (k, 3)."""
+        from shellref.elastica.result import embed
+
+        return embed(self.result, self.position, self.frame, on_strip(s))
+
+    def frames(self, s: FloatArray) -> FloatArray:
+        """Frames (k, 3, 3), columns t_x t_y t_z."""
+        from shellref.elastica.result import embed_frames
+
+        return embed_frames(self.result, self.frame, on_strip(s))
+
+    def along(self, s: FloatArray) -> dict[str, FloatArray]:
+        """omega, by central differences of theta over 1e-4, one-sided at the ends; energy_density."""
+        low, high = np.clip(s - 5e-5, 0.0, 1.0), np.clip(s + 5e-5, 0.0, 1.0)
+        omega = (self.result.angle(high) - self.result.angle(low)) / (high - low)
+        start, end = self.result.problem.curvature
+        return {"omega": omega, "energy_density": 0.5 * omega**2 - (start + (end - start) * s) * omega}
+
+
+@dataclass(frozen=True)
+class Sized:
+    """Where an elastica begins, and its size; None: the usual one."""
+
+    start: Start
+    elements: int | None
+    degree: int | None
+
+    def solve(self, estimate: bool) -> ElasticaResult:
+        """One solve; with `estimate` a second one on halved elements, for the error of the shape."""
+        return self.start.once(self.elements, self.degree, estimate)
+
+
+class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
+    """The planar inextensible elastica in scikit-fem."""
+
+    name = "elastica"
+    presenter = "compare.pages.elastica:PRESENTER"
+    sizes = (5, 10, 20, 40, 80)
+    degrees = (1, 2, 3)
+    reads = (
+        keys.BENDING | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP_FORCE
+        | keys.BOTH_CLAMPS - keys.RULINGS - keys.SLIDES - keys.SECTIONS
+        | keys.ENERGY | keys.ARC_LENGTH | keys.BUDGET | keys.SEED - keys.RULINGS | keys.PATH
+    )  # fmt: skip
+    without_effect = keys.because(
+        keys.UNSURE,
+        keys.SHELL_BESIDE,
+        (keys.SECTION, _PLANE),
+        (keys.OVER_THE_SURFACE, "in its plane the weight of the surface is that of the centreline"),
+        (keys.RULINGS - keys.CLOSURE, "rulings are straight across in a plane"),
+        (keys.ELEMENTS | keys.TOLERANCE | keys.RIBBON_SOLVER, _RIBBON),
+    )
+
+    def refusal(self, scene: Scene) -> BadInput | None:
+        """What breaks planarity."""
+        reason = scene.nonplanar_reason()
+        if reason is None:
+            return None
+        return BadInput("model.energy", "elastica", f"is planar, but {reason}", 'choose "wunderlich" or turn the clamp')
+
+    def closed_to(self, scene: Scene) -> str | None:
+        """What breaks planarity."""
+        return scene.nonplanar_reason()
+
+    def admit(self, scene: Scene, options: Options) -> None:
+        """A saddle is not left here; what breaks planarity."""
+        if options.leave_saddle:
+            raise BadInput(
+                "--leave-saddle", None, "is for the ribbon, and this is the elastica",
+                'leave it out, or choose model.energy = "wunderlich"',
+            )  # fmt: skip
+        super().admit(scene, options)
+
+    def budget(self, seconds: float) -> AbstractContextManager[None]:
+        """The clock of `shellref`."""
+        from ribbonbench.clock import within
+
+        return within(seconds)
+
+    def problem(self, scene: Scene, size: Size | None, near: Shape | None) -> Task[Sized]:
+        """From the natural shape, the seed, along the path, or beside `near` (`compare.models.elastica.start`)."""
+        from compare.models.elastica.start import start_of
+
+        start = start_of(scene, near)
+        elements = None if size is None else int(size.values[0])
+        sized = Sized(start, elements, None if size is None else size.degree)
+        return Task(sized, start.kind, "elastica: the scene is planar")
+
+    def run(self, problem: Sized, options: Options, say: Reporter | None) -> ElasticaResult:
+        """One way to the equilibrium."""
+        return problem.solve(False)
+
+    def estimated(self, problem: Sized, found: ElasticaResult) -> ElasticaResult:
+        """The same way again, and on halved elements."""
+        return problem.solve(True)
+
+    def finer(self, found: ElasticaResult) -> ElasticaResult | None:
+        """Elements cut in two, begun at the angle of the answer."""
+        from shellref.elastica.start import halved, solve_near
+
+        nodes = found.nodes
+        return solve_near(found.problem, nodes, found.angle(nodes), halved(nodes), found.degree, estimate_error=False)
+
+    def state(self, scene: Scene, found: ElasticaResult) -> State:
+        """In space, at the clamp."""
+        r = found
+        known = r.status.value != "limit_point"
+        # the elastica measures heights from its clamp, a state from the origin
+        height = 0.0 if scene.up is None else float(scene.position @ scene.up)
+        elements = len(r.nodes) - 1
+        return State(
+            model=self.name,
+            size=Size(f"elastica {r.degree}", (float(elements),), r.degree),
+            status=Status(r.status.value),
+            word=r.status.value,
+            stable=r.stable if known else None,
+            message=r.message,
+            energy=Energy(
+                elastic=r.energy.bending,
+                gravity=r.energy.gravity + scene.gamma * height,
+                tip=None if scene.tip is None else r.energy.force - float(scene.tip_force @ scene.position),
+                constant=natural_constant(r.problem.curvature),
+                parts={"bending": r.energy.bending},
+            ),
+            shape=ElasticaShape(r, np.asarray(scene.position), scene.frame, scene.width),
+            residual=float(r.residual),
+            iterations=int(r.iterations),
+            lowest_eigenvalue=None if r.lowest_eigenvalue is None else float(r.lowest_eigenvalue),
+            supports=_supports(scene, r),
+            error=r.error,
+            unknowns=r.degree * elements,
+            numbers={"segments": elements, "max_abs_eta": 0.0, "max_abs_eta_prime_w_half": 0.0},
+            native=r,
+        )
+
+    def reference(
+        self,
+        scene: Scene,
+        sizes: Sequence[Size],
+        *,
+        near: Shape | None = None,
+        options: Options | None = None,
+        say: Reporter | None = None,
+    ) -> Reference:
+        """Degree `REFERENCE_DEGREE` on four times the most elements; its own error, from elements half as long."""
+        most = 4 * int(max(size.values[0] for size in sizes))
+        if say is not None:
+            say.step(f"reference of the elastica: {most} elements of degree {REFERENCE_DEGREE}")
+        size = Size(f"elastica {REFERENCE_DEGREE}", (most,), REFERENCE_DEGREE)
+        own = replace(options or Options(), error=True, repeats=0)
+        state = self.solve(scene, size, near=near, options=own, say=say)
+        return Reference(state, f"{most} elements of degree {REFERENCE_DEGREE}", state.error, f"{2 * most} of them")
+
+    def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
+        """Loads, ends and natural curvature."""
+        from compare.models.elastica.effects import switches
+
+        return switches(scene)
+
+
+def _supports(scene: Scene, r: ElasticaResult) -> Supports:
+    """Forces and moments of the ends in space; a load at the tip is no support (`tip_force` of result.json)."""
+    frame, forces = scene.frame, r.forces
+    load = r.problem.force
+
+    def in_space(vector: tuple[float, float]) -> FloatArray:
+        return vector[0] * frame[:, 2] - vector[1] * frame[:, 1]
+
+    start = Force(in_space(forces.start), forces.start_moment * frame[:, 0])
+    held = scene.clamp_end is not None
+    of_end = forces.end[0] - load[0], forces.end[1] - load[1]
+    return Supports(start, Force(in_space(of_end), forces.end_moment * frame[:, 0]) if held else None)

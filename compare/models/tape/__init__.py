@@ -1,0 +1,1 @@
+"""The tape spring as a model (`compare.models.tape.model.TapeModel`)."""
