@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
-from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, to_shell
+from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, passages, thin, to_shell
 from compare.models.ribbon.rivals import RULED, Rival, probe
 from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
@@ -63,7 +63,8 @@ class Estimate:
     "tension", "clamps"); distance: Hausdorff / l between the ribbon and the shell, None where the strip of finite
     thickness was not found; rival: a lower state that was seen beside the ribbon's own, with which nothing here is
     sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
-    the model has in its own energy; scale: z of the strip's edges at the mean curvature (below about 2 the layers of
+    the model has in its own energy; passages: by how much more of the elastic energy it may stretch where its curvature
+    passes zero (`compare.models.ribbon.beyond.passages`); scale: z of the strip's edges at the mean curvature (below about 2 the layers of
     both edges meet); seconds: for the estimate, the ribbon's solve not included; why: why nothing can be said, "" where
     it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
     of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
@@ -78,6 +79,7 @@ class Estimate:
     own: float = 0.0
     why: str = ""
     bends: bool = True
+    passages: float = 0.0
 
     @property
     def missing(self) -> float:
@@ -154,7 +156,9 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     mean = float(np.sqrt(np.mean(state.omega**2)))
     scale, rival = section.scale * mean**0.5, probe(scene, equilibrium)
-    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, rival, bends=bends)
+    more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
+    spent = time.perf_counter() - clock
+    return Estimate(width_to_thickness, parts, distance, scale, spent, rival, bends=bends, passages=more)
 
 
 def of_a_straight_strip(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
