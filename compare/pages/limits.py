@@ -18,7 +18,7 @@ from compare.scene.units import Units
 from compare.store.store import jsonable
 from compare.studies.checks import of_rows, of_state, worst_of
 from compare.studies.compare import Comparison
-from compare.studies.limits import Finding, Thresholds, hits
+from compare.studies.limits import Finding, Thresholds, doubted_share, hits
 
 #: The command whose verdict is of estimates alone.
 QUICK = "limits --quick"
@@ -68,6 +68,7 @@ def row_result(finding: Finding) -> dict[str, Any]:
                 if finding.estimate.why
                 else {}
             ),
+            "passages": finding.estimate.passages,
             "parts": finding.estimate.parts,
             "level": finding.estimated_level,
             "scale": finding.estimate.scale,
@@ -248,6 +249,8 @@ def _checks(finding: Finding, command: str) -> list[Check]:
     sure = finding.another is False
     for name, value in (("distance", finding.distance), ("share", finding.left_out)):
         said = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
+        if name == "share" and finding.row is None:
+            said += doubted_share(finding.estimate).removesuffix(".")
         found[name] = Check(name, finding.grades.get(name, UNKNOWN) if sure else UNKNOWN, said, value)
     return list(found.values())
 

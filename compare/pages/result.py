@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -45,8 +46,21 @@ def supports_result(state: State) -> dict[str, Any]:
             "walls": [wall["force"] for wall in walls],
         },
         "moments": {"start": part(start, "moment"), "end": part(end, "moment")},
-        **({"walls": walls} if walls or state.model == "ribbon" else {}),
+        **({"walls": _walls(state, walls)} if walls or state.model == "ribbon" else {}),
     }
+
+
+def _walls(state: State, walls: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The walls with the errors of the ends of their `lines` (l), None with the reason where one is not known."""
+    known = state.errors.get("lines") or [None] * len(walls)
+    unlike = "on finer elements it touches in more or fewer lines" if state.errors else "not asked for"
+    found = []
+    for wall, error in zip(walls, known, strict=True):
+        nowhere = not len(wall["lines"])
+        why = "it touches nowhere" if nowhere else f"{unlike} ({state.error_why})" if state.error_why else unlike
+        told = None if nowhere else error
+        found.append({**wall, "lines_error": told, **({} if told is not None else {"lines_error_why": why})})
+    return found
 
 
 def errors_result(state: State) -> dict[str, Any]:

@@ -261,6 +261,19 @@ def undetermined(scene: Scene) -> str:
     return taut_words(scene)
 
 
+def _touching(state: State, number: int, units: Units) -> str:
+    """From where to where the strip touches a wall, with the error of these ends; "" where it does nowhere."""
+    lines = state.supports.walls[number]["lines"]
+    known = state.errors.get("lines", ())
+    if not len(lines):
+        return ""
+    each = (
+        units.text(first, "l", 4) if first == last else f"{units.text(first, 'l', 4)} to {units.text(last, 'l', 4)}"
+        for first, last in lines
+    )
+    return f" at s = {', '.join(each)}{told.within(known[number] if number < len(known) else None, 'l', units)}"
+
+
 def _bent(scene: Scene, state: State, units: Units) -> list[tuple[str, str]]:
     """How steep the rulings are; of a strip with free twist how large that is, and how much of its energy stretches it,
     where."""
@@ -327,7 +340,8 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         for number, wall in enumerate(state.supports.walls):
             plate = "" if wall["height"] is None else f", plate at {units.text(wall['height'], 'l', 4)} from rest"
             error = told.within(sure[number] if number < len(sure) else None, "D w / l^2", units)
-            text = f"{told.force(wall['force'], units)}{error}; {wall['contacts'].size} points in contact{plate}"
+            touching = f"{wall['contacts'].size} points in contact{_touching(state, number, units)}"
+            text = f"{told.force(wall['force'], units)}{error}; {touching}{plate}"
             found.append((f"force of wall {wall['name']}", text))
     if e.penetration is not None:
         found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))
