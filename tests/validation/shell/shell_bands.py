@@ -239,9 +239,10 @@ def run(out: Path) -> dict[str, Number]:
         f"Free Moebius bands, nu = 0.3, shells of {MESH[0]} x {MESH[1]} elements joined node to node, begun at the "
         "ribbon's surface; energies in D w / l, lengths in l, eigenvalues in D / (areal mass l^4), without rigid "
         "motions and sliding. Errors: change from half as many elements each way; of the distance, that of both "
-        "models. within w: part of the membrane energy within one width of the section where most of it is. Distances: after "
-        "the rigid motion and the sliding along itself that bring both closest. The last columns: energies of a free "
-        f"twist beside the shell, and their distance to it. Known: {KNOWN:.4f} D w / l (5.9301 pi^2) at w/l = 1/30.",
+        "models. within w: part of the membrane energy within one width of the section where most of it is. Distances: "
+        "after the rigid motion and the sliding along itself that bring both closest. The last columns: energies of a "
+        f"free twist beside the shell, and their distance to it. Known: {KNOWN:.4f} D w / l (5.9301 pi^2) at w/l = "
+        "1/30.",
         *tables, "![Energy and distance against h/w](shell_bands.png)", *rounds,
     )  # fmt: skip
     return numbers
