@@ -1,8 +1,9 @@
 """What a model may do beyond answering a scene, declared: a study asks with `isinstance`, and can go without.
 
 Every capability is a Protocol of its own with what it gives: a reference (`Refers`), an estimate of what a shell would
-do (`Estimates`), the size of what is evaluated (`Evaluates`), derivatives by the scene's keys (`Differentiates`), where
-it rests from another model's shape (`Rests`), several scenes at once (`Batches`). Units: as `compare.models.base`.
+do (`Estimates`), the size of what is evaluated (`Evaluates`), derivatives by the scene's keys (`Differentiates`), what
+to do about a state that is none (`Advises`), where it rests from another model's shape (`Rests`), several scenes at
+once (`Batches`). Units: as `compare.models.base`.
 """
 
 from __future__ import annotations
@@ -179,6 +180,16 @@ class Differentiates(Protocol):
 
 class Fittable(Model, Differentiates, Protocol):
     """A model that solves a scene and knows how its state changes with it."""
+
+
+@runtime_checkable
+class Advises(Protocol):
+    """A model that says what the user of a scene can do about a state that is no stable equilibrium.
+
+    remedies: the solver's own word for the end -> what follows its message, in keys of scenes and flags of commands.
+    """
+
+    remedies: Mapping[str, str]
 
 
 @runtime_checkable

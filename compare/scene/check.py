@@ -354,16 +354,17 @@ def _check_formulation(scene: SceneData) -> None:
 
 
 def _check_elastica(scene: SceneData) -> None:
-    """Rods are the elastica's; its weight is along the centreline."""
-    if scene.model.energy == "elastica":
+    """A section of any shape is that of rods; in a plane the weight is along the centreline."""
+    chosen = registry.chosen_by(scene.model.energy)
+    if chosen.planar:
         if scene.gravity is not None and scene.gravity.exact:
             raise BadInput(
                 "model.energy",
-                "elastica",
+                scene.model.energy,
                 "is not available in this version where gravity.exact puts the weight over the surface",
                 'choose energy = "wunderlich" or "auto"',
             )
-    elif scene.strip.second_moment is not None and scene.model.energy not in registry.RODS:
+    elif scene.strip.second_moment is not None and not chosen.rod:
         beyond = beyond_the_ribbon(scene)
         assert beyond is not None
         raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')

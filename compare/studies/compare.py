@@ -34,7 +34,7 @@ from compare.models.base import Energy, Options, Shape, State, Variant, check_ke
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
 from compare.models.same_state import Counterpart, Same, same_state
-from compare.registry import model
+from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -176,7 +176,7 @@ def compare(
     Raises `ShellMissing`, with the scene's own model's answer, where no shell can be run here.
     """
     scene.require_shell()
-    shell, quick = model("shell"), beside_the_shell(scene)
+    shell, quick = model(RICHEST), beside_the_shell(scene)
     for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
         check_keys(one, scene)
     check_price(scene)
