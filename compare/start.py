@@ -49,7 +49,7 @@ def one_thread() -> None:
     """One thread for BLAS and OpenMP, which read this when they are loaded; what the user has set stays.
 
     The matrices are small: threads only wait for each other, and on a busy machine for long (docs/decisions.md).
-    OpenBLAS and MKL look at OMP_NUM_THREADS where their own variable is not set. `ribbon.solvers.threads` holds a
+    OpenBLAS and MKL look at OMP_NUM_THREADS where their own variable is not set. `ribbonbench.threads` holds a
     solve to one thread in programs that have loaded them already.
     """
     os.environ.setdefault(THREADS[0], "1")

@@ -235,8 +235,6 @@ def _model(start: Start) -> list[str]:
 
 
 def _shell(start: Start) -> list[str]:
-    if start.closed:
-        return ["", "# The shell has no seam: a closed band is for ribbonbench solve."]
     if start.thickness is not None:
         return [
             "",

@@ -39,7 +39,8 @@ CLAMP_RULINGS = frozenset(f"{end}.ruling" for end in _ENDS)
 SLIDES = frozenset(f"{end}.slide" for end in _ENDS)
 SECTIONS = frozenset(f"{end}.section" for end in _ENDS)
 BOTH_CLAMPS = _HELD | CLAMP_RULINGS | SLIDES | SECTIONS
-CLOSURE = inside("closure", "kind", "ruling", "turns", "twist")
+CLOSED = inside("closure", "kind", "turns")
+CLOSURE = CLOSED | inside("closure", "ruling", "twist")
 WALLS = inside("wall", "point", "normal", "stiffness", "name")
 #: Whatever says how rulings stand.
 RULINGS = CLAMP_RULINGS | inside("closure", "ruling") | inside("seed", "ruling")

@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from compare.measure.align import aligned
+from compare.measure.align import Motions, aligned, both
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grades import GOOD_UP_TO
 from compare.models.base import BESIDE
@@ -48,11 +48,13 @@ class Counterpart:
 
 @dataclass(frozen=True)
 class Same:
-    """answer: whether two states are the same one, None: not known; why: how that was found, or why it was not."""
+    """answer: whether two states are the same one, None: not known; why: how that was found, or why it was not; again:
+    what came of a shell that began once more at the surface of the model beside it, "" where none did."""
 
     answer: bool | None
     why: str
     counterpart: Counterpart | None = None
+    again: str = ""
 
 
 def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Grid) -> Same:
@@ -60,7 +62,8 @@ def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Gri
     if not shell.ok or shell.shape is None or not fast.ok or fast.shape is None:
         return Same(None, "one of the models has no stable state")
     there = grid.of(shell.shape)
-    apart = _apart(fast, there, grid)
+    motions = both(fast.motions, shell.motions)
+    apart = _apart(fast, there, grid, motions)
     settled = shell.start in SETTLED
     if apart <= APART:
         where = f"the shell settled at the surface of the {fast.model}" if settled else "nearer than states are apart"
@@ -72,17 +75,17 @@ def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Gri
     back = beside.rests(scene, fast, shell.shape)
     if back is None or back.shape is None:
         return Same(None, f"the {fast.model} finds no stable state from the shell's shape")
-    moved = _apart(back, grid.of(fast.shape), grid)
+    moved = _apart(back, grid.of(fast.shape), grid, motions)
     if moved <= max(HALF * apart, fast.error or 0.0):
         return Same(True, f"begun at the shell's shape the {fast.model} comes back to its own state")
-    nearer = _apart(back, there, grid)
+    nearer = _apart(back, there, grid, motions)
     found = Counterpart(None if back.energy is None else back.energy.total, nearer)
     if nearer <= HALF * apart:
         return Same(False, f"begun at the shell's shape the {fast.model} rests there, in another state", found)
     return Same(None, f"begun at the shell's shape the {fast.model} rests in a third state", found)
 
 
-def _apart(state: State, there: NDArray[np.float64], grid: Grid) -> float:
-    """Distance (Hausdorff / l) of a state to points (k, m, 3), moved as its free motions allow."""
+def _apart(state: State, there: NDArray[np.float64], grid: Grid, motions: Motions | None) -> float:
+    """Distance (Hausdorff / l) of a state to points (k, m, 3), moved as free motions allow."""
     assert state.shape is not None
-    return grid_hausdorff(aligned(grid.of(state.shape), there, state.motions), there)
+    return grid_hausdorff(aligned(grid.of(state.shape), there, motions), there)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
+from compare.measure.align import Motions, aligned, even_along
 from compare.measure.distance import grid_hausdorff
 from compare.measure.numbers import nested
 from compare.models import keys
@@ -42,7 +43,7 @@ from compare.models.capabilities import Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.reference import STRETCHING, beside_mesh, judged
-from compare.models.shell_build import shell_elements, shell_options, shell_problem
+from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
 
@@ -155,13 +156,13 @@ class ShellModel(Model):
     presenter = "compare.pages.shell:PRESENTER"
     reads = (
         keys.STRIP | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
-        | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
+        | keys.CLOSED | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,
         (keys.OVER_THE_SURFACE, "the shell always weighs its surface"),
         (keys.CLAMP_RULINGS, "shell.clamp says what a shell's clamp holds"),
-        (keys.RULINGS & keys.SEED, "a shell has no rulings"),
+        (keys.RULINGS & (keys.SEED | keys.CLOSURE), "a shell has no rulings"),
         (keys.MODEL, "how the ribbon beside it is discretised and solved"),
     )
 
@@ -293,7 +294,8 @@ class ShellModel(Model):
         state, other = found
         error = None
         if state.ok and other.ok and state.shape is not None and other.shape is not None:
-            error = grid_hausdorff(options.grid.of(state.shape), options.grid.of(other.shape))
+            points = options.grid.of(state.shape)
+            error = grid_hausdorff(points, aligned(options.grid.of(other.shape), points, state.motions))
         checked = check.label if other.ok else f"{check.label}: {other.word}"
         return Reference(state, f"{fine.label}, {ratio}", error, checked, other)
 
@@ -391,9 +393,19 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
             "share_error": _share_error(discretisation),
         },
         start=START[case.start or "path"],
+        motions=motions_of(scene),
         reused=case.reused,
         native=case,
     )
+
+
+def motions_of(scene: Scene) -> Motions | None:
+    """What nothing resists: of a band that no clamp holds the rigid motions, and its sliding along itself."""
+    if scene.closure is None or scene.clamp_start is not None:
+        return None
+    sign = -1 if HALF_TURNS[scene.closure.kind] % 2 else 1
+    seam = sign if even_along(scene.curvature, sign) else 0
+    return Motions(np.eye(3), np.eye(3), None, seam, bool(seam) and not any(scene.curvature))
 
 
 def _share_error(discretisation: Mapping[str, Any]) -> float | None:

@@ -21,7 +21,7 @@ from compare.scene.stages import stage_name
 from shellref.inputs import ShellInputError
 from shellref.path.begin import coarse_meshes
 from shellref.shell.options import ShellOptions
-from shellref.shell.problem import Pose, ShellProblem, Waypoint
+from shellref.shell.problem import IDENTITY, Pose, ShellProblem, Waypoint
 
 FloatArray = NDArray[np.float64]
 
@@ -45,6 +45,8 @@ TAPE_GRADING = (1.0, 1.0)
 MOST_TURN = 1.0
 #: Steps of tape springs: a fold is born within a hundredth of the length, and most steps take three to five iterations.
 TAPE_OPTIONS = {"arc_length": "always", "first_step": 0.02, "arc_step": 0.002, "max_arc": 0.02, "max_newton": 8}
+#: Half turns after which the ends of a band are joined.
+HALF_TURNS = {"circle": 0, "moebius": 1}
 #: What a tolerance is of, in words after it.
 ASKED = {"surface": "l", "end": "l at the end", "middle": "l in the middle", "energy": "of the elastic energy"}
 #: Relative difference below which two laws of natural curvature, or two weights, are the same.
@@ -84,6 +86,7 @@ def shell_problem(
     """
     shell = scene.shell
     weight = scene.up is not None and scene.gamma > 0
+    floats = scene.closure is not None and scene.clamp_start is None
     usual = TAPE_GRADING if scene.transverse_curvature else WIDE_GRADING if scene.width > WIDE else GRADING
     grading = shell.grading or usual
     try:
@@ -98,9 +101,9 @@ def shell_problem(
             sections=(_section(scene.clamp_start), _section(scene.clamp_end)),
             gamma=scene.gamma if weight else 0.0,
             up=tuple(float(c) for c in scene.up) if weight else None,  # type: ignore[arg-type, union-attr]
-            clamp_position=tuple(float(c) for c in scene.position),  # type: ignore[arg-type]
-            clamp_frame=tuple(tuple(float(c) for c in row) for row in scene.frame),  # type: ignore[arg-type]
-            clamp=shell.clamp,
+            clamp_position=(0.0,) * 3 if floats else tuple(float(c) for c in scene.position),  # type: ignore[arg-type]
+            clamp_frame=IDENTITY if floats else tuple(tuple(float(c) for c in row) for row in scene.frame),  # type: ignore[arg-type]
+            clamp="free" if floats else shell.clamp,
             elements=elements or shell_elements(scene),
             grading=grading,
             end=end_pose(scene),
@@ -108,12 +111,22 @@ def shell_problem(
             guided=scene.guided,
             corner=scene.shell_corner,
             edge_layer=scene.shell_edge_layer,
-            start_curvature=scene.shell_start_curvature,
+            start_curvature=_start_curvature(scene),
+            half_turns=None if scene.closure is None else HALF_TURNS[scene.closure.kind],
         )
         _check_goal(shell, problem)
         return with_way(scene, problem) if way else problem
     except ShellInputError as error:
         raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
+
+
+def _start_curvature(scene: Scene) -> float | None:
+    """That of the arc where the shell's path begins: of a band the circle of so many turns, bent as the ribbon's."""
+    given = scene.shell_start_curvature
+    if scene.closure is None or given is not None:
+        return given
+    turn = 2.0 * math.pi * scene.closure.turns
+    return math.copysign(turn, sum(scene.curvature)) if sum(scene.curvature) else -turn
 
 
 def _check_goal(shell: ShellSpec, problem: ShellProblem) -> None:
@@ -181,13 +194,17 @@ def shell_words(scene: Scene) -> str:
     mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
     if shell.tolerance is not None:
         mesh += f" at first, refined to {shell.tolerance:g} {ASKED[shell.goal]}"
-    words = [f"its clamps hold {what} at {where}", mesh]
+    words = [_holds(scene, what, where), mesh]
     try:
         problem = shell_problem(scene, scene.require_shell()[0])
     except BadInput as refusal:
         way = f"its own path is not available ({refusal.key} {refusal.problem})"
     else:
-        if problem.start_curvature:
+        if problem.half_turns:
+            begin = "a circle whose end is turned and joined"
+        elif problem.closed:
+            begin = "a circle"
+        elif problem.start_curvature:
             begin = f"a planar arc of curvature {problem.start_curvature:.4g}/l"
         elif problem.start_curvature is None and any(scene.curvature) and shell.clamp == "edge" and not _both(problem):
             begin = "its natural shape"
@@ -208,6 +225,14 @@ def shell_words(scene: Scene) -> str:
     return "; ".join(words)
 
 
+def _holds(scene: Scene, what: str, where: str) -> str:
+    """What holds the shell."""
+    if scene.closure is None:
+        return f"its clamps hold {what} at {where}"
+    held = "nothing holds it" if scene.clamp_start is None else f"its clamp holds {what} at the seam"
+    return f"its ends are joined node to node, and {held}"
+
+
 def _both(problem: ShellProblem) -> bool:
     """Whether positions are held at both ends."""
     return problem.end is not None and not problem.guided
@@ -221,6 +246,9 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
 
     Raises `BadInput` for a stage that the shell cannot follow.
     """
+    if problem.closed and scene.path:
+        remedy = "leave the path out (--set path=[]): a shell's band has one of its own"
+        raise BadInput("path", None, "is not what the shell's band can follow", remedy)
     if not _both(problem) and not scene.path:
         return problem
     stages = _followed(scene)

@@ -21,7 +21,7 @@ from compare.pages.solve import sentences
 from compare.registry import USUAL
 from compare.scene.units import Units
 from compare.studies.checks import of_rows, of_state
-from compare.studies.compare import Comparison, Row
+from compare.studies.compare import LOWER, OWN_IS_HIGHER, Comparison, Row
 from compare.studies.inputs import input_uncertainty
 
 FloatArray = NDArray[np.float64]
@@ -103,7 +103,11 @@ def columns(*keys: str) -> tuple[ColumnOf[Row], ...]:
 def _named(column: Column, model: str) -> Column:
     """A column whose heading and legend are about another model than the ribbon."""
     heading, legend = (text.replace(BESIDE, model) for text in (column.heading, column.legend))
-    words = {word: word.replace(BESIDE, model) for word in START.values()} if column.key == "start" else column.words
+    words = (
+        {word: word.replace(BESIDE, model) for word in (*START.values(), OWN_IS_HIGHER)}
+        if column.key == "start"
+        else column.words
+    )
     return replace(column, heading=heading, legend=legend, words=words)
 
 
@@ -167,13 +171,16 @@ def another_state(row: Row, fast: State, units: Units) -> str:
         return "unknown" if value is None else units.text(value, "D w / l", 6)
 
     both = f"total energies {told(its)} (shell) and {told(own)} ({beside}), {length(units, row.hausdorff)} apart"
+    again = f"; {row.begun_again}" if row.begun_again else ""
     if row.same_state is None:
-        return f"At {ratio} it is not known whether shell and {beside} are in one state: {both}; {row.same_why}"
-    text = f"At {ratio} the shell rests in another state than the {beside}: {both}"
+        return f"At {ratio} it is not known whether shell and {beside} are in one state: {both}; {row.same_why}{again}"
+    text = f"At {ratio} the shell rests in another state than the {beside}: {both}{again}"
     found = row.counterpart
     if found is None:
         return text
-    there = f"{told(found.energy)}, {length(units, found.distance)} from the shell"
+    lower = own is not None and found.energy is not None and found.energy < own - LOWER * max(1.0, abs(own))
+    rank = "lower than" if lower else "not lower than"
+    there = f"{told(found.energy)}, {rank} its own, {length(units, found.distance)} from the shell"
     return f"{text}; the {beside} has a state there too ({there})"
 
 
@@ -217,6 +224,7 @@ def verdict(comparison: Comparison) -> list[str]:
     units = Units.of(comparison.scene)
     elsewhere = [row for row in comparison.rows if fast.ok and row.hausdorff is not None and row.same_state is not True]
     said = [f"{another_state(row, fast, units)}." for row in elsewhere]
+    said += _laid(comparison)
     said += separable(comparison)
     if comparison.slope is not None:
         low, high = comparison.slope.spread
@@ -257,6 +265,20 @@ def verdict(comparison: Comparison) -> list[str]:
         if row.status != "converged"
     ]
     return said
+
+
+def _laid(comparison: Comparison) -> list[str]:
+    """How shapes that nothing holds were laid on each other before distances were taken."""
+    found = [(row, row.laid) for row in comparison.rows if row.laid is not None and row.laid.free]
+    if not found:
+        return []
+    row, last = found[-1]
+    words = "moved and turned as a whole"
+    if last.seam:
+        words += f", and slid along itself (at w/h = {row.width_to_thickness:g} by {last.slide:.1e} l)"
+    if last.mirrored:
+        words += "; the mirror image is compared, the band of the other hand"
+    return [f"Nothing holds the band: the {comparison.fast.model} is laid on the shell by least squares, {words}."]
 
 
 def _tension(comparison: Comparison) -> list[str]:

@@ -33,10 +33,20 @@ _LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 _DARK = 0.55
 
 
+def _up(scene: Scene, case: ShellCase) -> NDArray[np.float64]:
+    if scene.up is not None and scene.gamma:
+        return np.asarray(scene.up, dtype=float)
+    if scene.start_frame is not None:
+        return np.asarray(scene.start_frame[:, 1], dtype=float)
+    points = case.surface.points.reshape(-1, 3)
+    return np.asarray(np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2])
+
+
 def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) -> Path:
     """One row per w/h: the shape in space, its side view, and the flat strip, coloured by the membrane's local share.
 
-    `up` of the scene is upwards; without weight, the clamp's normal.
+    `up` of the scene is upwards; without weight the clamp's normal, of a strip that nothing holds the direction of its
+    least extent.
     """
     if len(cases) > MOST_ROWS:
         half = MOST_ROWS // 2
@@ -49,7 +59,7 @@ def picture(path: Path, scene: Scene, cases: Sequence[tuple[float, ShellCase]]) 
         found.append(np.where(hardly_stored(density), np.nan, shares(density)[..., 1]))
     largest = max(LEAST_SCALE, *(float(np.nanmax(share, initial=0.0)) for share in found))
     colours = ScalarMappable(Normalize(0.0, largest), colormaps[_COLOURS].with_extremes(bad=NOTHING))
-    up = np.asarray(scene.frame[:, 1] if scene.up is None or not scene.gamma else scene.up, dtype=float)
+    up = _up(scene, cases[0][1])
     panels = []
     for row, ((ratio, case), share) in enumerate(zip(cases, found, strict=True)):
         degree = case.surface.degree

@@ -78,11 +78,11 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     beyond = _of_rods(scene)
     if beyond is not None:
         return beyond[0], f"is given, and the shell {beyond[1]}"
-    if scene.closure is not None:
-        return "closure", f'closes the strip ("{scene.closure.kind}"), and the shell has no seam'
     if scene.walls:
         return "wall", "confines the strip, and the shell has no contact"
-    if scene.clamp_start is None:
+    if scene.closure is not None and scene.strip.transverse_curvature:
+        return "strip.transverse_curvature", "curves the section, and the shell joins flat ones"
+    if scene.clamp_start is None and scene.closure is None:
         return "clamp.start", "is absent: the start is free, and the shell is held there"
     for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
         if clamp is None or clamp.holds_all:

@@ -151,7 +151,7 @@ class SceneData(Sections):
     @property
     def several_equilibria(self) -> bool:
         """Whether there may be several: a model beside another then begins at that one's shape, to be on its branch."""
-        return self.clamp_end is not None or bool(self.path)
+        return self.clamp_end is not None or self.closure is not None or bool(self.path)
 
     @property
     def up(self) -> NDArray[np.float64] | None:

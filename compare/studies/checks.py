@@ -17,7 +17,7 @@ from compare.models.base import State, Status
 from compare.page.claims import CLAIMS
 from compare.page.verdict import Check, bounded, nothing, unchecked
 from compare.scene.scene import Scene
-from compare.studies.compare import Row
+from compare.studies.compare import LOWER, Row
 
 FloatArray = NDArray[np.float64]
 
@@ -25,8 +25,6 @@ FloatArray = NDArray[np.float64]
 BALANCED = 1e-6
 #: Part of an elastic energy by which it may differ from its adaptive integral.
 QUADRATURE = 1e-8
-#: Part of the energy (at least 1) by which a state is lower than another.
-LOWER = 1e-6
 #: How far (l) a strip may reach beyond a wall.
 PENETRATION = 1e-6
 #: Gauss points across the strip, where the weight is that of the surface.
@@ -307,11 +305,12 @@ def shells(rows: Sequence[Row]) -> Check:
 
 def same(row: Row) -> Check:
     """Whether both models are in one state."""
+    again = f"; {row.begun_again}" if row.begun_again else ""
     if row.same_state is None:
-        return unchecked("same", row.same_why or "whether both models are in one state is not known")
+        return unchecked("same", (row.same_why or "whether both models are in one state is not known") + again)
     if not row.same_state:
-        return unchecked("same", row.same_why or "the models are in two states")
-    return Check("same", GOOD, row.same_why or "both models are in one state")
+        return unchecked("same", (row.same_why or "the models are in two states") + again)
+    return Check("same", GOOD, (row.same_why or "both models are in one state") + again)
 
 
 def distance(row: Row) -> Check:

@@ -12,15 +12,17 @@ equilibria (two clamps, a path, a saddle left), both are then on one branch; whe
 unless the shell's own path, on a coarse mesh, leads to the same state. The shell's equilibrium satisfies its own
 equations all the same, wherever it began.
 
-Two models are compared in one state, or not at all (`compare.models.same_state`): where the shell rests in another one
-than the ribbon, the distance is none between models, and no difference, slope or grade is made of it.
+Two models are compared in one state, or not at all (`compare.models.same_state`). Where the shell's own path does not
+end in the ribbon's it is begun once more, at the ribbon's surface, and the lower of its two states is taken; the ribbon
+is begun at the shell's. Where both are in different states after that, the distance is none between models, and no
+difference, slope or grade is made of it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -28,18 +30,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import Missing, ShellMissing
+from compare.measure.align import Alignment, alignment, both
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.base import Energy, Options, Shape, State, Variant, check_keys
+from compare.models.base import BESIDE, Energy, Model, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
-from compare.models.same_state import Counterpart, Same, same_state
+from compare.models.same_state import SETTLED, Counterpart, Same, same_state
 from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 
 FloatArray = NDArray[np.float64]
+
+#: How the start of a shell is called whose own path ended above what is reached from the surface beside it.
+OWN_IS_HIGHER = f"{BESIDE} (its own path ends higher)"
+#: Part of the energy (at least 1) by which a state is lower than another.
+LOWER = 1e-6
 
 
 @dataclass(frozen=True)
@@ -49,11 +57,13 @@ class Row:
     hausdorff, centreline: distances between the models; ribbon_error, shell_error: of the discretisations (Hausdorff);
     claimed: the distance exceeds the sum of the errors; energy: the shell's (without the constant of the natural
     curvature, like every model's); share: of its elastic energy, the constant included; elastica: distance of the
-    shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; share_error: change of
+    shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; begun_again: what came
+    of beginning it once more at the surface beside it (`lower_state`), "" where it was not; share_error: change of
     the shares of membrane and shear on the mesh that tells its error, where one was solved; same_state: whether the
     shell rests in the state that is beside it, None: not known, or no shell; same_why: how that was found; counterpart:
     where the model beside comes to rest from the shell's shape, where that is another state than its own; shell_errors:
     of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`); `claimed` is of one state only;
+    laid: how the ribbon was moved before distances were taken, where nothing resists that;
     warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports and
     compilation; searched: it holds a search for segments.
     """
@@ -81,7 +91,9 @@ class Row:
     shell_errors: Mapping[str, Any] = field(default_factory=dict)
     elastica: float | None = None
     start: str = "path"
+    begun_again: str = ""
     share_error: float | None = None
+    laid: Alignment | None = None
     warm: bool = field(kw_only=True)
     searched: bool = field(kw_only=True)
 
@@ -205,15 +217,52 @@ def compare(
         options = Options(error=True, store=store, fallback=True, grid=grid, selects=several)
         try:
             state = shell.solve(variant.scene, near=near, options=options, say=reporter)
+            same = same_state(quick, own[k].scene, beside[k], state, grid)
+            if near is not None and same.answer is not True and state.start not in SETTLED:
+                state, same = lower_state(
+                    shell, variant, state, same, quick, own[k].scene, beside[k], options, reporter
+                )
         except Missing as why:
             raise ShellMissing(why, own[-1].scene, fast) from why
-        same = same_state(quick, own[k].scene, beside[k], state, grid)
         rows.append(_row(beside[k], grid, *lines[k], planar, variant, state, same))
         shells.append(state)
     found = tuple(rows)
     line = lines[-1][1]
     apart = None if planar is None or line is None else centreline_distance(line, planar)
     return Comparison(scene, fast, elastica, apart, found, tuple(shells), grid, fit_slope(found), beside)
+
+
+def lower_state(
+    shell: Model,
+    variant: Variant,
+    state: State,
+    same: Same,
+    quick: Model,
+    scene: Scene,
+    fast: State,
+    options: Options,
+    say: Reporter | None = None,
+) -> tuple[State, Same]:
+    """The lower of two states of a shell, and whether it is that of the model beside it (`fast`, of the model `quick`
+    on `scene`): `state`, where its own way ended, which is not known to be, and the one that is reached from the
+    surface of `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from there."""
+    assert options.grid is not None
+    own = None if state.energy is None else state.energy.total
+    if variant.scene.shell.start != "auto" or options.selects or not state.ok or own is None:
+        return state, same
+    there = shell.solve(variant.scene, near=fast.shape, options=replace(options, error=False, selects=True), say=say)
+    its = None if there.energy is None else there.energy.total
+    if not there.ok or its is None:
+        why = f"begun at the surface of the {fast.model} the shell finds no stable state ({there.word})"
+        return state, replace(same, again=why)
+    if not its < own - LOWER * max(1.0, abs(own)):
+        why = f"begun at the surface of the {fast.model} the shell rests no lower, at {its:.6g} D w / l"
+        return state, replace(same, again=why)
+    there = shell.solve(variant.scene, near=fast.shape, options=replace(options, selects=True), say=say)
+    there = replace(there, start=OWN_IS_HIGHER)
+    found = same_state(quick, scene, fast, there, options.grid)
+    why = f"the shell's own path ends higher, at {own:.6g} for {its:.6g} D w / l"
+    return there, replace(found, again=why)
 
 
 def _on_grid(state: State, grid: Grid) -> tuple[FloatArray | None, FloatArray | None]:
@@ -234,13 +283,15 @@ def _row(
     same: Same,
 ) -> Row:
     """The row of one shell; without a converged surface it keeps the status and no distances."""
-    hausdorff = centreline = planar = None
+    hausdorff = centreline = planar = laid = None
     shape: Shape | None = state.shape if state.ok else None
     if shape is not None:
         line = shape.centreline(grid.s)
         if fast_points is not None and fast_line is not None:
-            hausdorff = grid_hausdorff(fast_points, grid.of(shape))
-            centreline = centreline_distance(fast_line, line)
+            points = grid.of(shape)
+            laid = alignment(fast_points, points, both(fast.motions, state.motions))
+            hausdorff = grid_hausdorff(laid.of(fast_points), points)
+            centreline = centreline_distance(laid.particles(fast_line[:, None])[:, 0], line)
         if planar_line is not None:
             planar = centreline_distance(planar_line, line)
     known = hausdorff is not None and state.error is not None and fast.error is not None and same.answer is True
@@ -271,7 +322,9 @@ def _row(
         shell_errors=state.errors,
         elastica=planar,
         start=state.start,
+        begun_again=same.again,
         share_error=state.numbers.get("share_error"),
+        laid=laid,
         warm=bool(fast.seconds.repeats),
         searched=variant.scene.model.tolerance is not None,
     )

@@ -45,6 +45,8 @@ _OF_THE_PROBLEM = (
     "tip",
 )  # fmt: skip
 _GOOD = (Status.CONVERGED, Status.SADDLE)
+#: Distance of joints (l) that are one but for rounding.
+_SAME = 1e-12
 #: Points along the ribbon for the distance.
 _ALONG = 2000
 
@@ -82,7 +84,7 @@ def _to_tolerance(
     leave = bool(keywords.get("leave_saddle", False))
     found = refine_to_tolerance(first, tolerance, leave_saddle=leave, strict=strict)
     if free_seam and found.status in _GOOD:
-        loose = build(*arguments, segments=found.problem.lengths, **{**asked, "closure": closure})
+        loose = build(*arguments, segments=_opened(found.problem.lengths), **{**asked, "closure": closure})
         slid = switch(loose, found)
         found = replace(slid, tolerance_error=found.tolerance_error, refinements=found.refinements)
     found = replace(found, branch=first.branch, left=found.left or first.left)
@@ -91,6 +93,22 @@ def _to_tolerance(
     if first.minima is not None and found.status in _GOOD:
         found = replace(found, minima=first.minima, message=f"{found.message}; {first.minima}")
     return found
+
+
+def _opened(lengths: FloatArray) -> FloatArray:
+    """Lengths of segments about a seam that is let go, from those (p,) about a seam that is held.
+
+    It slides until the ruling is straight in the first segment's middle (`ribbon.problems.held.Held.slides`), about
+    which the band is its own mirror image; so are the segments: joints are those and their images, with one segment
+    more in front. Otherwise they push along the band, and what keeps it from sliding carries a force.
+    """
+    ends = np.concatenate([[0.0], np.cumsum(lengths)])
+    both = np.sort(np.concatenate([ends, ends[-1] - ends]))
+    mirrored = np.diff(both)
+    mirrored = mirrored[mirrored > _SAME]
+    opened = np.concatenate([mirrored[:1], mirrored])
+    opened[1:] = 0.5 * (opened[1:] + opened[:0:-1])
+    return np.asarray(opened / opened.sum())
 
 
 def refine_to_tolerance(

@@ -22,7 +22,7 @@ from ribbon.problems import transfer
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE
-from ribbon.solvers.threads import alone
+from ribbonbench.threads import alone
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, float, float], None]

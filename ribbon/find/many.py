@@ -26,8 +26,8 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
 from ribbon.solvers.budget import within
-from ribbon.solvers.threads import alone
 from ribbon.strip import Strip
+from ribbonbench.threads import alone
 
 FloatArray = NDArray[np.float64]
 #: Cases that a thread takes at a time.

@@ -37,9 +37,9 @@ from ribbon.solvers.problem import (
     slack_of,
     violation,
 )
-from ribbon.solvers.threads import alone
 from ribbon.strip import Strip, check_known, finite, known
 from ribbonbench import statics
+from ribbonbench.threads import alone
 
 Progress = Callable[[int, float, float], None]
 Values = float | tuple[float, ...] | list[float]
@@ -51,6 +51,8 @@ FREE_BAND_WORDS = (
     "; nothing holds the band: where it begins in space (its seam at the origin, tangent e_z, normal e_y) chooses "
     "among its states, and another may have less energy"
 )
+#: Part of the largest multiplier above which what keeps a free band from sliding is told.
+_SLIDES = 1e-7
 #: Violation of the rows above which a stationary point is called infeasible.
 _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
@@ -620,6 +622,8 @@ def found_at(
         message += INDIFFERENT_WORDS
     if known and problem.closure is not None and problem.start is None and problem.walls:
         message += FREE_BAND_WORDS
+    if known:
+        message += _held_from_sliding(problem, minimum)
     return Equilibrium(
         problem=problem,
         status=status,
@@ -643,6 +647,26 @@ def found_at(
         moved=minimum.moved,
         quadrature_error=integral,
         nonconvex=convexity.share(problem, minimum.x) if known else None,
+    )
+
+
+def _held_from_sliding(problem: Problem, minimum: Minimum) -> str:
+    """What a band says whose segments push it along itself; "" where they do not.
+
+    Sliding changes no energy of the strip but that of the segments, unless these are their own mirror image about the
+    middle of the first (`ribbon.problems.held.Held.slides`). With c = eta_0 + eta_1 = 0 held by a multiplier y, the
+    push is y dc/ds = 2 y eta'.
+    """
+    where = problem.block_slices().get("gauge_slide") if problem.row_count else None
+    if where is None:
+        return ""
+    held = float(minimum.rows[where][0])
+    if not abs(held) > _SLIDES * max(1.0, float(np.abs(minimum.rows).max())):
+        return ""
+    push = 2.0 * abs(held * problem.parameters(minimum.x)[0, 0 if problem.fields.free else 2])
+    return (
+        f"; its segments push it along itself with {push:.2g} D w / l^2: make them mirror images about the middle of "
+        "the first"
     )
 
 

@@ -4,7 +4,7 @@ Nine unknowns a joint and one a segment (`ribbon.problems.mixed_kernels`), eight
 eq. (4.5)), then the rows of what holds the ribbon (`ribbon.problems.conditions`). Position, frame and ruling that a
 clamp holds at s = 0 are eliminated (they are fixed unknowns), or held by rows when ``held_by = "constraints"`` (thesis,
 5.3.3). Rigid motions that nothing resists are removed by rows that fix the start (`gauge`), whose multipliers vanish at
-equilibrium.
+equilibrium; that of a seam that slides (`Held.slides`) where the segments are mirror images about it, and is told else.
 """
 
 from __future__ import annotations

@@ -22,8 +22,8 @@ from ribbon.result import Equilibrium
 from ribbon.sensitivity import parameters
 from ribbon.sensitivity.parameters import Load
 from ribbon.sensitivity.system import Point, System, point
-from ribbon.solvers.threads import alone
 from ribbon.strip import abscissae
+from ribbonbench.threads import alone
 
 FloatArray = NDArray[np.float64]
 #: Name of a parameter -> derivative, its shape that of the output followed by that of the parameter.

@@ -1,23 +1,19 @@
-"""A budget of time for a solve, looked at wherever time is spent: between iterations, attempts, refinements, searches.
-
-The time is that of the thread on the processor, so that a busy machine shortens nothing; compiling kernels, once after
-an installation, does not count.
-"""
+"""The budget of time for a solve (`ribbonbench.clock`); compiling kernels, once after an installation, is not in it."""
 
 from __future__ import annotations
 
 import contextlib
-import math
 import time
 from collections.abc import Iterator
-from contextvars import ContextVar
 from typing import Any
 
 from numba.core import event
 
 from ribbon.errors import RibbonInputError
+from ribbonbench import clock
+from ribbonbench.clock import SPENT, spent
 
-SPENT = "the budget of time is spent"
+__all__ = ["SPENT", "spent", "within"]
 
 
 class _Compiling(event.Listener):  # type: ignore[misc]
@@ -40,11 +36,7 @@ class _Compiling(event.Listener):  # type: ignore[misc]
 
 _compiling = _Compiling()
 event.register("numba:compiler_lock", _compiling)  # held while kernels are compiled, and while kept ones are loaded
-_deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
-
-
-def _now() -> float:
-    return time.thread_time() - _compiling.seconds
+clock.UNCOUNTED.append(lambda: _compiling.seconds)
 
 
 @contextlib.contextmanager
@@ -55,15 +47,5 @@ def within(seconds: float | None) -> Iterator[None]:
     """
     if seconds is not None and not seconds > 0.0:
         raise RibbonInputError("budget", seconds, "a time in seconds greater than zero")
-    left = _deadline.get() if seconds is None else min(_deadline.get(), _now() + seconds)
-    token = _deadline.set(left)
-    try:
+    with clock.within(seconds):
         yield
-    finally:
-        _deadline.reset(token)
-
-
-def spent() -> bool:
-    """Whether the time is over."""
-    deadline = _deadline.get()
-    return deadline < math.inf and _now() > deadline

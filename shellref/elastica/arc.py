@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse
 from scipy.optimize import brentq
 
-from shellref import clock
+from ribbonbench import clock
 from shellref.elastica.fem import stability
 from shellref.elastica.problem import Array
 from shellref.elastica.system import System, solve_sparse

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shellref import clock
+from ribbonbench import clock
 from shellref.elastica.arc import ArcOptions, Branch, Point, point_at, states_at, switch, trace
 from shellref.elastica.path import ElasticaOptions
 from shellref.elastica.problem import Array, ElasticaProblem, Way

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shellref import clock
+from ribbonbench import clock
 from shellref.elastica.fem import Array, Discretisation, Loads, stability
 from shellref.elastica.system import solve_sparse
 

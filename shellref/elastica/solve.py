@@ -53,7 +53,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shellref import clock
+from ribbonbench import clock
 from shellref.elastica.fem import ELEMENTS, HERMITE_DEGREE, Array, Discretisation
 from shellref.elastica.held import Arrival, drive
 from shellref.elastica.path import ElasticaOptions, Path, follow

@@ -209,14 +209,29 @@ class _Inverse(ABC):
 
 
 class _Scaled(_Inverse):
-    """y = root * K^-1 (root * x)."""
+    """y = S^T K^-1 S x with S S^T = diag(mass) - less less^T.
 
-    def __init__(self, factor: SymmetricFactor, root: np.ndarray):
+    With Q = diag(mass)^-1/2 less = U diag(q) V^T the root is S = diag(mass)^1/2 (I - U diag(1 - (1 - q^2)^1/2) U^T).
+    """
+
+    def __init__(self, factor: SymmetricFactor, mass: np.ndarray, less: np.ndarray | None):
         super().__init__(factor)
-        self._root = root
+        self._root = np.sqrt(mass)
+        less = np.zeros((len(mass), 0)) if less is None else less
+        self._left, size, _ = np.linalg.svd(less / self._root[:, None], full_matrices=False)
+        self._rest = np.sqrt((1.0 - size) * (1.0 + size))  # > 0 where the difference is positive definite
 
     def applied(self, x: np.ndarray) -> np.ndarray:
-        return self._root * self._factor.solve(self._root * x)
+        scaled = self._factor.solve(self._root * self._by(x, self._rest - 1.0))
+        return self._by(self._root * scaled, self._rest - 1.0)
+
+    def unscaled(self, vectors: np.ndarray) -> np.ndarray:
+        """S^-T of unit vectors (k, local rows)."""
+        return np.array([self._by(x, 1.0 / self._rest - 1.0) for x in vectors]).reshape(vectors.shape) / self._root
+
+    def _by(self, x: np.ndarray, factors: np.ndarray) -> np.ndarray:
+        """(I + U diag(factors) U^T) x."""
+        return x if not self._left.size else x + self._left @ (factors * (self._left.T @ x))
 
 
 class _Softening(_Inverse):
@@ -267,22 +282,25 @@ def _sorted(values: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.nda
     return values[order], vectors[order]
 
 
-def lowest_pairs(factor: SymmetricFactor, mass: np.ndarray, count: int, end: str) -> tuple[np.ndarray, np.ndarray]:
+def lowest_pairs(
+    factor: SymmetricFactor, mass: np.ndarray, count: int, end: str, less: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Eigenpairs of K x = lambda M x nearest to zero on one side: lambdas (k,) ascending, vectors (k, local rows).
 
-    K is the matrix last factored, M = diag(mass) > 0 (owned part); vectors have x^T M x = 1. Krylov-Schur on
-    M^1/2 K^-1 M^1/2. end: "negative" (unstable modes; all of them when count = their number) or "positive". There are
-    never more pairs than eigenvalues of that sign, and none if the iteration does not converge or K is singular.
+    K is the matrix last factored, M = diag(mass) - less less^T > 0 (owned part; less (rows, few), None: nothing, on one
+    process only); vectors have x^T M x = 1. Krylov-Schur on S^T K^-1 S, S S^T = M. end: "negative" (unstable modes; all
+    of them when count = their number) or "positive". There are never more pairs than eigenvalues of that sign, and none
+    if the iteration does not converge or K is singular.
     """
     negative, _, positive = factor.inertia()
     count = min(count, {"negative": negative, "positive": positive}[end])
-    root = np.sqrt(mass)
-    values, vectors = np.zeros(0), np.zeros((0, len(root)))
+    scaled = _Scaled(factor, mass, less)
+    values, vectors = np.zeros(0), np.zeros((0, len(mass)))
     if count:
-        values, vectors = _extreme(_Scaled(factor, root), factor.matrix, True, count, end)
+        values, vectors = _extreme(scaled, factor.matrix, True, count, end)
     if len(values) < count:
         values, vectors = values[:0], vectors[:0]
-    return _sorted(1.0 / values, vectors / root)
+    return _sorted(1.0 / values, scaled.unscaled(vectors))
 
 
 def buckling_pairs(

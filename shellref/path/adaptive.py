@@ -59,7 +59,7 @@ def refine(result: ShellResult, solver: Solver) -> ShellResult:
         strip = build_strip(solver.strip.problem, options, cuts)
         other = Solver(strip, options, solver.comm, solver.report)
         found = other.run(near.surface)
-        if found.status is not ShellStatus.CONVERGED:
+        if found.status is not ShellStatus.CONVERGED and not solver.strip.problem.half_turns:
             found = Solver(strip, options, solver.comm, solver.report).run()  # the whole path on this mesh
         return dataclasses.replace(
             found,

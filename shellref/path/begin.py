@@ -128,6 +128,8 @@ class Beginning:
     def find(self, start: ShellSurface | None) -> Begun:
         """The state: from the given start, from a coarse path, by the path."""
         begin, first = self.options.begin, None
+        if self.problem.half_turns and begin == "checked":  # a band's own beginning selects no state
+            begin = "stable"
         if begin == "checked" and not self.meshes:  # nothing to check by: the mesh is coarse enough for its own path
             start = None
         none = "path" if start is None else PATH_AGAIN[begin == "given"]
@@ -142,7 +144,7 @@ class Beginning:
             if first is not None:
                 return Begun(first, "given", self.notes)
         checked = start is not None and begin == "checked"
-        while self.options.coarse or checked:
+        while (self.options.coarse or checked) and not self.problem.half_turns:
             coarse = self.next_coarse()
             if coarse is None:
                 break
@@ -158,10 +160,29 @@ class Beginning:
         return self.walk(none)
 
     def walk(self, how: str) -> Begun:
-        """The path on the mesh itself."""
+        """The path on the mesh itself; of a band with half turns from where it is closed."""
         if self.solves:
             self.say({"event": "path"})
+        if self.problem.half_turns:
+            return self.turned(how)
         return Begun(self.solve(folder=self.folder), how, self.notes)
+
+    def turned(self, how: str) -> Begun:
+        """The band near the open strip whose end was turned, or near the twisted circle, see shellref.band.start."""
+        from shellref.band.start import opened, twisted
+
+        found: ShellResult | None = None
+        if abs(self.problem.half_turns or 0) > 1:
+            found, _ = self.given(twisted(self.problem))
+        if found is None:
+            problem = opened(self.problem)
+            self.say({"event": "coarse", "elements": list(problem.elements)})
+            open_strip = self.solve(problem=problem, accuracy=None, stability=False)
+            found, _ = self.given(open_strip.surface)
+            if found is None:
+                found = self.solve(open_strip.surface)
+            found = _after(open_strip, found)
+        return Begun(found, how, self.notes)
 
     def settled(self, start: ShellSurface | None) -> ShellResult | None:
         """The stable state where Newton's iteration from a surface settles without a kick; None: there is none."""

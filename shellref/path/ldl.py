@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+import scipy.linalg  # noqa: F401  brings the BLAS in which kernels multiply, which `one_thread` holds
 
+from ribbonbench.threads import one_thread
 from shellref.kernels import element, fronts
-from shellref.kernels.threads import one_thread
 from shellref.kernels.tree import Structure, Tree
 from shellref.shell.cells import Cells
 
@@ -23,9 +24,11 @@ class Tangent:
     where they were given up.
     """
 
-    def __init__(self, cells: Cells, active: np.ndarray):
-        self.cells, self.active = cells, active
-        self.number = cells.numbers(active)
+    def __init__(self, cells: Cells, active: np.ndarray, owners: np.ndarray | None = None):
+        """active (nodes, 5): increments that are unknowns; owners (nodes,): whose they are at the nodes of a seam. A
+        seam's unknowns are in the first and the last element: they stay in the fronts until the strip is closed."""
+        self.cells, self.active, self._owners = cells, active, owners
+        self.number = cells.numbers(active, owners)
         at = np.empty(cells.elements, dtype=np.int64)
         at[cells.along, cells.across] = np.arange(len(cells.nodes))
         tree = Tree(cells.elements, cells.degree)
@@ -95,7 +98,7 @@ class Tangent:
     def compressed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(indptr, indices, values) of its rows."""
         if self._pattern is None:
-            self._pattern = self.cells.pattern(self.active)
+            self._pattern = self.cells.pattern(self.active, self._owners)
         indptr, indices = self._pattern
         values = np.zeros(len(indices))
         everything = np.arange(len(self.number))

@@ -158,7 +158,7 @@ class CellsLinear(Linear):
         super().__init__()
         assert model.cells is not None
         self._model = model
-        self._tangent = Tangent(model.cells, increments.active)
+        self._tangent = Tangent(model.cells, increments.active, increments.owners)
         self._matrix: Any = None  # PETSc's, made when it is asked for
         self._made = False
         self._factors = MeshFactor(self._tangent, self)

@@ -87,11 +87,12 @@ def _remaining(before: float, correction: float) -> float:
 class Equilibrium:
     """Newton for one model; counts iterations, factorisations and seconds by part."""
 
-    def __init__(self, model: NaghdiModel, options: ShellOptions):
+    def __init__(self, model: NaghdiModel, options: ShellOptions, supports: Supports | None = None):
+        """supports: others than the body's."""
         self.model, self.options = model, options
-        self.supports: Supports = model.body.supports(model.grid, model.nodes)
+        self.supports: Supports = model.body.supports(model.grid, model.nodes) if supports is None else supports
         held = self.supports
-        self.increments = Increments(held.translations, held.directors, model.owned, held.edges)
+        self.increments = Increments(held.translations, held.directors, model.owned, held.edges, held.tie)
         everywhere = api.gather_rows(model.comm, np.array([[float(self.increments.unknowns)]]))[:, 0]
         self.unknowns = int(everywhere.sum())
         self._offset = int(everywhere[: model.comm.rank].sum())
@@ -105,9 +106,30 @@ class Equilibrium:
         weights = model.nodal_areas[:, None] * np.ones(3)
         weights[model.owned :] = 0.0
         self._weights = weights / float(api.sum_over(model.comm, weights[:, 0].sum()))
-        nodal, h = model.nodal_areas, model.body.thickness
         # areal mass 1, rotary inertia h^2 / 12
-        self.mass = self.increments.nodal(nodal, h**2 / 12.0 * nodal, model.reference)
+        self._inertia = model.nodal_areas, model.body.thickness**2 / 12.0 * model.nodal_areas
+        self.mass = self.increments.nodal(*self._inertia, model.reference)
+
+    def moving_mass(self, state: np.ndarray) -> np.ndarray | None:
+        """C (unknowns, k): M - C C^T is the mass of a shell that is free to move as `Supports.motions` says, on the
+        unknowns that are left; None: there are no such motions.
+
+        With motions N, M the mass of all components, and M - M N (N^T M N)^-1 N^T M the mass that is left when each
+        increment is brought to rest by the motion that takes most from it, C = M N R^-1, R^T R = N^T M N.
+        """
+        if self.supports.motions is None:
+            return None
+        increments, bases = self.increments, self._bases(state)
+        found = self.supports.motions(state)
+        five = np.stack([increments.components(field, bases) for field in found])  # (k, n, 5)
+        translation, turn = self._inertia
+        mass = np.stack([translation] * 3 + [turn] * 2, axis=1)
+        if increments.tie is not None:
+            mass = increments.tie.joined(mass)
+        heavy = (mass * five).reshape(len(five), -1)
+        root = np.linalg.cholesky(heavy @ five.reshape(len(five), -1).T)  # lower: N^T M N = root root^T
+        moved = np.linalg.solve(root, heavy).reshape(five.shape)
+        return np.ascontiguousarray(moved[:, increments.active].T)
 
     def _size(self) -> float:
         """Largest extent of the reference along an axis, to which corrections are compared."""
@@ -160,7 +182,7 @@ class Equilibrium:
     def _edges_placed(self, placed: np.ndarray, state: np.ndarray, control: Control) -> np.ndarray:
         for edge in self.supports.edges:
             placed[edge.nodes] = edge.placed(state, control)
-        return placed
+        return placed if self.supports.tie is None else self.supports.tie.placed(placed)
 
     def _held_rate(self, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
         """d(target)/dload (nodes, 6): a difference within the stage."""
@@ -170,7 +192,7 @@ class Equilibrium:
         for edge in self.supports.edges:
             ahead, back = (edge.placed(state, stage.at(load + x)) for x in (STEP, -STEP))
             rate[edge.nodes] = (ahead - back) / (2.0 * STEP)
-        return rate
+        return rate if self.supports.tie is None else self.supports.tie.placed(rate)
 
     def reduced_residual(self, state: np.ndarray) -> np.ndarray:
         """P^T dE/du on the free increments (unknowns of this process,)."""

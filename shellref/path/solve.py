@@ -28,7 +28,8 @@ def solve(
     this surface, at the full load, instead of walking the path. processes: "self", or "world" for all of an mpirun.
     folder: keep the log and checkpoints there and resume what an interrupted run of the same problem left. A load step
     that cannot be made is a status of the result, not an exception. Raises `ShellInputError` when the mesh cannot carry
-    the clamps, `dolfinx_api.DolfinxMissing` when dolfinx is not there.
+    the clamps, or a band that is joined after half turns has no start; `dolfinx_api.DolfinxMissing` where it is not
+    there.
     """
     options = options or ShellOptions()
     strip = build_strip(problem, options)
@@ -40,6 +41,11 @@ def solve(
     report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
     if (problem.released or problem.transverse_curvature) and comm.size > 1:
         raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
+    if problem.closed and comm.size > 1:
+        raise ShellInputError("processes", comm.size, "a closed strip needs one process")
+    if problem.half_turns and start is None:
+        remedy = "a twisted band begins at a surface: use shellref.path.begin.begun, which finds one"
+        raise ShellInputError("half_turns", problem.half_turns, remedy)
     solver = Solver(strip, options, comm, report)
     if options.accuracy is not None and options.goal != "surface":
         from shellref.path.weighted import check

@@ -71,6 +71,19 @@ class Solver:
         s, v = self.model.nodes.T
         return np.hstack([surface.evaluate(s, v), surface.director(s, v)])
 
+    def _held(self, state: np.ndarray) -> np.ndarray:
+        """The state (nodes, 6) with its seam closed; a closed strip that nothing holds is held near it."""
+        tie = self.equilibrium.supports.tie
+        if tie is None:
+            return state
+        state = tie.placed(state)
+        supports = self.strip.supports_near(state, self.model.nodes)
+        if supports is not None:
+            from shellref.path.newton import Equilibrium
+
+            self.equilibrium = Equilibrium(self.model, self.options, supports)
+        return state
+
     def run(self, start: ShellSurface | None = None, folder: str | os.PathLike[str] | None = None) -> ShellResult:
         """Walk the path, or settle from a surface at the full load."""
         from shellref.path.point import Point, Walk
@@ -85,11 +98,17 @@ class Solver:
             made_by = {"source": sources.digest(__name__)}
             key = digest(self.strip.problem.to_dict(), self.options.to_dict(), made_by)
             journal = FolderJournal(folder, key, self.model, stages)
-        walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
         walk = journal.resume() if journal is not None and start is None else None
         first = 0.0
+        if walk is not None:
+            state = walk.point.state
+        elif start is not None:
+            state = self.state_of(start)
+        else:
+            state = self.strip.initial_state(self.model.nodes)
+        state = self._held(state)
+        walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
         if walk is None:
-            state = self.strip.initial_state(self.model.nodes) if start is None else self.state_of(start)
             walk = Walk(Point(0.0, state, None))  # type: ignore[arg-type]
             if start is None:
                 walker.start(walk)
@@ -197,7 +216,7 @@ class Solver:
         out = {}
         for name, path, side in (("start", self.strip.start, s < 0.5), ("end", self.strip.end, s >= 0.5)):
             if path is not None:
-                where = side & (fields[2].max(axis=1) > 0.5)
+                where = (side | self.strip.problem.closed) & (fields[2].max(axis=1) > 0.5)
                 origin = origins.get(name, path.at(control.move)[0])
                 force, moment = reactions(fields[0], fields[1], where, origin)
                 out[name] = {"force": force, "moment": moment}

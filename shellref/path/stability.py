@@ -46,7 +46,8 @@ def lowest_mode(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load:
     count, end = (negative, "negative") if negative else (1, "positive")
     values, vectors = np.zeros(0), np.zeros((0, 0))
     if negative is not None:
-        values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, count, end)
+        less = equilibrium.moving_mass(state)
+        values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, count, end, less)
     if not len(values) and negative != 0:
         values, vectors = _shifted(equilibrium, state, stage, load)
     if not len(values):
@@ -69,6 +70,7 @@ def _shifted(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: fl
         except petsc.FactorisationFailed:
             continue
         if equilibrium.factors.inertia()[:2] == (0, 0):
+            # of a shifted tangent the mass itself: what nothing resists is no null vector of it
             values, vectors = petsc.lowest_pairs(equilibrium.factors, equilibrium.mass, 1, "positive")
             return values - shift, vectors
     return np.zeros(0), np.zeros((0, 0))

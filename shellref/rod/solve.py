@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shellref import clock
+from ribbonbench import clock
 from shellref.rod.elements import Elements, State
 from shellref.rod.newton import Balance, held_exactly
 from shellref.rod.problem import RodProblem, rest_shape

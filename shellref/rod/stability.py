@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse.linalg
 
-from shellref import clock
+from ribbonbench import clock
 from shellref.rod.elements import State
 from shellref.rod.newton import LARGEST, Balance, Solved
 from shellref.rod.problem import RodProblem

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from shellref import clock
+from ribbonbench import clock
 from shellref.rod.elements import Elements, State
 from shellref.rod.newton import Balance, Solved, held_exactly
 from shellref.rod.problem import Held, RodProblem, Way

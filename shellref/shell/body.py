@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shellref.seam.ties import Tie
 from shellref.shell.clamps import Control
 from shellref.shell.director import FREE, HELD, Edge
 from shellref.shell.grid import Grid
@@ -44,14 +45,17 @@ class Supports:
 
     translations (n, 3): components of the position that are held. directors (n,): director.FREE, HELD or an axis (0, 1,
     2) to which the director stays normal. placement(move) -> (n, 6): values of everything held (other entries unused);
-    None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own; one
-    process only.
+    None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own; tie: nodes
+    that are one with others; one process only, both. motions(state (n, 6)) -> (k, n, 6): what the held components keep
+    the shell from, and nothing resists; None: nothing of that kind.
     """
 
     translations: np.ndarray
     directors: np.ndarray
     placement: Placement | None = None
     edges: tuple[Edge, ...] = ()
+    tie: Tie | None = None
+    motions: Callable[[np.ndarray], np.ndarray] | None = None
 
     @classmethod
     def none(cls, n: int) -> Supports:
@@ -67,7 +71,7 @@ class Supports:
             crossed = where & (directors != FREE) & (directors != director)
             directors[where] = director
             directors[crossed] = HELD  # normal to two axes at once: it cannot move
-        return Supports(translations, directors, self.placement, self.edges)
+        return Supports(translations, directors, self.placement, self.edges, self.tie, self.motions)
 
 
 @dataclass(frozen=True)

@@ -92,17 +92,22 @@ class Cells:
         np.add.at(out, self.nodes, weights @ shape[:, 0])
         return out
 
-    def numbers(self, active: np.ndarray) -> np.ndarray:
-        """(c, 5 n) number of each element's unknowns, increment outside, node inside, -1: held; active (nodes, 5)."""
+    def numbers(self, active: np.ndarray, owners: np.ndarray | None = None) -> np.ndarray:
+        """(c, 5 n) number of each element's unknowns, increment outside, node inside, -1: held; active (nodes, 5).
+
+        owners (nodes,): the node whose unknowns a node has; None: its own.
+        """
         number = np.where(active, np.cumsum(active.ravel()).reshape(active.shape) - 1, -1).astype(np.int64)
+        number = number if owners is None else number[owners]
         return np.ascontiguousarray(np.swapaxes(number[self.nodes], 1, 2)).reshape(len(self.nodes), -1)
 
-    def pattern(self, active: np.ndarray) -> Pattern:
-        """Compressed rows (indptr, indices) over the unknowns."""
+    def pattern(self, active: np.ndarray, owners: np.ndarray | None = None) -> Pattern:
+        """Compressed rows (indptr, indices) over the unknowns, as `numbers` has them."""
         number = np.where(active, np.cumsum(active.ravel()).reshape(active.shape) - 1, -1).astype(np.int64)
-        cells = np.repeat(np.arange(len(self.nodes)), self.nodes.shape[1])
+        nodes = self.nodes if owners is None else owners[self.nodes]
+        cells = np.repeat(np.arange(len(nodes)), nodes.shape[1])
         shape = (len(self.nodes), self.count)
-        own = sparse.csr_matrix((np.ones(len(cells), np.int32), (cells, self.nodes.ravel())), shape=shape)
+        own = sparse.csr_matrix((np.ones(len(cells), np.int32), (cells, nodes.ravel())), shape=shape)
         joined = (own.T @ own).tocsr()
         joined.sort_indices()
         found: Pattern = element.rows(joined.indptr, joined.indices, number)

@@ -18,6 +18,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from shellref.seam.ties import Tie
 from shellref.shell.clamps import Control
 
 FREE, HELD = -1, 3  # values of `Increments.directors`; 0, 1, 2: the director stays normal to that axis
@@ -98,7 +99,8 @@ class Increments:
 
     translations (n, 3): True where a component of the position is held. directors (n,): FREE, HELD, or the axis (0, 1,
     2) to which the director stays normal. `owned`: number of the first nodes, whose increments are unknowns here.
-    edges: whose nodes, held in `translations` and `directors`, move by unknowns of their own, the last ones.
+    edges: whose nodes, held in `translations` and `directors`, move by unknowns of their own, the last ones. tie: nodes
+    whose unknowns are those of others (one process, no edges).
     """
 
     def __init__(
@@ -107,15 +109,18 @@ class Increments:
         directors: np.ndarray,
         owned: int | None = None,
         edges: Sequence[Edge] = (),
+        tie: Tie | None = None,
     ):
         n = len(translations)
-        self.edges = tuple(edges)
+        self.edges, self.tie = tuple(edges), tie
         self.nodes, self.owned = n, n if owned is None else owned
         self.translations, self.directors = translations, directors
         self.active = np.concatenate(
             [~translations, (directors != HELD)[:, None], (directors == FREE)[:, None]], axis=1
         )
         self.active[self.owned :] = False
+        if tie is not None:
+            self.active[tie.nodes] = False
         self._own = int(self.active.sum())
         self._first = self._own + np.cumsum([0] + [edge.unknowns for edge in self.edges])  # unknown of each edge
         self.unknowns = int(self._first[-1])
@@ -127,9 +132,9 @@ class Increments:
         """Pattern of P: for each entry its column and where its value comes from (0: one; then the directors' bases,
         then the edges' tangents).
         """
-        number = np.cumsum(self.active.ravel()).reshape(self.active.shape) - 1
         n = self.owned
-        active, number = self.active[:n], number[:n]
+        number = self.numbers()[:n]
+        active = number >= 0
         row, column, source = [], [], []
         for c in range(3):
             at = np.flatnonzero(active[:, c])
@@ -156,6 +161,16 @@ class Increments:
         self._indptr = np.searchsorted(rows[order], np.arange(6 * n + 1)).astype(np.int32)
         self._columns, self._source = columns[order].astype(np.int32), sources[order]
 
+    @property
+    def owners(self) -> np.ndarray | None:
+        """(n,) the node whose unknowns each node has; None: its own."""
+        return None if self.tie is None else self.tie.owners(self.nodes)
+
+    def numbers(self) -> np.ndarray:
+        """(n, 5) which unknown each increment of a node is, -1: none."""
+        number = np.where(self.active, np.cumsum(self.active.ravel()).reshape(self.active.shape) - 1, -1)
+        return number if self.tie is None else number[self.tie.owners(self.nodes)]
+
     def bases(self, state: np.ndarray, control: Control) -> Bases:
         """The directions in which a state (n, 6) may move, clamps where `control` has them; the second one of a
         director is unused on an axis.
@@ -165,6 +180,8 @@ class Increments:
         for axis, at in self._axes:
             if len(at):
                 bases[at, :, 0] = np.cross(np.eye(3)[axis], directors[at])
+        if self.tie is not None:
+            bases[self.tie.nodes] = self.tie.sign * bases[self.tie.partners]
         return Bases(bases, self.edge_tangents(state, control))
 
     def edge_tangents(self, state: np.ndarray, control: Control) -> tuple[np.ndarray, ...]:
@@ -179,7 +196,7 @@ class Increments:
     def reduce(self, full: np.ndarray, bases: Bases) -> np.ndarray:
         """P^T f: nodal 6-vectors (n, 6) -> (unknowns,)."""
         rotations = np.einsum("nik,ni->nk", bases.directors, full[:, 3:])
-        own = np.concatenate([full[:, :3], rotations], axis=1)[self.active]
+        own = self._joined(np.concatenate([full[:, :3], rotations], axis=1))[self.active]
         if not self.edges:
             return own
         out = np.append(own, np.zeros(self.unknowns - self._own))
@@ -192,22 +209,31 @@ class Increments:
         """P q: (unknowns,) -> nodal 6-vectors (n, 6), zero where nothing is free and on ghosts."""
         five = np.zeros((self.nodes, 5))
         five[self.active] = reduced[: self._own]
+        if self.tie is not None:
+            five[self.tie.nodes] = five[self.tie.partners]
         out = np.concatenate([five[:, :3], np.einsum("nik,nk->ni", bases.directors, five[:, 3:])], axis=1)
         for first, edge, tangents in zip(self._first, self.edges, bases.edges, strict=False):
             q = np.where(edge.columns >= 0, np.append(reduced, 0.0)[first + edge.columns], 0.0)
             out[edge.nodes] = np.einsum("mic,mc->mi", tangents, q)
         return out
 
+    def components(self, field: np.ndarray, bases: Bases) -> np.ndarray:
+        """(n, 5) of a field of tangent vectors (n, 6): what `expand` makes it of, held components too."""
+        return np.concatenate([field[:, :3], np.einsum("nik,ni->nk", bases.directors, field[:, 3:])], axis=1)
+
+    def _joined(self, five: np.ndarray) -> np.ndarray:
+        return five if self.tie is None else self.tie.joined(five)
+
     def nodal(self, translation: np.ndarray, rotation: np.ndarray, state: np.ndarray) -> np.ndarray:
         """One number per node for its positions (n,), one for its rotations (n,): (unknowns,), as inertia at a state
         (n, 6)."""
-        own = np.stack([translation] * 3 + [rotation] * 2, axis=1)[self.active]
+        own = self._joined(np.stack([translation] * 3 + [rotation] * 2, axis=1))[self.active]
         return np.concatenate([own, *(edge.masses(translation, rotation, state) for edge in self.edges)])
 
     def constraint_curvature(self, state: np.ndarray, force: np.ndarray, control: Control) -> np.ndarray:
         """-d . dE/dd on the rotations, and what edges have (unknowns,): state and force (= dE/d(phi, d)) are (n, 6)."""
         curvature = -np.einsum("ni,ni->n", state[:, 3:], force[:, 3:])
-        own = np.stack([np.zeros(self.nodes)] * 3 + [curvature] * 2, axis=1)[self.active]
+        own = self._joined(np.stack([np.zeros(self.nodes)] * 3 + [curvature] * 2, axis=1))[self.active]
         return np.concatenate([own, *(edge.curvature(state, force, control) for edge in self.edges)])
 
 

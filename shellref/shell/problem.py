@@ -25,6 +25,7 @@ from shellref.inputs import (
 CLAMPS = ("edge", "corners", "free")
 SECTIONS = ("undeformed", "free")
 MOST_DEGREE = 5
+FEWEST_CLOSED = 6  # elements along a closed strip
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -108,6 +109,9 @@ class ShellProblem:
     size (over l) of the corner cells; None: one cell of the mesh.
     start_curvature: the path starts from the planar arc of this curvature, unstressed there, with the end clamp where
     the arc ends; None: the natural curvature (the flat strip where that is no equilibrium).
+    half_turns: the ends are joined after so many half turns about the tangent (0 a circle, 1 or -1 a Moebius band, two
+    hands), None: the strip is open. A closed strip is held at its seam (clamp "edge") or nowhere ("free"); its path
+    begins with a circle of curvature start_curvature, whole turns of it (one process only).
     path: waypoints before the problem's own state.
     elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
     the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
@@ -138,6 +142,7 @@ class ShellProblem:
     slide: tuple[Vector | None, Vector | None] = (None, None)
     turns: bool = False
     sections: tuple[str, str] = ("undeformed", "undeformed")
+    half_turns: int | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -180,6 +185,35 @@ class ShellProblem:
             )
         self._check_path(put)
         self._check_mesh(put)
+        if self.half_turns is not None:
+            self._check_closed(put)
+
+    def _check_closed(self, put: Any) -> None:
+        """A strip whose ends are one."""
+        if isinstance(self.half_turns, bool) or not isinstance(self.half_turns, int):
+            raise ShellInputError("half_turns", self.half_turns, "must be a whole number, or None for an open strip")
+        for key, given in (
+            ("end", self.end is not None), ("tip", self.pulled), ("slide", any(x is not None for x in self.slide)),
+            ("sections", "free" in self.sections), ("path", bool(self.path)),
+        ):  # fmt: skip
+            if given:
+                raise ShellInputError(key, getattr(self, key), "a closed strip has no end of its own: remove it")
+        if self.transverse_curvature:
+            remedy = "a curved section is not joined here: leave the strip open, or flat across"
+            raise ShellInputError("transverse_curvature", self.transverse_curvature, remedy)
+        if self.clamp == "corners":
+            raise ShellInputError(
+                "clamp", self.clamp, 'a closed strip is held at its seam ("edge") or nowhere ("free")'
+            )
+        if self.elements[0] < FEWEST_CLOSED:
+            raise ShellInputError("elements", self.elements, f"a closed strip needs {FEWEST_CLOSED} along, or more")
+        if self.start_curvature is None:
+            put("start_curvature", math.copysign(2.0 * math.pi, sum(self.natural_curvature)))
+        turns = self.start_curvature / (2.0 * math.pi)
+        if not round(turns) or abs(turns - round(turns)) > FRAME_TOLERANCE * abs(turns):
+            raise ShellInputError(
+                "start_curvature", self.start_curvature, "a closed strip begins as a circle: give a multiple of 2 pi"
+            )
 
     def _check_edges(self, put: Any) -> None:
         """What is free at the held edges."""
@@ -252,6 +286,18 @@ class ShellProblem:
         return self.tip is not None and any(self.tip)
 
     @property
+    def closed(self) -> bool:
+        """True when the ends are joined."""
+        return self.half_turns is not None
+
+    @property
+    def slides(self) -> bool:
+        """True when every place along a closed strip that nothing holds is as good as the next: it slides freely."""
+        first, last = self.natural_curvature
+        even = self.half_turns is not None and self.half_turns % 2 == 0
+        return self.closed and self.clamp == "free" and first == last and (even or first == 0.0)
+
+    @property
     def released(self) -> bool:
         """True when a held edge has freedoms of its own."""
         return self.guided or self.turns or any(x is not None for x in self.slide) or "free" in self.sections
@@ -264,6 +310,8 @@ class ShellProblem:
             return "is not known for edges that slide, turn or deform"
         if self.transverse_curvature:
             return "is not known for a curved section"
+        if self.closed:
+            return "is not known for a closed strip"
         if self.clamp == "free":
             return "is not known for a strip that is held nowhere"
         if goal == "end" and self.end is not None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from shellref.inputs import ShellInputError
+from shellref.seam import gauge
+from shellref.seam.ties import Tie, turned
 from shellref.shell.body import Body, Control, Stage, Supports, line_force
 from shellref.shell.clamps import PosePath, held_nodes
-from shellref.shell.director import HELD, Edge
+from shellref.shell.director import FREE, HELD, Edge
 from shellref.shell.edges import FlatEdge, RigidEdge
 from shellref.shell.grid import Grid, knots_across, knots_along, snapped
 from shellref.shell.midsurface import Cylinder, flat_strip, natural_curve, natural_strip, turning_angle
@@ -35,6 +38,8 @@ class Strip:
         """Positions and directors (n, 6) where the path begins."""
         p = self.problem
         s, v = nodes.T
+        if self.start is None and p.closed:
+            return np.hstack(natural_strip(s, v, np.zeros(3), np.eye(3), self.start_curvature))
         if self.start is None:
             return self._at_rest(s, v)
         pose = self.start.poses[0]
@@ -43,6 +48,28 @@ class Strip:
             points, directors = Cylinder(curvature_across=p.transverse_curvature).place(s, v)
             return np.hstack([position + points @ frame.T, directors @ frame.T])
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
+
+    def supports_near(self, state: np.ndarray, nodes: np.ndarray) -> Supports | None:
+        """What holds a closed strip that nothing holds, near a state (n, 6) of its nodes; None: the body's own."""
+        if not self.problem.closed or self.start is not None:
+            return None
+        grid, sign = self.body.grid, turned(self.problem.half_turns or 0)
+        order = grid.order(nodes)
+        own = order[:-1].ravel()
+        uniform = self.problem.slides and not gauge.turns(state[order], grid.degree, sign)
+
+        def motions(now: np.ndarray) -> np.ndarray:
+            field, slide = now[order], None
+            if uniform:
+                slide = gauge.sliding(field, grid.s_nodes, grid.degree, sign).reshape(-1, 6)
+            out = np.zeros((7 if uniform else 6, *now.shape))
+            out[:, own] = gauge.motions(field[:-1].reshape(-1, 6), slide)
+            return out
+
+        mask = np.zeros((len(nodes), 3), dtype=bool)
+        mask[own] = gauge.held(motions(state)[:, own])
+        placed, free = state.copy(), np.full(len(nodes), FREE)
+        return Supports(mask, free, lambda move: placed, (), _tie(self.problem, grid, nodes), motions)
 
     def _at_rest(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Where a free strip begins (n, 6): its middle is where the supports of `_isostatic` hold it."""
@@ -89,13 +116,15 @@ def _ratio(knots, target: float) -> float:
 
 def strip_grid(problem: ShellProblem, refine: tuple[int, int] = (1, 1)) -> Grid:
     """The mesh of a strip; every element cut in `refine` (along, across). Raises ShellInputError for held corners."""
-    (nx, ny), both = problem.elements, problem.end is not None
+    (nx, ny), both = problem.elements, problem.end is not None or problem.closed
     along, across = problem.grading
     if problem.edge_layer is not None:
         layer = layer_width(problem) if problem.edge_layer == "auto" else float(problem.edge_layer)
         target = layer / LAYER_ELEMENTS
         along = _ratio(lambda ratio: knots_along(nx, ratio, both), target)
         across = _ratio(lambda ratio: knots_across(ny, ratio, problem.width), target)
+    if problem.closed and problem.clamp == "free":
+        along = 1.0  # no place along it is known to need more than another
     s, v = knots_along(nx, along, both), knots_across(ny, across, problem.width)
     if problem.corner is not None:
         half, c = 0.5 * problem.width, problem.corner
@@ -242,8 +271,9 @@ def _supports(
     end: PosePath | None,
 ) -> Supports:
     """What is held of a strip and how it moves."""
+    tie = _tie(problem, grid, nodes)
     if start is None:
-        return _isostatic(grid, nodes)
+        return dataclasses.replace(_isostatic(grid, nodes), tie=tie)
     half = 0.5 * problem.width
     held = [held_nodes(nodes, problem.clamp, 0.0, half, corner), np.zeros(len(nodes), dtype=bool)]
     if end is not None:
@@ -266,6 +296,8 @@ def _supports(
                     out[where] = np.hstack(flat_strip(nodes[where, 0] - origin, nodes[where, 1], position, frame))
         return out
 
+    if tie is not None:
+        held[0][tie.nodes] = held[0][tie.partners]  # put in place with them
     base = Supports.none(len(nodes)).hold(held[0] | held[1], "xyz", HELD)
     edges: list[Edge] = []
     for k, (name, path) in enumerate((("start", start), ("end", end))):
@@ -273,7 +305,15 @@ def _supports(
             None if path is None else _edge(problem, k, name, path, np.flatnonzero(held[k]), nodes, rigid(held[k], k))
         )
         edges += [] if edge is None else [edge]
-    return Supports(base.translations, base.directors, placement, tuple(edges))
+    return Supports(base.translations, base.directors, placement, tuple(edges), tie)
+
+
+def _tie(problem: ShellProblem, grid: Grid, nodes: np.ndarray) -> Tie | None:
+    """The seam of a closed strip."""
+    if problem.half_turns is None:
+        return None
+    order = grid.order(nodes)
+    return Tie.of_rows(order[0], order[-1], problem.half_turns)
 
 
 def _edge(

@@ -118,8 +118,8 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
         return None if refused is None else f"{refused.key} {refused.problem}"
 
     def budget(self, seconds: float) -> AbstractContextManager[None]:
-        """The clock of `shellref`."""
-        from shellref.clock import within
+        """The clock of `shellref` (`ribbonbench.clock`)."""
+        from ribbonbench.clock import within
 
         return within(seconds)
 

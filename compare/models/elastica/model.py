@@ -139,8 +139,8 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
         super().admit(scene, options)
 
     def budget(self, seconds: float) -> AbstractContextManager[None]:
-        """The clock of `shellref`."""
-        from shellref.clock import within
+        """The clock of `shellref` (`ribbonbench.clock`)."""
+        from ribbonbench.clock import within
 
         return within(seconds)
 
@@ -220,9 +220,11 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
 
     def _without_options(self, r: ElasticaResult) -> str:
         """The solver's message; where there is a remedy in the scene's words, without the solver's own options at its
-        end."""
-        said, colon, _ = r.message.rpartition(": ")
-        return said if colon and r.status.value in self.remedies else r.message
+        end (a budget that is spent is none of them)."""
+        from ribbonbench.clock import SPENT
+
+        said, colon, options = r.message.rpartition(": ")
+        return said if colon and options != SPENT and r.status.value in self.remedies else r.message
 
     def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
         """Loads, ends and natural curvature."""

@@ -2,9 +2,8 @@
 
 Five effects that an inextensible ribbon leaves out, each from the ribbon's own curvatures and loads:
 
-- edges: across its width the strip bends and, near its free edges, stretches (`ribbon.energies.edge_layer`, or what
-  the ribbon's energy brings in its place; no constant is fitted);
-- shear: the twisting moment ends in transverse shear there; the ribbon is softened by both for these shares;
+- edges: across its width the strip bends and, near its free edges, stretches; no constant is fitted;
+- shear: the twisting moment ends in transverse shear there;
 - in-plane bending, M_y^2 / (2 (1 - nu^2) w^2 / h^2) per length, M_y the moment about the surface's normal;
 - tension, N^2 h^2 / (24 (1 - nu^2)) per length;
 - clamps: what holds the edge, or two corners, stretches the strip over a length of about w / 2. Nothing here predicts
@@ -13,9 +12,12 @@ Five effects that an inextensible ribbon leaves out, each from the ribbon's own 
 
 In-plane bending and tension follow from the weight beyond each section, and from the support at s = l.
 
-How far the shape moves is the distance to the strip with energy "finite", which starts from the ribbon's own shape,
-and what that one leaves out (`compare.models.ribbon.beyond`). An energy of the user's own is no neighbour of that
-strip: for it the softened ribbon says how far.
+Edges and shear are those of the strip with energy "finite", which starts from the ribbon's own shape: rulings tie the
+twist to the curvature, tau = eta kappa, so that a ribbon does not twist where its curvature passes zero; a strip of
+some thickness does, is no developable surface there, and stretches most of all. How far the shape moves is the distance
+to that strip, and what it leaves out (`compare.models.ribbon.beyond`). An energy of the user's own is no neighbour of
+it, and not every ribbon has one: then the ribbon, softened by its edges (`ribbon.energies.edge_layer`, or what its
+energy brings in their place), says both.
 
 An energy with a free twist has some of this itself (`compare.models.ribbon.remaining`).
 """
@@ -37,6 +39,7 @@ from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis.along import line_density
+from ribbon.analysis.parts import parts as own_parts
 from ribbon.energies import ENERGIES
 from ribbon.find.softened import soften
 
@@ -77,8 +80,18 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     softened = soften(equilibrium, h)
     there = softened if softened is not None else equilibrium
     state = local_state(scene, there)
-    arguments = state.omega, state.eta, state.natural
-    elastic = _elastic(scene, there) + float(section.softening(*arguments)[0].mean())
+    ruled = equilibrium.problem.energy in RULED
+    best = beside(scene, equilibrium, width_to_thickness) if ruled and equilibrium.ok else None
+    if best is not None and best.ok:
+        held = own_parts(best)
+        elastic = float(best.energy.elastic) + natural_constant(scene.curvature)
+    else:
+        arguments = state.omega, state.eta, state.natural
+        held = {
+            "membrane": float(section.membrane(*arguments).mean()),
+            "shear": float(section.shear(state.omega, state.eta).mean()),
+        }
+        elastic = _elastic(scene, there) + float(section.softening(*arguments)[0].mean())
     in_plane = in_plane_density(state.moment, nu, scene.width, h)
     tension = tension_density(state.tension, nu, h)
     whole = elastic + float(in_plane.mean()) + float(tension.mean())
@@ -89,14 +102,13 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     whole += clamps
     whole = whole if whole > 0.0 else 1.0
     parts = {
-        "edges": float(section.membrane(*arguments).mean()) / whole,
-        "shear": float(section.shear(state.omega, state.eta).mean()) / whole,
+        "edges": held["membrane"] / whole,
+        "shear": held["shear"] / whole,
         "in_plane": float(in_plane.mean()) / whole,
         "tension": float(tension.mean()) / whole,
         "clamps": clamps / whole,
     }
-    if equilibrium.problem.energy in RULED:
-        best = beside(scene, equilibrium, width_to_thickness) if equilibrium.ok else None
+    if ruled:
         distance = to_shell(scene, equilibrium, best, width_to_thickness)
     else:
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)

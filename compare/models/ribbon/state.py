@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.align import Motions
+from compare.measure.align import Motions, even_along
 from compare.models.base import (
     Energy,
     Force,
@@ -176,13 +176,17 @@ def knows_width(energy: str) -> bool:
 
 
 def motions_of(e: Equilibrium) -> Motions | None:
-    """The rigid motions that nothing resists."""
+    """The motions that nothing resists: rigid ones, and a free band's along itself."""
     problem: Any = e.problem
     translations, axes = problem.free_motions()
     if not len(translations) and not len(axes):
         return None
     held = [r for r in (problem.start_position, problem.end_position) if r is not None]
-    return Motions(translations, axes, held[0] if held else None)
+    seam = 0
+    if problem.closure is not None and len(translations) == len(axes) == 3:
+        seam = problem.closure.sign if even_along(problem.strip.curvature, problem.closure.sign) else 0
+    mirror = bool(seam) and not any(problem.strip.curvature)
+    return Motions(translations, axes, held[0] if held else None, seam, mirror)
 
 
 def _pushed(e: Equilibrium, ends: FloatArray) -> FloatArray:

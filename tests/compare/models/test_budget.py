@@ -34,7 +34,7 @@ def test_with_time_it_is_there(name):
 
 
 def test_the_time_is_the_thread_s_and_the_shorter_one_counts():
-    from shellref.clock import spent, within
+    from ribbonbench.clock import spent, within
 
     assert not spent()
     with within(10.0):

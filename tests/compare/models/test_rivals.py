@@ -6,14 +6,14 @@ own path ends 5.8 % away, in a state that the ribbon has too.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from compare.measure.curvatures import curvatures
 from compare.measure.grid import Grid
-from compare.models.base import Options, State
+from compare.models.base import Options, State, Status, Variant
 from compare.models.ribbon import rivals
 from compare.models.ribbon.auto import choose, with_energy
 from compare.models.ribbon.estimate import estimate
@@ -27,8 +27,10 @@ from compare.scene.scene import Scene, load, loads
 from compare.scene.units import Units
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.studies.compare import compare, fit_slope
+from compare.studies.compare import OWN_IS_HIGHER, compare, fit_slope, lower_state
 from compare.studies.limits import Thresholds, quick, with_clamp
+from ribbon.find.solve import solve_shape
+from tests.validation.workbench import drawn
 
 UNSEEN = """
 title = "unseen 29"
@@ -126,8 +128,6 @@ def test_a_shell_in_the_ribbons_other_state_is_in_another_state(ruled):
     omega, eta = state.native.problem.joint_values(state.native.x)
     s = np.concatenate([[0.0], np.cumsum(state.native.problem.lengths)])
     sign = np.where(s < 2.0 * scene.width, -1.0, 1.0)
-    from ribbon.find.solve import solve_shape
-
     rival = solve_shape(state.native.problem, sign * omega, sign * eta)
     grid = Grid.for_shape(scene, state.shape.bend)
     found = same_state(RibbonModel(), scene, state, shell_at(state, rival, "path (the ribbon's is refused)"), grid)
@@ -156,6 +156,67 @@ def test_a_model_that_cannot_begin_there_does_not_know(ruled):
     far = shell_at(state, softer.native, "path")
     assert same_state(model("tape"), scene, state, far, grid).answer is None
     assert same_state(model("tape"), scene, state, replace(far, start="ribbon"), grid).answer is True
+
+
+@dataclass
+class Shells:
+    """Stands for the shell: where its own path ends, and what is reached from the surface that it is given."""
+
+    path: State
+    given: State
+
+    def solve(self, scene, size=None, *, near=None, options=None, say=None):
+        assert near is not None
+        return self.given if options.selects else self.path
+
+
+def test_a_shell_whose_own_path_ends_higher_begins_again_at_the_ribbons_surface(ruled):
+    """And rests in the ribbon's state; where it ends no lower, or nowhere, its own path stands, and both are said."""
+    scene, state = ruled
+    omega, eta = state.native.problem.joint_values(state.native.x)
+    other = solve_shape(state.native.problem, -omega, eta)
+    assert other.ok
+    grid = Grid.for_shape(scene, state.shape.bend)
+    high = replace(
+        shell_at(state, other, "path (the ribbon's is refused)"),
+        energy=replace(state.energy, gravity=state.energy.gravity + 5.0),
+    )
+    low = shell_at(state, state.native, "ribbon")
+    quick_one, options = RibbonModel(), Options(grid=grid, selects=False)
+    variant = Variant({}, scene)
+    first = same_state(quick_one, scene, state, high, grid)
+    assert first.answer is not True
+
+    def asked(path: State, given: State, same=first, **changes):
+        arguments = Shells(path, given), variant, path, same, quick_one, scene, state
+        return lower_state(*arguments, replace(options, **changes))
+
+    found, same = asked(high, low)
+    assert found.start == OWN_IS_HIGHER
+    assert same.answer is True
+    assert f"{high.energy.total:.6g} for {low.energy.total:.6g}" in same.again
+    higher = replace(low, energy=replace(high.energy, gravity=high.energy.gravity + 1.0))
+    for there, said in ((higher, "no lower"), (replace(low, status=Status.NOT_CONVERGED), "no stable state")):
+        found, same = asked(high, there)
+        assert found is high
+        assert same.answer is first.answer
+        assert said in same.again
+    assert asked(high, low, selects=True)[0] is high, "the scene says which state is meant"
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize(("name", "energy"), [("held_27", -151.4), ("held_45", -165.9)])
+def test_unseen_scenes_whose_shell_ends_higher_are_compared_in_the_ribbons_state(name, energy, tmp_path):
+    """Their own paths rest at -116.4 and -89.4; what the ribbon alone says of the distance (3.9, 0.35 % of l) is so."""
+    pytest.importorskip("dolfinx")
+    scene = dict(drawn.unseen())[name]
+    found = compare(scene, CaseStore(tmp_path), Reporter(quiet=True), bare=True)
+    (row,) = found.rows
+    assert row.same_state is True
+    assert row.start == OWN_IS_HIGHER
+    assert row.energy.total == pytest.approx(energy, abs=0.1)
+    (estimated,) = quick(scene, Thresholds())
+    assert row.hausdorff == pytest.approx(estimated.distance, rel=0.1)
 
 
 @pytest.mark.validate

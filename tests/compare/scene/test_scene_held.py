@@ -407,7 +407,7 @@ BEYOND = [
 
 
 BEYOND_THE_SHELL = [
-    ({"closure.kind": '"circle"'}, "", "closure", "has no seam"),
+    ({"closure.kind": '"circle"'}, FLOOR, "wall", "no contact"),
     ({}, FLOOR, "wall", "no contact"),
     ({"clamp.start.tangent": None, "clamp.start.normal": None}, "", "clamp.start", "leaves the frame free"),
     (NO_START | WEIGHTLESS, "", "clamp.start", "the start is free"),

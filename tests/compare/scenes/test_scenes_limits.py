@@ -115,7 +115,8 @@ def test_the_strip_of_7_1_has_fallen_over():
 def test_what_explain_says_of_the_shell():
     assert "both ends" in explain(load("shift_7_2")).shell
     assert "corners" in explain(load("limits_7_3")).shell
-    assert explain(load("moebius_6_1")).shell.startswith("none: closure")
+    assert explain(load("moebius_6_1")).shell.startswith("none: shell.width_to_thickness")
+    assert explain(load("moebius_table_edge")).shell.startswith("none: wall")
 
 
 # -- beside shells ----------------------------------------------------------------------------------------------------

@@ -174,7 +174,7 @@ def test_what_cannot_be_claimed(compared, keywords, message, tmp_path):
 def test_a_scene_without_a_shell_is_refused(tmp_path):
     path = tmp_path / "circle.toml"
     path.write_text(held_scenes.CIRCLE)
-    with pytest.raises(BadInput, match="closure"):
+    with pytest.raises(BadInput, match="width_to_thickness"):
         assert_agreement(path, distance=0.1, cache=tmp_path)
     path.write_text(held_scenes.TWO_CLAMPS)
     with pytest.raises(BadInput, match="width_to_thickness"):
@@ -287,7 +287,7 @@ def test_pinning_a_scene_of_ones_own(compared, tmp_path, capsys):
     [
         (["curl_4_3"], "nothing is claimed"),
         (["no_such_scene", "--distance", "0.1"], "no_such_scene"),
-        (["moebius_6_1", "--distance", "0.1"], "closure"),
+        (["moebius_table_edge", "--distance", "0.1"], "wall"),
         (["curl_4_3", "--distance", "-1"], "--distance"),
         (["curl_4_3", "--pin", "--distance", "0.1"], "--pin"),
         (["--distance", "0.1"], "--distance"),

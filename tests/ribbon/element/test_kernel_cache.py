@@ -63,15 +63,22 @@ def test_other_users_of_numba_keep_their_cache_folder():
 
 
 def test_old_states_are_removed_but_never_the_present_one(tmp_path):
-    from ribbon.element.kernel_cache import KEPT, prune
+    from ribbon.element.kernel_cache import CACHE
+    from ribbonbench.kernel_cache import KEPT
 
     for number in range(KEPT + 3):
-        (tmp_path / f"state{number}").mkdir()
-        os.utime(tmp_path / f"state{number}", (number, number))
-    prune(tmp_path, "state0")
+        (tmp_path / f"ribbon-{number}").mkdir()
+        os.utime(tmp_path / f"ribbon-{number}", (number, number))
+    (tmp_path / "shellref-0").mkdir()
+    os.utime(tmp_path / "shellref-0", (0, 0))
+    CACHE.prune(tmp_path, "ribbon-0")
     left = {entry.name for entry in tmp_path.iterdir()}
-    assert left == {"state0", *(f"state{number}" for number in range(KEPT + 3 - (KEPT - 1), KEPT + 3))}
-    prune(tmp_path / "nowhere", "x")
+    assert left == {
+        "shellref-0",
+        "ribbon-0",
+        *(f"ribbon-{number}" for number in range(KEPT + 3 - (KEPT - 1), KEPT + 3)),
+    }
+    CACHE.prune(tmp_path / "nowhere", "x")
 
 
 def test_a_kept_kernel_is_loaded_without_what_compiles(tmp_path):
@@ -111,11 +118,11 @@ def test_a_solve_with_kept_kernels_imports_no_linear_algebra_and_nothing_that_co
 
 def test_a_state_of_the_sources_is_that_of_the_kernels_and_what_they_use(tmp_path):
     """What only calls kernels belongs to no state; what kernels are made from does, constants included."""
-    from ribbon.element.kernel_cache import sources
+    from ribbon.element.kernel_cache import CACHE
 
     package = tmp_path / "ribbon"
     shutil.copytree(ROOT / "ribbon", package, ignore=shutil.ignore_patterns("__pycache__"))
-    found = sources(package)
+    found = CACHE.sources(package)
     kernels = {
         ".".join(path.relative_to(tmp_path).with_suffix("").parts)
         for path in package.rglob("*.py")
@@ -154,7 +161,7 @@ def test_compilations_are_told(tmp_path):
 
 
 def test_a_kept_kernel_that_is_damaged_or_anothers_is_none(tmp_path):
-    from ribbon.element.kept import _File
+    from ribbonbench.kernel_files import _File
 
     kernel = _File(str(tmp_path), "kernel", "source")
     keys = ["float64", "int64"]
@@ -173,7 +180,7 @@ def test_a_kept_kernel_that_is_damaged_or_anothers_is_none(tmp_path):
 
 
 def test_who_may_write_a_folder_may_run_code(tmp_path):
-    from ribbon.element.trusted import fault, made
+    from ribbonbench.trusted import fault, made
 
     place = made(tmp_path / "a" / "b")
     assert fault(place) is None

@@ -15,7 +15,7 @@ import json, sys
 import numpy as np
 import scipy.linalg
 from ribbon import Clamp, Gravity, Strip, refine, solve
-from ribbon.solvers import threads
+from ribbonbench import threads
 def now():
     return [get() for get, _ in threads.loaded()]
 seen = [now()]

@@ -155,11 +155,11 @@ def test_mumps_is_taken_where_the_factors_are_not_safe(monkeypatch):
 
 def test_the_blas_takes_one_thread_while_factors_are_made(monkeypatch):
     """Where the user has set nothing, and as many as before afterwards."""
-    from shellref.kernels import threads
+    from ribbonbench import threads
 
     count = [4]
-    monkeypatch.setattr(threads, "_libraries", lambda: ((lambda: count[0], lambda n: count.__setitem__(0, n)),))
-    for name in threads.SET:
+    monkeypatch.setattr(threads, "loaded", lambda: ((lambda: count[0], lambda n: count.__setitem__(0, n)),))
+    for name in threads.VARIABLES:
         monkeypatch.delenv(name, raising=False)
     with threads.one_thread():
         assert count == [1]

@@ -1,4 +1,4 @@
-"""One thread for dense linear algebra while a ribbon is solved, whatever program it is solved in.
+"""One thread for dense linear algebra while a ribbon or a shell is solved, whatever program it is solved in.
 
 The matrices are small: threads only wait for each other (docs/decisions.md). BLAS reads its environment when NumPy
 is imported, so that a library that comes later cannot set it and should not, the rest of the program may want threads.

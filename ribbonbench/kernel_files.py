@@ -31,7 +31,7 @@ from llvmlite import binding
 from numba.core import caching, environment
 from numba.core import config as _config
 
-from ribbon.element.trusted import made
+from ribbonbench.trusted import made
 
 config: Any = _config  # numba's settings are made at import, unknown to type checkers
 _HEAD = 32  # bytes of the SHA-256 at the start of a file

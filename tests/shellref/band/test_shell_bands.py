@@ -1,0 +1,155 @@
+"""Closed shells: circles against closed forms, Moebius bands of both hands, clamped at the seam, heavy, interrupted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from shellref import ShellOptions, ShellProblem, ShellStatus, ShellSurface
+
+pytest.importorskip("dolfinx")
+pytestmark = pytest.mark.shell
+
+from shellref.path.begin import begun  # noqa: E402
+from shellref.path.solve import solve  # noqa: E402
+
+RING = ShellProblem(0.1, 1e-4, 0.0, clamp="free", half_turns=0, elements=(32, 2))
+MOEBIUS = ShellProblem(0.05, 1e-3, 0.3, clamp="free", half_turns=1, elements=(40, 4), start_curvature=-2.0 * np.pi)
+CIRCLE = 2.0 * np.pi**2  # of a strip without transverse contraction, D w / l
+
+
+def find(problem, start=None, **options):
+    return begun(problem, ShellOptions(**options), lambda event: None, start)
+
+
+def held_section(poisson, width, thickness):
+    """Bending energy of a strip bent to the radius 1 / (2 pi) with free edges, over that with a straight section.
+
+    The deflection y(v) of the section makes |y'' + nu kappa| small where it can, and stretches the strip by kappa y:
+    D y'''' + (E h kappa^2) y = 0, y'' = -nu kappa and y''' = 0 at the edges. With b^4 = 3 (1 - nu^2) (kappa / h)^2,
+
+        U = D w kappa^2 / 2 (1 - nu^2 F(b w)) ,   F(x) = (2 / x) (cosh x - cos x) / (sinh x + sin x)
+
+    (Lamb 1891, doi:10.1112/plms/s1-22.1.70; Ashwell 1950, J. R. Aeronaut. Soc. 54, 708): 1 - nu^2 of a narrow strip, a
+    beam of stiffness E h^3 / 12, 1 of a wide one, a plate of stiffness D.
+    """
+    x = (3.0 * (1.0 - poisson**2)) ** 0.25 * np.sqrt(2.0 * np.pi / thickness) * width
+    return 1.0 - poisson**2 * (2.0 / x) * (np.cosh(x) - np.cos(x)) / (np.sinh(x) + np.sin(x))
+
+
+def test_a_circle_bent_from_flat_without_contraction():
+    """2 pi^2 D w / l, of fourth order in the elements; its free vibration of two waves in the plane (Hoppe 1871): w^2 =
+    n^2 (n^2 - 1)^2 / (n^2 + 1) D / (m R^4)."""
+    found = [find(replace(RING, elements=(n, 2))).result for n in (32, 64)]
+    errors = [result.energy["elastic"] / CIRCLE - 1.0 for result in found]
+    assert errors[0] < 2e-5
+    assert 5.0 < errors[0] / errors[1] < 20.0
+    assert all(result.stable for result in found)
+    assert found[1].lowest_eigenvalue == pytest.approx(36.0 / 5.0 * (2.0 * np.pi) ** 4, rel=1e-4)
+    points = found[1].surface.points
+    np.testing.assert_allclose(points[0], points[-1], atol=1e-14)
+    middle = points[:-1].mean(axis=(0, 1))
+    radii = np.linalg.norm((points - middle)[:, 2], axis=1)
+    assert np.ptp(radii) < 1e-6
+
+
+@pytest.mark.parametrize(("width_to_thickness", "error"), [(50.0, 7e-4), (200.0, 1e-4), (1000.0, 2e-5)])
+def test_a_circle_whose_section_contracts(width_to_thickness, error):
+    """Between E h^3 / 12 and D; the rest is the shell's shear and stretch, which falls with the thickness."""
+    h = 0.1 / width_to_thickness
+    problem = replace(RING, poisson=0.5, thickness=h, elements=(32, 8), grading=(1.0, 0.15))
+    result = find(problem).result
+    expected = held_section(0.5, 0.1, h)
+    assert 0.9 < expected < 0.99
+    assert result.energy["elastic"] / CIRCLE == pytest.approx(expected, rel=error)
+
+
+def test_the_narrow_strip_is_a_beam_and_the_wide_one_a_plate():
+    assert held_section(0.5, 1e-6, 1e-3) == pytest.approx(0.75, rel=1e-6)
+    assert held_section(0.5, 3.0, 1e-3) == pytest.approx(1.0, abs=2e-3)
+
+
+def test_two_hands_of_a_moebius_band_are_mirror_images():
+    """One energy and spectrum for both hands; begun at the mirror image of the one it is the other at once."""
+    found = {n: find(replace(MOEBIUS, half_turns=n)) for n in (1, -1)}
+    one, other = (found[n].result for n in (1, -1))
+    assert {f.how for f in found.values()} == {"path"}
+    for result in (one, other):
+        assert (result.status, result.stable) == (ShellStatus.CONVERGED, True)
+        assert 0.002 < result.share["membrane"] < 0.1
+    assert other.energy["elastic"] == pytest.approx(one.energy["elastic"], rel=1e-8)
+    assert other.lowest_eigenvalue == pytest.approx(one.lowest_eigenvalue, rel=1e-5)
+    assert 45.0 < one.energy["elastic"] < 60.0
+    flip, surface = np.array([-1.0, 1.0, 1.0]), one.surface
+    mirrored = ShellSurface(surface.s_nodes, surface.v_nodes, surface.points * flip, -surface.directors * flip)
+    again = find(replace(MOEBIUS, half_turns=1), ShellSurface(*_reversed_across(mirrored)))
+    assert again.how == "given"
+    assert again.result.newton_iterations <= 3
+    assert again.result.energy["elastic"] == pytest.approx(one.energy["elastic"], rel=1e-10)
+
+
+def _reversed_across(surface):
+    """v -> -v and d -> -d: the same surface, seen from its other side, which keeps the particles' orientation."""
+    return surface.s_nodes, surface.v_nodes, surface.points[:, ::-1], surface.directors[:, ::-1]
+
+
+def test_a_moved_and_slid_band_is_the_same_state():
+    """Turned and moved, and slid by three elements: at once an equilibrium of the same energy."""
+    one = find(MOEBIUS).result
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_rotvec([0.4, -1.0, 0.3]).as_matrix()
+    field = np.concatenate([one.surface.points, one.surface.directors], axis=2)
+    own = field[:-1]
+    beyond = own[:6, ::-1] * np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+    slid = np.concatenate([own[6:], beyond])
+    slid = np.concatenate([slid, slid[:1, ::-1] * np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])])
+    points, directors = slid[..., :3] @ turn.T + np.array([1.0, 2.0, 3.0]), slid[..., 3:] @ turn.T
+    start = ShellSurface(one.surface.s_nodes, one.surface.v_nodes, points, directors)
+    result = find(MOEBIUS, start).result
+    assert result.newton_iterations <= 3
+    assert result.energy["elastic"] == pytest.approx(one.energy["elastic"], rel=1e-10)
+    assert np.abs(result.surface.points - points).max() < 1e-6
+
+
+def test_the_band_of_the_open_strip_is_stiffer_than_the_closed_one():
+    """Two clamps at one place hold the section straight; the tie lets it bend. Held at the seam, the clamp carries
+    nothing but its own straight edge; of three half turns the band is another one."""
+    free = find(MOEBIUS).result
+    held = find(replace(MOEBIUS, clamp="edge")).result
+    assert held.status is ShellStatus.CONVERGED
+    assert 0.0 < held.energy["elastic"] / free.energy["elastic"] - 1.0 < 0.02
+    assert np.abs(held.clamp_force).max() < 1e-5
+    assert np.abs(held.clamp_moment).max() < 1e-5
+    thrice = find(replace(MOEBIUS, half_turns=3)).result
+    assert thrice.energy["elastic"] > 1.5 * free.energy["elastic"]
+
+
+def test_a_heavy_ring_hangs_at_its_seam():
+    """The clamp at the seam carries the weight, and the energy is least where it hangs."""
+    ring = replace(RING, clamp="edge", thickness=1e-3, poisson=0.3, gamma=50.0, up=(0.0, -1.0, 0.0), elements=(40, 2))
+    result = find(ring).result
+    assert result.status is ShellStatus.CONVERGED
+    np.testing.assert_allclose(result.clamp_force, [0.0, -50.0, 0.0], atol=1e-5)
+    np.testing.assert_allclose(result.surface.points[0], result.surface.points[-1], atol=1e-14)
+    assert set(result.clamps) == {"start"}
+
+
+def test_a_refined_band_has_its_error():
+    """`accuracy` refines a closed strip from its own surface; the same of both engines."""
+    coarse = replace(MOEBIUS, thickness=2.5e-3, elements=(24, 4))
+    result = find(coarse, accuracy=2e-2, max_cells=800).result
+    assert result.status is ShellStatus.CONVERGED
+    assert result.discretisation["reached"]
+    forms = find(coarse, start=find(coarse).result.surface, engine="forms").result
+    kernels = find(coarse, start=find(coarse).result.surface).result
+    assert forms.energy["elastic"] == pytest.approx(kernels.energy["elastic"], rel=1e-9)
+    assert forms.provenance["linear_solver"] != kernels.provenance["linear_solver"]
+
+
+def test_a_twisted_band_needs_a_start_and_one_process():
+    from shellref import ShellInputError
+
+    with pytest.raises(ShellInputError, match="begins at a surface") as caught:
+        solve(MOEBIUS)
+    assert caught.value.key == "half_turns"
