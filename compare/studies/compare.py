@@ -245,7 +245,8 @@ def lower_state(
 ) -> tuple[State, Same]:
     """The lower of two states of a shell, and whether it is that of the model beside it (`fast`, of the model `quick`
     on `scene`): `state`, where its own way ended, which is not known to be, and the one that is reached from the
-    surface of `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from there."""
+    surface of `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from
+    there."""
     assert options.grid is not None
     own = None if state.energy is None else state.energy.total
     if variant.scene.shell.start != "auto" or options.selects or not state.ok or own is None:

@@ -290,7 +290,8 @@ def check_carried(problem: Problem) -> None:
     held = any(clamp is not None and clamp.position is not None for clamp in (problem.start, problem.end))
     if held or problem.gravity is None or not problem.has_gravity:
         return
-    if statics.is_carried([wall.normal for wall in problem.walls], problem.gravity.up):
+    normals = np.array([wall.normal for wall in problem.walls], dtype=float)
+    if statics.is_carried(normals, problem.gravity.up):
         return
     raise RibbonInputError(
         "gravity", problem.gravity.up, "the ribbon falls or slides for ever: hold a point of it, or put a wall below it"
