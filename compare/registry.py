@@ -36,28 +36,35 @@ def _ribbon_energies() -> tuple[str, ...]:
 #: Energies of the ribbon on curvature elements; "auto": the one that is exact in the width.
 RIBBON_ENERGIES = ("auto", *_ribbon_energies())
 
-#: Energies of rods, which may have a section that is not w x h (`[rod]`, `strip.second_moment`).
-RODS = ("elastica", "curve_angle", "antman")
-
 
 @dataclass(frozen=True)
 class Entry:
     """A model: its name, the values of `model.energy` that choose it (none: it is asked for by name), and its class as
-    ``module:Class``."""
+    ``module:Class``.
+
+    rod: its section may be another one than w x h (`[rod]`, `strip.second_moment`); planar: it bends in the plane of
+    the start clamp alone.
+    """
 
     name: str
     energies: tuple[str, ...]
     target: str
+    rod: bool = False
+    planar: bool = False
 
 
 BUILT_IN = (
     Entry("ribbon", RIBBON_ENERGIES, "compare.models.ribbon.model:RibbonModel"),
-    Entry("elastica", ("elastica",), "compare.models.elastica.model:ElasticaModel"),
-    Entry("curve_angle", ("curve_angle",), "compare.models.curve_angle.model:CurveAngleModel"),
-    Entry("antman", ("antman",), "compare.models.antman.model:AntmanModel"),
+    Entry("elastica", ("elastica",), "compare.models.elastica.model:ElasticaModel", rod=True, planar=True),
+    Entry("curve_angle", ("curve_angle",), "compare.models.curve_angle.model:CurveAngleModel", rod=True),
+    Entry("antman", ("antman",), "compare.models.antman.model:AntmanModel", rod=True),
     Entry("shell", (), "compare.models.shell:ShellModel"),
     Entry("tape", ("tape", "tape_plain"), "compare.models.tape.model:TapeModel"),
 )
+
+
+#: The model that resolves the thickness, to which the others are compared; the one that stands beside it.
+RICHEST, USUAL = "shell", "ribbon"
 
 
 @functools.cache
@@ -91,6 +98,11 @@ def name_for(energy: str) -> str:
             if energy in entry.energies:
                 return entry.name
     raise KeyError(energy)
+
+
+def chosen_by(energy: str) -> Entry:
+    """The entry of the model that `model.energy` chooses. Raises KeyError for an energy that no model has."""
+    return entry(name_for(energy))
 
 
 def home(name: str) -> str:

@@ -2,7 +2,8 @@
 
 The work is done by the three packages that come with it: `ribbon` (the ribbon), `shellref` (shell and elastica, the
 references) and `compare` (scenes, studies, the command line). A name is looked up there when it is first used, so that
-importing this package imports no solver. What these three share, and is no mechanics, stands here: `sources`.
+importing this package imports no solver. What these three share, and is no mechanics of a solution, stands here:
+`sources`, `statics`.
 """
 
 from __future__ import annotations

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
 
+from compare import registry
 from compare.commands import NAMES
 from ribbonbench.sources import Sources
 from tests.test_setup import ROOT
@@ -205,3 +207,52 @@ def test_the_picture_and_the_page_are_the_import_graph():
 
     assert rooms.PLACE.read_text(encoding="utf-8") == rooms.drawing(between_rooms(graph()))
     assert rooms.PAGE.read_text(encoding="utf-8").endswith(rooms.HEADS + rooms.table())
+
+
+#: Where a model may be named: its own room, the registry, and the hard cases, which are scenes of one model each.
+NAMES_MODELS = ("compare/models/", "compare/registry.py", "compare/battery/cases/")
+#: Most names of models elsewhere; the aim is 15. What is left are sections and keys that are called like a model
+#: (`[shell]`, seconds.ribbon, seconds.shell, provenance.shell), commands, kinds of surfaces and colours.
+NAMED = 70
+#: Who looks at NumPy's numbers without importing it.
+WITHOUT_NUMPY = {"compare.page.table", "compare.scene.change", "compare.store.store"}
+
+
+def literals(text: str) -> Iterator[str]:
+    """The texts that stand in a source by themselves, docstrings among them."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def calls(text: str, name: str) -> list[ast.Call]:
+    """The calls of a function of this name."""
+    found = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+    return [call for call in found if isinstance(call.func, ast.Name) and call.func.id == name]
+
+
+def test_models_are_named_in_few_places():
+    known = {entry.name for entry in registry.BUILT_IN}.union(
+        *(entry.energies for entry in registry.BUILT_IN if entry.name != registry.USUAL)
+    )
+    held = {
+        place: sum(text in known for text in literals(path.read_text(encoding="utf-8")))
+        for path in SOURCES.every("compare").values()
+        if not (place := path.relative_to(ROOT).as_posix()).startswith(NAMES_MODELS)
+    }
+    assert sum(held.values()) <= NAMED, {place: count for place, count in held.items() if count}
+
+
+def test_what_a_model_can_do_is_declared():
+    """No study, page or model asks an object for an attribute by its name to learn what it is."""
+    for name, path in SOURCES.every("compare").items():
+        text = path.read_text(encoding="utf-8")
+        assert name in WITHOUT_NUMPY or not calls(text, "hasattr"), name
+        if name.startswith(("compare.models", "compare.studies", "compare.pages")):
+            assert not [call for call in calls(text, "getattr") if isinstance(call.args[1], ast.Constant)], name
+
+
+def test_a_name_and_a_question_by_attribute_are_found():
+    text = 'x = "shell"\nif hasattr(x, "estimate"):\n    y = getattr(x, "estimate")'
+    assert "shell" in set(literals(text))
+    assert len(calls(text, "hasattr")) == len(calls(text, "getattr")) == 1

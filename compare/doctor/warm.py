@@ -61,7 +61,7 @@ def warm(say: Reporter | None = None, shell: bool = True) -> Warmed:
 
 def ribbons(say: Reporter | None = None) -> None:
     """Solves the kinds of ribbons; what comes of them is nobody's concern."""
-    found: Any = registry.model("ribbon")
+    found: Any = registry.model(registry.USUAL)
     for name, keys in RIBBONS:
         scene = load(name).replace({"model.elements": ELEMENTS, **keys})
         state = found.solve(scene, options=Options(), say=say)
@@ -78,7 +78,7 @@ def forms(say: Reporter | None = None) -> bool | None:
     """Solves one coarse shell, which compiles its forms; None: no shell is installed here."""
     scene = load(BESIDE).replace({"shell.width_to_thickness": [10.0], "shell.elements": [8, 1]})
     try:
-        state = registry.model("shell").solve(scene, say=say)
+        state = registry.model(registry.RICHEST).solve(scene, say=say)
     except Missing:
         return None
     except RibbonbenchError:

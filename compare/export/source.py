@@ -18,7 +18,7 @@ from compare.export import gltf as export_gltf
 from compare.export.scale import Scale
 from compare.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.measure.states import States, read_states
-from compare.page.page import PAGE, Page, Surface, read_page, write_page
+from compare.page.page import PAGE, SHELL, STRIP, Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Verdict
@@ -36,7 +36,7 @@ FORMATS = {
 }
 ARRAYS = "ribbon.npz"
 #: Stem of the surface to which they belong.
-RIBBON = "ribbon"
+RIBBON = STRIP
 _RATIO = re.compile(r"_w([0-9.e+-]+)$")
 
 
@@ -125,7 +125,7 @@ def inside(folder: Path, name: str) -> Path:
 def _surface(name: str) -> Surface:
     stem = Path(name).stem
     ratio = _RATIO.search(stem)
-    kind = "shell" if stem.startswith("shell") else "ribbon"
+    kind = SHELL if stem.startswith(SHELL) else STRIP
     number = float(ratio[1]) if ratio else None
     label = f"shell, w/h = {number:g}" if number else stem
     return Surface(name, label, kind, width_to_thickness=number)

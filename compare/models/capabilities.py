@@ -1,8 +1,9 @@
 """What a model may do beyond answering a scene, declared: a study asks with `isinstance`, and can go without.
 
 Every capability is a Protocol of its own with what it gives: a reference (`Refers`), an estimate of what a shell would
-do (`Estimates`), the size of what is evaluated (`Evaluates`), derivatives by the scene's keys (`Differentiates`), where
-it rests from another model's shape (`Rests`), several scenes at once (`Batches`). Units: as `compare.models.base`.
+do (`Estimates`), the size of what is evaluated (`Evaluates`), derivatives by the scene's keys (`Differentiates`), what
+to do about a state that is none (`Advises`), where it rests from another model's shape (`Rests`), several scenes at
+once (`Batches`). Units: as `compare.models.base`.
 """
 
 from __future__ import annotations
@@ -87,8 +88,8 @@ class Estimate:
     sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
     the model has in its own energy; passages: by how much more of the elastic energy it may stretch where its curvature
     passes zero (`compare.models.ribbon.beyond.passages`); scale: z of the strip's edges at the mean curvature (below
-    about 2 the layers of both edges meet); seconds: for the estimate, its own solve not included; why: why nothing can be said, "" where
-    it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
+    about 2 the layers of both edges meet); seconds: for the estimate, its own solve not included; why: why nothing can
+    be said, "" where it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
     of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
     """
 
@@ -181,6 +182,16 @@ class Differentiates(Protocol):
 
 class Fittable(Model, Differentiates, Protocol):
     """A model that solves a scene and knows how its state changes with it."""
+
+
+@runtime_checkable
+class Advises(Protocol):
+    """A model that says what the user of a scene can do about a state that is no stable equilibrium.
+
+    remedies: the solver's own word for the end -> what follows its message, in keys of scenes and flags of commands.
+    """
+
+    remedies: Mapping[str, str]
 
 
 @runtime_checkable

@@ -8,7 +8,7 @@ from typing import cast
 from compare.errors import BadInput
 from compare.models.base import Effect, Model, Size, check_keys
 from compare.models.capabilities import Differentiates, Fittable
-from compare.registry import model, name_for
+from compare.registry import RICHEST, USUAL, entries, entry, model, name_for
 from compare.scene.scene import Scene
 
 
@@ -21,18 +21,18 @@ def beside_the_shell(scene: Scene) -> Model:
     """The model that is compared with shells: the chosen one; where that is the planar elastica, which is the third
     opinion there, the ribbon."""
     found = chosen(scene)
-    return model("ribbon") if found.name == "elastica" else found  # type: ignore[no-any-return]
+    return model(USUAL) if is_third_opinion(found) else found  # type: ignore[no-any-return]
 
 
 def measure_of_all(names: Collection[str]) -> str:
     """Of the models of these names, the one to which all are compared: the shell, which is the richest; without it the
     ribbon; without both the first."""
-    return next((name for name in ("shell", "ribbon") if name in names), next(iter(names)))
+    return next((name for name in (RICHEST, USUAL) if name in names), next(iter(names)))
 
 
 def third_opinion(scene: Scene, beside: Model) -> Model | None:
     """The planar elastica where the scene is planar, as a third opinion beside another model; None elsewhere."""
-    found: Model = model("elastica")
+    found: Model = model(next(entry.name for entry in entries() if entry.planar))
     if beside.name == found.name:
         return None
     try:
@@ -44,18 +44,18 @@ def third_opinion(scene: Scene, beside: Model) -> Model | None:
 
 def is_third_opinion(found: Model) -> bool:
     """Whether a model is the one that is the third opinion beside others."""
-    return found.name == "elastica"
+    return entry(found.name).planar
 
 
 def differentiable(scene: Scene) -> Fittable:
     """The model by whose derivatives keys of the scene are fitted: the chosen one; where that has none, the ribbon."""
     found: Model = chosen(scene)
-    return cast(Fittable, found if isinstance(found, Differentiates) else model("ribbon"))
+    return cast(Fittable, found if isinstance(found, Differentiates) else model(USUAL))
 
 
 def shell_in_words(scene: Scene) -> Effect:
     """The shell of a scene: on where there is one, w/h as its reason, and what it does."""
-    found: tuple[Effect, ...] = model("shell").effects(scene)
+    found: tuple[Effect, ...] = model(RICHEST).effects(scene)
     return found[0]
 
 
@@ -68,4 +68,4 @@ def coarse_shell(scene: Scene) -> tuple[Model, Scene, Size]:
     from compare.models.shell import mesh_size
 
     alone, mesh = thickest(scene)
-    return model("shell"), alone, mesh_size(mesh)
+    return model(RICHEST), alone, mesh_size(mesh)

@@ -30,9 +30,13 @@ class Picture:
     caption: str = ""
 
 
+#: Kinds of surfaces, as page.json has them: of a strip with lines across, and of a shell.
+STRIP, SHELL = "ribbon", "shell"
+
+
 @dataclass(frozen=True)
 class Surface:
-    """A VTU file of a surface for the 3-D view; kind: "ribbon" or "shell"; colour: field of the file to begin with;
+    """A VTU file of a surface for the 3-D view; kind: `STRIP` or `SHELL`; colour: field of the file to begin with;
     width_to_thickness: of a shell, when known; states: file of its states along a path (`compare.measure.states`)."""
 
     file: str
@@ -41,6 +45,11 @@ class Surface:
     colour: str = ""
     width_to_thickness: float | None = None
     states: str = ""
+
+    @property
+    def of_shell(self) -> bool:
+        """Whether it is a shell's."""
+        return self.kind == SHELL
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface])
             "result.json": "all numbers",
             "table.csv": "the table with full digits",
             **written.files,
-            **{s.file: f"{s.label}: surface with fields (ParaView)" for s in surfaces if s.kind == "shell"},
+            **{s.file: f"{s.label}: surface with fields (ParaView)" for s in surfaces if s.of_shell},
         },
     )
 

@@ -18,6 +18,7 @@ from compare.page.told import force, length
 from compare.page.verdict import Verdict
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
+from compare.registry import USUAL
 from compare.scene.units import Units
 from compare.studies.checks import of_rows, of_state
 from compare.studies.compare import LOWER, OWN_IS_HIGHER, Comparison, Row
@@ -115,10 +116,10 @@ def table(comparison: Comparison) -> Table:
     absent where there is none."""
     columns = _COLUMNS if comparison.elastica is None else (*_COLUMNS, _ELASTICA)
     fast = comparison.fast
-    if fast.model != "ribbon":  # the keys are the contract's, the headings name the model
+    if fast.model != USUAL:  # the keys are the contract's, the headings name the model
         columns = tuple((_named(column, fast.model), value) for column, value in columns)
     name = fast.model.replace("_", " ")
-    legend = LEGEND if fast.model == "ribbon" else LEGEND.replace("the ribbon, the limit h/w = 0", f"the {name}")
+    legend = LEGEND if fast.model == USUAL else LEGEND.replace("the ribbon, the limit h/w = 0", f"the {name}")
     found = Table.of(f"{name[:1].upper()}{name[1:]} against shell", columns, comparison.rows, legend)
     cells = {
         "width_to_thickness": fast.model,

@@ -18,6 +18,7 @@ from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
 from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
+from compare.registry import RICHEST
 from compare.scene.units import Units
 from compare.studies.cost_plan import FAR, Cost, Party, Reference, Row
 
@@ -116,7 +117,7 @@ def _said(cost: Cost, target: float, common: bool) -> str | None:
     reached = {party: value for party, value in found.items() if value.seconds}
     for party, value in reached.items():
         for slow, other in reached.items():
-            if slow.model == "shell" != party.model:
+            if slow.model == RICHEST != party.model:
                 assert value.seconds is not None
                 assert other.seconds is not None
                 text += "; " + _factor(party.words, slow.words, other.seconds / value.seconds)
@@ -150,7 +151,7 @@ def answer(cost: Cost) -> Verdict:
     kind = "discretisation error" if common is None else f"total error, against the {common.model}"
     targets = [target for target in sorted({YARDSTICK, *cost.plan.targets}) if target >= YARDSTICK]
     reached = {target: _seconds(cost, target) for target in targets}
-    richest = "shell" if common is None else common.model
+    richest = RICHEST if common is None else common.model
     fast = next((t for t in targets if any(party.model != richest for party in reached[t])), None)
     alone = next((t for t in targets if reached[t]), None)
     left = "".join(f"; the {model} is left out, {100 * far:.2g} % of l away" for model, far in cost.far.items())
@@ -159,8 +160,8 @@ def answer(cost: Cost) -> Verdict:
     target = alone if fast is None else fast
     known = reached[target]
     each = ", ".join(f"the {party.words} {seconds_text(seconds)}" for party, seconds in known.items())
-    quick = min((seconds for party, seconds in known.items() if party.model != "shell"), default=None)
-    slow = [seconds for party, seconds in known.items() if party.model == "shell"]
+    quick = min((seconds for party, seconds in known.items() if party.model != RICHEST), default=None)
+    slow = [seconds for party, seconds in known.items() if party.model == RICHEST]
     factors = [seconds / quick for seconds in slow] if quick else []
     factor = f", factors {' and '.join(f'{f:.3g}' for f in factors)}" if len(factors) > 1 else ""
     factor = f", a factor {factors[0]:.3g}" if len(factors) == 1 else factor
@@ -241,7 +242,7 @@ def _near_text(cost: Cost) -> str:
     base = cost.base
     beside = "the ribbon's" if base is None else f"the {base.model}'s"
     warm = "" if base is None else f" ({seconds_text(base.seconds.warm)} more)"
-    own = {row.run.begun for row in cost.rows if row.model == "shell" and not row.near and row.run.begun}
+    own = {row.run.begun for row in cost.rows if row.model == RICHEST and not row.near and row.run.begun}
     refused = [row.label for row in cost.rows if row.near and row.run.begun.startswith("path")]
     text = (
         f"The shell from {beside} surface{warm} settles there at the full load, its inertia checked; on its own it "

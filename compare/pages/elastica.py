@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
-from compare.models.base import State
+from compare.models.base import BESIDE, State
 from compare.page import told
 from compare.page.drawing import pictured
 from compare.page.page import Picture
@@ -28,7 +28,7 @@ BEGAN = {
     "natural": "the natural shape, the loads raised",
     "seed": "the seed as natural shape, then straightened and loaded",
     "path": "the seed, then the stages of the path",
-    "ribbon": "the ribbon's shape",
+    BESIDE: "the ribbon's shape",
 }
 """Where an elastica began, in words."""
 
@@ -37,7 +37,7 @@ def result(scene: Scene, state: State) -> dict[str, Any]:
     """Keys of result.json that only an elastica has."""
     r = state.native
     return {
-        "model": {"energy": "elastica", "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
+        "model": {"energy": state.model, "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
         "path": {"reached": r.load_factor, "steps": r.steps, "limit_points": r.limits, "switches": r.switches},
         **({} if scene.tip is None else {"tip_load": scene.tip_load}),
     }
@@ -56,7 +56,7 @@ def explained(effects: Sequence[Mapping[str, Any]], without: Mapping[str, Any]) 
 def no_surface(scene: Scene) -> BadInput:
     """Why there is nothing to export, and what to do."""
     return BadInput(
-        "model.energy", "elastica", "has a centreline and no surface",
+        "model.energy", scene.model.energy, "has a centreline and no surface",
         "the ribbon does not know all that the scene asks for: use the numbers of ribbonbench solve"
         if beyond_the_ribbon(scene) is not None
         else "export with --set 'model.energy=\"wunderlich\"'",

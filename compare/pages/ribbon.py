@@ -23,7 +23,7 @@ from compare.models.ribbon.taut import taut
 from compare.models.ribbon.taut import words as taut_words
 from compare.page import force_displacement, told
 from compare.page.drawing import pictured
-from compare.page.page import Picture, Surface
+from compare.page.page import STRIP, Picture, Surface
 from compare.page.remedies import message
 from compare.page.si import with_si
 from compare.page.table import Column, Table
@@ -140,7 +140,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         states = STATES
         atomic_write_bytes(out / states, state.states.to_bytes())
         files[states] = f"{len(state.states.t)} states along the path as arrays (NumPy)"
-    return Written(files, shown, (Surface("ribbon.vtu", "ribbon", "ribbon", "omega", states=states),), data)
+    return Written(files, shown, (Surface("ribbon.vtu", state.model, STRIP, "omega", states=states),), data)
 
 
 _PATH = (

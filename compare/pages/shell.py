@@ -15,7 +15,7 @@ from compare.export.vtu import write_vtu
 from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
-from compare.page.page import Picture, Surface
+from compare.page.page import SHELL, Picture, Surface
 from compare.page.si import dimensions, for_reader, si_of, with_si
 from compare.page.study import Study
 from compare.page.table import Column, ColumnOf, Table
@@ -231,7 +231,7 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         midpoints, density = case.density()
         case.surface.save(out / f"{name}.npz", cell_midpoints=midpoints, energy_density=density)
         write_surface(out / f"{name}.vtu", case)
-        surfaces.append(Surface(f"{name}.vtu", label, "shell", "membrane_share", ratio))
+        surfaces.append(Surface(f"{name}.vtu", label, SHELL, "membrane_share", ratio))
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])

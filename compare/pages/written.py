@@ -12,7 +12,7 @@ from compare.export.formats import array_csv
 from compare.export.surfaces import write_shell, write_surface
 from compare.measure.grid import Grid
 from compare.models.base import State
-from compare.page.page import Picture, Surface
+from compare.page.page import SHELL, STRIP, Picture, Surface
 from compare.page.si import array_with_si
 from compare.page.table import Table
 from compare.scene.scene import Scene
@@ -48,7 +48,7 @@ def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     names = ["s", "x", "y", "z", *(f"{axis}_{c}" for axis in ("tx", "ty", "tz") for c in "xyz")]
     atomic_write_bytes(out / "centreline.csv", array_csv(*array_with_si(names, columns, _LENGTHS, Units.of(scene))))
     files = {name: "surface with fields (ParaView)", "centreline.csv": "centreline and frame"}
-    return Written(files, (), (Surface(name, state.model, "ribbon"),))
+    return Written(files, (), (Surface(name, state.model, STRIP),))
 
 
 def write_fast(out: Path, comparison: Comparison, ending: str = "", before: str = "") -> tuple[Surface, ...]:
@@ -58,7 +58,7 @@ def write_fast(out: Path, comparison: Comparison, ending: str = "", before: str 
         return ()
     name = f"{fast.model}{ending}.vtu"
     write_surface(out / name, fast.shape, grid)
-    return (Surface(name, f"{before}{fast.model}", "ribbon"),)
+    return (Surface(name, f"{before}{fast.model}", STRIP),)
 
 
 def write_shells(out: Path, comparison: Comparison, colour: str = "") -> tuple[Surface, ...]:
@@ -69,5 +69,5 @@ def write_shells(out: Path, comparison: Comparison, colour: str = "") -> tuple[S
             ratio = row.width_to_thickness
             name = f"shell_w{ratio:g}.vtu"
             write_shell(out / name, state.native, comparison.grid)
-            found.append(Surface(name, f"shell, w/h = {ratio:g}", "shell", colour, width_to_thickness=ratio))
+            found.append(Surface(name, f"shell, w/h = {ratio:g}", SHELL, colour, width_to_thickness=ratio))
     return tuple(found)

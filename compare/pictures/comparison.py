@@ -75,7 +75,7 @@ def shapes(path: Path, comparison: Comparison) -> Path:
     assert comparison.fast.shape is not None
     blue = comparison.grid.of(comparison.fast.shape)
     surfaces = [(shell_colour(i), f"shell, w/h = {ratio:g}", grid) for i, (ratio, grid) in enumerate(shown)]
-    surfaces.append((RIBBON_COLOUR, "ribbon", blue))
+    surfaces.append((RIBBON_COLOUR, comparison.fast.model, blue))
     up = comparison.scene.up
     for place, screen in enumerate(screen_axes([s[2] for s in surfaces], up), start=1):
         axes = figure.add_subplot(1, 3, place)
@@ -84,7 +84,9 @@ def shapes(path: Path, comparison: Comparison) -> Path:
             outline = np.concatenate([flat[:, 0], flat[::-1, -1]])
             axes.fill(outline[:, 0], outline[:, 1], color=colour, alpha=0.25, lw=0)
             middle = flat[:, flat.shape[1] // 2]
-            axes.plot(middle[:, 0], middle[:, 1], color=colour, lw=1.8 if label == "ribbon" else 1.2, label=label)
+            axes.plot(
+                middle[:, 0], middle[:, 1], color=colour, lw=1.8 if label == comparison.fast.model else 1.2, label=label
+            )
         axes.set_aspect("equal", adjustable="datalim")
         axes.grid(True, lw=0.3, alpha=0.6)
         axes.set_xlabel("horizontal / l" if up is not None else "x / l")

@@ -73,7 +73,7 @@ def _triangles(view: View, one: Shown, scale: ScalarMappable | None) -> tuple[Fl
     """Corners on the screen (T, 3, 2), depths (T,) and colours (T, 3) of one surface."""
     sheet = one.sheet
     places, depth = screen(view, sheet.points)
-    if one.surface.kind != "shell":
+    if not one.surface.of_shell:
         depth = depth - FRONT * view.radius
     base = np.tile(np.asarray(one.colour), (len(sheet.triangles), 1))
     if scale is not None and view.field in sheet.fields:

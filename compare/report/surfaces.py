@@ -121,22 +121,22 @@ def view(
 
     points_each: how many points of each are kept; states: along paths, by the file that a surface names.
     """
-    shells = [surface for surface, _ in pairs if surface.kind == "shell"]
+    shells = [surface for surface, _ in pairs if surface.of_shell]
     ratios = sorted({s.width_to_thickness for s in shells if s.width_to_thickness is not None})
-    fast = [place for place, (surface, _) in enumerate(pairs) if surface.kind != "shell"]
+    fast = [place for place, (surface, _) in enumerate(pairs) if not surface.of_shell]
     seen = {fast[0]} if fast else set()
     if shells:
         thinnest = max(range(len(shells)), key=lambda k: (shells[k].width_to_thickness or 0.0, -k))
-        seen.add([place for place, (surface, _) in enumerate(pairs) if surface.kind == "shell"][thinnest])
+        seen.add([place for place, (surface, _) in enumerate(pairs) if surface.of_shell][thinnest])
     shown = []
     for place, (surface, sheet) in enumerate(pairs):
-        if surface.kind != "shell":
+        if not surface.of_shell:
             colour = RIBBON_COLOUR
         elif surface.width_to_thickness is None:
             colour = shell_colour(shells.index(surface))
         else:
             colour = shell_colour(ratios.index(surface.width_to_thickness))
-        partner = _partner(sheet, [(k, pairs[k][1]) for k in fast]) if surface.kind == "shell" else None
+        partner = _partner(sheet, [(k, pairs[k][1]) for k in fast]) if surface.of_shell else None
         way = (states or {}).get(surface.states)
         shown.append(Shown(surface, thinned(sheet, points_each), to_rgb(colour), place in seen, partner, way))
     clouds = [one.sheet.points for one in shown]

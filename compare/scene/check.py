@@ -16,6 +16,7 @@ from compare.errors import BadInput
 from compare.scene.data import SceneData, frame_of, unit
 from compare.scene.spec import ClampSpec, WallSpec
 from compare.scene.table import UNIT_TOLERANCE, show
+from ribbonbench import statics
 
 TOO_FAR = 1e-12
 """How far, relatively, the two held points may be further apart than the length: rounding."""
@@ -24,14 +25,11 @@ STRETCHED = 1e-9
 """Difference of distance and length, relative to the length, up to which clamped frames have to lie along the chord:
 the strip has no room to turn to others."""
 
-THROUGH_WALL = 1e-9
-"""How far a held point may stand behind a wall, in units of l: rounding."""
+ON_WALL = 1e-9
+"""How far in front of a wall, in units of l, a held point stands on it: rounding."""
 
 INTO_WALL = 1e-6
 """How far, over one length, a clamp that stands on a wall may point into it: rounding."""
-
-UNSUPPORTED = 1e-8
-"""Part of the weight's direction that walls may leave without support: rounding of unit vectors."""
 
 MOEBIUS_WIDTH = 1.0 / math.sqrt(3.0)
 """Bound of w / l for an embedded paper Moebius band (R. Schwartz 2023, doi:10.48550/arXiv.2308.12641)."""
@@ -250,7 +248,7 @@ def _check_common_room(scene: SceneData) -> None:
         [0.0, 0.0, 0.0, -1.0], A_ub=np.hstack([-normals, np.ones((len(rigid), 1))]), b_ub=-offsets,
         bounds=[(None, None)] * 3 + [(None, 1.0)],
     )  # fmt: skip
-    if found.status == 0 and -found.fun < -THROUGH_WALL:
+    if found.status == 0 and -found.fun < -statics.BEHIND_WALL:
         last = rigid[-1][0]
         raise BadInput(
             f"{last}.point", None,
@@ -269,9 +267,9 @@ def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None)
     if frame is not None:
         points += [points[0] + half * frame[:, 0], points[0] - half * frame[:, 0]]
     for index, wall in enumerate(scene.walls):
-        heights = [float((point - wall.point) @ unit(wall.normal)) for point in points]
-        lowest = min(heights)
-        if wall.stiffness is None and lowest < -THROUGH_WALL * length:
+        heights = -statics.depth(points, wall.point, unit(wall.normal))
+        lowest = float(heights.min())
+        if wall.stiffness is None and lowest < -statics.BEHIND_WALL * length:
             part = "the held point" if heights[0] == lowest else "a corner of the held edge"
             wall_key = wall_name(index, wall)
             raise BadInput(
@@ -280,7 +278,7 @@ def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None)
                 f"is on the wrong side of {wall_key}: {part} stands {-lowest:.6g} behind the wall",
                 f"move it by {-lowest:.6g} along {wall_key}.normal, or move the wall back",
             )
-        if frame is not None and wall.stiffness is None and lowest <= THROUGH_WALL * length:
+        if frame is not None and wall.stiffness is None and lowest <= ON_WALL * length:
             into = float(frame[:, 2] @ unit(wall.normal)) * (1.0 if name == "clamp.start" else -1.0)
             if into < -INTO_WALL:
                 wall_key = wall_name(index, wall)
@@ -312,9 +310,7 @@ def _check_support(scene: SceneData) -> None:
     value = list(scene.gravity.up)
     if not any(normal @ up > UNIT_TOLERANCE for normal in scene.wall_normals):
         raise BadInput("gravity.up", value, "makes the strip fall for ever: no clamp and no wall holds it", remedy)
-    from scipy.optimize import nnls  # not before it is needed: it loads half of scipy
-
-    if nnls(scene.wall_normals.T, up)[1] > UNSUPPORTED:
+    if not statics.is_carried(scene.wall_normals, up):
         raise BadInput(
             "gravity.up",
             value,
@@ -354,16 +350,17 @@ def _check_formulation(scene: SceneData) -> None:
 
 
 def _check_elastica(scene: SceneData) -> None:
-    """Rods are the elastica's; its weight is along the centreline."""
-    if scene.model.energy == "elastica":
+    """A section of any shape is that of rods; in a plane the weight is along the centreline."""
+    chosen = registry.chosen_by(scene.model.energy)
+    if chosen.planar:
         if scene.gravity is not None and scene.gravity.exact:
             raise BadInput(
                 "model.energy",
-                "elastica",
+                scene.model.energy,
                 "is not available in this version where gravity.exact puts the weight over the surface",
                 'choose energy = "wunderlich" or "auto"',
             )
-    elif scene.strip.second_moment is not None and scene.model.energy not in registry.RODS:
+    elif scene.strip.second_moment is not None and not chosen.rod:
         beyond = beyond_the_ribbon(scene)
         assert beyond is not None
         raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')

@@ -12,6 +12,7 @@ from dataclasses import fields, replace
 from itertools import pairwise
 from typing import Any
 
+from compare import registry
 from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.data import Sections
@@ -141,7 +142,7 @@ def _check_second_moment(table: Table, strip: StripSpec) -> None:
 
 def _model(table: Table, strip: StripSpec) -> ModelSpec:
     model = table.read(ModelSpec)
-    if model.arc_length != "auto" and model.energy != "elastica":
+    if model.arc_length != "auto" and not registry.chosen_by(model.energy).planar:
         raise table.bad(
             "arc_length", "is for the planar elastica only", 'choose model.energy = "elastica", or remove it'
         )

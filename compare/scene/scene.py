@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from compare import registry
 from compare.errors import BadInput
 from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import beyond_the_shell, check_geometry
@@ -192,11 +193,11 @@ def _build(document: Mapping[str, Any], source: str) -> Scene:
     scene = Scene(name=name, source=source, own_keys=given_keys(document), **said)
     check_geometry(scene)
     check_known(scene)
-    if scene.model.energy == "elastica":
+    if registry.chosen_by(scene.model.energy).planar:
         reason = scene.nonplanar_reason()
         if reason is not None:
             raise BadInput(
-                "model.energy", "elastica", f"is planar, but {reason}", 'choose "wunderlich" or turn the clamp'
+                "model.energy", scene.model.energy, f"is planar, but {reason}", 'choose "wunderlich" or turn the clamp'
             )
     if scene.path:
         _stage_scenes(scene.replace({"path": None}), scene.path)

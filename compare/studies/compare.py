@@ -37,7 +37,7 @@ from compare.models.base import BESIDE, Energy, Model, Options, Shape, State, Va
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
 from compare.models.same_state import SETTLED, Counterpart, Same, same_state
-from compare.registry import model
+from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -188,7 +188,7 @@ def compare(
     Raises `ShellMissing`, with the scene's own model's answer, where no shell can be run here.
     """
     scene.require_shell()
-    shell, quick = model("shell"), beside_the_shell(scene)
+    shell, quick = model(RICHEST), beside_the_shell(scene)
     for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
         check_keys(one, scene)
     check_price(scene)
@@ -245,7 +245,8 @@ def lower_state(
 ) -> tuple[State, Same]:
     """The lower of two states of a shell, and whether it is that of the model beside it (`fast`, of the model `quick`
     on `scene`): `state`, where its own path ended, which is not known to be, and the one that is reached from the
-    surface of `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from there."""
+    surface of `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from
+    there."""
     assert options.grid is not None
     own = None if state.energy is None else state.energy.total
     if variant.scene.shell.start != "auto" or options.selects or not state.ok or own is None:

@@ -17,7 +17,7 @@ from compare.measure.grid import Grid
 from compare.models.base import BESIDE, Model, Options, Shape, Size, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.reference import reference
-from compare.registry import home
+from compare.registry import RICHEST, home
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
@@ -28,8 +28,6 @@ from compare.studies.cost_start import request, seconds_of_first
 
 #: How many times longer than the last size of a ladder the next one may take, all its repetitions together.
 GROWTH = 8.0
-#: The model that always begins at the shape of `base`.
-SHELL = "shell"
 
 
 class _Within(Reporter):
@@ -73,7 +71,7 @@ class Bench:
         and the third opinion always, for every other model where the scene may have several equilibria."""
         if model.name == self.base.model or not self.base.ok:
             return None
-        return self.base.shape if model.name in (self._third, SHELL) or self._several else None
+        return self.base.shape if model.name in (self._third, RICHEST) or self._several else None
 
     @property
     def _several(self) -> bool:
@@ -82,7 +80,7 @@ class Bench:
     def _options(self, model: Model, **more: Any) -> Options:
         """selects: the shell of a scene with one equilibrium finds its own."""
         leave = self.plan.leave_saddle if model.name == self.base.model else None
-        selects = self._several or model.name != SHELL
+        selects = self._several or model.name != RICHEST
         return Options(leave_saddle=leave, fallback=True, grid=self.grid, selects=selects, **more)
 
     def _parts(self, model: Model, scene: Scene, *parts: Any) -> list[Any]:

@@ -15,7 +15,7 @@ from compare.measure.front import Mark
 from compare.measure.grades import FAIR_FACTOR, GOOD_UP_TO
 from compare.measure.grid import Grid
 from compare.models.base import NEAR, Ladder, Model, Size, State, check_keys
-from compare.registry import model, names
+from compare.registry import RICHEST, USUAL, model, names
 from compare.scene.scene import Scene
 from compare.studies.cost_runs import Run
 
@@ -49,7 +49,7 @@ class Plan:
     elastica_elements: tuple[int, ...] | None = None
     meshes: tuple[tuple[int, int], ...] | None = None
     ratio: float | None = None
-    reference: str = "shell"
+    reference: str = RICHEST
     targets: tuple[float, ...] = TARGETS
     repeats: int = 3
     budget: float = BUDGET
@@ -209,7 +209,7 @@ class Cost:
     def parties(self) -> tuple[Party, ...]:
         """The models in the order of their rows; one that was also begun at the shape of `base` is two."""
         found = []
-        beside = "ribbon" if self.base is None else self.base.model
+        beside = USUAL if self.base is None else self.base.model
         for name in dict.fromkeys(row.model for row in self.rows):
             if len({row.near for row in self.rows if row.model == name}) > 1:
                 found += [

@@ -27,6 +27,7 @@ from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
 from compare.page.told import percent
+from compare.registry import RICHEST
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -361,7 +362,7 @@ def _elsewhere(finding: Finding) -> str:
     """That the shell is not known to be in the ribbon's state, with both energies (total, D w / l)."""
     row = finding.row
     assert row is not None
-    energies = (("shell", row.energy), ("ribbon", finding.ribbon.energy))
+    energies = ((RICHEST, row.energy), (finding.ribbon.model, finding.ribbon.energy))
     both = ", ".join(f"{name} {'unknown' if e is None else f'{e.total:.6g} D w / l'}" for name, e in energies)
     state = "the shell rests in another state" if finding.another else "shell and ribbon may be in different states"
     return f"{state} (total energies: {both}; {row.same_why})"

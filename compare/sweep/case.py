@@ -16,7 +16,7 @@ from compare.errors import BadInput, Missing, RibbonbenchError
 from compare.measure.travel import Stand
 from compare.page.force_displacement import supports_of
 from compare.page.remedies import message
-from compare.registry import model
+from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.provenance import now
 from compare.store.shared import shared_store
@@ -137,8 +137,8 @@ def _solved(task: Task) -> Record:
 
     asked = model(task.solver)
     # a way is not resumed here: a case is short, and its end is what is kept
-    store = None if task.scene.path and task.solver != "shell" else shared_store(Path(task.folder))
-    options = Options(leave_saddle=task.leave_saddle, error=task.errors and task.solver != "shell", store=store)
+    store = None if task.scene.path and task.solver != RICHEST else shared_store(Path(task.folder))
+    options = Options(leave_saddle=task.leave_saddle, error=task.errors and task.solver != RICHEST, store=store)
     rows: list[Row] = []
     messages: list[str] = []
     variants = asked.variants(task.scene)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
-from compare.registry import home, model, name_for, names
+from compare.registry import RICHEST, USUAL, home, model, name_for, names
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
@@ -47,10 +47,10 @@ def _check_point(sweep: Sweep, point: Point) -> None:
 
     scene = point.scene
     check_meant(scene)
-    if sweep.leave_saddle and sweep.solver not in ("ribbon", COMPARE):
-        raise BadInput("--leave-saddle", None, f"is for the ribbon, and the solver is {sweep.solver}", "leave it out")
+    if sweep.leave_saddle and sweep.solver not in (USUAL, COMPARE):
+        raise BadInput("--leave-saddle", None, f"is for the {USUAL}, and the solver is {sweep.solver}", "leave it out")
     asked = beside_the_shell(scene) if sweep.solver == COMPARE else model(sweep.solver)
-    if "model.energy" in sweep.keys and sweep.solver != "shell":
+    if "model.energy" in sweep.keys and sweep.solver != RICHEST:
         chosen = name_for(scene.model.energy)
         if chosen != asked.name:
             raise BadInput(
@@ -59,7 +59,7 @@ def _check_point(sweep: Sweep, point: Point) -> None:
             )  # fmt: skip
     check_keys(asked, scene)
     if sweep.solver == COMPARE:
-        check_keys(model("shell"), scene)
+        check_keys(model(RICHEST), scene)
         check_price(scene)
 
 

@@ -38,6 +38,7 @@ from ribbon.solvers.problem import (
     violation,
 )
 from ribbon.strip import Strip, check_known, finite, known
+from ribbonbench import statics
 from ribbonbench.threads import alone
 
 Progress = Callable[[int, float, float], None]
@@ -57,8 +58,6 @@ _INFEASIBLE = 1e-6
 _IPOPT_INFEASIBLE = (2, -10)
 #: Slack (l) between held ends below which rounding is the likely reason of a solve that ends early.
 _LEAST_SLACK = 1e-9
-#: Part of the weight that walls may leave over by rounding.
-_CARRIED = 1e-9
 
 
 @alone
@@ -276,8 +275,8 @@ def check_walls(strip: Strip, start: Clamp | None, end: Clamp | None, walls: tup
         if clamp.holds_frame:
             points += [points[0] + side * 0.5 * strip.width * clamp.frame[:, 0] for side in (1.0, -1.0)]
         for k, wall in enumerate(walls):
-            deepest = -min(float((point - np.asarray(wall.point)) @ np.asarray(wall.normal)) for point in points)
-            if wall.stiffness is None and deepest > penetration.TOLERANCE * strip.length:
+            deepest = float(statics.depth(points, wall.point, wall.normal).max())
+            if wall.stiffness is None and deepest > statics.BEHIND_WALL * strip.length:
                 raise RibbonInputError(
                     f"{key}.position", clamp.position, f"it holds the strip {deepest:.6g} behind wall {k}: move it, "
                     "or the wall back",
@@ -291,13 +290,9 @@ def check_carried(problem: Problem) -> None:
     held = any(clamp is not None and clamp.position is not None for clamp in (problem.start, problem.end))
     if held or problem.gravity is None or not problem.has_gravity:
         return
-    normals = np.array([wall.normal for wall in problem.walls], dtype=float).reshape(-1, 3)
-    up = np.asarray(problem.gravity.up, dtype=float)
-    if len(normals):
-        from scipy.optimize import nnls  # not before it is needed: it loads half of scipy
-
-        if nnls(normals.T, up)[1] <= _CARRIED:
-            return
+    normals = np.array([wall.normal for wall in problem.walls], dtype=float)
+    if statics.is_carried(normals, problem.gravity.up):
+        return
     raise RibbonInputError(
         "gravity", problem.gravity.up, "the ribbon falls or slides for ever: hold a point of it, or put a wall below it"
     )

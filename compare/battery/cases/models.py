@@ -306,7 +306,8 @@ FOLLOWED: dict[str, tuple[dict[str, Any], dict[str, Any], bool]] = {
 def followed(rung: Rung) -> Iterator[Check]:
     """A scene that ends in a status, and its remedy (`compare.page.remedies`) done literally."""
     from compare.models.base import Options
-    from compare.page.remedies import REMEDIES, message
+    from compare.page.remedies import message
+    from compare.page.remedies import remedy as remedy_of
 
     begin, _, _ = str(rung).partition(",")
     energy, word = begin.split(" ")
@@ -314,7 +315,7 @@ def followed(rung: Rung) -> Iterator[Check]:
     scene = load(SHARED).replace({**keys, "model.energy": energy})
     first = solve(scene, options=Options(leave_saddle=False))
     yield holds(f"ends as {word}", first.word == word, f"{first.word}: {first.message}")
-    said = REMEDIES.get((registry.name_for(energy), word), "")
+    said = remedy_of(registry.name_for(energy), word)
     yield holds("its remedy is said", bool(said) and message(first).endswith(said), message(first))
     if leave:
         yield holds("--leave-saddle is what it says", "--leave-saddle" in said, said)

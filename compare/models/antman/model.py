@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -80,6 +80,10 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
     presenter = "compare.pages.rods.antman:PRESENTER"
     sizes = (5, 10, 20, 40, 80)
     degrees = (1, 2, 3)
+    remedies: Mapping[str, str] = {
+        "unstable": ": use --leave-saddle to go down to a stable one",
+        "limit_point": ": choose another [seed], or go there by a [[path]]",
+    }
     reads = (
         keys.STRIP | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP | keys.SHEARED_ROD
         | keys.BOTH_CLAMPS - keys.RULINGS - keys.SECTIONS
@@ -114,7 +118,7 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
         return None if refused is None else f"{refused.key} {refused.problem}"
 
     def budget(self, seconds: float) -> AbstractContextManager[None]:
-        """The clock of `shellref`."""
+        """The clock of `shellref` (`ribbonbench.clock`)."""
         from ribbonbench.clock import within
 
         return within(seconds)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -77,6 +77,9 @@ class CurveAngleModel(LineModel["Walk", "RodShape"]):
     sizes = (10.0, 20.0, 40.0, 80.0, 160.0, 320.0)
     halvings = ("from edges cut in two", "from edges cut in two, in four")
     not_found = "the rod with its edges cut in two was not found"
+    remedies: Mapping[str, str] = {
+        "saddle": ": use --leave-saddle to go down to a stable one, or start from a bent [seed], e.g. curvature = 0.5",
+    }
     reads = (
         keys.STRIP | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP | keys.ROD_STRAINS | keys.ROD_TWIST
         | keys.BOTH_CLAMPS - keys.RULINGS - keys.SECTIONS | keys.CLOSURE - keys.RULINGS

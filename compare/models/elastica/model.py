@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -99,6 +99,11 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
     presenter = "compare.pages.elastica:PRESENTER"
     sizes = (5, 10, 20, 40, 80)
     degrees = (1, 2, 3)
+    remedies: Mapping[str, str] = {
+        "limit_point": ": go past it by arc length: --set model.arc_length=always",
+        "unstable": ": start from a bent [seed], e.g. curvature = 0.5, or tilt the clamp a little",
+        "not_converged": ": choose another [seed], or go there by a [[path]]",
+    }
     reads = (
         keys.BENDING | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP_FORCE
         | keys.BOTH_CLAMPS - keys.RULINGS - keys.SLIDES - keys.SECTIONS
@@ -134,7 +139,7 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
         super().admit(scene, options)
 
     def budget(self, seconds: float) -> AbstractContextManager[None]:
-        """The clock of `shellref`."""
+        """The clock of `shellref` (`ribbonbench.clock`)."""
         from ribbonbench.clock import within
 
         return within(seconds)
@@ -176,7 +181,7 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
             status=Status(r.status.value),
             word=r.status.value,
             stable=r.stable if known else None,
-            message=r.message,
+            message=self._without_options(r),
             energy=Energy(
                 elastic=r.energy.bending,
                 gravity=r.energy.gravity + scene.gamma * height,
@@ -212,6 +217,14 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
         own = replace(options or Options(), error=True, repeats=0)
         state = self.solve(scene, size, near=near, options=own, say=say)
         return Reference(state, f"{most} elements of degree {REFERENCE_DEGREE}", state.error, f"{2 * most} of them")
+
+    def _without_options(self, r: ElasticaResult) -> str:
+        """The solver's message; where there is a remedy in the scene's words, without the solver's own options at its
+        end (a budget that is spent is none of them)."""
+        from ribbonbench.clock import SPENT
+
+        said, colon, options = r.message.rpartition(": ")
+        return said if colon and options != SPENT and r.status.value in self.remedies else r.message
 
     def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
         """Loads, ends and natural curvature."""

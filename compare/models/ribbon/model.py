@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -55,6 +55,14 @@ class RibbonModel(Model):
 
     name = "ribbon"
     presenter = "compare.pages.ribbon:PRESENTER"
+    remedies: Mapping[str, str] = {
+        "saddle": ": leave it along its unstable direction (without --stay; on a [[path]] --leave-saddle), or start "
+        "from another [seed]: a bent one, e.g. curvature = 0.5, or out of its plane, e.g. ruling = 0.01",
+        "not_converged": "; try another [seed], more segments, or a smaller load first",
+        "failed": "; try another [seed] or a smaller load",
+        "infeasible": ", or declare a [[path]] that leads there",
+        "flipped": "; start from a nearer [seed] or a [[path]]",
+    }
     reads = (
         keys.STRIP | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE | keys.WALLS
         | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH

@@ -6,14 +6,23 @@ from dataclasses import dataclass
 
 import pytest
 
+from compare import registry
 from compare.models import solve
 from compare.models.base import Options
-from compare.page.remedies import REMEDIES, message
+from compare.models.capabilities import Advises
+from compare.page.remedies import message
 from compare.pages.result import state_result
 from compare.scene.scene import loads
 from ribbon import Status
 from tests.compare.scene import held_scenes
 from tests.test_setup import ROOT
+
+REMEDIES = {
+    (name, word): text
+    for name in registry.names()
+    if isinstance(registry.model(name), Advises)
+    for word, text in registry.model(name).remedies.items()
+}
 
 
 @dataclass(frozen=True)
@@ -29,7 +38,6 @@ def test_a_remedy_stands_once_at_the_end(model, word):
     assert said.count(REMEDIES[model, word]) == 1
     assert said.endswith(REMEDIES[model, word])
     assert message(End(model, "converged", "it ended: so")) == "it ended: so"
-    assert "so" not in message(End("elastica", "limit_point", "it ended: so")).split()
 
 
 def test_every_ribbon_s_end_has_a_word_here_or_needs_none():
