@@ -28,6 +28,7 @@ from compare.models.base import (
     on_strip,
     pose_of,
 )  # fmt: skip
+from compare.models.quantities.antman import QUANTITIES
 from compare.models.timing import clocked
 
 if TYPE_CHECKING:
@@ -101,6 +102,7 @@ class AntmanModel:
     """`compare.models.base.Model`: the geometrically exact rod with bending, torsion, shear and stretch."""
 
     name = "antman"
+    quantities = QUANTITIES
     presenter: str | None = "compare.pages.rods.antman"
     reads = frozenset(
         {

@@ -28,6 +28,7 @@ from compare.models.base import (
     on_strip,
     pose_of,
 )  # fmt: skip
+from compare.models.quantities.elastica import QUANTITIES
 from compare.models.timing import clocked
 
 if TYPE_CHECKING:
@@ -109,6 +110,7 @@ class ElasticaModel:
     """`compare.models.base.Model`: the planar inextensible elastica in scikit-fem."""
 
     name = "elastica"
+    quantities = QUANTITIES
     presenter: str | None = "compare.pages.elastica"
     reads = frozenset(
         {

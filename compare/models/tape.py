@@ -37,6 +37,7 @@ from compare.models.base import (
     pose_of,
 )  # fmt: skip
 from compare.models.effects.tape import effects
+from compare.models.quantities.tape import QUANTITIES
 from compare.models.timing import clocked
 
 if TYPE_CHECKING:
@@ -125,6 +126,7 @@ class TapeModel:
     """`compare.models.base.Model`: a planar tape spring, enriched ("tape") or plain ("tape_plain")."""
 
     name = "tape"
+    quantities = QUANTITIES
     presenter: str | None = "compare.pages.rods.tape"
     reads = frozenset(
         {

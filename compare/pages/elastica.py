@@ -32,16 +32,6 @@ BEGAN = {
 """Where an elastica began, in words."""
 
 
-def result(scene: Scene, state: State) -> dict[str, Any]:
-    """Keys of result.json that only an elastica has."""
-    r = state.native
-    return {
-        "model": {"energy": "elastica", "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
-        "path": {"reached": r.load_factor, "steps": r.steps, "limit_points": r.limits, "switches": r.switches},
-        **({} if scene.tip is None else {"tip_load": scene.tip_load}),
-    }
-
-
 def explained(effects: Sequence[Mapping[str, Any]], without: Mapping[str, Any]) -> dict[str, Any]:
     """Keys of the result.json of `explain` that only an elastica has; effects as in its `explanation`, without: solves
     by the name of the effect that is off."""

@@ -26,11 +26,12 @@ from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved
 from compare.models.base import Options, State, check_keys
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.ribbon.estimate import Estimate
+from compare.page.pair import Row
 from compare.page.told import percent
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.studies.compare import Comparison, Row, compare
+from compare.studies.compare import Comparison, compare
 
 FloatArray = NDArray[np.float64]
 

@@ -26,6 +26,7 @@ from compare.models.base import (
     Status,
     Variant,
 )  # fmt: skip
+from compare.models.quantities.ribbon import QUANTITIES
 from compare.models.reference import cut
 from compare.models.ribbon import neutral
 from compare.models.ribbon.refinement import judged, left, refined
@@ -53,6 +54,7 @@ class RibbonModel:
     """`compare.models.base.Model`: the inextensible ribbon of the thesis, chained or glued."""
 
     name = "ribbon"
+    quantities = QUANTITIES
     presenter: str | None = "compare.pages.ribbon"
     reads = frozenset(
         {
