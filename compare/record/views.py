@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,9 @@ import numpy as np
 from compare.record.column import Column
 from compare.record.quantity import ABSENT, Item, Quantity
 from compare.scene.units import Units, base_of
+
+#: Numbers that a vector has at most.
+_VECTOR = 3
 
 
 def document(quantities: Iterable[Quantity[Item]], item: Item) -> dict[str, Any]:
@@ -83,6 +86,17 @@ def row_of(quantities: Iterable[Quantity[Item]], item: Item) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def cells(found: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """The numbers, words and vectors of a `document` by dotted path; longer lists and lists of lists are left out."""
+    for name, value in found.items():
+        if isinstance(value, Mapping):
+            yield from cells(value, f"{before}{name}.")
+        elif not isinstance(value, list):
+            yield f"{before}{name}", value
+        elif 0 < len(value) <= _VECTOR and all(isinstance(part, int | float) for part in value):
+            yield f"{before}{name}", tuple(value)
 
 
 def unit_of(quantities: Iterable[Quantity[Any]], path: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from compare.record.views import columns_of
 from compare.sweep.case import COMPARE
 from compare.sweep.file import Sweep
 from compare.sweep.finished import Case
-from compare.sweep.row import OF_ROWS, quantities_of_rows
+from compare.sweep.row import NOT_OF_ROWS, OF_ROWS, quantities_of_rows
 
 
 @dataclass(frozen=True)
@@ -41,13 +42,11 @@ OF_GRID: tuple[Quantity[Placed], ...] = (
 
 
 _SHELL_END, _SHARE = pick(PAIR, "shell_end", "share")
+#: What a row has of the case, or of the model beside the shell, or what cases.csv goes without.
+_NOT_OF_PAIR = ("status", "energy", "share", "shell_errors", "elastica", "start", "ratio")
 #: What the row of a comparison says beside that of its model.
 OF_PAIR: tuple[Quantity[Row], ...] = (
-    *plainly(
-        pick(PAIR, "width_to_thickness", "hausdorff", "centreline", "ribbon_error", "shell_error", "same_state",
-             "claimed", "seconds"),
-        NUMBER,
-    ),
+    *plainly((quantity for quantity in PAIR if quantity.columns and quantity.key not in _NOT_OF_PAIR), NUMBER),
     replace(_SHELL_END, kind=NUMBER, parts=vector("position", "shell_end")),
     replace(_SHARE, kind=NUMBER, parts=(
         Part("bending"), Part("membrane", note="part of the shell's elastic energy"), Part("shear", note="the same"))),
@@ -58,8 +57,8 @@ OF_FAST: tuple[Quantity[State], ...] = (
     Quantity("ribbon.stable", kind="truth", note="the same", of=lambda s: s.stable),
 )  # fmt: skip
 
-#: The rows of a sweep, in the order of cases.csv.
-RUN: tuple[Quantity[Any], ...] = (
+#: The order of cases.csv.
+_ORDER: tuple[Quantity[Any], ...] = (
     *pick(OF_GRID, "case", "gamma", "width"),
     *pick(OF_PAIR, "width_to_thickness"),
     *pick(STATE, "status", "stable"),
@@ -81,13 +80,22 @@ RUN: tuple[Quantity[Any], ...] = (
     *pick(STATE, "forces_why", "discretisation_error", "forces_error", "moments_error", "energy_error",
           "lowest_eigenvalue_error"),
     *pick(OF_PAIR, "seconds"),
-    *pick(OF_GRID, "seconds", "message"),
+    *pick(OF_GRID, "seconds"),
 )  # fmt: skip
 
 
+def _others(order: tuple[Quantity[Any], ...], more: Iterable[Quantity[Any]]) -> tuple[Quantity[Any], ...]:
+    """Those of `more` whose columns are not there yet."""
+    known = {column.key for column in columns_of(order)}
+    return tuple(one for one in more if one.columns and not known & {column.key for column in one.columns})
+
+
+_REST = (quantity for quantity in (*STATE, *OF_ROWS) if quantity.key not in NOT_OF_ROWS)
+#: The rows of a sweep: what has no place in the order, behind the others.
+RUN: tuple[Quantity[Any], ...] = (*_ORDER, *_others(_ORDER, (*_REST, *OF_PAIR)), *pick(OF_GRID, "message"))
+
+
 def run_of(sweep: Sweep) -> tuple[Quantity[Any], ...]:
-    """The record of the rows of a sweep: with what its own model, and a row of a state yet to be placed, adds."""
+    """The record of the rows of a sweep: with what its own model adds."""
     name = beside_the_shell(sweep.scene).name if sweep.solver == COMPARE else sweep.solver
-    known = {column.key for column in columns_of(RUN)}
-    more = [q for q in quantities_of_rows(name) if not known & {column.key for column in q.columns}]
-    return (*RUN[:-1], *(q for q in more if q.columns), RUN[-1])
+    return (*RUN[:-1], *_others(RUN, quantities_of_rows(name)), RUN[-1])

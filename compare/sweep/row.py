@@ -49,14 +49,14 @@ OF_ROWS: tuple[Quantity[Answered], ...] = (
 )  # fmt: skip
 _ERRORS = ("discretisation_error", *(quantity.key for quantity in ERRORS))
 #: What the row of a case has from elsewhere, or a shell says in columns of its own.
-_ELSEWHERE = ("status", "stable", "width_to_thickness", "share", "seconds", "model", "reused")
+NOT_OF_ROWS = ("status", "stable", "width_to_thickness", "share", "seconds", "model", "reused")
 
 
 def quantities_of_rows(name: str) -> tuple[Quantity[Answered], ...]:
     """What a row holds of a state of the model of this name: what every model has, and what this one adds."""
     known = {quantity.key for quantity in STATE}
     own = [quantity for quantity in own_of(name) if quantity.key not in known]
-    return tuple(quantity for quantity in (*STATE, *own, *OF_ROWS) if quantity.key not in _ELSEWHERE)
+    return tuple(quantity for quantity in (*STATE, *own, *OF_ROWS) if quantity.key not in NOT_OF_ROWS)
 
 
 def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
