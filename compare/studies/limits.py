@@ -26,12 +26,13 @@ from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, GRADES, UNKNOWN, grad
 from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
+from compare.page.pair import Row
 from compare.page.told import percent
 from compare.registry import RICHEST
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.studies.compare import Comparison, Row, compare
+from compare.studies.compare import Comparison, compare
 
 FloatArray = NDArray[np.float64]
 
