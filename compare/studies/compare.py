@@ -51,7 +51,6 @@ LOWER = 1e-6
 
 
 @dataclass(frozen=True)
-@dataclass(frozen=True)
 class Slope:
     """Least-squares slope of log(distance) against log(h/w) over the claimed rows; spread: of the slopes between
     neighbouring rows, smallest and largest."""
