@@ -102,7 +102,11 @@ def columns(*keys: str) -> tuple[ColumnOf[Row], ...]:
 def _named(column: Column, model: str) -> Column:
     """A column whose heading and legend are about another model than the ribbon."""
     heading, legend = (text.replace(BESIDE, model) for text in (column.heading, column.legend))
-    words = {word: word.replace(BESIDE, model) for word in (*START.values(), OWN_IS_HIGHER)} if column.key == "start" else column.words
+    words = (
+        {word: word.replace(BESIDE, model) for word in (*START.values(), OWN_IS_HIGHER)}
+        if column.key == "start"
+        else column.words
+    )
     return replace(column, heading=heading, legend=legend, words=words)
 
 

@@ -267,9 +267,7 @@ def _touching(state: State, number: int, units: Units) -> str:
     if not len(lines):
         return ""
     each = (
-        units.text(first, "l", 4)
-        if first == last
-        else f"{units.text(first, 'l', 4)} to {units.text(last, 'l', 4)}"
+        units.text(first, "l", 4) if first == last else f"{units.text(first, 'l', 4)} to {units.text(last, 'l', 4)}"
         for first, last in lines
     )
     return f" at s = {', '.join(each)}{told.within(known[number] if number < len(known) else None, 'l', units)}"

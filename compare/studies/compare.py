@@ -216,7 +216,9 @@ def compare(
             state = shell.solve(variant.scene, near=near, options=options, say=reporter)
             same = same_state(quick, own[k].scene, beside[k], state, grid)
             if near is not None and same.answer is not True and state.start not in SETTLED:
-                state, same = lower_state(shell, variant, state, same, quick, own[k].scene, beside[k], options, reporter)
+                state, same = lower_state(
+                    shell, variant, state, same, quick, own[k].scene, beside[k], options, reporter
+                )
         except Missing as why:
             raise ShellMissing(why, own[-1].scene, fast) from why
         rows.append(_row(beside[k], grid, *lines[k], planar, variant, state, same))
@@ -238,16 +240,15 @@ def lower_state(
     options: Options,
     say: Reporter | None = None,
 ) -> tuple[State, Same]:
-    """The lower of two states of a shell, and whether it is that of the model beside it (`fast`, of the model `quick` on
-    `scene`): `state`, where its own way ended, which is not known to be, and the one that is reached from the surface of
-    `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from there."""
+    """The lower of two states of a shell, and whether it is that of the model beside it (`fast`, of the model `quick`
+    on `scene`): `state`, where its own way ended, which is not known to be, and the one that is reached from the
+    surface of `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from
+    there."""
     assert options.grid is not None
     own = None if state.energy is None else state.energy.total
     if variant.scene.shell.start != "auto" or options.selects or not state.ok or own is None:
         return state, same
-    there = shell.solve(
-        variant.scene, near=fast.shape, options=replace(options, error=False, selects=True), say=say
-    )
+    there = shell.solve(variant.scene, near=fast.shape, options=replace(options, error=False, selects=True), say=say)
     its = None if there.energy is None else there.energy.total
     if not there.ok or its is None:
         why = f"begun at the surface of the {fast.model} the shell finds no stable state ({there.word})"

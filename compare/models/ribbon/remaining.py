@@ -25,6 +25,7 @@ from ribbon.analysis import parts as own
 
 FloatArray = NDArray[np.float64]
 
+
 def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
     """The estimate for a scene whose strip with a free twist is `equilibrium`."""
     clock = time.perf_counter()
