@@ -65,9 +65,10 @@ class Estimate:
     sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
     the model has in its own energy; passages: by how much more of the elastic energy it may stretch where its curvature
     passes zero (`compare.models.ribbon.beyond.passages`); scale: z of the strip's edges at the mean curvature (below
-    about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's solve not included; why: why nothing can be said, "" where
-    it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
-    of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
+    about 2 the layers of both edges meet); seconds: for the estimate, the ribbon's solve not included; why: why nothing
+    can be said, "" where it can; there are then no parts; bends: whether the strip does, so that there is an elastic
+    energy to have a share of: the shares of one that hangs straight down, and is stretched by its weight alone, are of
+    the weight's energy.
     """
 
     width_to_thickness: float
