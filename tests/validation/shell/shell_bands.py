@@ -29,7 +29,9 @@ from tests.validation import page
 from tests.validation.number import Number
 
 WIDTHS = {"30": 1.0 / 30.0, "10": 0.1, "5": 0.2}
+#: w/h, and the largest h/l: thicker bands stretch by over 5 %, where the shell's law ends.
 RATIOS = (10.0, 25.0, 50.0, 100.0, 200.0, 400.0)
+THICK = 0.0101
 #: Elements of the shells (their error: half as many each way), segments of the ribbons.
 MESH, SEGMENTS = (200, 12), 200
 #: Energies of a free twist, which know the thickness.
@@ -227,7 +229,8 @@ def run(out: Path) -> dict[str, Number]:
     numbers: dict[str, Number] = {}
     found = {}
     for name, width in WIDTHS.items():
-        found[name] = compare(scene(width, RATIOS), store, Reporter(quiet=True), bare=True)
+        ratios = tuple(ratio for ratio in RATIOS if width / ratio <= THICK)
+        found[name] = compare(scene(width, ratios), store, Reporter(quiet=True), bare=True)
         print(f"  w/l = 1/{name}: {[row.status for row in found[name].rows]}", flush=True)
     probed = [shell_energy(WIDTHS["30"], 50.0, mesh) for mesh in PROBED]
     numbers["moebius_30_50_60x4"] = Number(probed[0], abs(probed[1] - probed[0]), "D w / l", ".2f")
