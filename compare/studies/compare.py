@@ -37,6 +37,7 @@ from compare.models.base import BESIDE, Energy, Model, Options, Shape, State, Va
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
 from compare.models.same_state import SETTLED, Counterpart, Same, same_state
+from compare.models.scope import require_shell
 from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -187,7 +188,7 @@ def compare(
 
     Raises `ShellMissing`, with the scene's own model's answer, where no shell can be run here.
     """
-    scene.require_shell()
+    require_shell(scene)
     shell, quick = model(RICHEST), beside_the_shell(scene)
     for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
         check_keys(one, scene)
