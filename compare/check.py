@@ -29,12 +29,13 @@ from typing import Any
 
 import numpy as np
 
+from compare.page.pair import Row
 from compare.page.remedies import message
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.shared import cache_root
 from compare.store.store import CaseStore, check_writable
-from compare.studies.compare import Comparison, Row, compare
+from compare.studies.compare import Comparison, compare
 from compare.studies.pins import Pin, read_pins
 
 __all__ = [

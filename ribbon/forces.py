@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,13 @@ class Force:
 class WallForce:
     """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the points in contact, ends (m, 2)
     of the rulings that it pushes: their abscissa and where across, v = w / 2 or -w / 2, in l; height of a pressure
-    plate above its place at rest, in l (None: a rigid wall)."""
+    plate above its place at rest, in l (None: a rigid wall); lines (n, 2): first and last abscissa of what it pushes in
+    one piece, equal where that is one point, and within (n, 2): how much farther (l) each may reach on these segments,
+    the next joint where a line ends at one."""
 
     force: FloatArray
     contacts: FloatArray
     ends: FloatArray
     height: float | None = None
+    lines: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    within: FloatArray = field(default_factory=lambda: np.empty((0, 2)))

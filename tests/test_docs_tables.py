@@ -1,4 +1,4 @@
-"""docs/tables.md: the columns of every CSV file, with their units, are those that the code declares."""
+"""docs/tables.md is rendered from the records; docs/verdicts.md is held to the claims and grades."""
 
 from __future__ import annotations
 
@@ -9,44 +9,31 @@ import pytest
 from compare.measure.grades import FAIR_FACTOR, GOOD_UP_TO
 from compare.models.ribbon.way import COLUMNS
 from compare.page.claims import CLAIMS
-from compare.pages import comparison, cost, limits, ribbon, shell
-from compare.sweep import page as sweep
+from compare.pages import ribbon
+from docs import tables
 from tests.docs_blocks import DOCS
 
 
-def listed(heading: str) -> list[tuple[str, str]]:
-    """Column and unit of every row under a heading of the page."""
-    text = (DOCS / "tables.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
-    return re.findall(r"^\| `([^`]+)` \| ([^|]*?) \|", text, re.MULTILINE)
+def test_the_page_is_what_the_records_say():
+    """Red where a column is added, renamed or given another unit without `python -m docs.tables`."""
+    text = tables.PAGE.read_text(encoding="utf-8")
+    assert tables.rendered(text) == text
 
 
-def declared(columns) -> list[tuple[str, str]]:
-    plain = [entry[0] if isinstance(entry, tuple) else entry for entry in columns]
-    return [(column.key, column.unit) for column in plain]
+def test_every_table_of_the_page_is_a_record():
+    parts = re.split(r"^## (.*)\n", tables.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    with_columns = {name for name, body in zip(parts[1::2], parts[2::2], strict=True) if "\n|---" in body}
+    assert with_columns == {*tables.TABLES, *tables.DOCUMENTS}
 
 
-@pytest.mark.parametrize(
-    ("heading", "columns"),
-    [
-        ("table.csv of compare and converge", (*comparison._COLUMNS, comparison._ELASTICA)),
-        ("table.csv of cost", cost._COLUMNS),
-        ("cases.csv of sweep", sweep._COLUMNS),
-        ("path.csv of solve", (*ribbon._PATH, *ribbon.PATH_SUPPORTS)),
-        ("path.csv of shell", shell._PATH),
-    ],
-)
-def test_columns_and_units(heading, columns):
-    assert listed(heading) == declared(columns)
-
-
-def test_columns_of_limits():
-    """The page's distance is `hausdorff` there, or the estimate's."""
-    pairs = [pair for pair in declared(limits._columns([])) if pair[0] != "distance"]
-    assert listed("limits.csv") == pairs
+def test_a_page_without_a_table_is_refused():
+    text = tables.PAGE.read_text(encoding="utf-8").replace("## limits.csv\n", "## other.csv\n")
+    with pytest.raises(ValueError, match=r"limits\.csv"):
+        tables.rendered(text)
 
 
 def test_the_path_has_every_entry_of_its_log():
-    assert tuple(column.key for column in ribbon._PATH) == COLUMNS
+    assert tuple(quantity.key for quantity in ribbon.PATH) == COLUMNS
 
 
 def test_verdicts_claim_what_the_page_says():

@@ -47,6 +47,7 @@ LEVELS = (
     ("compare.export",),
     ("compare.page",),
     ("compare.models",),
+    ("compare.record",),
     ("compare.measure",),
     ("compare.scene",),
     ("compare.store",),

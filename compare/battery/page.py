@@ -12,8 +12,9 @@ from compare.measure.grades import FAIR, GOOD, POOR, UNKNOWN
 from compare.page.drawing import pictured
 from compare.page.page import Page, Picture
 from compare.page.study import Study
-from compare.page.table import Column, ColumnOf, Table
+from compare.page.table import Table
 from compare.page.verdict import Check, Verdict
+from compare.record.quantity import Quantity
 from compare.store.provenance import versions
 
 TITLE = "Hard cases"
@@ -25,34 +26,33 @@ def shown(rung: Rung | None) -> str:
     return "-" if rung is None else f"{rung:g}" if isinstance(rung, float) else str(rung)
 
 
-_OUTCOMES: tuple[ColumnOf[Outcome], ...] = (
-    (Column("case", "case", kind="word", rank=0), lambda o: o.case.name),
-    (Column("parameter", "difficulty", kind="word", legend="the parameter that its rungs vary", rank=3),
-     lambda o: o.case.parameter),
-    (Column("reaches", "goes to", kind="word", legend="its value on the last rung before the first that failed",
-            rank=1),
-     lambda o: shown(o.reaches)),
-    (Column("rungs", "passed", kind="word", legend="rungs that passed, of all that were tried", rank=1),
-     lambda o: f"{sum(t.ended in (PASSED, MENDED) for t in o.tried)} of {len(o.tried)}"),
-    (Column("worst", "worst", kind="exponent:1", legend="the number that uses most of its bound", rank=1),
-     lambda o: None if o.worst is None else o.worst.value),
-    (Column("bound", "bound", kind="exponent:1", rank=2), lambda o: None if o.worst is None else o.worst.bound),
-    (Column("what", "of", kind="word", legend="what that number is", rank=4),
-     lambda o: None if o.worst is None else o.worst.what),
-    (Column("ended", "ended", kind="word", rank=0), lambda o: o.ended),
-    (Column("seconds", "CPU s", "s", "seconds:2", rank=5), lambda o: o.seconds),
-    (Column("why", "why", kind="word", rank=6), lambda o: o.why),
-    (Column("hard", "what is hard", kind="word", rank=7), lambda o: o.case.hard),
-    (Column("expected", "what is expected, and why", kind="word", rank=7), lambda o: o.case.expected),
+_OUTCOMES: tuple[Quantity[Outcome], ...] = (
+    Quantity("case", "case", kind="word", rank=0, of=lambda o: o.case.name),
+    Quantity("parameter", "difficulty", kind="word", legend="the parameter that its rungs vary", rank=3,
+             of=lambda o: o.case.parameter),
+    Quantity("reaches", "goes to", kind="word", legend="its value on the last rung before the first that failed",
+            rank=1, of=lambda o: shown(o.reaches)),
+    Quantity("rungs", "passed", kind="word", legend="rungs that passed, of all that were tried", rank=1,
+             of=lambda o: f"{sum(t.ended in (PASSED, MENDED) for t in o.tried)} of {len(o.tried)}"),
+    Quantity("worst", "worst", kind="exponent:1", legend="the number that uses most of its bound", rank=1,
+             of=lambda o: None if o.worst is None else o.worst.value),
+    Quantity("bound", "bound", kind="exponent:1", rank=2, of=lambda o: None if o.worst is None else o.worst.bound),
+    Quantity("what", "of", kind="word", legend="what that number is", rank=4,
+             of=lambda o: None if o.worst is None else o.worst.what),
+    Quantity("ended", "ended", kind="word", rank=0, of=lambda o: o.ended),
+    Quantity("seconds", "CPU s", "s", "seconds:2", rank=5, of=lambda o: o.seconds),
+    Quantity("why", "why", kind="word", rank=6, of=lambda o: o.why),
+    Quantity("hard", "what is hard", kind="word", rank=7, of=lambda o: o.case.hard),
+    Quantity("expected", "what is expected, and why", kind="word", rank=7, of=lambda o: o.case.expected),
 )  # fmt: skip
-_CASES: tuple[ColumnOf[Case], ...] = (
-    (Column("case", "case", kind="word", rank=0), lambda c: c.name),
-    (Column("parameter", "difficulty", kind="word", rank=0), lambda c: c.parameter),
-    (Column("hard", "what is hard", kind="word", rank=1), lambda c: c.hard),
-    (Column("expected", "what is expected, and why", kind="word", rank=2), lambda c: c.expected),
-    (Column("rungs", "rungs", kind="word", rank=3), lambda c: " ".join(map(shown, c.rungs))),
-    (Column("long", "more with --long", kind="word", rank=4), lambda c: " ".join(map(shown, c.long))),
-    (Column("known", "known failures", kind="word", rank=5), lambda c: "; ".join(
+_CASES: tuple[Quantity[Case], ...] = (
+    Quantity("case", "case", kind="word", rank=0, of=lambda c: c.name),
+    Quantity("parameter", "difficulty", kind="word", rank=0, of=lambda c: c.parameter),
+    Quantity("hard", "what is hard", kind="word", rank=1, of=lambda c: c.hard),
+    Quantity("expected", "what is expected, and why", kind="word", rank=2, of=lambda c: c.expected),
+    Quantity("rungs", "rungs", kind="word", rank=3, of=lambda c: " ".join(map(shown, c.rungs))),
+    Quantity("long", "more with --long", kind="word", rank=4, of=lambda c: " ".join(map(shown, c.long))),
+    Quantity("known", "known failures", kind="word", rank=5, of=lambda c: "; ".join(
         f"{shown(rung)}: {why}" for rung, why in c.known.items())),
 )  # fmt: skip
 

@@ -46,12 +46,14 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def say(out: Path, scene: Scene, state: State, console: Console, options: argparse.Namespace) -> None:
     """The answer on the terminal; `out`: where its files will be."""
-    from compare.page.terminal import print_pairs, print_verdict
-    from compare.pages.solve import answer, rows, sentences
+    from compare.page.terminal import print_pairs, print_table, print_verdict
+    from compare.pages.solve import answer, numbers, rows, sentences
 
     units = common.units_of(options, scene)
     print_verdict(console, answer(scene, state, units))
     print_pairs(console, scene.title, [*rows(scene, state, units), ("results", str(out))])
+    if options.wide:
+        print_table(console, numbers(scene, state, units), wide=True)
     for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
         console.print(sentence)
     console.print(f"As a page: ribbonbench report {out}")

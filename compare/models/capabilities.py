@@ -84,12 +84,14 @@ class Estimate:
 
     parts: share of the elastic energy that would be stretching and shear, by cause ("edges", "shear", "in_plane",
     "tension", "clamps"); distance: Hausdorff / l between the model and the shell, None where the strip of finite
-    thickness was not found; rival: a lower state that was seen beside its own, with which nothing here is
-    sure, None where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which
-    the model has in its own energy; scale: z of the strip's edges at the mean curvature (below about 2 the layers of
-    both edges meet); seconds: for the estimate, its own solve not included; why: why nothing can be said, "" where
-    it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a share
-    of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's energy.
+    thickness was not found; rival: a lower state that was seen beside its own, with which nothing here is sure, None
+    where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which the model has
+    in its own energy; passages: by how much more of the elastic energy it may stretch where its curvature passes zero
+    (`compare.models.ribbon.beyond.passages`); scale: z of the strip's edges at the mean curvature (below about 2 the
+    layers of both edges meet); seconds: for the estimate, its own solve not included; why: why nothing can be said, ""
+    where it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a
+    share of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's
+    energy.
     """
 
     width_to_thickness: float
@@ -101,6 +103,7 @@ class Estimate:
     own: float = 0.0
     why: str = ""
     bends: bool = True
+    passages: float = 0.0
 
     @property
     def missing(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,38 +10,36 @@ import numpy as np
 
 from compare.measure.travel import POSITION, TURN, Stand, Travel
 from compare.page.page import Picture
+from compare.page.state import FORCE, MOMENT, NUMBER
 from compare.page.table import Column
+from compare.record.quantity import Quantity
 from compare.scene.units import Units
 
 PICTURE = "force_displacement.png"
-_FORCE, _MOMENT = "D w / l^2", "moment"
+
+
+def _of(name: str) -> Callable[[Mapping[str, float]], Any]:
+    return lambda curve: curve.get(name)
 
 
 def columns_of(name: str, unit: str) -> tuple[Column, ...]:
     """The columns of a vector's components: NAME.x, NAME.y, NAME.z."""
-    return tuple(Column(f"{name}.{axis}", f"{name}.{axis}", unit, "digits:5") for axis in "xyz")
+    return tuple(Column(f"{name}.{axis}", f"{name}.{axis}", unit, NUMBER) for axis in "xyz")
 
 
-#: Of every state of a way: what both ends exert on the strip.
-SUPPORTS = tuple(
-    column
-    for kind, unit in (("force", _FORCE), ("moment", _MOMENT))
-    for end in ("start", "end")
-    for column in columns_of(f"{kind}.{end}", unit)
-)
-#: Their errors, each in the Euclidean norm and by its own change on other elements.
-ERRORS = tuple(
-    Column(f"{kind}_error.{end}", f"{kind}_error.{end}", unit, "digits:5")
-    for kind, unit in (("force", _FORCE), ("moment", _MOMENT))
-    for end in ("start", "end")
-)
 #: The curve: how far a held place has been moved and the force along it; or how far a frame has been turned.
-CURVE = (
-    Column("displacement", "displacement", "l", "digits:5", legend="of what is moved, along its way"),
-    Column("force_along", "force along", _FORCE, "digits:5", legend="on the strip, of what is moved, along its way"),
-    Column("angle", "angle", "rad", "digits:5", legend="of a clamp that is turned"),
-    Column("moment_along", "moment about", _MOMENT, "digits:5", legend="of that clamp, about the axis of its turn"),
-)
+CURVE: tuple[Quantity[Mapping[str, float]], ...] = (
+    Quantity("displacement", unit="l", kind=NUMBER, legend="of what is moved, along its way", of=_of("displacement"),
+             note="of what is moved (the end before the start, a wall), along its way from the first state; of a sweep "
+             "with one axis"),
+    Quantity("force_along", "force along", FORCE, NUMBER, legend="on the strip, of what is moved, along its way",
+             note="of that support on the strip, along its way: its integral is the change of energy",
+             of=_of("force_along")),
+    Quantity("angle", unit="rad", kind=NUMBER, legend="of a clamp that is turned",
+             note="of a clamp that is turned, where nothing is moved", of=_of("angle")),
+    Quantity("moment_along", "moment about", MOMENT, NUMBER, legend="of that clamp, about the axis of its turn",
+             note="of that clamp on the strip, about the axis of its turn", of=_of("moment_along")),
+)  # fmt: skip
 
 
 def wall_columns(records: Sequence[Mapping[str, Any]]) -> tuple[Column, ...]:
@@ -50,8 +48,8 @@ def wall_columns(records: Sequence[Mapping[str, Any]]) -> tuple[Column, ...]:
     names = dict.fromkeys(key.rpartition(".")[0] for r in records for key in r if key.startswith("force.wall."))
     errors = dict.fromkeys(key for r in records for key in r if key.startswith("force_error.wall."))
     return (
-        *(column for name in names for column in columns_of(name, _FORCE)),
-        *(Column(name, name, _FORCE, "digits:5") for name in errors),
+        *(column for name in names for column in columns_of(name, FORCE)),
+        *(Column(name, name, FORCE, NUMBER) for name in errors),
     )
 
 
@@ -104,7 +102,7 @@ def draw(path: Path, travel: Travel, units: Units, title: str) -> Picture:
     from compare.page.drawing import save
 
     x, x_label = _scaled(travel.way, _of_way(travel), units)
-    y, y_label = _scaled(travel.force, _MOMENT if travel.kind == TURN else _FORCE, units)
+    y, y_label = _scaled(travel.force, MOMENT if travel.kind == TURN else FORCE, units)
     names = {POSITION: ("displacement", "force along it"), TURN: ("angle", "moment about its axis")}
     along, against = names.get(travel.kind, (travel.key, "size of the force"))
     held = travel.support if travel.support.startswith("wall") else f"clamp.{travel.support}"
@@ -134,6 +132,6 @@ def _scaled(values: Any, unit: str, units: Units) -> tuple[Any, str]:
     array = np.asarray(values, dtype=float)
     told = units.reading(float(np.abs(array).max(initial=0.0)), unit)
     if told is None:
-        shown = {_MOMENT: "D w / l"}.get(unit, unit)
+        shown = {MOMENT: "D w / l"}.get(unit, unit)
         return array, f" / ({shown})" if " " in shown else f" / {shown}" if shown else ""
     return array * told[0], f" / {told[1]}"

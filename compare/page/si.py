@@ -1,7 +1,8 @@
-"""SI beside the dimensionless numbers: of a result's keys, of a table's columns, of arrays of points.
+"""SI beside the dimensionless numbers: of a table's columns, of arrays of points.
 
 Stored numbers stay in l and D w (the contract); where the scene says what these are (`compare.scene.units`), the same
-numbers stand beside them in m, N, N m and J: in `si` of result.json, in columns KEY_m, KEY_N, KEY_Nm, KEY_J of CSV.
+numbers stand beside them in m, N, N m and J: in columns KEY_m, KEY_N, KEY_Nm, KEY_J of CSV (in `si` of result.json:
+`compare.record.views`).
 """
 
 from __future__ import annotations
@@ -14,75 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.page.table import Cell, Column, Table
-from compare.scene.data import SceneData
-from compare.scene.units import Units
-
-#: Keys of a result, or of a row, that have a unit, each with the unit of every number in it.
-KEYS = {
-    "end": "l", "middle": "l", "shell_end": "l", "shell_middle": "l",
-    "forces": "D w / l^2", "moments": "moment", "energy": "D w / l",
-    "forces_error": "D w / l^2", "moments_error": "moment", "energy_error": "D w / l", "max_abs_tau_error": "1/l",
-    "taut_tension": "D w / l^2", "taut_sag": "l",
-    "tip_load": "D w / l^2", "tip_force": "D w / l^2", "max_abs_tau": "1/l",
-    **dict.fromkeys(("discretisation_error", "tolerance_error", "penetration", "hausdorff", "centreline",
-                     "ribbon_error", "shell_error", "elastica", "ribbon_centreline"), "l"),
-}  # fmt: skip
-#: Units of a column, and how the name of the one in SI ends.
-ENDINGS = {"l": "m", "1/l": "per_m", "D w / l^2": "N", "D w / l": "J", "moment": "Nm"}
+from compare.record.views import scaled
+from compare.scene.units import Units, base_of
 
 
-def dimensions(scene: SceneData) -> dict[str, Any]:
-    """What a scene's numbers are made dimensionless with, for result.json: `units` in SI (None: not known), `length` in
-    the scene's own unit, `D` in N m, and the groups `gamma`, `width_to_thickness` (w/h; None: no thickness),
-    `width_to_length` (w/l), and the dead force `tip_force` at s = l in D w / l^2 where there is one."""
-    units = Units.of(scene)
-    thickness = scene.strip.thickness
-    return {
-        "units": {**units.to_dict(), "known": units.known},
-        "length": scene.strip.length,
-        "D": units.bending,
-        "gamma": scene.gamma,
-        "width_to_thickness": None if thickness is None else scene.strip.width / thickness,
-        "width_to_length": scene.width,
-        **({} if scene.tip is None else {"tip_force": scene.tip_force.tolist()}),
-    }
-
-
-def si_of(result: Mapping[str, Any], units: Units) -> dict[str, Any] | None:
-    """The keys of a result, or of a row, that have a unit (`KEYS`), in m, N, N m and J; None where SI is not known.
-
-    Of a pose the position alone; an `elastica` that is itself a result has its own keys.
-    """
-    if not units.known:
-        return None
-    found: dict[str, Any] = {}
-    for key, unit in KEYS.items():
-        value = result.get(key)
-        if key == "elastica" and isinstance(value, Mapping):
-            found[key] = si_of(value, units)
-        elif isinstance(value, Mapping) and "position" in value:
-            found[key] = {"position": scaled(value["position"], unit, units)}
-        elif key in result:
-            found[key] = scaled(value, unit, units)
-    return found
-
-
-def scaled(value: Any, unit: str, units: Units) -> Any:
-    """Every number of a value (a number, list, array, mapping of those) in SI, in Python's own types; None stays."""
-    if value is None:
-        return None
-    if isinstance(value, Mapping):
-        return {name: scaled(part, unit, units) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [scaled(part, unit, units) for part in value]
-    told = units.si(1.0, unit)
-    if told is None:
-        return None
-    return (np.asarray(value, dtype=float) * told[0]).tolist()
+def ending(unit: str) -> str | None:
+    """How the name of the column in SI ends that stands beside one of this unit: "m", "N", "per_m"; None: there is
+    none."""
+    base = base_of(unit)
+    return None if base is None else base.replace("1/", "per_").replace(" ", "").replace("/", "_per_")
 
 
 def with_si(table: Table, units: Units | Sequence[Units]) -> Table:
-    """The table with a column in SI behind each that has a unit of `ENDINGS`, for CSV; units: of all rows, or of each.
+    """The table with a column in SI behind each that has a unit with one, for CSV; units: of all rows, or of each.
 
     The table itself where no row's are known.
     """
@@ -95,7 +40,7 @@ def with_si(table: Table, units: Units | Sequence[Units]) -> Table:
         values = tuple(row[k] for row in table.rows)
         columns.append(column)
         cells.append(values)
-        if column.unit in ENDINGS and column.is_number:
+        if ending(column.unit) and column.is_number:
             name, told = si_column(column)
             columns.append(replace(column, key=name, unit=told))
             cells.append(tuple(_cell(scaled(v, column.unit, one)) for v, one in zip(values, each, strict=True)))
@@ -159,8 +104,7 @@ def _cell(value: Any) -> Cell:
 
 def si_column(column: Column) -> tuple[str, str]:
     """Name and unit of the column in SI that stands beside this one: ("hausdorff_m", "m")."""
-    ending = ENDINGS[column.unit]
-    return f"{column.key}_{ending}", {"per_m": "1/m", "Nm": "N m"}.get(ending, ending)
+    return f"{column.key}_{ending(column.unit)}", base_of(column.unit) or ""
 
 
 def array_with_si(
@@ -169,4 +113,4 @@ def array_with_si(
     """Columns (n, k) of numbers under k names, with those in SI behind all of them; of: name -> its unit."""
     added = [name for name in names if name in of] if units.known else []
     more = [scaled(array[:, list(names).index(name)], of[name], units) for name in added]
-    return [*names, *(f"{name}_{ENDINGS[of[name]]}" for name in added)], np.column_stack([array, *more])
+    return [*names, *(f"{name}_{ending(of[name])}" for name in added)], np.column_stack([array, *more])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,30 +12,31 @@ from compare.check import Claim, Outcome, Verdict, up
 from compare.measure.grades import GOOD, POOR, UNKNOWN, worst
 from compare.page import verdict as page
 from compare.page.study import Study
-from compare.page.table import Column, ColumnOf, Table
+from compare.page.table import Table
 from compare.pages.result import row_result
+from compare.record.quantity import Quantity
 from compare.scene.scene import shipped
 from compare.store.made_by import provenance
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_text
 
 PINS = "agreements.toml"
-_COLUMNS: tuple[ColumnOf[tuple[Outcome, Claim]], ...] = (
-    (Column("scene", "scene", kind="word", rank=0), lambda p: p[0].pin.scene.name),
-    (Column("width_to_thickness", "w/h", kind="digits", rank=1), lambda p: p[1].width_to_thickness),
-    (Column("claim", "claim", kind="word", rank=1), lambda p: p[1].what),
-    (Column("bound", "bound", kind="interval", legend="the largest value claimed; of a slope both ends", rank=1),
-     lambda p: p[1].bound),
-    (Column("value", "value", kind="digits:3", legend="distance (Hausdorff, in l), membrane share of the shell's "
-            "elastic energy, or slope", rank=1), lambda p: p[1].value),
-    (Column("error", "error", kind="exponent:1", legend="of the discretisations, by refinement", rank=2),
-     lambda p: p[1].error),
-    (Column("ribbon_error", "ribbon error", "l", "exponent:1"), lambda p: p[1].ribbon_error),
-    (Column("shell_error", "shell error", "l", "exponent:1"), lambda p: p[1].shell_error),
-    (Column("verdict", "verdict", kind="word", legend="agreed: value + error is within the bound; disproved: value - "
-            "error is beyond it; undecided: neither, which is no agreement", rank=0), lambda p: p[1].verdict.value),
-    (Column("proves", "proves", kind="exponent:2", legend="the smallest bound that these meshes prove", rank=4),
-     lambda p: p[1].provable),
+_COLUMNS: tuple[Quantity[tuple[Outcome, Claim]], ...] = (
+    Quantity("scene", "scene", kind="word", rank=0, of=lambda p: p[0].pin.scene.name),
+    Quantity("width_to_thickness", "w/h", kind="digits", rank=1, of=lambda p: p[1].width_to_thickness),
+    Quantity("claim", "claim", kind="word", rank=1, of=lambda p: p[1].what),
+    Quantity("bound", "bound", kind="interval", legend="the largest value claimed; of a slope both ends", rank=1,
+             of=lambda p: p[1].bound),
+    Quantity("value", "value", kind="digits:3", legend="distance (Hausdorff, in l), membrane share of the shell's "
+            "elastic energy, or slope", rank=1, of=lambda p: p[1].value),
+    Quantity("error", "error", kind="exponent:1", legend="of the discretisations, by refinement", rank=2,
+             of=lambda p: p[1].error),
+    Quantity("ribbon_error", "ribbon error", "l", "exponent:1", of=lambda p: p[1].ribbon_error),
+    Quantity("shell_error", "shell error", "l", "exponent:1", of=lambda p: p[1].shell_error),
+    Quantity("verdict", "verdict", kind="word", legend="agreed: value + error is within the bound; disproved: value - "
+            "error is beyond it; undecided: neither, which is no agreement", rank=0, of=lambda p: p[1].verdict.value),
+    Quantity("proves", "proves", kind="exponent:2", legend="the smallest bound that these meshes prove", rank=4,
+             of=lambda p: p[1].provable),
 )  # fmt: skip
 #: Without a claim (pins yet to be made) there is no bound, and no verdict but a failure.
 _PINNED: dict[str, Callable[[tuple[Outcome, Claim]], Any]] = {
@@ -51,7 +53,7 @@ _WORDS = {
 
 def table(outcomes: Sequence[Outcome], pinned: bool = False) -> Table:
     """One row for each claim; `pinned`: without bounds, as none was claimed."""
-    columns = [(column, _PINNED.get(column.key, value) if pinned else value) for column, value in _COLUMNS]
+    columns = [replace(q, of=_PINNED.get(q.key, q.of)) if pinned else q for q in _COLUMNS]
     claims = [(outcome, claim) for outcome in outcomes for claim in outcome.claims]
     return Table.of("Agreement of ribbon and shell", columns, claims)
 

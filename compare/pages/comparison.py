@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,92 +10,33 @@ from numpy.typing import NDArray
 from compare.models.base import BESIDE, State
 from compare.models.shell import START
 from compare.models.shell_build import line_weight
+from compare.page.pair import PAIR, Row
 from compare.page.remedies import message
-from compare.page.table import Column, ColumnOf, Table
+from compare.page.table import Column, Table
 from compare.page.told import force, length
 from compare.page.verdict import Verdict
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
+from compare.record.quantity import Quantity, first
 from compare.registry import USUAL
 from compare.scene.units import Units
 from compare.studies.checks import of_rows, of_state
-from compare.studies.compare import LOWER, OWN_IS_HIGHER, Comparison, Row
+from compare.studies.compare import LOWER, OWN_IS_HIGHER, Comparison
 from compare.studies.inputs import input_uncertainty
 
 FloatArray = NDArray[np.float64]
 
 
-def _part(kind: str, name: str) -> Callable[[Row], Any]:
-    def value(row: Row) -> Any:
-        table = getattr(row, kind)
-        return None if table is None else table.get(name)
-
-    return value
-
-
-def _error(row: Row, name: str) -> float | None:
-    """The error of a part of the shell's energy, by its own change between meshes (D w / l); None: not known."""
-    found: float | None = row.shell_errors.get("energy", {}).get(name)
-    return found
-
-
-def _energy(name: str) -> Callable[[Row], Any]:
-    """A part of the energy, in the convention of every model."""
-
-    def value(row: Row) -> Any:
-        found = None if row.energy is None else getattr(row.energy, name)
-        return None if found is None else found + 0.0
-
-    return value
-
-
-_COLUMNS: tuple[ColumnOf[Row], ...] = (
-    (Column("width_to_thickness", "w/h", kind="digits", rank=0), lambda r: r.width_to_thickness),
-    (Column("status", "shell", kind="word", rank=3), lambda r: r.status),
-    (Column("start", "start", kind="word", legend="where the shell's solve began, its path or the ribbon's surface (it "
-            "then settles at the full load, and may be checked by the path on a coarse mesh)", rank=6),
-     lambda r: r.start),
-    (Column("hausdorff", "distance", "l", "exponent:2", legend="symmetric Hausdorff distance of the surfaces", rank=1),
-     lambda r: r.hausdorff),
-    (Column("centreline", "centreline", "l", "exponent:2", legend="largest distance at equal s"),
-     lambda r: r.centreline),
-    (Column("ribbon_error", "ribbon error", "l", "exponent:1", legend="of the discretisation, by refinement", rank=2),
-     lambda r: r.ribbon_error),
-    (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell", rank=2),
-     lambda r: r.shell_error),
-    (Column("same_state", "state", kind="truth", words={"true": "the same", "false": "another"},
-            legend="whether both are in one state: the shell settled at the ribbon's surface, or the ribbon, begun at "
-            "the shell's shape, comes back; elsewhere the distance is none between models", rank=1),
-     lambda r: r.same_state),
-    (Column("claimed", "models differ", kind="truth", words={"false": "not shown"},
-            legend="the distance exceeds the sum of both errors, both in one state", rank=1), lambda r: r.claimed),
-    (Column("membrane_share", "membrane %", kind="share", rank=3), _part("share", "membrane")),
-    (Column("shear_share", "shear %", kind="share", rank=6), _part("share", "shear")),
-    (Column("elastic", "elastic", "D w / l", "digits:6", rank=6), _energy("elastic")),
-    (Column("gravity", "gravity", "D w / l", "digits:6", rank=6), _energy("gravity")),
-    (Column("total", "total", "D w / l", "digits:6", rank=6), _energy("total")),
-    (Column("elastic_error", "elastic error", "D w / l", "exponent:1", legend="of the shell's, by its own change"),
-     lambda r: _error(r, "elastic")),
-    (Column("gravity_error", "gravity error", "D w / l", "exponent:1"), lambda r: _error(r, "gravity")),
-    (Column("total_error", "total error", "D w / l", "exponent:1"), lambda r: _error(r, "total")),
-    (Column("seconds_ribbon", "ribbon s", "s", "seconds:2"), lambda r: r.seconds["ribbon"]),
-    (Column("seconds_shell", "shell s", "s", "seconds:3", rank=4), lambda r: r.seconds["shell"]),
-    (Column("ratio", "ratio", kind="digits:3", legend="shell time over ribbon time", rank=4), lambda r: r.ratio),
+#: The columns of table.csv in their order; others of the record come behind them.
+_FIRST = (
+    "width_to_thickness", "status", "start", "hausdorff", "centreline", "ribbon_error", "shell_error", "same_state",
+    "claimed", "share", "energy", "shell_errors", "seconds", "ratio",
 )  # fmt: skip
-_ELASTICA = (
-    Column("elastica", "to elastica", "l", "exponent:2", legend="distance of the centreline to the elastica's"),
-    lambda r: r.elastica,
-)
+TABLE: tuple[Quantity[Row], ...] = first(PAIR, *_FIRST)
 LEGEND = (
     "Lengths in l, energies in D w / l without the constant of the natural curvature, shares of the shell's elastic "
     "energy, times in seconds of one solve (compilation apart). Below: the ribbon, the limit h/w = 0."
 )
-
-
-def columns(*keys: str) -> tuple[ColumnOf[Row], ...]:
-    """Columns of these keys with what takes their value from a row, for another table of the same rows."""
-    by_key = {column.key: (column, value) for column, value in _COLUMNS}
-    return tuple(by_key[key] for key in keys)
 
 
 def _named(column: Column, model: str) -> Column:
@@ -114,13 +53,13 @@ def _named(column: Column, model: str) -> Column:
 def table(comparison: Comparison) -> Table:
     """One row per shell; below it the model beside them, for the ribbon the limit h/w = 0. The elastica's column is
     absent where there is none."""
-    columns = _COLUMNS if comparison.elastica is None else (*_COLUMNS, _ELASTICA)
+    shown = [quantity for quantity in TABLE if quantity.key != "elastica" or comparison.elastica is not None]
     fast = comparison.fast
-    if fast.model != USUAL:  # the keys are the contract's, the headings name the model
-        columns = tuple((_named(column, fast.model), value) for column, value in columns)
     name = fast.model.replace("_", " ")
     legend = LEGEND if fast.model == USUAL else LEGEND.replace("the ribbon, the limit h/w = 0", f"the {name}")
-    found = Table.of(f"{name[:1].upper()}{name[1:]} against shell", columns, comparison.rows, legend)
+    found = Table.of(f"{name[:1].upper()}{name[1:]} against shell", shown, comparison.rows, legend)
+    if fast.model != USUAL:  # the keys are the contract's, the headings name the model
+        found = replace(found, columns=tuple(_named(column, fast.model) for column in found.columns))
     cells = {
         "width_to_thickness": fast.model,
         "status": fast.word,

@@ -14,16 +14,17 @@ from compare.measure.grades import FAIR, GOOD, UNKNOWN, YARDSTICK, grade, worst
 from compare.page import study as page
 from compare.page.drawing import save
 from compare.page.page import Picture
+from compare.page.pair import PAIR, Row
 from compare.page.si import for_reader, with_si
-from compare.page.table import Cell, Column, ColumnOf, Table
+from compare.page.table import Cell, Column, Table
 from compare.page.told import length
 from compare.page.verdict import Check, Verdict, unchecked
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
 from compare.pages.written import write_fast, write_shells
+from compare.record.quantity import Quantity, pick
 from compare.scene.units import Units
 from compare.studies.checks import of_rows, of_state
-from compare.studies.compare import Row
 from compare.studies.converge import LEAST_FOR_LIMIT, line_band
 from compare.studies.converge_run import Study
 
@@ -179,16 +180,20 @@ def _place(one: Study) -> str:
 # -- tables -----------------------------------------------------------------------------------------------------------
 
 
-_ROWS: tuple[ColumnOf[Row], ...] = (
-    *tables.columns("width_to_thickness", "status", "hausdorff", "centreline", "ribbon_error", "shell_error"),
-    (
-        Column("claimed", "takes part", kind="truth", legend="the distance exceeds the sum of both errors", rank=1),
-        lambda r: r.claimed,
+_ROWS: tuple[Quantity[Row], ...] = (
+    *pick(PAIR, "width_to_thickness", "status", "hausdorff", "centreline", "ribbon_error", "shell_error"),
+    Quantity(
+        "claimed",
+        "takes part",
+        kind="truth",
+        legend="the distance exceeds the sum of both errors",
+        rank=1,
+        of=lambda r: r.claimed,
     ),
 )
-_TIMES: tuple[ColumnOf[Row], ...] = (
-    *tables.columns("seconds_ribbon", "seconds_shell"),
-    (Column("reused", "kept", kind="truth", legend="the shell's time is from an earlier run"), lambda r: r.reused),
+_TIMES: tuple[Quantity[Row], ...] = (
+    *pick(PAIR, "seconds"),
+    Quantity("reused", "kept", kind="truth", legend="the shell's time is from an earlier run", of=lambda r: r.reused),
 )
 
 
@@ -198,10 +203,10 @@ def row_table(one: Study, several: bool) -> Table:
     def fit(row: Row) -> float | None:
         return None if one.limit is None else float(one.limit.at(1.0 / row.width_to_thickness))
 
-    fitted = Column("fit", "fit", "l", "exponent:2", legend="of distance = d0 + c (h/w)^q", rank=3)
+    fitted = Quantity("fit", "fit", "l", "exponent:2", legend="of distance = d0 + c (h/w)^q", rank=3, of=fit)
     return Table.of(
         f"{_head(one, several)}Distance between ribbon and shell",
-        (*_ROWS, (fitted, fit), *_TIMES),
+        (*_ROWS, fitted, *_TIMES),
         one.comparison.rows,
         "Lengths in l, times in seconds of one solve (compilation apart).",
     )

@@ -15,9 +15,10 @@ from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.si import with_si
 from compare.page.study import Study
-from compare.page.table import Column, ColumnOf, Table
+from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
+from compare.record.quantity import Quantity
 from compare.registry import RICHEST
 from compare.scene.units import Units
 from compare.studies.cost_plan import FAR, Cost, Party, Reference, Row
@@ -44,28 +45,30 @@ NAMES = {
     "shell": "shell Q2",
     "shell near": "shell Q2 from the ribbon",
 }
-_COLUMNS: tuple[ColumnOf[Row], ...] = (
-    (Column("solver", "solver", kind="word", words=NAMES, rank=0), lambda r: r.run.solver),
-    (Column("size", "size", kind="word", rank=0), lambda r: r.run.label),
-    (Column("unknowns", "unknowns", kind="integer", rank=4), lambda r: r.run.unknowns),
-    (Column("status", "status", kind="word", rank=2), lambda r: r.run.status),
-    (Column("error", "error", "l", "exponent:1", legend="discretisation, Hausdorff distance over l to the reference of "
-            "the same model", rank=1), lambda r: r.error),
-    (Column("error_end", "error of end", "l", "exponent:1", legend="the same of the centreline's end point"),
-     lambda r: r.error_end),
-    (Column("shown", "above its reference's", kind="truth", legend="the error exceeds the reference's own; otherwise "
-            "only that bound is known", rank=3), lambda r: r.shown),
-    (Column("distance", "distance", "l", "exponent:1", legend="to the common reference, the difference of the models "
-            "included", rank=2), lambda r: r.distance),
-    (Column("distance_end", "distance of end", "l", "exponent:1", legend="the same of the end point"),
-     lambda r: r.distance_end),
-    (Column("seconds", "warm s", "s", "seconds:3", legend="the solve alone, median of the runs", rank=1),
-     lambda r: r.run.warm),
-    (Column("seconds_least", "least s", "s", "seconds:3"), lambda r: min(r.run.seconds, default=None)),
-    (Column("seconds_most", "most s", "s", "seconds:3"), lambda r: max(r.run.seconds, default=None)),
-    (Column("runs", "runs", kind="integer"), lambda r: len(r.run.seconds)),
-    (Column("reused", "kept", kind="truth", legend="a time measured by an earlier run on this machine and these "
-            "versions"), lambda r: r.run.reused),
+COLUMNS: tuple[Quantity[Row], ...] = (
+    Quantity("solver", "solver", kind="word", words=NAMES, rank=0, of=lambda r: r.run.solver),
+    Quantity("size", "size", kind="word", rank=0, of=lambda r: r.run.label),
+    Quantity("unknowns", "unknowns", kind="integer", rank=4, of=lambda r: r.run.unknowns),
+    Quantity("status", "status", kind="word", rank=2, of=lambda r: r.run.status),
+    Quantity("error", "error", "l", "exponent:1", rank=1, of=lambda r: r.error,
+             legend="discretisation, Hausdorff distance over l to the reference of the same model"),
+    Quantity("error_end", "error of end", "l", "exponent:1", legend="the same of the centreline's end point",
+             of=lambda r: r.error_end),
+    Quantity("shown", "above its reference's", kind="truth", legend="the error exceeds the reference's own; otherwise "
+            "only that bound is known", rank=3, of=lambda r: r.shown),
+    Quantity("distance", "distance", "l", "exponent:1", legend="to the common reference, the difference of the models "
+            "included", rank=2, of=lambda r: r.distance),
+    Quantity("distance_end", "distance of end", "l", "exponent:1", legend="the same of the end point",
+             of=lambda r: r.distance_end),
+    Quantity("seconds", "warm s", "s", "seconds:3", legend="the solve alone, median of the runs", rank=1,
+             of=lambda r: r.run.warm),
+    Quantity("seconds_least", "least s", "s", "seconds:3", note="the fastest run",
+             of=lambda r: min(r.run.seconds, default=None)),
+    Quantity("seconds_most", "most s", "s", "seconds:3", note="the slowest",
+             of=lambda r: max(r.run.seconds, default=None)),
+    Quantity("runs", "runs", kind="integer", of=lambda r: len(r.run.seconds)),
+    Quantity("reused", "kept", kind="truth", legend="a time measured by an earlier run on this machine and these "
+            "versions", of=lambda r: r.run.reused),
 )  # fmt: skip
 
 
@@ -264,7 +267,7 @@ def _common_text(reference: Reference) -> str:
 
 def table(cost: Cost) -> Table:
     """Every run."""
-    return Table.of("Runs", _COLUMNS, cost.rows)
+    return Table.of("Runs", COLUMNS, cost.rows)
 
 
 _REACHED = (

@@ -33,16 +33,6 @@ BEGAN = {
 """Where an elastica began, in words."""
 
 
-def result(scene: Scene, state: State) -> dict[str, Any]:
-    """Keys of result.json that only an elastica has."""
-    r = state.native
-    return {
-        "model": {"energy": state.model, "formulation": "theta", "elements": len(r.nodes) - 1, "degree": r.degree},
-        "path": {"reached": r.load_factor, "steps": r.steps, "limit_points": r.limits, "switches": r.switches},
-        **({} if scene.tip is None else {"tip_load": scene.tip_load}),
-    }
-
-
 def explained(effects: Sequence[Mapping[str, Any]], without: Mapping[str, Any]) -> dict[str, Any]:
     """Keys of the result.json of `explain` that only an elastica has; effects as in its `explanation`, without: solves
     by the name of the effect that is off."""
@@ -115,6 +105,4 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     ]
 
 
-PRESENTER = Presenter(
-    result=result, rows=rows, sentences=sentences, write=write, explained=explained, no_surface=no_surface
-)
+PRESENTER = Presenter(rows=rows, sentences=sentences, write=write, explained=explained, no_surface=no_surface)

@@ -7,13 +7,15 @@ from typing import Any
 
 from compare.measure.grades import YARDSTICK
 from compare.models.base import Effect
-from compare.page.si import dimensions
+from compare.page.state import DIMENSIONS
 from compare.page.study import Study
-from compare.page.table import Column, ColumnOf, Table
+from compare.page.table import Column, Table
 from compare.page.told import length
 from compare.page.verdict import Verdict
 from compare.pages.presenter import presenter
 from compare.pages.result import state_result
+from compare.record.quantity import Quantity
+from compare.record.views import document
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.made_by import provenance
@@ -21,11 +23,11 @@ from compare.studies.checks import of_state
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
 
-_EFFECTS: tuple[ColumnOf[Effect], ...] = (
-    (Column("effect", "effect", kind="word", rank=0), lambda e: e.key),
-    (Column("on", "on", kind="truth", rank=0), lambda e: e.on),
-    (Column("why", "why", kind="word", rank=1), lambda e: e.why),
-    (Column("adds", "what it adds", kind="word", rank=2), lambda e: e.words),
+_EFFECTS: tuple[Quantity[Effect], ...] = (
+    Quantity("effect", "effect", kind="word", rank=0, of=lambda e: e.key),
+    Quantity("on", "on", kind="truth", rank=0, of=lambda e: e.on),
+    Quantity("why", "why", kind="word", rank=1, of=lambda e: e.why),
+    Quantity("adds", "what it adds", kind="word", rank=2, of=lambda e: e.words),
 )
 _EFFECT = Column("effect", "effect", kind="word", rank=0)
 _EVALUATION = (
@@ -89,17 +91,16 @@ def _without(effect: Effect, found: Explanation, solves: Solves | None) -> dict[
     return row
 
 
-_SHELLS: tuple[ColumnOf[ShellWithout], ...] = (
-    (Column("effect", "without", kind="word", words={"": "everything on"}, rank=0), lambda r: r.name),
-    (Column("status", "status", kind="word", rank=3), lambda r: r.status),
-    (Column("iterations", "Newton iterations", kind="integer", rank=4), lambda r: r.iterations),
-    (Column("seconds", "solve s", "s", "seconds:3", rank=1), lambda r: r.seconds),
-    (Column("moves", "moves", "l", "exponent:1", rank=1,
-            legend="Hausdorff distance to the shell with all effects, in l"),
-     lambda r: r.moved),
-    (Column("error", "own error", "l", "exponent:1", legend="the distance to half the mesh", rank=2),
-     lambda r: r.error),
-    (Column("reason", "why not", kind="word", rank=3), lambda r: r.reason),
+_SHELLS: tuple[Quantity[ShellWithout], ...] = (
+    Quantity("effect", "without", kind="word", words={"": "everything on"}, rank=0, of=lambda r: r.name),
+    Quantity("status", "status", kind="word", rank=3, of=lambda r: r.status),
+    Quantity("iterations", "Newton iterations", kind="integer", rank=4, of=lambda r: r.iterations),
+    Quantity("seconds", "solve s", "s", "seconds:3", rank=1, of=lambda r: r.seconds),
+    Quantity("moves", "moves", "l", "exponent:1", rank=1,
+            legend="Hausdorff distance to the shell with all effects, in l", of=lambda r: r.moved),
+    Quantity("error", "own error", "l", "exponent:1", legend="the distance to half the mesh", rank=2,
+             of=lambda r: r.error),
+    Quantity("reason", "why not", kind="word", rank=3, of=lambda r: r.reason),
 )  # fmt: skip
 
 
@@ -204,7 +205,13 @@ def result(scene: Scene, found: Explanation, solves: Solves | None, shell: Shell
     explanation = explanation_result(found)
     if solves is None:
         about = {"scene": scene.name, "title": scene.title, "status": "explained", "provenance": provenance(scene)}
-        return {**about, **dimensions(scene), "explanation": explanation, "without": None, "shell_without": shell}
+        return {
+            **about,
+            **document(DIMENSIONS, scene),
+            "explanation": explanation,
+            "without": None,
+            "shell_without": shell,
+        }
     return {
         **state_result(scene, solves.state),
         "explanation": explanation,

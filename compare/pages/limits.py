@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from compare.measure.grades import GRADES, UNKNOWN
 from compare.page.page import Picture, Surface
+from compare.page.pair import PAIR
 from compare.page.si import with_si
 from compare.page.study import Study
-from compare.page.table import LAST, Cell, Column, ColumnOf, Table
+from compare.page.table import LAST, USUAL, Cell, Column, Table
 from compare.page.told import length, percent
 from compare.page.verdict import Check, Verdict, unchecked
 from compare.pages import result as results
+from compare.record.quantity import ABSENT, DATA, Part, Quantity, pick
+from compare.record.views import document, unit_of
 from compare.scene.units import Units
 from compare.store.store import jsonable
 from compare.studies.checks import of_rows, of_state, worst_of
 from compare.studies.compare import Comparison
-from compare.studies.limits import Finding, Thresholds, hits
+from compare.studies.limits import Finding, Thresholds, doubted_share, hits
 
 #: The command whose verdict is of estimates alone.
 QUICK = "limits --quick"
@@ -48,81 +52,86 @@ def row_result(finding: Finding) -> dict[str, Any]:
             "seconds": {"ribbon": ribbon.seconds.warm, "shell": None},
         }
     )
-    return {
-        **finding.values,
-        "clamp": finding.scene.shell.clamp,
-        **same,
-        "ribbon_status": ribbon.word,
-        "share_of_total": finding.share_of_total,
-        "stretching": finding.share,
-        "zones": finding.zones,
-        "parts": finding.parts,
-        "verdict": finding.sentence,
-        "level": finding.level,
-        "reason": finding.cause,
-        "estimate": {
-            "distance": finding.estimate.distance,
-            "share": None if finding.estimate.why else finding.estimate.share,
-            **(
-                {"share_why": finding.estimate.why, "distance_why": finding.estimate.why}
-                if finding.estimate.why
-                else {}
-            ),
-            "parts": finding.estimate.parts,
-            "level": finding.estimated_level,
-            "scale": finding.estimate.scale,
-            "seconds": finding.estimate.seconds,
-            "false_safe": finding.false_safe,
-            "rival": None if finding.estimate.rival is None else finding.estimate.rival.to_dict(),
-        },
-    }
+    return {**finding.values, **document(_HELD, finding), **same, **document(_FOUND, finding)}
 
 
-def _columns(keys: Sequence[str]) -> list[ColumnOf[Finding]]:
+def _rival(finding: Finding) -> Any:
+    rival = finding.estimate.rival
+    return None if rival is None else rival.to_dict()
+
+
+def _why(finding: Finding) -> Any:
+    return finding.estimate.why or ABSENT
+
+
+_HELD: tuple[Quantity[Finding], ...] = (
+    Quantity("clamp", "held", kind="word", rank=2, note="what is held, `edge` or `corners`",
+             of=lambda f: f.scene.shell.clamp),
+)  # fmt: skip
+#: What a finding adds to the row of its shell.
+_FOUND: tuple[Quantity[Finding], ...] = (
+    Quantity("ribbon_status", kind=DATA, of=lambda f: f.ribbon.word),
+    Quantity("share_of_total", kind=DATA, of=lambda f: f.share_of_total),
+    Quantity("stretching", kind=DATA, of=lambda f: f.share),
+    Quantity("zones", kind="percent:0", rank=LAST, of=lambda f: f.zones, parts=(
+        Part("clamps", heading="at clamps %", legend="part of that stretching within w/2 of a clamp"),)),
+    Quantity("parts", kind=DATA, of=lambda f: f.parts),
+    Quantity("verdict", kind=DATA, of=lambda f: f.sentence),
+    Quantity("level", kind=DATA, of=lambda f: f.level),
+    Quantity("reason", "most of it", kind="word", rank=3, note="what stretches most", of=lambda f: f.cause),
+    Quantity("estimate.distance", "estimated distance % l", "l", "percent:2", rank=3,
+             note="from the shell, by estimate", of=lambda f: f.estimate.distance),
+    Quantity("estimate.share", "estimated stretching %", kind="percent:2", rank=4, note="of stretching, by estimate",
+             of=lambda f: None if f.estimate.why else f.estimate.share),
+    Quantity("estimate.share_why", kind=DATA, of=_why),
+    Quantity("estimate.distance_why", kind=DATA, of=_why),
+    Quantity("estimate.passages", kind=DATA, of=lambda f: f.estimate.passages),
+    Quantity("estimate.parts", kind=DATA, of=lambda f: f.estimate.parts),
+    Quantity("estimate.level", "estimated level", kind="word", rank=3,
+             note="the level by estimate from the ribbon alone", of=lambda f: f.estimated_level),
+    Quantity("estimate.scale", kind=DATA, of=lambda f: f.estimate.scale),
+    Quantity("estimate.seconds", kind=DATA, of=lambda f: f.estimate.seconds),
+    Quantity("estimate.false_safe", kind=DATA, of=lambda f: f.false_safe),
+    Quantity("estimate.rival", kind=DATA, of=_rival),
+)  # fmt: skip
+
+
+def _of_row(key: str, **shown: Any) -> Quantity[Finding]:
+    """A quantity of the shell's row as this page shows it."""
+    (found,) = pick(PAIR, key)
+    return replace(found.about(lambda f: f.row), **{"legend": "", "note": "", **shown})  # type: ignore[arg-type]
+
+
+def columns(keys: Sequence[str]) -> list[Quantity[Finding]]:
     """The columns of the page: the varied keys first."""
 
-    def of_row(name: str) -> Callable[[Finding], Any]:
-        return lambda f: None if f.row is None else getattr(f.row, name)
+    def varied(key: str) -> Quantity[Finding]:
+        return Quantity(key, key.split(".", 1)[-1], rank=0, of=lambda f: _cell(f.values[key]))
 
-    def part(table: Callable[[Finding], Any], name: str) -> Callable[[Finding], Any]:
-        return lambda f: (table(f) or {}).get(name)
-
-    def varied(key: str) -> ColumnOf[Finding]:
-        return Column(key, key.split(".", 1)[-1], rank=0), lambda f: _cell(f.values[key])
-
-    def energy(name: str) -> Callable[[Finding], Any]:
-        return lambda f: None if f.row is None or f.row.energy is None else getattr(f.row.energy, name)
-
-    share = of_row("share")
     return [
         *(varied(key) for key in keys),
-        (Column("clamp", "held", kind="word", rank=2), lambda f: f.scene.shell.clamp),
-        (Column("width_to_thickness", "w/h", kind="digits", rank=1), lambda f: f.width_to_thickness),
-        (Column("level", "level", kind="word", legend="good, fair, poor (see the verdict's thresholds)", rank=0),
-         lambda f: f.level or _without_level(f)),
-        (Column("distance", "distance % l", "l", "percent:2", legend="Hausdorff between ribbon and shell", rank=1),
-         lambda f: f.distance),
-        (Column("centreline", "centreline % l", "l", "percent:2", rank=LAST), of_row("centreline")),
-        (Column("ribbon_error", "ribbon error", "l", "exponent:1", legend="of the discretisation, over l", rank=4),
-         of_row("ribbon_error")),
-        (Column("shell_error", "shell error", "l", "exponent:1", legend="the same of the shell", rank=3),
-         of_row("shell_error")),
-        (Column("share.membrane", "membrane %", kind="percent:2", rank=2), part(share, "membrane")),
-        (Column("share.shear", "shear %", kind="percent:2"), part(share, "shear")),
-        (Column("share_error", "share's error %", kind="percent:2", rank=LAST,
-                legend="of both shares, as the error of the shape"), of_row("share_error")),
-        (Column("zones.clamps", "at clamps %", kind="percent:0", rank=LAST,
-                legend="part of that stretching within w/2 of a clamp"), part(lambda f: f.zones, "clamps")),
-        (Column("energy.elastic", "elastic", "D w / l", "digits:4", rank=LAST,
-                legend="without the constant of the natural curvature"), energy("elastic")),
-        (Column("energy.gravity", "gravity", "D w / l", "digits:4", rank=LAST), energy("gravity")),
-        (Column("estimate.level", "estimated level", kind="word", rank=3), lambda f: f.estimated_level),
-        (Column("estimate.distance", "estimated distance % l", "l", "percent:2", rank=3),
-         lambda f: f.estimate.distance),
-        (Column("estimate.share", "estimated stretching %", kind="percent:2", rank=4),
-         lambda f: None if f.estimate.why else f.estimate.share),
-        (Column("reason", "most of it", kind="word", rank=3), lambda f: f.cause or None),
-        (Column("seconds.shell", "shell s", "s", "seconds:3"), part(of_row("seconds"), "shell")),
+        *_HELD,
+        Quantity("width_to_thickness", "w/h", kind="digits", rank=1, note="w/h", of=lambda f: f.width_to_thickness),
+        Quantity("level", "level", kind="word", legend="good, fair, poor (see the verdict's thresholds)", rank=0,
+                 of=lambda f: f.level or _without_level(f)),
+        Quantity("distance", "distance % l", "l", "percent:2", legend="Hausdorff between ribbon and shell", rank=1,
+                 of=lambda f: f.distance),
+        _of_row("centreline", heading="centreline % l", kind="percent:2", rank=LAST,
+                note="largest distance at equal s"),
+        _of_row("ribbon_error", legend="of the discretisation, over l", rank=4),
+        _of_row("shell_error", legend="the same of the shell", rank=3),
+        _of_row("share", parts=(
+            Part("membrane", heading="membrane %", kind="percent:2", rank=2, note="part of the shell's elastic energy"),
+            Part("shear", heading="shear %", kind="percent:2", rank=USUAL, note="the same"))),
+        _of_row("share_error", heading="share's error %", kind="percent:2", rank=LAST,
+                legend="of both shares, as the error of the shape",
+                note="error of the shares of membrane and shear, by the mesh that tells the error of the shape"),
+        *pick(_FOUND, "zones"),
+        _of_row("energy", kind="digits:4", rank=LAST, parts=(
+            Part("elastic", heading="elastic", legend="without the constant of the natural curvature"),
+            Part("gravity", heading="gravity"))),
+        *pick(_FOUND, "estimate.level", "estimate.distance", "estimate.share", "reason"),
+        _of_row("seconds", rank=USUAL, parts=(Part("shell", heading="shell s", kind="seconds:3"),)),
     ]  # fmt: skip
 
 
@@ -141,10 +150,10 @@ def table(findings: Sequence[Finding]) -> Table:
     """The findings as a table."""
     keys = list(findings[0].values)
     shells = any(f.row is not None for f in findings)
-    columns = _columns(keys)
+    shown = columns(keys)
     return Table.of(
         "Limits of inextensibility",
-        columns if shells else [pair for pair in columns if pair[0].key in (*keys, *_ESTIMATED)],
+        shown if shells else [column for column in shown if column.key in (*keys, *_ESTIMATED)],
         findings,
         "Shares are of the shell's elastic energy, energies in D w / l. Estimates: from the ribbon alone."
         if shells
@@ -161,16 +170,10 @@ def full_table(findings: Sequence[Finding]) -> Table:
     """Everything of a row of result.json in columns: names of nested values with dots."""
     records = [_flat(row_result(finding)) for finding in findings]
     keys = dict.fromkeys(key for record in records for key in record)
-    units = {column.key: column.unit for column, _ in _columns([])} | _UNITS
-    columns = [Column(key, key, units.get(key, ""), _kind(records, key)) for key in keys]
+    known: tuple[Quantity[Any], ...] = (*PAIR, *_HELD, *_FOUND)
+    columns = [Column(key, key, unit_of(known, key), _kind(records, key)) for key in keys]
     table = Table.of_records("Limits of inextensibility", columns, records)
     return with_si(table, [Units.of(finding.scene) for finding in findings])
-
-
-#: Of columns that the page's own table goes without.
-_UNITS = {"hausdorff": "l", "elastica": "l", "energy.total": "D w / l", "energy.constant": "D w / l"} | {
-    f"energy.{part}": "D w / l" for part in ("bending", "membrane", "shear", "stabilisation")
-}  # fmt: skip
 
 
 def _kind(records: Sequence[dict[str, Any]], key: str) -> str:
@@ -248,6 +251,8 @@ def _checks(finding: Finding, command: str) -> list[Check]:
     sure = finding.another is False
     for name, value in (("distance", finding.distance), ("share", finding.left_out)):
         said = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
+        if name == "share" and finding.row is None:
+            said += doubted_share(finding.estimate).removesuffix(".")
         found[name] = Check(name, finding.grades.get(name, UNKNOWN) if sure else UNKNOWN, said, value)
     return list(found.values())
 

@@ -23,10 +23,6 @@ from compare.scene.units import Units
 Effects = Sequence[Mapping[str, Any]]
 
 
-def _nothing(scene: Scene, state: State) -> dict[str, Any]:
-    return {}
-
-
 def _none(effects: Effects, without: Mapping[str, Any]) -> dict[str, Any]:
     return {}
 
@@ -41,12 +37,10 @@ def _has_one(scene: Scene) -> BadInput | None:
 
 @dataclass(frozen=True)
 class Presenter:
-    """result: keys of result.json beside those of every state; rows and sentences: what `ribbonbench solve` prints
-    (None: what every state has); write: its files and pictures; explained: keys of the result.json of `explain`, from
-    effects and solves without each; undetermined: what there is to say where the forces are not; no_surface: why there
-    is nothing to export (None: there is)."""
+    """rows and sentences: what `ribbonbench solve` prints (None: what every state has); write: its files and pictures;
+    explained: keys of the result.json of `explain`, from effects and solves without each; undetermined: what there is
+    to say where the forces are not; no_surface: why there is nothing to export (None: there is)."""
 
-    result: Callable[[Scene, State], Mapping[str, Any]] = _nothing
     rows: Callable[[Scene, State, Units | None], Sequence[tuple[str, str]]] | None = None
     sentences: Callable[[Scene, State], Sequence[str]] | None = None
     write: Callable[[Path, Scene, State, Grid], Written] = write_any

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
-from compare.measure.error import error_of_first
-from compare.measure.numbers import ALONE, errors_of, nested, numbers_of
-from compare.models.base import Force, Pose, Seconds, State, Supports
-from compare.page.remedies import message
-from compare.page.si import dimensions, si_of
-from compare.pages.presenter import presenter
+from compare.models.base import Seconds, State
+from compare.models.quantities import Answered
+from compare.page.pair import PAIR, Row
+from compare.page.state import STATE, own_of
+from compare.record.quantity import ABSENT, DATA, Quantity, joined, pick
+from compare.record.views import document, in_si
 from compare.scene.scene import Scene
 from compare.scene.units import Units
-from compare.store.made_by import provenance
-from compare.studies.compare import Comparison, Row
+from compare.studies.compare import Comparison
 from compare.studies.inputs import input_uncertainty
-
-
-def _pose(pose: Pose | None) -> dict[str, Any] | None:
-    return None if pose is None else {"position": pose.position, "frame": pose.frame}
 
 
 def spent(seconds: Seconds) -> str:
@@ -29,96 +23,42 @@ def spent(seconds: Seconds) -> str:
     return f"{seconds.warm * 1e3:.3g} ms warm, {seconds.first:.3g} s for the first solve"
 
 
-def supports_result(state: State) -> dict[str, Any]:
-    """Forces (D w / l^2) and moments (D w / l) that clamps and walls exert on the strip; None at an end that nothing
-    holds."""
-    found = state.supports if state.is_equilibrium else Supports()
-    start, end, walls = found.start, found.end, list(found.walls)
-
-    def part(found: Force | None, name: str) -> Any:
-        return None if found is None else getattr(found, name)
-
-    return {
-        "forces": {
-            "start": part(start, "force"),
-            "end": part(end, "force"),
-            "walls": [wall["force"] for wall in walls],
-        },
-        "moments": {"start": part(start, "moment"), "end": part(end, "moment")},
-        **({"walls": walls} if walls or state.model == "ribbon" else {}),
-    }
+#: What a scene's uncertainties leave open of a state, where it gives them.
+_UNSURE = Quantity[Answered]("u_input", kind=DATA, of=lambda a: _unsure(a))
 
 
-def errors_result(state: State) -> dict[str, Any]:
-    """The errors of all that is told of a state, each in the unit of its number and nested as that is (`forces_error`
-    beside `forces`), None where it is not known; `errors_why`: how they were found, or why they are not known. Of an
-    end that nothing holds None, as its force is."""
-    known = state.errors or errors_of([numbers_of(state)], error_of_first)
-    parts = known if state.is_equilibrium else nested({})
-    return {
-        **{f"{name}_error": parts[name] for name in ("forces", "moments", "energy")},
-        **{f"{name}_error": parts[name] for name in ALONE if name in parts},
-        "errors_why": state.error_why or "not asked for",
-    }
+def _unsure(a: Answered) -> Any:
+    found = input_uncertainty(a.scene, a.state)
+    return ABSENT if found is None else found.to_dict()
 
 
 def state_result(scene: Scene, state: State) -> dict[str, Any]:
-    """The contract's keys of a state, what its model's own page adds, and the scene's dimensions; what has a unit again
-    under `si`, in m, N, N m and J."""
-    result = {
-        "scene": scene.name,
-        "title": scene.title,
-        "status": state.word,
-        "message": message(state),
-        "stable": state.stable,
-        "lowest_eigenvalue": state.lowest_eigenvalue,
-        "residual": state.residual,
-        "iterations": state.iterations,
-        "energy": None if state.energy is None else state.energy.to_dict(),
-        "end": _pose(state.end) if state.is_equilibrium else None,
-        "middle": _pose(state.middle) if state.is_equilibrium else None,
-        "max_abs_eta": state.numbers.get("max_abs_eta"),
-        "max_abs_eta_prime_w_half": state.numbers.get("max_abs_eta_prime_w_half"),
-        **supports_result(state),
-        **errors_result(state),
-        **{f"{key}_why": why for key, why in state.whys.items() if state.is_equilibrium},
-        "discretisation_error": state.error,
-        "discretisation_error_why": state.error_why or ("it was not asked for" if state.error is None else ""),
-        "refinements": [asdict(one) for one in state.refinements],
-        "seconds": {"first": state.seconds.first, "warm": state.seconds.warm},
-        "model": {
-            "energy": scene.model.energy,
-            "formulation": state.size.ladder,
-            "elements": state.numbers.get("segments", state.size.label),
-            "unknowns": state.unknowns,
-        },
-        "start": state.start,
-        "branch": state.branch,
-        "left_saddle": state.left_saddle,
-        **dimensions(scene),
-        "provenance": provenance(scene),
-    }
-    unsure = input_uncertainty(scene, state)
-    if unsure is not None:
-        result["u_input"] = unsure.to_dict()
-    result.update(presenter(state).result(scene, state))
-    result["si"] = si_of(result, Units.of(scene))
-    return result
+    """The contract's keys of a state and what its model adds (`compare.page.state`); what has a unit again under `si`,
+    in m, N, N m and J."""
+    quantities = joined((*STATE, _UNSURE), own_of(state.model))
+    found = document(quantities, Answered(scene, state))
+    return {**found, "si": in_si(quantities, found, Units.of(scene))}
 
 
 def row_result(row: Row, scene: Scene) -> dict[str, Any]:
-    """A row of a comparison, with `si`; its energy in the convention of every model, with the constant left out
-    beside it."""
-    fields = {name: getattr(row, name) for name in row.__dataclass_fields__}
-    energy = None if row.energy is None else {**row.energy.to_dict(), "constant": row.energy.constant}
-    found = {**fields, "energy": energy, "ratio": row.ratio}
-    return {**found, "si": si_of(found, Units.of(scene))}
+    """A row of a comparison, with `si`."""
+    found = document(PAIR, row)
+    return {**found, "si": in_si(PAIR, found, Units.of(scene))}
+
+
+#: What a comparison says of the elastica in planar scenes.
+_THIRD = pick(
+    STATE, "status", "message", "stable", "start", "energy", "forces", "moments", "energy_error", "forces_error",
+    "moments_error", "discretisation_error", "seconds",
+)  # fmt: skip
 
 
 def comparison_result(comparison: Comparison) -> dict[str, Any]:
     """The keys of the model beside the shells with one row per shell, the slope and, in planar scenes, the elastica."""
-    result = state_result(comparison.scene, comparison.fast)
-    result["rows"] = [row_result(row, comparison.scene) for row in comparison.rows]
+    scene, units = comparison.scene, Units.of(comparison.scene)
+    result = state_result(scene, comparison.fast)
+    si = result.pop("si")
+    result["rows"] = [row_result(row, scene) for row in comparison.rows]
     result["slope"] = comparison.slope
     result["distance_falls"] = comparison.falls
     result["complete"] = comparison.ok
@@ -126,25 +66,9 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
         (s.native.data["provenance"] for s in comparison.shells if "provenance" in s.native.data), None
     )
     if comparison.elastica is not None:
-        state = comparison.elastica
-        whole = state_result(comparison.scene, state)
-        names = (
-            "status",
-            "message",
-            "stable",
-            "start",
-            "energy",
-            "forces",
-            "moments",
-            "energy_error",
-            "forces_error",
-            "moments_error",
-            "discretisation_error",
-            "seconds",
-        )
-        result["elastica"] = {
-            **{name: whole[name] for name in names},
-            "ribbon_centreline": comparison.elastica_distance,
-        }
-    result["si"] = si_of(result, Units.of(comparison.scene))
-    return result
+        apart = Quantity[Answered]("ribbon_centreline", unit="l", kind=DATA, of=lambda _: comparison.elastica_distance)
+        third = (*_THIRD, apart)
+        result["elastica"] = document(third, Answered(scene, comparison.elastica))
+        if si is not None:
+            si["elastica"] = in_si(third, result["elastica"], units)
+    return {**result, "si": si}

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,23 +15,26 @@ from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.capabilities import Rival
+from compare.models.quantities import Answered
+from compare.models.quantities.ribbon import path
 from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.fields import stretching
 from compare.models.ribbon.state import RibbonShape
-from compare.models.ribbon.taut import taut
 from compare.models.ribbon.taut import words as taut_words
 from compare.page import force_displacement, told
 from compare.page.drawing import pictured
 from compare.page.page import STRIP, Picture, Surface
 from compare.page.remedies import message
 from compare.page.si import with_si
+from compare.page.state import STATE
 from compare.page.table import Column, Table
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written
+from compare.record.quantity import Quantity, pick
+from compare.record.views import columns_of
 from compare.scene.scene import Scene
 from compare.scene.units import Units
-from compare.store.made_by import provenance
 
 FloatArray = NDArray[np.float64]
 
@@ -42,71 +44,6 @@ FILES = {
     "ribbon.npz": "segments and centreline as arrays (NumPy)",
     "centreline.csv": "centreline, curvature, ruling or twist, and frame",
 }
-
-#: What solves the linear systems of each minimiser.
-LINEAR_SOLVERS = {
-    "Ipopt": "MUMPS (sequential, in Ipopt)", "Newton": "L D L^T along the strip", "Newton, dense": "LAPACK, dense",
-    "none": "none: the state was known",
-}  # fmt: skip
-
-
-def result(scene: Scene, state: State) -> dict[str, Any]:
-    """Keys of result.json that only a ribbon has."""
-    e = state.native
-    found: dict[str, Any] = {
-        "evaluations": e.evaluations,
-        "active_bounds": e.active_bounds,
-        "tolerance_error": e.tolerance_error,
-        "lowest_eigenvalue_limit": state.numbers.get("eigenvalue_limit"),
-        **({"neutral": state.numbers["neutral"]} if "neutral" in state.numbers else {}),
-        "minima": None if e.minima is None else {**asdict(e.minima), "lowest": e.minima.lowest},
-        "model": {
-            "energy": e.problem.energy,
-            "formulation": e.problem.formulation,
-            "why": formulation_why(scene, e.problem.formulation),
-            "elements": int(e.problem.lengths.size),
-            "element_lengths": e.problem.lengths,
-            "unknowns": state.unknowns,
-            "constraints": int(e.problem.row_count),
-        },
-        "provenance": {**provenance(scene, e.options), "solver": e.solver, "linear_solver": LINEAR_SOLVERS[e.solver]},
-    }
-    if "auto" in state.numbers:
-        found["auto"] = state.numbers["auto"]
-    if e.penetration is not None:
-        found["penetration"] = e.penetration
-    if e.forces_why:
-        stretched = taut(scene)
-        found["taut_tension"] = None if stretched is None else stretched.tension
-        found["taut_sag"] = None if stretched is None else stretched.sag
-    if e.has_free_twist:
-        found |= _finite(scene, state)
-    if scene.path:
-        found["path"] = path_result(scene, state)
-    return found
-
-
-def _finite(scene: Scene, state: State) -> dict[str, Any]:
-    """What a result says of a strip with free twist: the largest twist, the parts' shares, where it stretches."""
-    held = stretching(scene, state) if state.is_equilibrium else None
-    return {
-        "max_abs_tau": state.numbers["max_abs_tau"],
-        "share": None if held is None else held.share,
-        "zones": None if held is None else held.zones,
-    }
-
-
-def path_result(scene: Scene, state: State) -> dict[str, Any]:
-    """The steps of a way; `log` has one entry for each of them, the rejected ones too."""
-    accepted = sum(bool(entry["accepted"]) for entry in state.log)
-    return {
-        "stages": len(scene.path) + 1,
-        "steps": accepted,
-        "rejected": len(state.log) - accepted,
-        "jumps": sum(bool(entry["accepted"] and entry["jump"]) for entry in state.log),
-        "resumed": state.reused,
-        "log": state.log,
-    }
 
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
@@ -143,21 +80,25 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     return Written(files, shown, (Surface("ribbon.vtu", state.model, STRIP, "omega", states=states),), data)
 
 
-_PATH = (
-    Column("stage", "stage", kind="integer", legend="that was approached, from 1"),
-    Column("t", "t", kind="digits", legend="where the step ended, from 0 to 1 in each stage"),
-    Column("size", "size", kind="digits", legend="of the step"),
-    Column("status", "status", kind="word"),
-    Column("accepted", "accepted", kind="truth"),
-    Column("iterations", "iterations", kind="integer"),
-    Column("residual", "residual", kind="exponent:1"),
-    Column("energy", "energy", "D w / l", "digits:6"),
-    Column("lowest_eigenvalue", "lowest eigenvalue", kind="digits:4"),
-    Column("seconds", "s", "s", "seconds"),
-    Column("jump", "jump", kind="truth", legend="the shape snapped"),
+def _of(name: str) -> Callable[[Mapping[str, Any]], Any]:
+    return lambda entry: entry.get(name)
+
+
+PATH: tuple[Quantity[Mapping[str, Any]], ...] = (
+    Quantity("stage", "stage", kind="integer", legend="that was approached, from 1", of=_of("stage")),
+    Quantity("t", "t", kind="digits", legend="where the step ended, from 0 to 1 in each stage", of=_of("t")),
+    Quantity("size", "size", kind="digits", legend="of the step", of=_of("size")),
+    Quantity("status", "status", kind="word", of=_of("status")),
+    Quantity("accepted", "accepted", kind="truth", of=_of("accepted")),
+    Quantity("iterations", "iterations", kind="integer", of=_of("iterations")),
+    Quantity("residual", "residual", kind="exponent:1", of=_of("residual")),
+    Quantity("energy", "energy", "D w / l", "digits:6", of=_of("energy")),
+    Quantity("lowest_eigenvalue", "lowest eigenvalue", kind="digits:4", of=_of("lowest_eigenvalue")),
+    Quantity("seconds", "s", "s", "seconds", of=_of("seconds")),
+    Quantity("jump", "jump", kind="truth", legend="the shape snapped", of=_of("jump")),
 )
 #: Of accepted steps, where known.
-PATH_SUPPORTS = (*force_displacement.SUPPORTS, *force_displacement.CURVE)
+PATH_SUPPORTS: tuple[Quantity[Any], ...] = (*pick(STATE, "forces", "moments"), *force_displacement.CURVE)
 
 
 def path_stands(log: Sequence[Mapping[str, Any]], scene: Scene) -> list[tuple[int, Stand]]:
@@ -184,8 +125,8 @@ def path_table(log: Sequence[Mapping[str, Any]], scene: Scene) -> Table:
                 moved[name] = Column(name, name)
                 records[number][name] = part
     walls = force_displacement.wall_columns(records)
-    held = Table.of_records("", (*PATH_SUPPORTS, *walls, *moved.values()), records).known().columns
-    return Table.of_records("Steps of the path", (*_PATH, *held), records)
+    held = Table.of_records("", (*columns_of(PATH_SUPPORTS), *walls, *moved.values()), records).known().columns
+    return Table.of_records("Steps of the path", (*columns_of(PATH), *held), records)
 
 
 def _parts(key: str, value: Any) -> list[tuple[str, Any]]:
@@ -261,6 +202,19 @@ def undetermined(scene: Scene) -> str:
     return taut_words(scene)
 
 
+def _touching(state: State, number: int, units: Units) -> str:
+    """From where to where the strip touches a wall, with the error of these ends; "" where it does nowhere."""
+    lines = state.supports.walls[number]["lines"]
+    known = state.errors.get("lines", ())
+    if not len(lines):
+        return ""
+    each = (
+        units.text(first, "l", 4) if first == last else f"{units.text(first, 'l', 4)} to {units.text(last, 'l', 4)}"
+        for first, last in lines
+    )
+    return f" at s = {', '.join(each)}{told.within(known[number] if number < len(known) else None, 'l', units)}"
+
+
 def _bent(scene: Scene, state: State, units: Units) -> list[tuple[str, str]]:
     """How steep the rulings are; of a strip with free twist how large that is, and how much of its energy stretches it,
     where."""
@@ -327,7 +281,8 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         for number, wall in enumerate(state.supports.walls):
             plate = "" if wall["height"] is None else f", plate at {units.text(wall['height'], 'l', 4)} from rest"
             error = told.within(sure[number] if number < len(sure) else None, "D w / l^2", units)
-            text = f"{told.force(wall['force'], units)}{error}; {wall['contacts'].size} points in contact{plate}"
+            touching = f"{wall['contacts'].size} points in contact{_touching(state, number, units)}"
+            text = f"{told.force(wall['force'], units)}{error}; {touching}{plate}"
             found.append((f"force of wall {wall['name']}", text))
     if e.penetration is not None:
         found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))
@@ -340,7 +295,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         found.append(("auto", choice_text(state.numbers["auto"])))
     found.append((f"why {used}", formulation_why(scene, used)))
     if scene.path:
-        way = path_result(scene, state)
+        way = path(Answered(scene, state))
         resumed = ", continued from an interrupted run" if way["resumed"] else ""
         steps = f"{way['stages']} stages, {way['steps']} steps, {way['rejected']} rejected{resumed}: path.csv"
         found.append(("path", steps))
@@ -350,4 +305,4 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     return found
 
 
-PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write, undetermined=undetermined)
+PRESENTER = Presenter(rows=rows, sentences=sentences, write=write, undetermined=undetermined)

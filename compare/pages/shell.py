@@ -6,6 +6,7 @@ Neither the ribbon nor its numba and Ipopt are imported.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +16,20 @@ from compare.export.vtu import write_vtu
 from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
-from compare.page.page import SHELL, Picture, Surface
-from compare.page.si import dimensions, for_reader, si_of, with_si
+from compare.models.quantities import Answered
+from compare.models.quantities.shell import QUANTITIES
+from compare.page.page import SHELL as SHELL_SURFACE
+from compare.page.page import Picture, Surface
+from compare.page.si import for_reader, with_si
+from compare.page.state import DIMENSIONS, STATE
 from compare.page.study import Study
-from compare.page.table import Column, ColumnOf, Table
+from compare.page.table import Table
 from compare.page.verdict import Verdict
 from compare.pages.presenter import Presenter
-from compare.pages.result import errors_result
 from compare.pages.solve import answer as state_answer
 from compare.pages.written import Written
+from compare.record import views
+from compare.record.quantity import Part, Quantity, joined, pick
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.made_by import provenance
@@ -33,61 +39,50 @@ MESH_PICTURE = "mesh.png"
 Entry = Mapping[str, Any]
 
 
-def _of(name: str, part: str) -> Callable[[Entry], Any]:
-    return lambda entry: (entry[name] or {}).get(part)
-
-
-def _error(entry: Entry) -> Any:
+def _error(a: Answered) -> Any:
     """The error of the shape; where the mesh was refined for something else, of that."""
-    own = entry["discretisation_error"]
-    return (entry["discretisation"] or {}).get("estimate") if own is None else own
+    own = a.state.error
+    return (a.state.native.data["discretisation"] or {}).get("estimate") if own is None else own
 
 
-_COLUMNS: tuple[ColumnOf[Entry], ...] = (
-    (Column("width_to_thickness", "w/h", kind="digits", rank=0), lambda e: e["width_to_thickness"]),
-    (Column("status", "status", kind="word", rank=1), lambda e: e["status"]),
-    (Column("share.membrane", "membrane %", kind="share", legend="share of the elastic energy", rank=1),
-     _of("share", "membrane")),
-    (Column("share.shear", "shear %", kind="share", legend="the same", rank=4), _of("share", "shear")),
-    (Column("energy.elastic", "elastic", "D w / l", "digits:6"), _of("energy", "elastic")),
-    (Column("energy.gravity", "gravity", "D w / l", "digits:6"), _of("energy", "gravity")),
-    (Column("middle", "middle / l", "l", "decimals:5", rank=7), _of("middle", "position")),
-    (Column("end", "end / l", "l", "decimals:5", rank=6), _of("end", "position")),
-    (Column("elements", "elements", kind="sizes", rank=2), lambda e: e["model"]["elements"]),
-    (Column("error", "error", "l", "exponent:1", legend="of the discretisation, by another mesh or by refinement: "
-            "Hausdorff / l, or of what shell.goal says", rank=2), _error),
-    (Column("seconds", "s", "s", "seconds:3", legend="of the solve, compilation apart", rank=3),
-     _of("seconds", "warm")),
-    (Column("reused", "kept", kind="truth", legend="solved by an earlier run", rank=6), lambda e: e["reused"]),
+_ALL = joined(STATE, QUANTITIES)
+#: What a result says once of all its shells, and what a shell has not.
+_ONCE = {"scene", "title", "provenance", "refinements", "branch", "left_saddle", "walls"}
+_ONCE |= {quantity.key for quantity in DIMENSIONS} - {"width_to_thickness"}
+SHELL: tuple[Quantity[Answered], ...] = tuple(quantity for quantity in _ALL if quantity.key not in _ONCE)
+_COLUMNS: tuple[Quantity[Answered], ...] = (
+    *pick(SHELL, "width_to_thickness"),
+    *(replace(quantity, rank=1, note="") for quantity in pick(SHELL, "status")),
+    *pick(SHELL, "share", "energy", "middle", "end", "model"),
+    Quantity("error", "error", "l", "exponent:1", legend="of the discretisation, by another mesh or by refinement: "
+             "Hausdorff / l, or of what shell.goal says", rank=2, of=_error),
+    *pick(SHELL, "seconds", "reused"),
 )  # fmt: skip
 _LEGEND = "Energies in D w / l without the constant of the natural curvature, positions in l."
 
 
-_PLACES = tuple((place, axis) for place in ("middle", "end") for axis in range(3))
-_PATH: tuple[ColumnOf[tuple[float, Entry]], ...] = (
-    (Column("width_to_thickness", "w/h", kind="digits", rank=0), lambda at: at[0]),
-    *(
-        (column, lambda at, key=column.key: at[1][key])
-        for column in (
-            Column("stage", "stage", kind="word"),
-            Column("method", "method", kind="word"),
-            Column("load", "load", kind="digits"),
-            Column("accepted", "accepted", kind="truth"),
-            Column("iterations", "iterations", kind="integer"),
-            Column("factorisations", "factorisations", kind="integer"),
-            Column("seconds", "s", "s", "seconds", rank=3),
-            Column("correction", "correction", kind="exponent:1"),
-            Column("negative", "negative", kind="integer"),
-            Column("note", "note", kind="word"),
-        )
-    ),
-    *(
-        (
-            Column(f"{place}_{'xyz'[axis]}", f"{place} {'xyz'[axis]}", "l", "decimals:5"),
-            lambda at, place=place, axis=axis: at[1]["values"].get(place, (None, None, None))[axis],
-        )
-        for place, axis in _PLACES
-    ),
+def _step(name: str) -> Callable[[tuple[float, Entry]], Any]:
+    return lambda at: at[1][name]
+
+
+def _place(name: str) -> Quantity[tuple[float, Entry]]:
+    parts = tuple(Part(axis, f"{name}_{axis}", f"{name} {axis}") for axis in "xyz")
+    return Quantity(name, unit="l", kind="decimals:5", parts=parts, of=lambda at: at[1]["values"].get(name))
+
+
+PATH: tuple[Quantity[tuple[float, Entry]], ...] = (
+    Quantity("width_to_thickness", "w/h", kind="digits", rank=0, note="w/h", of=lambda at: at[0]),
+    Quantity("stage", kind="word", of=_step("stage")),
+    Quantity("method", kind="word", note="load step, arc length, ...", of=_step("method")),
+    Quantity("load", kind="digits", note="part of the stage aimed at", of=_step("load")),
+    Quantity("accepted", kind="truth", of=_step("accepted")),
+    Quantity("iterations", kind="integer", of=_step("iterations")),
+    Quantity("factorisations", kind="integer", of=_step("factorisations")),
+    Quantity("seconds", "s", "s", "seconds", rank=3, of=_step("seconds")),
+    Quantity("correction", kind="exponent:1", note="of the last Newton step", of=_step("correction")),
+    Quantity("negative", kind="integer", note="eigenvalues below 0", of=_step("negative")),
+    Quantity("note", kind="word", note="why it was cut back", of=_step("note")),
+    *(_place(place) for place in ("middle", "end")),
 )
 
 
@@ -98,60 +93,6 @@ def ratio_of(state: State) -> float:
 
 
 # -- one shell --------------------------------------------------------------------------------------------------------
-
-
-def result(scene: Scene, state: State) -> dict[str, Any]:
-    """The contract's keys of one shell; none of its own for one whose process died."""
-    if state.shape is None:
-        return {}
-    data = state.native.data
-    problem, spent = data["problem"], data["seconds"]
-    start, end = (
-        None if found is None else {"force": found.force.tolist(), "moment": found.moment.tolist()}
-        for found in (state.supports.start, state.supports.end)
-    )
-    return {
-        "width_to_thickness": ratio_of(state),
-        "status": state.word,
-        "message": state.message,
-        "stable": state.stable,
-        "negative_eigenvalues": data["negative_eigenvalues"],
-        "lowest_eigenvalue": state.lowest_eigenvalue,
-        "residual": state.residual,
-        "residual_absolute": data["residual"]["absolute"],
-        "iterations": state.iterations,
-        "factorisations": data["factorisations"],
-        "energy": {
-            **({} if state.energy is None else state.energy.to_dict()),
-            "elastic_with_constant": data["energy"]["elastic"],
-        },
-        "share": data["share"],
-        "end": data["end"],
-        "middle": data["middle"],
-        "max_abs_eta": None,
-        "max_abs_eta_prime_w_half": None,
-        "forces": {"start": start and start["force"], "end": end and end["force"], "walls": []},
-        "moments": {"start": start and start["moment"], "end": end and end["moment"]},
-        "load_factor": data["load_factor"],
-        "path_factor": data["path_factor"],
-        "discretisation": data["discretisation"],
-        "discretisation_error": state.error,
-        "discretisation_error_why": state.error_why,
-        **errors_result(state),
-        "seconds": {"first": spent["total"], "warm": state.seconds.warm, "parts": spent},
-        "memory_mb": data["memory_mb"],
-        "model": {
-            "energy": "naghdi",
-            "formulation": data["options"]["iteration"],
-            "elements": data["elements"],
-            "unknowns": state.unknowns,
-            "clamp": problem["clamp"],
-            "corner": problem["corner"],
-            "start_curvature": problem["start_curvature"],
-        },
-        "start": state.native.start,
-        "reused": state.reused,
-    }
 
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
@@ -180,32 +121,25 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
 def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
     """`result.json`: the keys of the last shell, all of them in `rows` where there are several."""
     units = Units.of(scene)
-    entries = [result(scene, state) for state in states]
-    if len(entries) > 1:
-        entries = [{**entry, "si": si_of(entry, units)} for entry in entries]
-    data = states[-1].native.data
+    entries = [{} if state.shape is None else views.document(SHELL, Answered(scene, state)) for state in states]
+    several = len(entries) > 1
+    data, last = states[-1].native.data, entries[-1]
     shell = data["provenance"]
     options = {**data["options"], "processes": shell["processes"]}
-    found = {"scene": scene.name, "title": scene.title, **entries[-1]}
-    if len(entries) > 1:
-        found["rows"] = entries
-    found.update(_dimensions(scene, entries[-1]))
+    found = {"scene": scene.name, "title": scene.title, **last}
+    if several:
+        found["rows"] = [{**entry, "si": views.in_si(SHELL, entry, units)} for entry in entries]
+    found |= {**views.document(DIMENSIONS, scene), **{k: v for k, v in last.items() if k == "width_to_thickness"}}
+    found["si"] = views.in_si(SHELL, last, units)
     found["complete"] = all(state.ok for state in states)
     found["provenance"] = {**provenance(scene, options), "shell": shell, "linear_solver": shell["linear_solver"]}
     return found
 
 
-def _dimensions(scene: Scene, last: Entry) -> dict[str, Any]:
-    """The scene's dimensions, w/h being the shell's own, and `si` of the last shell."""
-    found = dimensions(scene)
-    found["width_to_thickness"] = last.get("width_to_thickness", found["width_to_thickness"])
-    return {**found, "si": si_of(last, Units.of(scene))}
-
-
 def path_table(states: Sequence[State]) -> Table:
     """Every attempt on the paths (`shellref.shell.result.LoadStep`), one row each."""
     steps = [(ratio_of(state), step) for state in states for step in state.native.data["steps"]]
-    return Table.of("Steps of the paths", _PATH, steps)
+    return Table.of("Steps of the paths", PATH, steps)
 
 
 def write_surface(path: Path, case: Mapped) -> Path:
@@ -231,7 +165,7 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         midpoints, density = case.density()
         case.surface.save(out / f"{name}.npz", cell_midpoints=midpoints, energy_density=density)
         write_surface(out / f"{name}.vtu", case)
-        surfaces.append(Surface(f"{name}.vtu", label, SHELL, "membrane_share", ratio))
+        surfaces.append(Surface(f"{name}.vtu", label, SHELL_SURFACE, "membrane_share", ratio))
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
@@ -277,7 +211,7 @@ def picture(states: Sequence[State]) -> Picture:
 
 def table(scene: Scene, states: Sequence[State]) -> Table:
     """One row for each shell."""
-    return Table.of("Shells", _COLUMNS, [result(scene, state) for state in states], _LEGEND)
+    return Table.of("Shells", _COLUMNS, [Answered(scene, state) for state in states], _LEGEND)
 
 
 def answer(scene: Scene, states: Sequence[State], units: Units | None = None) -> Verdict:
@@ -309,4 +243,4 @@ def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "")
     ).write(out, document(scene, states), again, scene)
 
 
-PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write)
+PRESENTER = Presenter(rows=rows, sentences=sentences, write=write)

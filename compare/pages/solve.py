@@ -9,17 +9,21 @@ import numpy as np
 from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
 from compare.models.base import State, Status
+from compare.models.quantities import Answered
 from compare.page.remedies import message
+from compare.page.state import STATE, own_of
 from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
 from compare.page.told import energies, length, place
 from compare.page.verdict import Verdict
 from compare.pages.presenter import presenter
 from compare.pages.result import spent, state_result
+from compare.record.quantity import joined
+from compare.record.views import cells, document, in_si, unit_of
 from compare.scene.scene import Scene
-from compare.scene.units import Units
+from compare.scene.units import Units, base_of
 from compare.store.finite import explained
-from compare.store.store import atomic_write_json
+from compare.store.store import atomic_write_json, jsonable
 from compare.studies.checks import of_state
 from compare.studies.inputs import input_uncertainty
 
@@ -100,6 +104,32 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found.append(("discretisation error", "unknown" if state.error is None else length(units, state.error)))
     found.append(("time", spent(state.seconds)))
     return found
+
+
+_NUMBERS = (
+    Column("key", "key", kind="word", rank=0),
+    Column("value", "value", rank=0),
+    Column("unit", "unit", kind="word", rank=1),
+    Column("si", "in SI", rank=1),
+    Column("base", "", kind="word", rank=1),
+)
+#: Keys of a result that are no numbers of the state.
+_NO_NUMBERS = ("scene", "title", "message", "provenance", "units")
+
+
+def numbers(scene: Scene, state: State, units: Units | None = None) -> Table:
+    """Every number of the state's record, in the order of result.json, in its unit and in SI where that is known."""
+    units = Units.of(scene) if units is None else units
+    record = joined(STATE, own_of(state.model))
+    found = jsonable(document(record, Answered(scene, state)))
+    si = in_si(record, found, units) or {}
+    rows = []
+    for path, value in cells(found):
+        if path.partition(".")[0] not in _NO_NUMBERS:
+            unit = unit_of(record, path)
+            twin = dict(cells(si)).get(path)
+            rows.append((path, value, unit, twin, "" if twin is None else base_of(unit)))
+    return Table("All numbers", _NUMBERS, tuple(rows))
 
 
 def sentences(scene: Scene, state: State) -> list[str]:

@@ -28,6 +28,18 @@ _READ: dict[str, tuple[tuple[float, float, str], ...]] = {
 }
 
 
+#: Unit of a dimensionless number, as tables name it -> its base unit in SI; "moment" is D w / l, "D / l^2" an energy by
+#: area.
+_BASES = {
+    "l": "m", "1/l": "1/m", "D w / l^2": "N", "D w / l": "J", "moment": "N m", "D / l^2": "J/m^2",
+}  # fmt: skip
+
+
+def base_of(unit: str) -> str | None:
+    """The base unit in SI of a unit as tables name it; None: it has none, or is one."""
+    return _BASES.get(unit)
+
+
 #: What is told of a number that is none.
 UNKNOWN = "not known"
 
@@ -90,24 +102,20 @@ class Units:
     def si(self, value: float, unit: str) -> tuple[float, str] | None:
         """A dimensionless value in SI: (value, base unit); None where the scene does not say, or for another unit.
 
-        unit: as tables name it: "l", "1/l", "D w / l^2" (force), "D w / l" (energy), "moment" (D w / l), "D / l^2"
-        (energy by area).
+        unit: as tables name it (`base_of`).
         """
         if self.length is None or self.stiffness is None or not self.width:
             return None
         force, energy = self.stiffness / self.length**2, self.stiffness / self.length
         factors = {
-            "l": (self.length, "m"),
-            "1/l": (1.0 / self.length, "1/m"),
-            "D w / l^2": (force, "N"),
-            "D w / l": (energy, "J"),
-            "moment": (energy, "N m"),
-            "D / l^2": (energy / self.length / self.width, "J/m^2"),
+            "l": self.length,
+            "1/l": 1.0 / self.length,
+            "D w / l^2": force,
+            "D w / l": energy,
+            "moment": energy,
+            "D / l^2": energy / self.length / self.width,
         }
-        if unit not in factors:
-            return None
-        factor, base = factors[unit]
-        return value * factor, base
+        return (value * factors[unit], _BASES[unit]) if unit in factors else None
 
     def text(self, value: float, unit: str, digits: int = 3) -> str:
         """A value as a reader wants it: "0.96 mm", "12.3 mN", "4.5 N mm", "1.2 mJ"; in l and D w where SI is not

@@ -15,9 +15,10 @@ from compare.measure.balance import Push, Wrench, abscissae, unbalanced
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade, worst
 from compare.models.base import State, Status
 from compare.page.claims import CLAIMS
+from compare.page.pair import Row
 from compare.page.verdict import Check, bounded, nothing, unchecked
 from compare.scene.scene import Scene
-from compare.studies.compare import LOWER, Row
+from compare.studies.compare import LOWER
 
 FloatArray = NDArray[np.float64]
 

@@ -21,8 +21,7 @@ difference, slope or grade is made of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -30,14 +29,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import Missing, ShellMissing
-from compare.measure.align import Alignment, alignment, both
+from compare.measure.align import alignment, both
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.base import BESIDE, Energy, Model, Options, Shape, State, Variant, check_keys
+from compare.models.base import BESIDE, Model, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
-from compare.models.same_state import SETTLED, Counterpart, Same, same_state
+from compare.models.same_state import SETTLED, Same, same_state
 from compare.models.scope import require_shell
+from compare.page.pair import Row
 from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -49,76 +49,6 @@ FloatArray = NDArray[np.float64]
 OWN_IS_HIGHER = f"{BESIDE} (its own path ends higher)"
 #: Part of the energy (at least 1) by which a state is lower than another.
 LOWER = 1e-6
-
-
-@dataclass(frozen=True)
-class Row:
-    """A shell run beside the ribbon. Lengths in l, energies in D w / l, times in s; None where there is no surface.
-
-    hausdorff, centreline: distances between the models; ribbon_error, shell_error: of the discretisations (Hausdorff);
-    claimed: the distance exceeds the sum of the errors; energy: the shell's (without the constant of the natural
-    curvature, like every model's); share: of its elastic energy, the constant included; elastica: distance of the
-    shell's centreline to the elastica's, in planar scenes; start: how the shell's solve began; begun_again: what came
-    of beginning it once more at the surface beside it (`lower_state`), "" where it was not; share_error: change of
-    the shares of membrane and shear on the mesh that tells its error, where one was solved; same_state: whether the
-    shell rests in the state that is beside it, None: not known, or no shell; same_why: how that was found; counterpart:
-    where the model beside comes to rest from the shell's shape, where that is another state than its own; shell_errors:
-    of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`); `claimed` is of one state only;
-    laid: how the ribbon was moved before distances were taken, where nothing resists that;
-    warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports and
-    compilation; searched: it holds a search for segments.
-    """
-
-    width_to_thickness: float
-    status: str
-    stable: bool | None
-    message: str
-    hausdorff: float | None
-    centreline: float | None
-    ribbon_error: float | None
-    shell_error: float | None
-    claimed: bool
-    energy: Energy | None
-    share: dict[str, float] | None
-    shell_end: dict[str, Any] | None
-    shell_middle: dict[str, Any] | None
-    seconds: dict[str, float | None]
-    elements: tuple[int, int]
-    newton_iterations: int | None
-    reused: bool
-    same_state: bool | None
-    same_why: str
-    counterpart: Counterpart | None = None
-    shell_errors: Mapping[str, Any] = field(default_factory=dict)
-    elastica: float | None = None
-    start: str = "path"
-    begun_again: str = ""
-    share_error: float | None = None
-    laid: Alignment | None = None
-    warm: bool = field(kw_only=True)
-    searched: bool = field(kw_only=True)
-
-    @property
-    def ratio(self) -> float | None:
-        """How many times longer the shell takes than the ribbon, like for like: the faster one at least as exact as the
-        other, so that at one error the factor is no smaller. None where `unlike` says why not."""
-        ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
-        return None if not ribbon or shell is None or self.unlike is not None else shell / ribbon
-
-    @property
-    def unlike(self) -> str | None:
-        """Why the times are not compared: "error" (one is not known), "first" (of the ribbon a first solve only),
-        "exact" (the faster one is less exact), "search" (the ribbon is slower, but searches its segments); None."""
-        ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
-        if self.ribbon_error is None or self.shell_error is None:
-            return "error"
-        if not self.warm:
-            return "first"
-        quicker = ribbon is not None and shell is not None and ribbon <= shell
-        less, more = (self.ribbon_error, self.shell_error) if quicker else (self.shell_error, self.ribbon_error)
-        if less > more:
-            return "exact"
-        return "search" if self.searched and not quicker else None
 
 
 @dataclass(frozen=True)
@@ -245,7 +175,7 @@ def lower_state(
     say: Reporter | None = None,
 ) -> tuple[State, Same]:
     """The lower of two states of a shell, and whether it is that of the model beside it (`fast`, of the model `quick`
-    on `scene`): `state`, where its own way ended, which is not known to be, and the one that is reached from the
+    on `scene`): `state`, where its own path ended, which is not known to be, and the one that is reached from the
     surface of `fast`. `state` itself where the scene says where its shell begins, or where nothing stable is found from
     there."""
     assert options.grid is not None

@@ -11,10 +11,11 @@ import numpy as np
 from compare.errors import BadInput
 from compare.models.choice import beside_the_shell
 from compare.models.scope import require_shell
+from compare.page.pair import Row
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.studies.compare import Comparison, Row, compare
+from compare.studies.compare import Comparison, compare
 from compare.studies.converge import Estimate, Limit, Points, Scalar, limit, scalars, slope
 
 #: The key that `--ruling` varies.

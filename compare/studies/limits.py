@@ -22,17 +22,18 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
-from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
+from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
 from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.scope import require_shell
+from compare.page.pair import Row
 from compare.page.told import percent
 from compare.registry import RICHEST
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.studies.compare import Comparison, Row, compare
+from compare.studies.compare import Comparison, compare
 
 FloatArray = NDArray[np.float64]
 
@@ -42,6 +43,8 @@ CORNER = 0.01
 _CORNER_OF_WIDTH = 0.25
 #: Part of the share by which it may differ from that on the coarser mesh without a word.
 _SHARE_CHANGE = 0.25
+#: The same of what an estimated share may be too small by.
+_TOLD = 0.1
 
 
 #: Errors of a measured distance and share, None: not known.
@@ -55,17 +58,25 @@ class Thresholds:
     distance: float = GOOD_UP_TO["distance"]
     share: float = GOOD_UP_TO["share"]
 
-    def level(self, distance: float | None, share: float | None, errors: Errors | None = None) -> str | None:
+    def level(
+        self, distance: float | None, share: float | None, errors: Errors | None = None, more: float = 0.0
+    ) -> str | None:
         """The level of a distance and a share; None when one of them is not known and the other is not beyond. errors:
-        of both, by which a measured one may not be known (`compare.measure.grades.resolved`)."""
-        found = worst(*self.grades(distance, share, errors).values())
+        of both, by which a measured one may not be known (`compare.measure.grades.resolved`); more: by how much an
+        estimated share may be too small: it is good with that, or fair."""
+        found = worst(*self.grades(distance, share, errors, more).values())
         return None if found == UNKNOWN else found
 
-    def grades(self, distance: float | None, share: float | None, errors: Errors | None = None) -> dict[str, str]:
+    def grades(
+        self, distance: float | None, share: float | None, errors: Errors | None = None, more: float = 0.0
+    ) -> dict[str, str]:
         """The grade of each of them."""
         values = {"distance": (distance, self.distance), "share": (share, self.share)}
         if errors is None:
-            return {name: graded(value, most) for name, (value, most) in values.items()}
+            found = {name: graded(value, most) for name, (value, most) in values.items()}
+            if found["share"] == GOOD and graded(share + more, self.share) != GOOD:  # type: ignore[operator]
+                found["share"] = FAIR
+            return found
         own = dict(zip(values, errors, strict=True))
         return {name: resolved(value, own[name], most) for name, (value, most) in values.items()}
 
@@ -200,8 +211,8 @@ def _estimated(
     assert isinstance(beside, Estimates)  # require_limits
     found = beside.estimate(scene, ribbon, ratio, say)
     sure = ribbon.ok and found.rival is None and not found.why
-    grades = thresholds.grades(found.distance, found.missing) if sure else {}
-    level = thresholds.level(found.distance, found.missing) if sure else None
+    grades = thresholds.grades(found.distance, found.missing, more=found.passages) if sure else {}
+    level = thresholds.level(found.distance, found.missing, more=found.passages) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,
@@ -364,7 +375,9 @@ def _doubt(finding: Finding) -> str:
     row = finding.row
     if row is None and finding.estimate.rival is not None:
         return f" Not sure: {finding.estimate.rival.text}."
-    if row is None or row.hausdorff is None:
+    if row is None:
+        return doubted_share(finding.estimate)
+    if row.hausdorff is None:
         return ""
     said = ""
     if row.share_error is not None and finding.share and row.share_error > _SHARE_CHANGE * finding.share:
@@ -379,6 +392,16 @@ def _doubt(finding: Finding) -> str:
     return said + (
         f" The distance is not above the discretisation errors (ribbon {row.ribbon_error:.1e} l, shell "
         f"{row.shell_error:.1e} l)."
+    )
+
+
+def doubted_share(found: Estimate) -> str:
+    """How much more the strip may stretch than is estimated, where that is as much as a tenth of it; "" elsewhere."""
+    if not found.passages > _TOLD * found.share:
+        return ""
+    return (
+        f" Where its curvature passes zero the strip may stretch instead of bending sharply: up to "
+        f"{percent(found.share + found.passages)} of energy in all."
     )
 
 

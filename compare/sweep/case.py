@@ -7,26 +7,24 @@ from __future__ import annotations
 
 import errno
 import time
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.errors import BadInput, Missing, RibbonbenchError
-from compare.measure.travel import Stand
-from compare.page.force_displacement import supports_of
 from compare.page.remedies import message
 from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.provenance import now
 from compare.store.shared import shared_store
 from compare.store.store import disk_full
+from compare.sweep.row import Row, row_of
 
 if TYPE_CHECKING:
-    from compare.models.base import Pose, State
+    pass
 
 Record = dict[str, Any]
-Row = dict[str, Any]
 
 #: Ends of a case at which a second try could find something else: they are not kept as finished.
 PASSING = ("crashed", "error", "missing")
@@ -152,107 +150,6 @@ def _solved(task: Task) -> Record:
 
 
 _LABELS = {"width_to_thickness": "w/h"}
-
-
-def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
-    """A state as a row: plain numbers under the names of the columns of cases.csv; errors: its error was asked for.
-
-    A shell that did not arrive stands at another load: it has its status only.
-    """
-    row: Row = {"status": state.word, "stable": state.stable}
-    if state.shape is None or (state.energy is not None and state.energy.elastic is None):
-        return row
-    row["residual"] = state.residual
-    row["iterations"] = state.iterations
-    row["lowest_eigenvalue"] = state.lowest_eigenvalue
-    if "forces" in state.whys:
-        row["forces_why"] = state.whys["forces"]
-    for name, value in state.numbers.items():
-        if isinstance(value, Mapping):
-            row.update({f"{name}.{part}": number for part, number in value.items()})
-        elif name in _SHOWN:
-            row[name] = value
-    _energy(row, state)
-    _pose(row, "end", state.end)
-    _pose(row, "middle", state.middle)
-    _reach(scene, row, state.end)
-    if scene.several_equilibria:
-        import numpy as np
-
-        row["quarters"] = state.shape.centreline(np.array(_QUARTERS)).tolist()
-    if state.left_saddle is not None:
-        row["left_saddle"] = state.left_saddle["above"]
-    if state.branch is not None:
-        row["side"] = state.branch
-    row.update(supports_of(_stand(scene, state)))
-    if errors or state.error is not None:
-        row["error"] = state.error
-        row.update(_errors(state))
-    return row
-
-
-def _errors(state: State) -> Row:
-    """Errors of forces, moments, energies and the lowest eigenvalue, each by its own change on other elements
-    (`compare.measure.numbers`); those that are not known have no entry."""
-    known = state.errors
-    found: dict[str, Any] = {}
-    for kind in ("force", "moment"):
-        found |= {f"{kind}_error.{end}": known.get(f"{kind}s", {}).get(end) for end in ("start", "end")}
-    walls = zip(state.supports.walls, known.get("forces", {}).get("walls") or (), strict=False)
-    found |= {f"force_error.wall.{wall['name']}": error for wall, error in walls}
-    found |= {f"energy_error.{name}": known.get("energy", {}).get(name) for name in ("elastic", "total")}
-    found["lowest_eigenvalue_error"] = known.get("lowest_eigenvalue")
-    return {key: float(value) for key, value in found.items() if value is not None}
-
-
-#: Where a strip that may rest in several ways is compared with its neighbours in the grid, besides middle and end.
-_QUARTERS = (0.25, 0.75)
-#: Numbers of a model that have a column of their own.
-_SHOWN = ("segments", "elements", "max_abs_eta", "max_abs_tau")
-
-
-def _pose(row: Row, name: str, pose: Pose | None) -> None:
-    if pose is not None:
-        for axis, value in zip("xyz", pose.position, strict=True):
-            row[f"{name}.{axis}"] = float(value)
-
-
-def _stand(scene: Scene, state: State) -> Stand:
-    """What holds the strip exerts on it."""
-    held = {"start": state.supports.start if scene.clamp_start is not None else None, "end": state.supports.end}
-    forces = {name: found.force for name, found in held.items() if found is not None}
-    forces |= {f"wall.{wall['name']}": wall["force"] for wall in state.supports.walls}
-    return Stand({}, forces, {name: found.moment for name, found in held.items() if found is not None})
-
-
-def _reach(scene: Scene, row: Row, end: Pose | None) -> None:
-    """y / x: how far the free end hangs below the start, over its horizontal distance from it (thesis, 4.5)."""
-    import numpy as np
-
-    if end is None or scene.up is None or scene.start_position is None or scene.end_position is not None:
-        return
-    way = end.position - scene.start_position
-    drop = -float(way @ scene.up)
-    across = float(np.linalg.norm(way + drop * scene.up))
-    if across > 0.0:
-        row["y_over_x"] = drop / across
-
-
-def _energy(row: Row, state: State) -> None:
-    """Energies without the constant of the natural curvature; elastic, gravity and total always, bending, membrane and
-    shear of models that tell them apart."""
-    if state.energy is None:
-        return
-    own = {name: state.energy.parts.get(name) for name in ("membrane", "shear")}
-    if None not in own.values():
-        own = {"bending": state.energy.parts.get("bending"), **own}
-    found = {
-        **own, "elastic": state.energy.elastic, "gravity": state.energy.gravity, "tip": state.energy.tip,
-        "plates": state.energy.plates, "total": state.energy.total,
-    }  # fmt: skip
-    for name, value in found.items():
-        if value is not None:
-            row[f"energy.{name}"] = float(value)
 
 
 def worst(rows: list[Row]) -> str:

@@ -20,6 +20,7 @@ from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Cell, Column, Table
 from compare.page.verdict import Check, Verdict, unchecked
+from compare.record.views import columns_of, row_of
 from compare.scene.change import value_of
 from compare.scene.units import Units
 from compare.store.finite import explained
@@ -28,6 +29,7 @@ from compare.store.store import atomic_write_text, case_key
 from compare.sweep.branches import branches, others
 from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.finished import Finished
+from compare.sweep.record import OF_GRID, Placed, run_of
 from compare.sweep.run import summary
 
 CASES_FORMAT = 1
@@ -39,55 +41,6 @@ ROWS_SHOWN = 20
 _MOST = 0.9
 #: What is shown when nothing is asked for: of a comparison, and of a model.
 SHOWN_OF_COMPARE, SHOWN = "hausdorff", "energy.total"
-_PARTS = ("bending", "membrane", "shear")
-_ENERGIES = (*_PARTS, "elastic", "gravity", "tip", "plates", "total")
-_PLACES = tuple(f"{name}.{axis}" for name in ("end", "middle", "shell_end") for axis in "xyz")
-_WORD, _TRUTH, _NUMBER = "word", "truth", "digits:5"
-
-
-def _column(key: str, unit: str = "", kind: str = _NUMBER) -> Column:
-    return Column(key, key, unit, kind)
-
-
-#: What a row can hold besides the varied keys, in the order of cases.csv.
-_COLUMNS = (
-    _column("case", kind="integer"),
-    _column("gamma"),
-    _column("width", "l"),
-    _column("width_to_thickness"),
-    _column("status", kind=_WORD),
-    _column("stable", kind=_TRUTH),
-    _column("branch", kind="integer"),
-    _column("side", kind=_WORD),
-    _column("warm", kind="integer"),
-    _column("left_saddle", "D w / l"),
-    _column("ribbon.status", kind=_WORD),
-    _column("ribbon.stable", kind=_TRUTH),
-    *(_column(key, "l") for key in ("hausdorff", "centreline", "ribbon_error", "shell_error")),
-    _column("same_state", kind=_TRUTH),
-    _column("claimed", kind=_TRUTH),
-    _column("residual"),
-    _column("iterations", kind="integer"),
-    _column("segments", kind="integer"),
-    _column("elements", kind="plain"),
-    _column("lowest_eigenvalue"),
-    _column("max_abs_eta"),
-    _column("max_abs_tau", "1/l"),
-    *(_column(f"energy.{name}", "D w / l") for name in _ENERGIES),
-    *(_column(f"share.{name}") for name in _PARTS),
-    *(_column(key, "l") for key in _PLACES),
-    _column("y_over_x"),
-    *force_displacement.SUPPORTS,
-    *force_displacement.CURVE,
-    _column("forces_why", kind=_WORD),
-    _column("error", "l"),
-    *force_displacement.ERRORS,
-    *(_column(f"energy_error.{name}", "D w / l") for name in ("elastic", "total")),
-    _column("lowest_eigenvalue_error"),
-    *(_column(key, "s") for key in ("seconds.ribbon", "seconds.shell", "seconds")),
-    _column("message", kind=_WORD),
-)
-
 Rows = list[dict[str, Any]]
 
 
@@ -98,11 +51,10 @@ def rows_of(finished: Finished) -> Rows:
     """
     found: Rows = []
     for case, branch in zip(finished.cases, branches(finished), strict=True):
-        scene, record = case.point.scene, case.record
-        base = {"case": case.point.number, **case.point.values, "gamma": scene.gamma, "width": scene.width}
+        record = case.record
         for row, number in zip(record["rows"] or [{}], branch or [None], strict=True):
-            own = {"status": record["status"], "stable": None, "branch": number, "warm": case.warm, **row}
-            found.append({**base, **own, "seconds": record["seconds"], "message": record["message"]})
+            own = row_of(OF_GRID, Placed(case, number))
+            found.append({"status": record["status"], "stable": None, **case.point.values, **row, **own})
     for travel, numbers in _curves(finished, found).values():
         for place, values in force_displacement.curve_of(travel).items():
             found[numbers[place]].update(values)
@@ -150,11 +102,13 @@ def _units(finished: Finished) -> dict[str, Any] | None:
 
 
 def cases_table(finished: Finished, rows: Rows) -> Table:
-    """All rows: number, varied keys, then what has a value in some row, in the order of `_COLUMNS`."""
+    """All rows: number, varied keys, then what has a value in some row, in the order of
+    `compare.sweep.record.RUN`."""
     varied = [Column(key, key) for key in finished.sweep.keys]
-    known = (*_COLUMNS[1:], *force_displacement.wall_columns(rows))
-    others = [column for column in known if column.key not in finished.sweep.keys]
-    full = Table.of_records("All rows", [_COLUMNS[0], *varied, *others], rows)
+    first, *known = columns_of(run_of(finished.sweep))
+    walls = force_displacement.wall_columns(rows)
+    others = [column for column in (*known, *walls) if column.key not in finished.sweep.keys]
+    full = Table.of_records("All rows", [first, *varied, *others], rows)
     shown = {"case", *finished.sweep.keys, *full.known().keys}
     return full.select(key for key in full.keys if key in shown)
 
@@ -239,7 +193,7 @@ def quantity(cases: Table, rows: Rows, name: str, option: str) -> str:
 def check_shown(sweep: Sweep) -> None:
     """`BadInput` for a quantity to show that no result can have, before anything is computed."""
     for option, name in (("--show", sweep.show), ("--against", sweep.against)):
-        able = [*sweep.keys, *(column.key for column in _COLUMNS if column.is_number)]
+        able = [*sweep.keys, *(column.key for column in columns_of(run_of(sweep)) if column.is_number)]
         if name and name not in able:
             close = difflib.get_close_matches(name, able, n=1)
             hint = f"did you mean {close[0]}? " if close else ""
@@ -383,7 +337,7 @@ def tables(finished: Finished, cases: Table, rows: Rows, show: str) -> list[Tabl
             by_axis.append((name, len(here), bad, *some))
     unit = next((column.unit for column in cases.columns if column.key == show), "")
     columns = (
-        Column("at", "at", kind=_WORD),
+        Column("at", "at", kind="word"),
         Column("rows", "rows", kind="integer"),
         Column("bad", "not converged", kind="integer"),
         *(Column(name, name, unit, "digits:4") for name in ("smallest", "median", "largest")),

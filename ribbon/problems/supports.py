@@ -118,5 +118,29 @@ def walls(problem: Glued, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
             touching = np.union1d(touching, places[pushed])
             touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
         height = float(x[block.plate]) if block.plate >= 0 else None
-        found.append(WallForce(total * np.asarray(wall.normal), touching, np.vstack(ends), height))
+        force = total * np.asarray(wall.normal)
+        found.append(WallForce(force, touching, np.vstack(ends), height, *_lines(touching, s)))
     return tuple(found)
+
+
+def _lines(touching: FloatArray, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What touches in one piece at the abscissae (k,): first and last of each (n, 2), and how much farther each end may
+    reach (n, 2).
+
+    Two places are of one line where no joint stands between them that does not touch. A line that ends at a joint may
+    end anywhere on the segment beyond; a place between joints, or one point alone, is where the strip is nearest.
+    """
+    if not touching.size:
+        return np.empty((0, 2)), np.empty((0, 2))
+    passed = np.searchsorted(joints, touching[1:] - _ONE_PLACE) - np.searchsorted(joints, touching[:-1] + _ONE_PLACE)
+    breaks = np.flatnonzero(passed > 0)
+    lines = np.column_stack([touching[np.append(0, breaks + 1)], touching[np.append(breaks, touching.size - 1)]])
+    within = np.zeros_like(lines)
+    for line, more in zip(lines, within, strict=True):
+        if line[1] - line[0] <= _ONE_PLACE:
+            continue
+        for end, step in ((0, -1), (1, 1)):
+            joint = int(np.argmin(np.abs(joints - line[end])))
+            if abs(joints[joint] - line[end]) <= _ONE_PLACE and 0 <= joint + step < joints.size:
+                more[end] = abs(joints[joint + step] - joints[joint])
+    return lines, within

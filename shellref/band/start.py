@@ -39,12 +39,12 @@ def opened(problem: ShellProblem) -> ShellProblem:
     ends = [
         Pose(problem.clamp_position, _matrix(rotation(angle * k / legs * frame[:, 2]) @ frame)) for k in range(legs + 1)
     ]
-    mesh = tuple(
+    along, across = (
         min(own, max(least, min(own // 2, most)))
         for own, least, most in zip(problem.elements, LEAST, MOST, strict=True)
     )
     return dataclasses.replace(
-        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, elements=mesh,
+        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, elements=(along, across),
         grading=(1.0, problem.grading[1]),
         path=(Waypoint(natural=1.0, name="natural"), *(Waypoint(end=end, name="turn") for end in ends[1:])),
     )  # fmt: skip

@@ -209,7 +209,7 @@ class ShellProblem:
             raise ShellInputError("elements", self.elements, f"a closed strip needs {FEWEST_CLOSED} along, or more")
         if self.start_curvature is None:
             put("start_curvature", math.copysign(2.0 * math.pi, sum(self.natural_curvature)))
-        turns = self.start_curvature / (2.0 * math.pi)
+        turns = (self.start_curvature or 0.0) / (2.0 * math.pi)
         if not round(turns) or abs(turns - round(turns)) > FRAME_TOLERANCE * abs(turns):
             raise ShellInputError(
                 "start_curvature", self.start_curvature, "a closed strip begins as a circle: give a multiple of 2 pi"

@@ -51,6 +51,7 @@ NAMES = (
     "cantilever",
     "shell_mesh",
     "shell_cantilever",
+    "shell_bands",
     "tape_shell",
     "shell_lateral",
     "twisted_tension",

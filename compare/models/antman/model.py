@@ -27,6 +27,7 @@ from compare.models.base import (
 )  # fmt: skip
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task, another_model
+from compare.models.quantities.antman import QUANTITIES
 
 if TYPE_CHECKING:
     from compare.models.antman.problem import Walk
@@ -77,6 +78,7 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
     """The geometrically exact rod with bending, torsion, shear and stretch."""
 
     name = "antman"
+    quantities = QUANTITIES
     presenter = "compare.pages.rods.antman:PRESENTER"
     sizes = (5, 10, 20, 40, 80)
     degrees = (1, 2, 3)

@@ -28,6 +28,7 @@ from compare.models.base import (
 from compare.models.capabilities import Reference
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task
+from compare.models.quantities.elastica import QUANTITIES
 
 if TYPE_CHECKING:
     from compare.models.elastica.start import Start
@@ -96,6 +97,7 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
     """The planar inextensible elastica in scikit-fem."""
 
     name = "elastica"
+    quantities = QUANTITIES
     presenter = "compare.pages.elastica:PRESENTER"
     sizes = (5, 10, 20, 40, 80)
     degrees = (1, 2, 3)

@@ -10,7 +10,8 @@ strip's own plane likewise. Beside them, at held ends:
 - corners: a strip held at two corners alone turns at its clamp, which no model of lines knows; by how much is fitted to
   the same shells: the smaller of CORNER_TURN[0] kappa l and CORNER_TURN[1], times w.
 
-The estimate is the sum of these distances (largest of any particle, over l), not their resultant.
+The estimate is the sum of these distances (largest of any particle, over l), not their resultant. Of its energy it may
+be wrong where the curvature passes zero: `passages`.
 """
 
 from __future__ import annotations
@@ -44,7 +45,11 @@ CORNER_TURN = (0.12, 0.6)
 #: Closest that x is taken to 1.
 _NEAREST = 0.02
 IN_PLANE = "in_plane"
+#: The energy that has `finite`'s section, and none of its terms of what varies along the strip.
+PLAIN = "extensible"
 _SAMPLES = np.linspace(0.0, 1.0, 2001)
+#: Points of a mean along the strip.
+_POINTS = 8000
 _ALONG = np.linspace(0.0, 1.0, 401)
 
 
@@ -100,6 +105,35 @@ def beyond(scene: Scene, found: Equilibrium) -> Beyond:
             parts["section"] = float(dropped.deflection(k, t, start + (end - start) * at).max())
             parts["fold"] = FOLD * scene.width * crowding(crowded(found, dropped, ends))
     return Beyond(parts)
+
+
+def passages(scene: Scene, found: Equilibrium) -> float:
+    """Energy (D w / l) that a strip with energy "finite" has beyond `extensible` where its curvature passes zero.
+
+    Two ways lead a twisted strip through zero curvature (docs/theory.md, chapter 10): it bends where rulings crowd, as
+    the developable strip, or keeps its twist, is no developable surface, and stretches. Which one a shell takes this
+    energy does not decide; but as bending is open to the shell too, it stretches by no more than the bending that it
+    saves. Counted within w of every such place (rulings crowd over lengths that go with w), without what is within w/2
+    of a held end, whose crowding the clamps have.
+    """
+    from ribbon.analysis.parts import line_density, line_density_of
+
+    thickness = relative_thickness(scene)
+    assert thickness is not None, "the energy needs it"
+    width, lengths = scene.width, found.problem.lengths
+    joints = np.concatenate([[0.0], np.cumsum(lengths)])
+    omega, _ = found.problem.joint_values(found.x)
+    at = np.flatnonzero(omega[1:] * omega[:-1] < 0.0)
+    if not at.size:
+        return 0.0
+    places = joints[at] + lengths[at] * omega[at] / (omega[at] - omega[at + 1])
+    s = (np.arange(_POINTS) + 0.5) / _POINTS
+    near = np.any(np.abs(s[:, None] - places) < width, axis=1)
+    for end in held_ends(scene):
+        near &= np.abs(s - end) >= 0.5 * width
+    s = s[near]
+    more = line_density(found, s) - line_density_of(PLAIN, found, s, thickness)
+    return max(float(more.sum()) / _POINTS, 0.0)
 
 
 def crowded(found: Equilibrium, dropped: Dropped, ends: tuple[float, ...]) -> float:

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
 from compare.models.capabilities import Estimate
-from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, to_shell
+from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, passages, thin, to_shell
 from compare.models.ribbon.rivals import RULED, probe
 from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
@@ -114,7 +114,9 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     mean = float(np.sqrt(np.mean(state.omega**2)))
     scale, rival = section.scale * mean**0.5, probe(scene, equilibrium)
-    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, rival, bends=bends)
+    more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
+    spent = time.perf_counter() - clock
+    return Estimate(width_to_thickness, parts, distance, scale, spent, rival, bends=bends, passages=more)
 
 
 def of_a_straight_strip(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:

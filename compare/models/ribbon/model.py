@@ -27,6 +27,7 @@ from compare.models.base import (
     Variant,
 )  # fmt: skip
 from compare.models.capabilities import Evaluation, Reference
+from compare.models.quantities.ribbon import QUANTITIES
 from compare.models.reference import cut
 from compare.models.ribbon import neutral
 from compare.models.ribbon.refinement import judged, left, refined
@@ -54,6 +55,7 @@ class RibbonModel(Model):
     """The inextensible ribbon of the thesis, chained or glued."""
 
     name = "ribbon"
+    quantities = QUANTITIES
     presenter = "compare.pages.ribbon:PRESENTER"
     remedies: Mapping[str, str] = {
         "saddle": ": leave it along its unstable direction (without --stay; on a [[path]] --leave-saddle), or start "

@@ -113,10 +113,13 @@ def _errors(
     estimate: Callable[[Sequence[Any]], float | None],
 ) -> dict[str, Any]:
     """The errors of the numbers of an equilibrium, one of a chain of meshes; none is less than what its forces are out
-    of balance by."""
+    of balance by, and that of a line's end not less than what its segments leave open."""
     from ribbon.solvers.problem import force_scale
 
-    return errors_of(chain, estimate, float(e.residual) * force_scale(e.problem))
+    found = errors_of(chain, estimate, float(e.residual) * force_scale(e.problem))
+    within = [float(wall.within.max(initial=0.0)) for wall in e.walls]
+    lines = [None if error is None else max(error, most) for error, most in zip(found["lines"], within, strict=True)]
+    return {**found, "lines": lines}
 
 
 def _of_placed(e: Equilibrium) -> tuple[dict[str, Any], str]:

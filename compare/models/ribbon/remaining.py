@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from compare.models.base import natural_constant
 from compare.models.capabilities import Estimate
-from compare.models.ribbon.beyond import beside, to_shell
+from compare.models.ribbon.beyond import PLAIN, beside, passages, thin, to_shell
 from compare.models.ribbon.estimate import in_plane_density, local_state, of_a_straight_strip, tension_density
 from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.rivals import probe
@@ -25,9 +25,6 @@ from ribbon import Equilibrium
 from ribbon.analysis import parts as own
 
 FloatArray = NDArray[np.float64]
-
-#: The energy that has `finite`'s section, and none of its terms of what varies along the strip.
-PLAIN = "extensible"
 
 
 def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
@@ -63,4 +60,6 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     best = e if e.problem.energy == FINITE else beside(scene, e, width_to_thickness)
     distance = to_shell(scene, e, best, width_to_thickness)
     rival = probe(scene, e)
-    return Estimate(width_to_thickness, parts, distance, scale, time.perf_counter() - clock, rival, known)
+    more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
+    spent = time.perf_counter() - clock
+    return Estimate(width_to_thickness, parts, distance, scale, spent, rival, known, passages=more)

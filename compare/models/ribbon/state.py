@@ -210,6 +210,7 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
                 "name": str(number) if wall.name is None else wall.name,
                 "force": found.force,
                 "contacts": found.contacts,
+                "lines": found.lines,
                 "points": _pushed(e, found.ends),
                 "height": found.height,
             }

@@ -33,6 +33,7 @@ from compare.models.base import (
 )  # fmt: skip
 from compare.models.effects.switches import Switch
 from compare.models.line import LineModel, Task
+from compare.models.quantities.tape import QUANTITIES
 from compare.models.tape.effects import switches
 from compare.models.tape.plane import holds, leaves, plane_of, unwound
 
@@ -126,6 +127,7 @@ class TapeModel(LineModel["Folding", "Tape"]):
     """A planar tape spring, enriched ("tape") or plain ("tape_plain")."""
 
     name = "tape"
+    quantities = QUANTITIES
     presenter = "compare.pages.rods.tape:PRESENTER"
     sizes = (100.0, 200.0, 400.0, 800.0)
     not_found = "no equilibrium was found on elements half as long"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,8 @@ from numpy.typing import NDArray
 from compare.export.formats import array_csv
 from compare.measure.grid import Grid
 from compare.models.base import BESIDE, State
+from compare.models.quantities import Answered
+from compare.models.quantities.antman import along
 from compare.page import told
 from compare.page.drawing import pictured
 from compare.page.page import Picture
@@ -20,7 +21,7 @@ from compare.page.remedies import message
 from compare.page.si import array_with_si
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
-from compare.pages.written import LINE_POINTS, Written, write_any
+from compare.pages.written import Written, write_any
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes
@@ -45,42 +46,18 @@ BEGAN = {
 """Where a rod began, in words."""
 
 
-def result(scene: Scene, state: State) -> dict[str, Any]:
-    """Keys of result.json that only this rod has."""
-    r = state.native
-    section = r.problem.section
-    return {
-        "model": {
-            "energy": scene.model.energy, "formulation": "quaternions", "elements": len(r.elements.joints) - 1,
-            "degree": r.degree, "unknowns": state.unknowns,
-        },
-        "path": {"reached": r.reached, "steps": r.steps, "snaps": r.snaps},
-        "section": {
-            "bending": section.bending, "torsion": section.torsion, "shear": section.shear,
-            "stretch": section.stretch,
-        },
-        "max_abs_shear": float(np.abs(_along(state)[:, 1:3]).max()),
-        "max_abs_stretch": float(np.abs(_along(state)[:, 3]).max()),
-        "flutter": r.flutter,
-    }  # fmt: skip
-
-
-def _along(state: State) -> FloatArray:
-    """The columns of rod.csv (k, 13)."""
-    s = np.linspace(0.0, 1.0, LINE_POINTS)
-    return np.column_stack([s, state.native.strains(s), state.native.section_forces(s)])
-
-
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """antman.vtu, centreline.csv, rod.csv (strains and section forces), antman.png."""
     written = write_any(out, scene, state, grid)
     of = {name: unit for name, unit in COLUMNS.items() if unit}
-    atomic_write_bytes(out / ALONG, array_csv(*array_with_si(list(COLUMNS), _along(state), of, Units.of(scene))))
+    atomic_write_bytes(
+        out / ALONG, array_csv(*array_with_si(list(COLUMNS), along(Answered(scene, state)), of, Units.of(scene)))
+    )
 
     def draw() -> None:
         from compare.pictures.rod import rod_picture
 
-        rod_picture(out / PICTURE, scene, state, _along(state))
+        rod_picture(out / PICTURE, scene, state, along(Answered(scene, state)))
 
     drawn = pictured(draw)
     end = state.end
@@ -97,10 +74,10 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
 def sentences(scene: Scene, state: State) -> list[str]:
     """The state in a sentence, and how much it shears and stretches."""
     error = "unknown" if state.error is None else f"{state.error:.1e} l"
-    along = np.abs(_along(state)[:, 1:4]).max(axis=0)
+    strain = np.abs(along(Answered(scene, state))[:, 1:4]).max(axis=0)
     found = [
         f"Shearable rod: {message(state)}; discretisation error {error}, {state.seconds.warm * 1e3:.3g} ms.",
-        f"It shears by at most {max(along[0], along[1]):.1e} and stretches by at most {along[2]:.1e}.",
+        f"It shears by at most {max(strain[0], strain[1]):.1e} and stretches by at most {strain[2]:.1e}.",
     ]
     if not state.native.problem.conservative:
         found.append(
@@ -138,4 +115,4 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> Sequence[tup
     ]
 
 
-PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write)
+PRESENTER = Presenter(rows=rows, sentences=sentences, write=write)

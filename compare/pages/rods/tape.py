@@ -32,21 +32,6 @@ UNITS = {
 }  # fmt: skip
 
 
-def result(scene: Scene, state: State) -> dict[str, Any]:
-    """Keys of result.json that only a tape has: the fold and the way."""
-    rows = state.log
-    return {
-        "fold": {"s": state.numbers.get("fold"), "curvature_across": state.numbers.get("flattest")},
-        "path": {
-            "stages": len(scene.stages()),
-            "steps": len(rows),
-            "jumps": sum(bool(row["jump"]) for row in rows),
-            "greatest_moment": max((abs(row["moment_end"]) for row in rows), default=None),
-            "greatest_force": max((abs(row["force_y"]) for row in rows), default=None),
-        },
-    }
-
-
 def explained(effects: Sequence[Mapping[str, Any]], without: Mapping[str, Any]) -> dict[str, Any]:
     """Keys of the result.json of `explain`: the effects, and the solves without each."""
     rows = [
@@ -106,4 +91,4 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     return found
 
 
-PRESENTER = Presenter(result=result, rows=rows, sentences=sentences, write=write, explained=explained)
+PRESENTER = Presenter(rows=rows, sentences=sentences, write=write, explained=explained)

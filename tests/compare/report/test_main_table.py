@@ -18,6 +18,8 @@ from compare.page.main_table import MOST, main_table, whole_in_parts
 from compare.page.table import LAST, Column, Table
 from compare.page.terminal import print_pairs, print_table
 from compare.pages import limits
+from compare.record.quantity import Quantity
+from compare.record.views import columns_of
 
 WIDTHS = (60, 80, 120, 200)
 
@@ -30,12 +32,14 @@ def sets() -> Iterator[tuple[str, tuple[Column, ...]]]:
             for name, value in vars(module).items():
                 if not isinstance(value, tuple) or not value:
                     continue
-                plain = tuple(entry[0] if isinstance(entry, tuple) and entry else entry for entry in value)
-                if all(isinstance(entry, Column) for entry in plain) and len({c.key for c in plain}) == len(plain):
+                if all(isinstance(entry, Quantity) for entry in value):
+                    value = columns_of(value)
+                plain = value
+                if plain and all(isinstance(c, Column) for c in plain) and len({c.key for c in plain}) == len(plain):
                     yield f"{found.name}.{name}", plain
-    columns = limits._columns(["strip.gamma", "clamp.end.position"])
-    yield "limits", tuple(column for column, _ in columns)
-    yield "estimates", tuple(c for c, _ in columns if c.key in ("strip.gamma", *limits._ESTIMATED))
+    columns = limits.columns(["strip.gamma", "clamp.end.position"])
+    yield "limits", columns_of(columns)
+    yield "estimates", columns_of(c for c in columns if c.key in ("strip.gamma", *limits._ESTIMATED))
 
 
 SETS = dict(sets())
@@ -77,7 +81,7 @@ def cells(said: str) -> list[list[str]]:
 
 def test_the_sets_are_found():
     assert len(SETS) >= 15
-    assert {"comparison._COLUMNS", "cost._COLUMNS", "check._COLUMNS", "shell._COLUMNS", "page._COLUMNS"} <= SETS.keys()
+    assert {"comparison.TABLE", "cost.COLUMNS", "check._COLUMNS", "shell._COLUMNS", "record.RUN"} <= SETS.keys()
 
 
 @pytest.mark.parametrize("width", WIDTHS)

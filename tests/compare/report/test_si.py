@@ -8,9 +8,11 @@ import pytest
 
 from compare.cli import main
 from compare.page.main_table import main_table
-from compare.page.si import array_with_si, for_reader, si_of, with_si
+from compare.page.si import array_with_si, for_reader, with_si
+from compare.page.state import STATE
 from compare.page.table import Column, Table
 from compare.pages.result import row_result
+from compare.record.views import in_si
 from compare.scene.scene import load, loads
 from compare.scene.units import Units
 from compare.studies.compare import Row
@@ -126,7 +128,8 @@ def test_arrays_of_points():
 
 
 def test_every_part_of_an_energy_is_in_joules():
-    si = si_of({"energy": {"elastic": 1.0, "tip": None}, "moments": {"start": [1.0, 0.0, 2.0]}}, Units(2.0, 0.1, 3.0))
+    found = {"energy": {"elastic": 1.0, "tip": None}, "moments": {"start": [1.0, 0.0, 2.0]}}
+    si = in_si(STATE, found, Units(2.0, 0.1, 3.0))
     assert si == {"energy": {"elastic": 1.5, "tip": None}, "moments": {"start": [1.5, 0.0, 3.0]}}
 
 

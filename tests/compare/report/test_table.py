@@ -11,6 +11,7 @@ import pytest
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
 from compare.page.table import LAST, Column, Table
+from compare.record.quantity import Quantity
 
 COLUMNS = (
     Column("ratio", "w/h", kind="digits"),
@@ -95,8 +96,8 @@ def test_numpy_is_written_as_python():
 
 
 def test_a_column_takes_its_own_value():
-    pairs = ((Column("a", "A"), lambda item: item.real), (Column("b", "B"), lambda item: item.imag))
-    table = Table.of("T", pairs, [1 + 2j, 3 + 4j])
+    quantities = Quantity("a", "A", of=lambda item: item.real), Quantity("b", "B", of=lambda item: item.imag)
+    table = Table.of("T", quantities, [1 + 2j, 3 + 4j])
     assert (table.values("a"), table.values("b")) == ((1.0, 3.0), (2.0, 4.0))
     assert table.select(("b", "a")).records() == [{"b": 2.0, "a": 1.0}, {"b": 4.0, "a": 3.0}]
     assert Table.of_records("T", table.columns, [{"b": 5, "c": 6}]).rows == ((None, 5),)

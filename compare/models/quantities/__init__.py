@@ -1,0 +1,46 @@
+"""What the results of each model hold beside those of every model (`compare.page.state.STATE`), one module a model.
+
+They are read wherever a table is made: none of them loads a solver before it takes a value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from compare.models.base import State
+    from compare.record.quantity import Quantity
+    from compare.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Answered:
+    """A model's answer with what was asked: the item that quantities of a state are taken from."""
+
+    scene: Scene
+    state: State
+
+
+@runtime_checkable
+class Declares(Protocol):
+    """A model whose results hold more than those of every model; a model need not."""
+
+    @property
+    def quantities(self) -> tuple[Quantity[Answered], ...]:
+        """What it adds; of the key of a quantity of every model in the place of that one."""
+
+
+def walls_of(state: State) -> list[dict[str, Any]]:
+    """The walls that a state touches, with the errors of the ends of their `lines` (l), None with the reason where one
+    is not known."""
+    walls = list(state.supports.walls) if state.is_equilibrium else []
+    known = state.errors.get("lines") or [None] * len(walls)
+    unlike = "on finer elements it touches in more or fewer lines" if state.errors else "not asked for"
+    found = []
+    for wall, error in zip(walls, known, strict=True):
+        nowhere = not len(wall["lines"])
+        why = "it touches nowhere" if nowhere else f"{unlike} ({state.error_why})" if state.error_why else unlike
+        sure = None if nowhere else error
+        found.append({**wall, "lines_error": sure, **({} if sure is not None else {"lines_error_why": why})})
+    return found

@@ -1,0 +1,1 @@
+"""The record: a result is declared once, and files, tables and the terminal are made from the declaration."""
