@@ -78,11 +78,6 @@ class Comparison:
     beside: tuple[State, ...] = ()
 
     @property
-    def fast_error(self) -> float | None:
-        """Discretisation error of the fast model (Hausdorff / l)."""
-        return self.fast.error
-
-    @property
     def ok(self) -> bool:
         """Every solve converged to a stable equilibrium."""
         fast = all(state.ok for state in self.beside or (self.fast,))
