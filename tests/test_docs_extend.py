@@ -181,6 +181,48 @@ def arc(tmp_path, monkeypatch):
     sys.modules.pop("arc_model", None)
 
 
+#: The arc of the page within the package: asked for by `model.energy`, as every model of the house is.
+OF_THE_HOUSE = """
+import numpy as np
+from compare import registry
+from compare.models import solve
+from compare.scene.scene import load
+
+assert "copy" in registry.__file__ and registry.home("arc") == "compare.models.arc"
+scene = load("curl_4_3").replace({"model.energy": "arc", "strip.natural_curvature": 2.0, "model.grading": "uniform"})
+state = solve(scene)
+assert state.ok and state.model == "arc", state
+assert abs(state.shape.bend - 2.0 * (1.0 + 20.0**-2)) < 1e-12
+assert [ladder.name for ladder in registry.model("arc").ladders(scene)] == ["arc"]
+assert registry.model("arc").effects(scene)[0].changes == {"strip.natural_curvature": 0.0}
+"""
+
+
+def files_of(root: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(root)): path.read_bytes() for path in root.rglob("*") if path.is_file()}
+
+
+def test_a_model_of_the_house_is_one_module_and_one_line(copy):
+    """The module of the page, put into the package, and its line in the registry: two files, and nothing else names
+    it."""
+    before = files_of(copy)
+    block = next(block for block in blocks(PAGE) if block.text.startswith("# arc_model.py"))
+    (copy / "compare/models/arc.py").write_text(block.text)
+    place = copy / "compare/registry.py"
+    line = '    Entry("arc", ("arc",), "compare.models.arc:Arc"),\n'
+    place.write_text(place.read_text().replace("BUILT_IN = (\n", f"BUILT_IN = (\n{line}"))
+    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", OF_THE_HOUSE], cwd=copy, env=environment, capture_output=True, text=True,
+        timeout=PATIENCE,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
+    after = files_of(copy)
+    touched = {name for name in after if after[name] != before.get(name)}
+    assert touched == {"compare/models/arc.py", "compare/registry.py"}
+    assert place.read_text().count("arc") == line.count("arc") + before["compare/registry.py"].decode().count("arc")
+
+
 #: curl_4_3 for the arc: a quarter of a turn, one small shell.
 OWN = [
     "--set", "model.energy=arc", "--set", "strip.natural_curvature=1.5707963267948966",

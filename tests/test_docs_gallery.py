@@ -13,6 +13,7 @@ from PIL import Image
 from compare.cli import _parser
 from compare.models import solve as solve_scene
 from compare.models.base import Options
+from compare.models.scope import has_shell
 from compare.scene.scene import load, shipped
 from tests.docs_blocks import DOCS
 from tests.validation.workbench.gallery import LARGEST, PIXELS
@@ -58,7 +59,7 @@ def test_picture_command_and_source(name):
         options = _parser().parse_args(shlex.split(command)[1:])
         assert options.scene == name
         parsed += 1
-    assert parsed == 1 + load(name).has_shell()
+    assert parsed == 1 + has_shell(load(name))
     quantity, _ = headline(name)
     assert quantity == HEADLINES[name].quantity
     assert HEADLINES[name].source in text

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import ShellMissing
+from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
 HELP = "compare the ribbon of a scene with shells of several thicknesses"
@@ -34,7 +35,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.studies.compare import compare
 
     scene = common.scene_of(options)
-    scene.require_shell()
+    require_shell(scene)
     if importlib.util.find_spec("dolfinx") is not None:
         importlib.import_module("compare.pages.compare")  # what its pictures lack is said before anything is solved
     out = common.out_folder(options, scene.name)

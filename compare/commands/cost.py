@@ -12,6 +12,7 @@ from rich.console import Console
 from compare.commands import common
 from compare.commands.lists import ListOf
 from compare.errors import BadInput
+from compare.models.scope import has_shell, require_shell
 from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
@@ -129,10 +130,10 @@ def _ratio(options: argparse.Namespace, scene: Scene) -> float | None:
     """w/h of the shell: of the option, or the scene's largest; None where the scene has no shell."""
     asked = options.width_to_thickness
     if asked is None:
-        return max(scene.require_shell()) if scene.has_shell() else None
+        return max(require_shell(scene)) if has_shell(scene) else None
     if not (math.isfinite(asked) and asked > 1.0):
         raise BadInput("--width-to-thickness", asked, "is no w/h of a shell", "give a number above 1")
-    scene.replace({"shell.width_to_thickness": [asked]}).require_shell()
+    require_shell(scene.replace({"shell.width_to_thickness": [asked]}))
     return float(asked)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from compare.commands import common
+from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
 HELP = "which effects a scene switches on, why, and what each costs and changes"
@@ -40,7 +41,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
     scene = common.scene_of(options, computes=False)
     if options.shell:
-        scene.require_shell()
+        require_shell(scene)
     out = None if options.out is None else common.out_folder(options, scene.name)
     solves = shell = None
     with Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:

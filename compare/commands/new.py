@@ -12,6 +12,7 @@ from rich.console import Console
 from compare.begin.materials import MATERIALS
 from compare.commands import common
 from compare.errors import BadInput
+from compare.models.scope import has_shell
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
@@ -112,7 +113,7 @@ def _tell(console: Console, path: Path, scene: Scene) -> None:
         numbers.append(f"Gamma = {scene.gamma:.3g}")
     console.print(f"Written: {path} ({', '.join(numbers)})")
     steps = [(f"ribbonbench solve {name}", "its shape")]
-    if scene.has_shell():
+    if has_shell(scene):
         steps.append((f"ribbonbench limits {name} --quick", "may the ribbon model be trusted?"))
         steps.append((f"ribbonbench compare {name}", "beside the shell (needs dolfinx)"))
     else:

@@ -8,6 +8,7 @@ import sys
 from rich.console import Console
 
 from compare.commands import common
+from compare.models.scope import has_shell, require_shell
 from compare.page.table import Column, Table
 
 HELP = "list the shipped scenes, or print one of them"
@@ -52,7 +53,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         scene = load(name)
         start, end = scene.curvature
         curvature = start if start == end else (start, end)
-        shells = ", ".join(f"{r:g}" for r in scene.require_shell()) if scene.has_shell() else None
+        shells = ", ".join(f"{r:g}" for r in require_shell(scene)) if has_shell(scene) else None
         elements = len(scene.model.lengths)
         rows.append((name, scene.title, scene.width, curvature, scene.gamma, scene.model.energy, elements, shells))
     table = Table("Shipped scenes", _COLUMNS, tuple(rows))

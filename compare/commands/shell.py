@@ -9,6 +9,7 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.commands.lists import ListOf
+from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
 HELP = "solve the shell of a scene alone, also under mpirun"
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         if value is not None
     ]
     scene = common.scene_of(options)
-    scene.require_shell()
+    require_shell(scene)
     processes = world()
     out = processes.on_first(lambda: common.out_folder(options, scene.name))
     with Reporter(quiet=options.quiet or not processes.first) as reporter:

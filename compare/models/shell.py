@@ -43,6 +43,7 @@ from compare.models.capabilities import Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.reference import STRETCHING, beside_mesh, judged
+from compare.models.scope import has_shell, require_shell
 from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
 from compare.store.store import CaseStore
@@ -169,7 +170,7 @@ class ShellModel(Model):
     def refusal(self, scene: Scene) -> BadInput | None:
         """A scene without thickness, or held as no shell can be."""
         try:
-            for ratio in scene.require_shell():
+            for ratio in require_shell(scene):
                 shell_problem(scene, ratio, way=False)
         except BadInput as refused:
             return refused
@@ -179,12 +180,12 @@ class ShellModel(Model):
         """One for each w/h."""
         return tuple(
             Variant({"width_to_thickness": float(ratio)}, scene.replace({"shell.width_to_thickness": [float(ratio)]}))
-            for ratio in scene.require_shell()
+            for ratio in require_shell(scene)
         )
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """Meshes of degree 2, on their own and, where that is another beginning, from the ribbon's surface."""
-        if not scene.has_shell():
+        if not has_shell(scene):
             return (Ladder(LADDER, why="the scene has no thickness, or its supports are not a shell's"),)
         own = Ladder(LADDER, tuple(mesh_size(mesh) for mesh in MESHES))
         if scene.several_equilibria or scene.shell.start in ("coarse", "path"):
@@ -206,7 +207,7 @@ class ShellModel(Model):
         options = options or Options()
         if size is not None and size.ladder == LADDER and not options.selects:
             near = None
-        ratio = scene.require_shell()[0]
+        ratio = require_shell(scene)[0]
         if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
             scene = scene.replace({"shell.tolerance": None, "shell.goal": None})
         elements = shell_elements(scene) if size is None else (int(size.values[0]), int(size.values[1]))
@@ -283,7 +284,7 @@ class ShellModel(Model):
         assert options.grid is not None, "a reference's error is measured on a grid"
         own = [size for size in sizes if size.ladder == LADDER] or sizes  # the check is FINER_NEAR, on its own
         largest = max(own, key=lambda size: math.prod(size.values))
-        ratio = f"w/h = {scene.require_shell()[0]:g}"
+        ratio = f"w/h = {require_shell(scene)[0]:g}"
         fine = replace(largest, degree=3, words=f"{largest.label}, Q3")
         check = Size(LADDER, tuple(float(-(-3 * int(value) // 2)) for value in largest.values), 2)
         found = []

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.scene.check import beyond_the_shell
+from compare.models.scope import beyond_the_shell, require_shell
 from compare.scene.data import unit
 from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec, ShellSpec
@@ -196,7 +196,7 @@ def shell_words(scene: Scene) -> str:
         mesh += f" at first, refined to {shell.tolerance:g} {ASKED[shell.goal]}"
     words = [_holds(scene, what, where), mesh]
     try:
-        problem = shell_problem(scene, scene.require_shell()[0])
+        problem = shell_problem(scene, require_shell(scene)[0])
     except BadInput as refusal:
         way = f"its own path is not available ({refusal.key} {refusal.problem})"
     else:

@@ -13,6 +13,7 @@ from compare.errors import BadInput, Missing
 from compare.models.base import State
 from compare.models.effects.price import check_price
 from compare.models.reference import beside_mesh, judged
+from compare.models.scope import require_shell
 from compare.models.shell import state_of
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, event_text, shell_key, stored_case
@@ -36,7 +37,7 @@ def run(scene: Scene, store: CaseStore, reporter: Reporter, world: World, iterat
     options = shell_options(scene, iteration=iteration)
     asked = check_price(scene)
     found = []
-    for ratio in scene.require_shell():
+    for ratio in require_shell(scene):
         problem = shell_problem(scene, ratio)
         size = " x ".join(map(str, problem.elements))
         shared = f", {world.size} processes" if world.size > 1 else ""

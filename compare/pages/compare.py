@@ -14,11 +14,9 @@ from compare.pages import result as results
 from compare.pages.presenter import presenter
 from compare.pages.written import Written, write_shells
 from compare.pictures import comparison as figures
-from compare.report.write import MARKDOWN, read_report, write_report
+from compare.report.write import read_report, write_report
 from compare.scene.units import Units
 from compare.studies.compare import Comparison
-
-REPORT = MARKDOWN
 
 
 def write(out: Path, comparison: Comparison, again: str) -> Path:

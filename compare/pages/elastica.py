@@ -11,6 +11,7 @@ import numpy as np
 from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import BESIDE, State
+from compare.models.scope import beyond_the_ribbon
 from compare.page import told
 from compare.page.drawing import pictured
 from compare.page.page import Picture
@@ -18,7 +19,6 @@ from compare.page.remedies import message
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written
-from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 

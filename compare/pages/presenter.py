@@ -37,10 +37,9 @@ def _has_one(scene: Scene) -> BadInput | None:
 
 @dataclass(frozen=True)
 class Presenter:
-    """rows and sentences: what `ribbonbench solve` prints
-    (None: what every state has); write: its files and pictures; explained: keys of the result.json of `explain`, from
-    effects and solves without each; undetermined: what there is to say where the forces are not; no_surface: why there
-    is nothing to export (None: there is)."""
+    """rows and sentences: what `ribbonbench solve` prints (None: what every state has); write: its files and pictures;
+    explained: keys of the result.json of `explain`, from effects and solves without each; undetermined: what there is
+    to say where the forces are not; no_surface: why there is nothing to export (None: there is)."""
 
     rows: Callable[[Scene, State, Units | None], Sequence[tuple[str, str]]] | None = None
     sentences: Callable[[Scene, State], Sequence[str]] | None = None

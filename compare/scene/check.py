@@ -31,69 +31,14 @@ ON_WALL = 1e-9
 INTO_WALL = 1e-6
 """How far, over one length, a clamp that stands on a wall may point into it: rounding."""
 
+OF_A_ROD = "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods"
+"""What is said of a model that takes no strip.second_moment."""
+
 MOEBIUS_WIDTH = 1.0 / math.sqrt(3.0)
 """Bound of w / l for an embedded paper Moebius band (R. Schwartz 2023, doi:10.48550/arXiv.2308.12641)."""
 
 FEWEST_CLOSED = 3
 """Smallest number of elements of a closed band."""
-
-
-def beyond_the_ribbon(scene: SceneData) -> tuple[str, str] | None:
-    """The first key that the ribbon does not know, and why; None: there is none."""
-    if scene.strip.second_moment is not None:
-        return (
-            "strip.second_moment",
-            "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods",
-        )
-    return _of_rods(scene) or _of_tapes(scene)
-
-
-def _of_rods(scene: SceneData) -> tuple[str, str] | None:
-    """The first key that only rods know, and why; None: there is none."""
-    if scene.rod is not None:
-        return "rod", "is a strip of section w x h, and [rod] is the section of a rod"
-    if scene.tip is not None and scene.tip.moment is not None:
-        return "tip.moment", "takes forces at its tip, and only rods a moment"
-    if scene.closure is not None and scene.closure.twist:
-        return "closure.twist", "closes smoothly, and only rods with a turned end"
-    return None
-
-
-def _of_tapes(scene: SceneData) -> tuple[str, str] | None:
-    """The first key that only tape springs and rods know, and why; None: there is none."""
-    if scene.strip.transverse_curvature:
-        return "strip.transverse_curvature", "is flat across at rest"
-    for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
-        if clamp is not None and clamp.slide is not None:
-            return f"{name}.slide", "holds all of a point or nothing of it"
-        if clamp is not None and clamp.section is not None:
-            return f"{name}.section", "has a section that keeps its shape at a clamp"
-    return None
-
-
-def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
-    """The first section that the shell cannot do, and what it cannot; None: there is none."""
-    if scene.strip.second_moment is not None:
-        return "strip.second_moment", "makes the strip a rod, and the shell is a strip of section w x h"
-    beyond = _of_rods(scene)
-    if beyond is not None:
-        return beyond[0], f"is given, and the shell {beyond[1]}"
-    if scene.walls:
-        return "wall", "confines the strip, and the shell has no contact"
-    if scene.closure is not None and scene.strip.transverse_curvature:
-        return "strip.transverse_curvature", "curves the section, and the shell joins flat ones"
-    if scene.clamp_start is None and scene.closure is None:
-        return "clamp.start", "is absent: the start is free, and the shell is held there"
-    for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
-        if clamp is None or clamp.holds_all:
-            continue
-        if clamp.section == "free":
-            return f"{name}.section", "is free, and the shell needs position and frame of the plane in which it is"
-        hinged = clamp.position is not None and scene.strip.transverse_curvature  # the edge turns about t_x as a whole
-        if not (name == "clamp.end" and (scene.guided or hinged)):
-            part = "position" if clamp.position is None else "frame"
-            return name, f"leaves the {part} free, and the shell's clamps hold position and frame"
-    return None
 
 
 def check_geometry(scene: SceneData) -> None:
@@ -361,9 +306,7 @@ def _check_elastica(scene: SceneData) -> None:
                 'choose energy = "wunderlich" or "auto"',
             )
     elif scene.strip.second_moment is not None and not chosen.rod:
-        beyond = beyond_the_ribbon(scene)
-        assert beyond is not None
-        raise BadInput("model.energy", scene.model.energy, beyond[1], 'choose model.energy = "elastica"')
+        raise BadInput("model.energy", scene.model.energy, OF_A_ROD, 'choose model.energy = "elastica"')
 
 
 def _check_tip(scene: SceneData) -> None:

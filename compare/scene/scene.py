@@ -18,7 +18,7 @@ from typing import Any
 from compare import registry
 from compare.errors import BadInput
 from compare.scene.change import canonical_of, changed, document_of, given_keys
-from compare.scene.check import beyond_the_shell, check_geometry
+from compare.scene.check import check_geometry
 from compare.scene.data import SceneData
 from compare.scene.declare import Kind
 from compare.scene.given.known import check_known
@@ -49,30 +49,6 @@ class Scene(SceneData):
     def is_planar(self) -> bool:
         """True when a planar equilibrium (eta = 0) exists; it need not be the stable one."""
         return self.nonplanar_reason() is None
-
-    def require_shell(self) -> tuple[float, ...]:
-        """w/h of the shell runs that the scene asks for.
-
-        `BadInput` when it gives no thickness at all, or holds the strip as the shell cannot.
-        """
-        beyond = beyond_the_shell(self)
-        if beyond is not None:
-            raise BadInput(beyond[0], None, beyond[1], "use ribbonbench solve")
-        if self.shell.width_to_thickness:
-            return self.shell.width_to_thickness
-        if self.strip.thickness is None:
-            raise BadInput(
-                "shell.width_to_thickness",
-                None,
-                "is missing and so is strip.thickness, but a shell has a thickness",
-                "add [shell] with width_to_thickness = [20, 50, 100], or strip.thickness",
-            )
-        return (self.strip.width / self.strip.thickness,)
-
-    def has_shell(self) -> bool:
-        """True when the scene gives what its shell needs: a thickness, and clamps that the shell can hold."""
-        thick = self.shell.width_to_thickness or self.strip.thickness is not None
-        return bool(thick) and beyond_the_shell(self) is None
 
     def notes(self) -> tuple[str, ...]:
         """One line for every given value that has no effect on the result, so that none is ignored silently, and for

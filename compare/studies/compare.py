@@ -36,6 +36,7 @@ from compare.models.base import BESIDE, Model, Options, Shape, State, Variant, c
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
 from compare.models.same_state import SETTLED, Same, same_state
+from compare.models.scope import require_shell
 from compare.page.pair import Row
 from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
@@ -77,11 +78,6 @@ class Comparison:
     beside: tuple[State, ...] = ()
 
     @property
-    def fast_error(self) -> float | None:
-        """Discretisation error of the fast model (Hausdorff / l)."""
-        return self.fast.error
-
-    @property
     def ok(self) -> bool:
         """Every solve converged to a stable equilibrium."""
         fast = all(state.ok for state in self.beside or (self.fast,))
@@ -117,7 +113,7 @@ def compare(
 
     Raises `ShellMissing`, with the scene's own model's answer, where no shell can be run here.
     """
-    scene.require_shell()
+    require_shell(scene)
     shell, quick = model(RICHEST), beside_the_shell(scene)
     for one in (shell, quick):  # what a model refuses, or would ignore, is said before anything is solved
         check_keys(one, scene)

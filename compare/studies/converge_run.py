@@ -10,6 +10,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.models.choice import beside_the_shell
+from compare.models.scope import require_shell
 from compare.page.pair import Row
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -67,7 +68,7 @@ def prepared(scene: Scene, ratios: Sequence[float] | None = None, elements: tupl
     elif len(scene.shell.width_to_thickness) < 2:
         keys["shell.width_to_thickness"] = list(RATIOS)
     found = scene.replace(keys) if keys else scene
-    found.require_shell()
+    require_shell(found)
     return found
 
 

@@ -20,6 +20,7 @@ from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import Effect, Options, Shape, State, Status
 from compare.models.choice import chosen, coarse_shell
+from compare.models.scope import require_shell
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -176,4 +177,4 @@ def shells(scene: Scene, grid: Grid, store: CaseStore, reporter: Reporter) -> Sh
             moved = grid_hausdorff(points, grid.of(state.shape))
         rows.append(ShellWithout(effect.key, state.word, state.iterations, state.seconds.warm, moved))
     along, across = (int(value) for value in size.values)
-    return ShellSolves(alone.require_shell()[0], (along, across), tuple(rows))
+    return ShellSolves(require_shell(alone)[0], (along, across), tuple(rows))

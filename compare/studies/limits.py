@@ -26,6 +26,7 @@ from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, GRADES, UNKNOWN, grad
 from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
+from compare.models.scope import require_shell
 from compare.page.pair import Row
 from compare.page.told import percent
 from compare.registry import RICHEST
@@ -175,7 +176,7 @@ def with_clamp(scene: Scene, clamp: str) -> Scene:
 
 def require_limits(scene: Scene) -> None:
     """Refuses a scene that no shell can stand beside, before anything is computed."""
-    scene.require_shell()
+    require_shell(scene)
     if not isinstance(chosen(scene), Estimates):
         raise BadInput(
             "model.energy",
@@ -195,7 +196,7 @@ def quick(
     """The estimates from the ribbon alone, one per w/h."""
     require_limits(scene)
     ribbon = beside_the_shell(scene).solve(scene, options=Options(error=True), say=say)
-    return [_estimated(scene, ribbon, ratio, thresholds, values or {}, say) for ratio in scene.require_shell()]
+    return [_estimated(scene, ribbon, ratio, thresholds, values or {}, say) for ratio in require_shell(scene)]
 
 
 def _estimated(

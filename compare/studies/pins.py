@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
+from compare.models.scope import require_shell
 from compare.scene.scene import Scene, load, shipped
 
 SHIPPED = Path(__file__).parent / "agreements.toml"
@@ -67,7 +68,7 @@ class Pin:
         changes.update(keys or {})
         if changes:
             scene = scene.replace(changes)
-        ratios = scene.require_shell()
+        ratios = require_shell(scene)
         bounds = None if slope is None else _pair(f"{where}slope", slope)
         if distance is None and share is None and slope is None:
             raise BadInput(f"{where}distance", None, "is missing: nothing is claimed", "give distance, share or slope")
@@ -88,7 +89,7 @@ class Pin:
     @property
     def label(self) -> str:
         """The scene and the w/h, for people and for the names of tests."""
-        ratios = ", ".join(f"{ratio:g}" for ratio in self.scene.require_shell())
+        ratios = ", ".join(f"{ratio:g}" for ratio in require_shell(self.scene))
         others = [f"{key}={value}" for key, value in self.keys if not key.startswith("shell.")]
         return " ".join([self.scene.name, f"w/h={ratios}", *others])
 

@@ -17,6 +17,7 @@ from compare.battery.judge.seen import as_seen, rests_on_checks
 from compare.battery.own_scenes import own
 from compare.battery.processes import ran
 from compare.measure.grades import GOOD
+from compare.models.scope import has_shell
 from compare.scene import Scene
 
 #: Scenes of a rung, and rungs: 300 scenes in all; beside shells, which take seconds, fewer in a rung.
@@ -218,7 +219,7 @@ CASES: tuple[Case, ...] = (
     _case("sweep", "the same over three thicknesses", "good is every case a stable state",
           of_command(_thicker, _swept)),
     _case("compare", "the same beside shells", "good is one state, with a distance and both errors",
-          of_command(lambda scene: ["compare"] if scene.has_shell() else None, _compared, WITH_SHELL), WITH_SHELL),
+          of_command(lambda scene: ["compare"] if has_shell(scene) else None, _compared, WITH_SHELL), WITH_SHELL),
     _case("moved", "the same mirrored, and in another unit of length", "the same states to 1e-6", _moved,
           known=_SEVERAL),
 )  # fmt: skip

@@ -26,6 +26,7 @@ from compare.models.effects.ribbon_off import (
     starting_state,
 )
 from compare.models.ribbon.build import formulation_why, has_free_twist
+from compare.models.scope import require_shell
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
 from ribbon.energies import ENERGIES, FREE_ENERGIES
@@ -300,7 +301,7 @@ def _procedure(scene: Scene) -> list[Effect]:
         why = "the scene has no thickness and no [shell]"
         return [*found, _effect("stretching and shear", False, why, "no shell run")]
     try:
-        ratios = ", ".join(f"{r:g}" for r in scene.require_shell())
+        ratios = ", ".join(f"{r:g}" for r in require_shell(scene))
     except BadInput as refusal:
         return [*found, _effect("stretching and shear", False, f"{refusal.key} {refusal.problem}", "no shell run")]
     why = f"in the shell{'' if has_free_twist(scene) else ' only'}, w/h = {ratios}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from compare.errors import BadInput
 from compare.models.base import Effect
 from compare.models.effects.weightless import weightless
+from compare.models.scope import require_shell
 from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_words
 from compare.scene.stages import stages_without
 
@@ -43,7 +44,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
 
 def _itself(scene: Scene) -> Effect:
     try:
-        ratios = ", ".join(f"{r:g}" for r in scene.require_shell())
+        ratios = ", ".join(f"{r:g}" for r in require_shell(scene))
         said = [f"{shell_words(scene)}.", line_weight(scene)]
     except BadInput as refusal:
         return Effect("shell", "", False, f"{refusal.key} {refusal.problem}")
@@ -53,7 +54,7 @@ def _itself(scene: Scene) -> Effect:
 def thickest(scene: Scene) -> tuple[Scene, tuple[int, int]]:
     """The scene with its thickest shell alone, and a mesh on which it can be solved several times: `FIRST_ELEMENTS` at
     most, without refinement. Raises `BadInput` for a scene without a shell."""
-    ratio = float(min(scene.require_shell()))
+    ratio = float(min(require_shell(scene)))
     along, across = shell_elements(scene)
     alone = scene.replace({"shell.width_to_thickness": [ratio], "shell.tolerance": None, "shell.goal": None})
     return alone, (min(along, FIRST_ELEMENTS[0]), min(across, FIRST_ELEMENTS[1]))

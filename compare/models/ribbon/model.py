@@ -33,9 +33,9 @@ from compare.models.ribbon import neutral
 from compare.models.ribbon.refinement import judged, left, refined
 from compare.models.ribbon.solving import solved, solved_together, together
 from compare.models.ribbon.state import own_size, state_of
+from compare.models.scope import beyond_the_ribbon
 from compare.models.timing import compiling
 from compare.registry import name_for
-from compare.scene.check import beyond_the_ribbon
 
 if TYPE_CHECKING:
     from compare.models.capabilities import Estimate, Moves

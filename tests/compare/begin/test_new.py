@@ -21,6 +21,7 @@ from compare.begin.start import asked, checked, started
 from compare.begin.template import HELD
 from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
+from compare.models.scope import has_shell
 from compare.scene.keys import KEYS
 from compare.scene.scene import load, loads
 from tests.compare.scenes.test_scenes_shipped import UNITS as SAID
@@ -50,7 +51,7 @@ def test_every_combination_is_a_scene(words, tmp_path):
     assert (scene.gravity is None) == ("--weightless" in words or "moebius" in words)
     assert (scene.strip.young is None) == ("--si" not in words)
     assert not scene.notes() or scene.gravity is None
-    assert scene.has_shell()
+    assert has_shell(scene)
 
 
 @pytest.mark.parametrize("si", [["--si"], []], ids=["si", "dimensionless"])

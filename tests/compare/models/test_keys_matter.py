@@ -15,6 +15,7 @@ from compare import registry
 from compare.errors import BadInput
 from compare.models.base import check_keys
 from compare.models.effects.ribbon_off import explained_problem, starting_state
+from compare.models.scope import require_shell
 from compare.models.shell_build import shell_options, shell_problem
 from compare.scene.keys import KEYS
 from compare.scene.scene import Scene, loads
@@ -147,7 +148,7 @@ def scene_with(key: str, value: Any, energy: str) -> Scene:
 def answer(scene: Scene, model: str) -> list[float]:
     """What a scene leads to, as numbers: energies, places, size; of a shell what its worker is asked."""
     if model == "shell":
-        asked = [shell_problem(scene, ratio).to_dict() for ratio in scene.require_shell()]
+        asked = [shell_problem(scene, ratio).to_dict() for ratio in require_shell(scene)]
         return [json.dumps([asked, shell_options(scene).to_dict()], sort_keys=True)]  # type: ignore[list-item]
     state = registry.model(model).solve(scene)
     assert state.energy is not None

@@ -12,6 +12,7 @@ import pytest
 from compare import registry
 from compare.models import solve
 from compare.models.base import Options
+from compare.models.scope import has_shell, require_shell
 from compare.models.shell_process import ShellCase
 from compare.pages.result import state_result
 from compare.scene.scene import Scene, load, shipped
@@ -73,14 +74,14 @@ def test_compare_says_what_solve_says(name, tmp_path, monkeypatch):
     """The ribbon and the third opinion of a comparison whose shells all fail at once."""
     monkeypatch.setattr("compare.models.shell.run_shell", lambda *a, **k: ShellCase({"status": "crashed"}, None, False))
     scene = load(name)
-    if not scene.has_shell() or not answers(scene, "ribbon"):
+    if not has_shell(scene) or not answers(scene, "ribbon"):
         return
     found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
     alone = solve(scene, "ribbon")
     assert found.fast.word == alone.word
     assert found.fast.energy.total == pytest.approx(alone.energy.total, rel=SAME, abs=SAME)
     assert found.fast.end.position == pytest.approx(alone.end.position, abs=1e-7)
-    assert [row.status for row in found.rows] == ["crashed"] * len(scene.require_shell())
+    assert [row.status for row in found.rows] == ["crashed"] * len(require_shell(scene))
     if found.elastica is not None and found.fast.ok:
         near = solve(scene, "elastica", near=found.fast.shape)
         assert found.elastica.energy.total == pytest.approx(near.energy.total, rel=SAME, abs=SAME)

@@ -8,6 +8,7 @@ import pytest
 from compare.errors import BadInput
 from compare.models import solve
 from compare.models.base import Options
+from compare.models.scope import require_shell
 from compare.models.shell import motions_of
 from compare.models.shell_build import shell_problem, shell_words
 from compare.pages.comparison import verdict
@@ -79,7 +80,7 @@ def test_what_nothing_resists():
 def test_what_the_shell_cannot_close(change, key, words):
     def asked():
         scene = SCENE.replace(change)
-        scene.require_shell()
+        require_shell(scene)
         return shell_problem(scene, 10.0)
 
     with pytest.raises(BadInput, match=words) as caught:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from compare.errors import BadInput
+from compare.models.scope import require_shell
 from compare.models.shell_build import shell_options, shell_problem
 from compare.scene.scene import loads
 
@@ -45,7 +46,7 @@ SLIDING = "slide = [0.0, 0.0, 1.0]"
 
 def test_a_scene_gives_the_tape_and_what_holds_it():
     scene = loads(text(end=SLIDING + '\nsection = "free"'))
-    problem = shell_problem(scene, *scene.require_shell())
+    problem = shell_problem(scene, *require_shell(scene))
     assert problem.transverse_curvature == pytest.approx(20.0)
     assert problem.slide == (None, (0.0, 0.0, 1.0))
     assert problem.sections == ("undeformed", "free")
@@ -61,7 +62,7 @@ def test_a_scene_gives_the_tape_and_what_holds_it():
 
 def test_an_end_without_a_frame_turns():
     scene = loads(text(0.0, SLIDING, "", frame=False))
-    problem = shell_problem(scene, *scene.require_shell())
+    problem = shell_problem(scene, *require_shell(scene))
     assert problem.turns
     assert np.array(problem.end.frame)[:, 0] == pytest.approx([1.0, 0.0, 0.0])
 
@@ -78,7 +79,7 @@ def test_an_end_without_a_frame_turns():
 def test_what_the_shell_cannot_hold_is_refused(changes, key):
     scene = loads(text(**changes))
     with pytest.raises(BadInput) as caught:
-        shell_problem(scene, *scene.require_shell())
+        shell_problem(scene, *require_shell(scene))
     assert caught.value.key == key
 
 

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from compare.errors import BadInput
+from compare.models.scope import require_shell
 from compare.scene.scene import Scene, load, loads, parse_assignment, shipped
 from tests.compare.scene.scene_texts import PLANAR, SI, text
 
@@ -37,7 +38,7 @@ def test_dimensionless_numbers_of_an_si_scene():
     assert scene.seed_curvature == (1.0, 2.0)
     assert scene.thickness == pytest.approx(2e-4, rel=1e-15)
     assert scene.position.tolist() == [2.0, 0.0, -1.0]
-    assert scene.require_shell() == (pytest.approx(150.0),)
+    assert require_shell(scene) == (pytest.approx(150.0),)
     heavier = loads(text(SI, {"gravity.acceleration": "19.62"}))
     assert heavier.gamma == pytest.approx(2 * 613.125, rel=1e-13)
 
@@ -102,12 +103,12 @@ def test_absent_gravity_is_weightless_and_says_what_has_no_effect():
 
 def test_shell_needs_a_thickness():
     with pytest.raises(BadInput) as caught:
-        loads(text()).require_shell()
+        require_shell(loads(text()))
     assert caught.value.key == "shell.width_to_thickness"
     assert "strip.thickness" in caught.value.remedy
-    assert loads(text({"strip.thickness": "3e-4"})).require_shell() == (pytest.approx(100.0),)
-    assert loads(text({"shell.width_to_thickness": "[20, 50]"})).require_shell() == (20.0, 50.0)
-    assert loads(text({"shell.width_to_thickness": "30"})).require_shell() == (30.0,)
+    assert require_shell(loads(text({"strip.thickness": "3e-4"}))) == (pytest.approx(100.0),)
+    assert require_shell(loads(text({"shell.width_to_thickness": "[20, 50]"}))) == (20.0, 50.0)
+    assert require_shell(loads(text({"shell.width_to_thickness": "30"}))) == (30.0,)
 
 
 def test_planarity():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from compare.errors import BadInput
+from compare.models.scope import has_shell, require_shell
 from compare.scene.scene import load, loads
 from compare.scene.spec import ClampSpec, ClosureSpec, WallSpec
 from tests.compare.scene.scene_texts import PLANAR, fault, text
@@ -418,17 +419,17 @@ BEYOND_THE_SHELL = [
 @pytest.mark.parametrize(("change", "extra", "key", "words"), BEYOND_THE_SHELL)
 def test_what_the_shell_cannot_hold_is_refused(change, extra, key, words):
     scene = loads(text(PLANAR, {"strip.thickness": "3e-4"}, change, extra=extra))
-    assert not scene.has_shell()
+    assert not has_shell(scene)
     with pytest.raises(BadInput, match=words) as caught:
-        scene.require_shell()
+        require_shell(scene)
     assert caught.value.key == key
     assert "ribbonbench solve" in caught.value.remedy
 
 
 def test_the_shell_takes_two_clamps_and_weighs_its_surface():
     scene = loads(text(PLANAR, {"strip.thickness": "3e-4", "gravity.exact": "true"}, END))
-    assert scene.has_shell()
-    assert scene.require_shell() == (pytest.approx(100.0),)
+    assert has_shell(scene)
+    assert require_shell(scene) == (pytest.approx(100.0),)
 
 
 @pytest.mark.parametrize(("change", "extra", "words"), BEYOND)

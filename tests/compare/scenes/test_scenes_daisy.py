@@ -14,6 +14,7 @@ from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
 from compare.models.elastica.start import elastica_problem
+from compare.models.scope import has_shell
 from compare.page.remedies import message
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
@@ -48,7 +49,7 @@ def test_numbers_of_the_stem(name):
     assert scene.gamma == 0.0
     assert scene.curvature == ((0.0, 0.0) if name == "daisy_straight" else (-0.1, -0.1))
     assert scene.is_planar()
-    assert not scene.has_shell()
+    assert not has_shell(scene)
     assert scene.notes() == ()
     assert loads(scene.to_toml()).canonical() == scene.canonical()
 

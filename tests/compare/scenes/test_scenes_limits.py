@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from compare.models import solve as solve_scene
+from compare.models.scope import require_shell
 from compare.models.shell_build import shell_problem
 from compare.models.shell_process import run_shell
 from compare.scene.scene import load
@@ -49,7 +50,7 @@ def test_parameters(name):
     assert scene.notes() == ()
     assert (scene.width, scene.strip.poisson, scene.gamma) == (width, poisson, gamma)
     assert scene.model.elements == elements
-    assert scene.require_shell() == pytest.approx(ratios)
+    assert require_shell(scene) == pytest.approx(ratios)
     assert scene.model.energy == "wunderlich"
     assert scene.curvature == (0.0, 0.0)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from compare.models import solve as solve_scene
+from compare.models.scope import require_shell
 from compare.scene.scene import load
 from tests.reference import lateral_torsional as published
 
@@ -24,7 +25,7 @@ def test_edge_published_is_the_papers_strip():
     assert scene.frame[:, 0] == pytest.approx([0, 0, -1])  # the width is vertical
     rolled = scene.stages()[0].frame
     assert math.acos(np.clip(rolled[:, 1] @ scene.frame[:, 1], -1, 1)) == pytest.approx(0.4)
-    assert scene.require_shell() == pytest.approx([published.WIDTH / published.THICKNESS])
+    assert require_shell(scene) == pytest.approx([published.WIDTH / published.THICKNESS])
 
 
 def test_edge_published_as_sadowskys_ribbon_is_the_papers_curve():

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from compare.models.scope import require_shell
 from compare.scene.scene import load, loads, shipped
 from shellref.elastica.solve import ElasticaProblem, ElasticaStatus, solve, to_plane
 
@@ -79,10 +80,10 @@ def test_clamp_of_3_5_2(name):
 
 
 def test_shell_runs():
-    assert load("curl_4_3").require_shell() == (10.0, 20.0, 50.0, 100.0, 200.0)
-    assert load("curl_4_3_down").require_shell() == (10.0, 20.0, 50.0, 100.0, 200.0)
-    assert load("cantilever").require_shell() == (20.0, 50.0, 100.0, 200.0)
-    assert load("figure_4_1").require_shell() == (pytest.approx(150.0),)
+    assert require_shell(load("curl_4_3")) == (10.0, 20.0, 50.0, 100.0, 200.0)
+    assert require_shell(load("curl_4_3_down")) == (10.0, 20.0, 50.0, 100.0, 200.0)
+    assert require_shell(load("cantilever")) == (20.0, 50.0, 100.0, 200.0)
+    assert require_shell(load("figure_4_1")) == (pytest.approx(150.0),)
 
 
 def test_the_two_curls_differ_by_the_sign_only():

@@ -16,6 +16,7 @@ from compare.check import Verdict, assert_agreement, cache_folder, check, judged
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
 from compare.errors import BadInput
 from compare.models.base import Seconds
+from compare.models.scope import require_shell
 from compare.scene.scene import load
 from compare.store.store import CaseStore
 from compare.studies.compare import Row
@@ -217,7 +218,7 @@ def test_a_file_of_pins_finds_scenes_beside_it(tmp_path):
     )
     first, second = read_pins(path)
     assert first.scene.gamma == 50.0
-    assert first.scene.require_shell() == (50.0,)
+    assert require_shell(first.scene) == (50.0,)
     assert second.slope == (0.3, 0.8)
     assert second.scene.shell.elements == (20, 2)
     assert is_pins(path)

@@ -14,6 +14,7 @@ from compare.cli import main
 from compare.errors import BadInput
 from compare.models import solve
 from compare.models.base import Energy, Options
+from compare.models.scope import require_shell
 from compare.page.page import read_page
 from compare.pages import converge as convergence_write
 from compare.scene.scene import load
@@ -269,7 +270,7 @@ def test_ratios_come_from_the_option_the_scene_or_the_default():
     one = scene.replace({"shell.width_to_thickness": 30})
     assert convergence_run.prepared(one).shell.width_to_thickness == convergence_run.RATIOS
     none = scene.replace({"shell.width_to_thickness": None})
-    assert convergence_run.prepared(none).require_shell() == convergence_run.RATIOS
+    assert require_shell(convergence_run.prepared(none)) == convergence_run.RATIOS
     with pytest.raises(BadInput, match="two values at least"):
         convergence_run.prepared(scene, [50])
     with pytest.raises(BadInput, match="closure"):

@@ -18,6 +18,7 @@ from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.measure.front import Mark, front, reach
 from compare.models import solve
+from compare.models.scope import require_shell
 from compare.page.csv import as_csv
 from compare.page.page import read_page
 from compare.pages import cost as cost_write
@@ -341,7 +342,7 @@ def test_sizes_of_the_plan_are_those_of_its_ladders():
         "shell near": [(10, 2), (50, 4)],
     }  # fmt: skip
     assert [e.ladder.sizes[0].degree for e in found if e.model.name == "elastica"] == [1, 2, 3]
-    assert found[-1].scene.require_shell() == (50.0,)
+    assert require_shell(found[-1].scene) == (50.0,)
     usual, _ = chosen(load("cantilever"), Plan(solvers=("elastica",)))
     assert [e.ladder for e in usual] == list(usual[0].model.ladders(load("cantilever")))
     own, near = (ladder.sizes for ladder in registry.model("shell").ladders(load("curl_4_3")))

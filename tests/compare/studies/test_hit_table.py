@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from compare.models.scope import require_shell
 from tests.validation.workbench.drawn import drawn
 from tests.validation.workbench.hit_cases import GROUPS, cases
 from tests.validation.workbench.hit_solve import ELEMENTS, lengths
@@ -24,7 +25,7 @@ def test_forty_scenes_are_the_same_every_time():
 
 def test_drawn_scenes_are_within_their_ranges():
     for _, scene in drawn():
-        (ratio,) = scene.require_shell()
+        (ratio,) = require_shell(scene)
         assert 0.019 < scene.width < 0.301
         assert 19.5 < ratio < 402.0
         assert 0.0 <= scene.strip.poisson <= 0.45
@@ -37,7 +38,7 @@ def test_cases_have_names_of_their_own_and_one_thickness():
     found = cases()
     assert [sum(case.group == group for case in found) for group in GROUPS] == [18, 18, 44, 40]
     assert len({case.name for case in found}) == 120
-    assert all(case.scene.require_shell() == (case.scene.width / case.scene.thickness,) for case in found)
+    assert all(require_shell(case.scene) == (case.scene.width / case.scene.thickness,) for case in found)
 
 
 def test_elements_are_shorter_at_every_held_end():

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from compare.models import solve
 from compare.models.base import Size
+from compare.models.scope import require_shell
 from compare.page.markdown import as_markdown
 from compare.pages import cost as cost_write
 from compare.scene.scene import load
@@ -73,7 +74,7 @@ def run(out: Path, scenes: tuple[str, ...] = SCENES, plan: Plan | None = None) -
         for count in PROBED
     }
     for name in scenes:
-        chosen = plan or Plan(ratio=max(load(name).require_shell()), budget=BUDGET)
+        chosen = plan or Plan(ratio=max(require_shell(load(name))), budget=BUDGET)
         more, found = one_core.call(measured, name, chosen, str(out / f"cost_{name}.png"))
         parts += more
         numbers |= found

@@ -14,8 +14,8 @@ from PIL import Image
 from compare.models import solve as solve_scene
 from compare.models.base import Options, State
 from compare.models.choice import chosen
+from compare.models.scope import beyond_the_ribbon, has_shell, require_shell
 from compare.pictures import ribbon as profile
-from compare.scene.check import beyond_the_ribbon
 from compare.scene.scene import Scene, load, shipped
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_bytes, atomic_write_text
@@ -146,7 +146,7 @@ def entry(scene: Scene, run: State) -> str:
     """The scene's section of the page."""
     e, headline = run.native, HEADLINES[scene.name]
     size = f"{len(e.problem.lengths)} segments, {e.problem.formulation}"
-    shells = ", ".join(f"{ratio:g}" for ratio in scene.require_shell()) if scene.has_shell() else ""
+    shells = ", ".join(f"{ratio:g}" for ratio in require_shell(scene)) if has_shell(scene) else ""
     beside = f"; `ribbonbench compare {scene.name}` sets shells of w/h = {shells} beside it" if shells else ""
     stages = f" along {len(scene.path) + 1} stages" if scene.path else ""
     return "\n\n".join(
@@ -179,7 +179,7 @@ def rod_entry(scene: Scene, run: State) -> str:
 def model_entry(scene: Scene, run: State) -> str:
     """The same of a scene of another model."""
     headline = HEADLINES[scene.name]
-    beside = f"; `ribbonbench compare {scene.name}` sets a shell beside it" if scene.has_shell() else ""
+    beside = f"; `ribbonbench compare {scene.name}` sets a shell beside it" if has_shell(scene) else ""
     return "\n\n".join(
         [
             f"## {scene.name}",

@@ -14,6 +14,7 @@ from functools import cached_property
 from pathlib import Path
 
 from compare.models.base import Options, State
+from compare.models.scope import require_shell
 from compare.models.shell import mesh_size, state_of
 from compare.models.shell_build import WIDE, shell_elements, shell_problem
 from compare.models.shell_process import ShellCase
@@ -48,7 +49,7 @@ class Case:
     @cached_property
     def ratio(self) -> float:
         """w/h."""
-        return self.scene.require_shell()[0]
+        return require_shell(self.scene)[0]
 
 
 def cases() -> tuple[Case, ...]:
@@ -68,7 +69,7 @@ def _grid(group: str, name: str, scene: Scene, axes: Sequence[str]) -> list[Case
     found = []
     for point in points(scene, [parse_axis(axis) for axis in axes]):
         told = "_".join(f"{_AXES[key]}{value:g}" for key, value in point.values.items())
-        (ratio,) = point.scene.require_shell()
+        (ratio,) = require_shell(point.scene)
         thick = point.scene.strip.thickness or point.scene.strip.width / ratio
         found.append(
             Case(

@@ -8,6 +8,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from compare.models.scope import require_shell
 from compare.models.shell_build import shell_options, shell_problem
 from compare.models.shell_process import run_shell
 from compare.page.csv import as_csv
@@ -225,7 +226,7 @@ def _even(width: float, gamma: float, store: CaseStore, reporter: Reporter) -> l
         }
     )  # fmt: skip
     reporter.step(f"even mesh: w = {width:g}, Gamma = {gamma:g}")
-    case = run_shell(shell_problem(scene, scene.require_shell()[0]), store, shell_options(scene))
+    case = run_shell(shell_problem(scene, require_shell(scene)[0]), store, shell_options(scene))
     if not case.ok:
         raise AssertionError(f"even mesh, w = {width}, Gamma = {gamma}: {case.data['message']}")
     share = case.data["share"]
