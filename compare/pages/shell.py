@@ -51,10 +51,10 @@ SHELL: tuple[Quantity[Answered], ...] = tuple(quantity for quantity in _ALL if q
 _COLUMNS: tuple[Quantity[Answered], ...] = (
     *pick(SHELL, "width_to_thickness"),
     *(replace(quantity, rank=1, note="") for quantity in pick(SHELL, "status")),
-    *pick(SHELL, "share", "energy", "middle", "end", "model"),
+    *pick(SHELL, "share", "energy", "middle", "end", "model.elements"),
     Quantity("error", "error", "l", "exponent:1", legend="of the discretisation, by another mesh or by refinement: "
              "Hausdorff / l, or of what shell.goal says", rank=2, of=_error),
-    *pick(SHELL, "seconds", "reused"),
+    *pick(SHELL, "seconds.warm", "reused"),
 )  # fmt: skip
 _LEGEND = "Energies in D w / l without the constant of the natural curvature, positions in l."
 

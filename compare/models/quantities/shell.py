@@ -27,24 +27,6 @@ def _held(a: Answered, kind: str) -> dict[str, Any]:
             for name, found in (("start", held.start), ("end", held.end))}  # fmt: skip
 
 
-def _seconds(a: Answered) -> dict[str, Any]:
-    spent = _report(a).seconds
-    return {"first": spent["total"], "warm": a.state.seconds.warm, "parts": spent}
-
-
-def _model(a: Answered) -> dict[str, Any]:
-    found = _report(a)
-    return {
-        "energy": "naghdi",
-        "formulation": found.options.iteration,
-        "elements": found.elements,
-        "unknowns": a.state.unknowns,
-        "clamp": found.problem.clamp,
-        "corner": found.problem.corner,
-        "start_curvature": found.problem.start_curvature,
-    }
-
-
 QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("width_to_thickness", "w/h", kind="digits", rank=0,
              of=lambda a: _report(a).width_to_thickness),
@@ -66,10 +48,17 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("path_factor", kind=DATA, of=lambda a: _report(a).path_factor),
     Quantity("discretisation", kind=DATA, of=lambda a: _report(a).discretisation),
     Quantity("discretisation_error_why", kind=DATA, of=lambda a: a.state.error_why),
-    Quantity("seconds", unit="s", kind="seconds:3", of=_seconds, parts=(
-        Part("warm", "seconds", "s", rank=3, legend="of the solve, compilation apart"),)),
+    Quantity("seconds.first", unit="s", kind=DATA, of=lambda a: _report(a).seconds["total"]),
+    Quantity("seconds.warm", "s", "s", "seconds:3", name="seconds", rank=3,
+             legend="of the solve, compilation apart", of=lambda a: a.state.seconds.warm),
+    Quantity("seconds.parts", unit="s", kind=DATA, of=lambda a: _report(a).seconds),
     Quantity("memory_mb", kind=DATA, of=lambda a: _report(a).memory_mb),
-    Quantity("model", kind="sizes", of=_model, parts=(Part("elements", "elements", "elements", rank=2),)),
+    Quantity("model.energy", kind=DATA, of=lambda a: "naghdi"),
+    Quantity("model.formulation", kind=DATA, of=lambda a: _report(a).options.iteration),
+    Quantity("model.elements", kind="sizes", name="elements", rank=2, of=lambda a: _report(a).elements),
+    Quantity("model.clamp", kind=DATA, of=lambda a: _report(a).problem.clamp),
+    Quantity("model.corner", kind=DATA, of=lambda a: _report(a).problem.corner),
+    Quantity("model.start_curvature", kind=DATA, of=lambda a: _report(a).problem.start_curvature),
     Quantity("start", kind=DATA, of=lambda a: a.state.native.start),
     Quantity("reused", "kept", kind="truth", legend="solved by an earlier run", rank=6, of=lambda a: a.state.reused),
 )  # fmt: skip
