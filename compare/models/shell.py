@@ -41,6 +41,7 @@ from compare.models.base import (
 )  # fmt: skip
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
+from compare.models.quantities.shell import QUANTITIES
 from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.shell_build import shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
@@ -158,6 +159,7 @@ class ShellModel:
     """`compare.models.base.Model`: the nonlinear Naghdi shell in FEniCSx."""
 
     name = "shell"
+    quantities = QUANTITIES
     presenter: str | None = "compare.pages.shell"
     reads = frozenset(
         {

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from compare.models.quantities import Answered
-from compare.record.quantity import DATA, Part, Quantity
+from compare.record.quantity import ABSENT, DATA, Part, Quantity
 
 if TYPE_CHECKING:
     from compare.models.shell_process import Report
@@ -27,7 +28,12 @@ def _held(a: Answered, kind: str) -> dict[str, Any]:
             for name, found in (("start", held.start), ("end", held.end))}  # fmt: skip
 
 
-QUANTITIES: tuple[Quantity[Answered], ...] = (
+def _reported(quantity: Quantity[Answered]) -> Quantity[Answered]:
+    """`ABSENT` where the worker died without a report."""
+    return replace(quantity, of=lambda a: ABSENT if a.state.shape is None else quantity.of(a))
+
+
+_QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("width_to_thickness", "w/h", kind="digits", rank=0,
              of=lambda a: _report(a).width_to_thickness),
     Quantity("negative_eigenvalues", kind=DATA, of=lambda a: _report(a).negative_eigenvalues),
@@ -62,3 +68,4 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("start", kind=DATA, of=lambda a: a.state.native.start),
     Quantity("reused", "kept", kind="truth", legend="solved by an earlier run", rank=6, of=lambda a: a.state.reused),
 )  # fmt: skip
+QUANTITIES = tuple(map(_reported, _QUANTITIES))

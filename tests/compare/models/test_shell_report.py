@@ -6,7 +6,10 @@ import json
 
 import pytest
 
+from compare.models.shell import state_of
 from compare.models.shell_process import LoadStep, Report, ShellCase
+from compare.pages.result import state_result
+from compare.scene.scene import load
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 
@@ -47,3 +50,12 @@ def test_a_report_that_lacks_a_field_is_none(field):
 def test_a_worker_that_died_has_no_report():
     with pytest.raises(KeyError):
         _ = ShellCase({"status": "crashed", "stable": None, "message": "killed", "seconds": {}}, None, False).report
+
+
+def test_the_result_of_a_worker_that_died_is_that_of_every_model():
+    dead = ShellCase({"status": "crashed", "stable": None, "message": "killed", "seconds": {}}, None, False)
+    scene = load("curl_4_3")
+    found = state_result(scene, state_of(scene, dead))
+    assert (found["status"], found["message"]) == ("crashed", "killed")
+    assert (found["energy"], found["end"], found["forces"]["start"]) == (None, None, None)
+    assert "share" not in found
