@@ -42,6 +42,7 @@ from compare.models.base import (
 from compare.models.capabilities import Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
+from compare.models.quantities.shell import QUANTITIES
 from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.scope import has_shell, require_shell
 from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
@@ -154,6 +155,7 @@ class ShellModel(Model):
     """The nonlinear Naghdi shell in FEniCSx."""
 
     name = "shell"
+    quantities = QUANTITIES
     presenter = "compare.pages.shell:PRESENTER"
     reads = (
         keys.STRIP | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS

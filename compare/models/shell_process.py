@@ -11,8 +11,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,9 +26,13 @@ from compare.store.provenance import software
 from compare.store.store import CaseStore, Unfinished, case_key, read_json
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
+from shellref.shell.result import LoadStep
 from shellref.shell.surface import ShellSurface
 
-__all__ = ["DEFAULT_ELEMENTS", "ShellCase", "run_shell", "shell_elements", "shell_options", "shell_problem"]
+__all__ = [
+    "DEFAULT_ELEMENTS", "LoadStep", "Report", "ShellCase", "run_shell", "shell_elements", "shell_options",
+    "shell_problem",
+]  # fmt: skip
 
 Progress = Callable[[str], None]
 
@@ -41,6 +45,48 @@ _MISSING = 3
 
 
 @dataclass(frozen=True)
+class Report:
+    """What the worker answers (`shellref.shell.result.ShellResult` without what lies on the surface), read from
+    shell.json; end, middle: position and frame of the centreline there. Units as there."""
+
+    problem: ShellProblem
+    options: ShellOptions
+    elements: tuple[int, int]
+    load_factor: float
+    path_factor: float
+    negative_eigenvalues: int | None
+    residual: Mapping[str, float]
+    factorisations: int
+    steps: tuple[LoadStep, ...]
+    energy: Mapping[str, float]
+    share: Mapping[str, float]
+    seconds: Mapping[str, float]
+    memory_mb: float
+    discretisation: Mapping[str, Any] | None
+    end: Mapping[str, Any]
+    middle: Mapping[str, Any]
+    provenance: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> Report:
+        """The report in the content of shell.json. KeyError: it lacks a field."""
+        found = {field.name: data[field.name] for field in fields(cls)}
+        along, across = found["elements"]
+        typed = {
+            "problem": ShellProblem.from_dict(found["problem"]),
+            "options": ShellOptions.from_dict(found["options"]),
+            "elements": (int(along), int(across)),
+            "steps": tuple(LoadStep(**step) for step in found["steps"]),
+        }
+        return cls(**{**found, **typed})
+
+    @property
+    def width_to_thickness(self) -> float:
+        """w/h: 50 and not 50.00000000000001."""
+        return float(f"{self.problem.width / self.problem.thickness:.12g}")
+
+
+@dataclass(frozen=True)
 class ShellCase:
     """A shell run: the worker's report `data` (shell.json) and where its files are.
 
@@ -50,6 +96,11 @@ class ShellCase:
     data: dict[str, Any]
     folder: Path | None
     reused: bool
+
+    @cached_property
+    def report(self) -> Report:
+        """`data`, typed. KeyError: the worker died without a report."""
+        return Report.of(self.data)
 
     @property
     def status(self) -> str:

@@ -70,16 +70,6 @@ def _why(state: State, key: str) -> Any:
     return state.whys.get(key, ABSENT) if state.is_equilibrium else ABSENT
 
 
-def _model(a: Answered) -> dict[str, Any]:
-    size = a.state.size
-    return {
-        "energy": a.scene.model.energy,
-        "formulation": size.ladder,
-        "elements": a.state.numbers.get("segments", size.label),
-        "unknowns": a.state.unknowns,
-    }
-
-
 def _units(scene: SceneData) -> dict[str, Any]:
     units = Units.of(scene)
     return {**units.to_dict(), "known": units.known}
@@ -151,9 +141,12 @@ STATE: tuple[Quantity[Answered], ...] = (
     Quantity("discretisation_error_why", kind=DATA,
              of=lambda a: a.state.error_why or ("it was not asked for" if a.state.error is None else "")),
     Quantity("refinements", kind=DATA, of=lambda a: [asdict(one) for one in a.state.refinements]),
-    Quantity("seconds", unit="s", kind=DATA,
-             of=lambda a: {"first": a.state.seconds.first, "warm": a.state.seconds.warm}),
-    Quantity("model", kind=DATA, of=_model),
+    Quantity("seconds.first", unit="s", kind=DATA, of=lambda a: a.state.seconds.first),
+    Quantity("seconds.warm", unit="s", kind=DATA, of=lambda a: a.state.seconds.warm),
+    Quantity("model.energy", kind=DATA, of=lambda a: a.scene.model.energy),
+    Quantity("model.formulation", kind=DATA, of=lambda a: a.state.size.ladder),
+    Quantity("model.elements", kind=DATA, of=lambda a: a.state.numbers.get("segments", a.state.size.label)),
+    Quantity("model.unknowns", kind=DATA, of=lambda a: a.state.unknowns),
     Quantity("start", kind=DATA, of=lambda a: a.state.start),
     Quantity("branch", kind="word", name="side", note="to its seed: `own`, `slid`, `left` (two clamps with a `[seed]`)",
              of=lambda a: a.state.branch),

@@ -16,7 +16,7 @@ from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.capabilities import Rival
 from compare.models.quantities import Answered
-from compare.models.quantities.ribbon import path
+from compare.models.quantities.ribbon import PATH as PATH_NUMBERS
 from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.fields import stretching
 from compare.models.ribbon.state import RibbonShape
@@ -32,7 +32,7 @@ from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.record.quantity import Quantity, pick
-from compare.record.views import columns_of
+from compare.record.views import columns_of, document
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 
@@ -295,7 +295,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         found.append(("auto", choice_text(state.numbers["auto"])))
     found.append((f"why {used}", formulation_why(scene, used)))
     if scene.path:
-        way = path(Answered(scene, state))
+        way = document(PATH_NUMBERS, Answered(scene, state))["path"]
         resumed = ", continued from an interrupted run" if way["resumed"] else ""
         steps = f"{way['stages']} stages, {way['steps']} steps, {way['rejected']} rejected{resumed}: path.csv"
         found.append(("path", steps))

@@ -5,7 +5,7 @@ Neither the ribbon nor its numba and Ipopt are imported.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.models.quantities import Answered
 from compare.models.quantities.shell import QUANTITIES
+from compare.models.shell_process import LoadStep
 from compare.page.page import SHELL as SHELL_SURFACE
 from compare.page.page import Picture, Surface
 from compare.page.si import for_reader, with_si
@@ -36,13 +37,12 @@ from compare.store.made_by import provenance
 
 PICTURE = "shell.png"
 MESH_PICTURE = "mesh.png"
-Entry = Mapping[str, Any]
 
 
 def _error(a: Answered) -> Any:
     """The error of the shape; where the mesh was refined for something else, of that."""
     own = a.state.error
-    return (a.state.native.data["discretisation"] or {}).get("estimate") if own is None else own
+    return (a.state.native.report.discretisation or {}).get("estimate") if own is None else own
 
 
 _ALL = joined(STATE, QUANTITIES)
@@ -53,43 +53,38 @@ SHELL: tuple[Quantity[Answered], ...] = tuple(quantity for quantity in _ALL if q
 _COLUMNS: tuple[Quantity[Answered], ...] = (
     *pick(SHELL, "width_to_thickness"),
     *(replace(quantity, rank=1, note="") for quantity in pick(SHELL, "status")),
-    *pick(SHELL, "share", "energy", "middle", "end", "model"),
+    *pick(SHELL, "share", "energy", "middle", "end", "model.elements"),
     Quantity("error", "error", "l", "exponent:1", legend="of the discretisation, by another mesh or by refinement: "
              "Hausdorff / l, or of what shell.goal says", rank=2, of=_error),
-    *pick(SHELL, "seconds", "reused"),
+    *pick(SHELL, "seconds.warm", "reused"),
 )  # fmt: skip
 _LEGEND = "Energies in D w / l without the constant of the natural curvature, positions in l."
 
 
-def _step(name: str) -> Callable[[tuple[float, Entry]], Any]:
-    return lambda at: at[1][name]
-
-
-def _place(name: str) -> Quantity[tuple[float, Entry]]:
+def _place(name: str) -> Quantity[tuple[float, LoadStep]]:
     parts = tuple(Part(axis, f"{name}_{axis}", f"{name} {axis}") for axis in "xyz")
-    return Quantity(name, unit="l", kind="decimals:5", parts=parts, of=lambda at: at[1]["values"].get(name))
+    return Quantity(name, unit="l", kind="decimals:5", parts=parts, of=lambda at: at[1].values.get(name))
 
 
-PATH: tuple[Quantity[tuple[float, Entry]], ...] = (
+PATH: tuple[Quantity[tuple[float, LoadStep]], ...] = (
     Quantity("width_to_thickness", "w/h", kind="digits", rank=0, note="w/h", of=lambda at: at[0]),
-    Quantity("stage", kind="word", of=_step("stage")),
-    Quantity("method", kind="word", note="load step, arc length, ...", of=_step("method")),
-    Quantity("load", kind="digits", note="part of the stage aimed at", of=_step("load")),
-    Quantity("accepted", kind="truth", of=_step("accepted")),
-    Quantity("iterations", kind="integer", of=_step("iterations")),
-    Quantity("factorisations", kind="integer", of=_step("factorisations")),
-    Quantity("seconds", "s", "s", "seconds", rank=3, of=_step("seconds")),
-    Quantity("correction", kind="exponent:1", note="of the last Newton step", of=_step("correction")),
-    Quantity("negative", kind="integer", note="eigenvalues below 0", of=_step("negative")),
-    Quantity("note", kind="word", note="why it was cut back", of=_step("note")),
+    Quantity("stage", kind="word", of=lambda at: at[1].stage),
+    Quantity("method", kind="word", note="load step, arc length, ...", of=lambda at: at[1].method),
+    Quantity("load", kind="digits", note="part of the stage aimed at", of=lambda at: at[1].load),
+    Quantity("accepted", kind="truth", of=lambda at: at[1].accepted),
+    Quantity("iterations", kind="integer", of=lambda at: at[1].iterations),
+    Quantity("factorisations", kind="integer", of=lambda at: at[1].factorisations),
+    Quantity("seconds", "s", "s", "seconds", rank=3, of=lambda at: at[1].seconds),
+    Quantity("correction", kind="exponent:1", note="of the last Newton step", of=lambda at: at[1].correction),
+    Quantity("negative", kind="integer", note="eigenvalues below 0", of=lambda at: at[1].negative),
+    Quantity("note", kind="word", note="why it was cut back", of=lambda at: at[1].note),
     *(_place(place) for place in ("middle", "end")),
 )
 
 
 def ratio_of(state: State) -> float:
     """w/h of a shell, as its problem has it."""
-    problem = state.native.data["problem"]
-    return float(f"{problem['width'] / problem['thickness']:.12g}")  # 50 and not 50.00000000000001
+    return float(state.native.report.width_to_thickness)
 
 
 # -- one shell --------------------------------------------------------------------------------------------------------
@@ -123,9 +118,9 @@ def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
     units = Units.of(scene)
     entries = [{} if state.shape is None else views.document(SHELL, Answered(scene, state)) for state in states]
     several = len(entries) > 1
-    data, last = states[-1].native.data, entries[-1]
-    shell = data["provenance"]
-    options = {**data["options"], "processes": shell["processes"]}
+    report, last = states[-1].native.report, entries[-1]
+    shell = report.provenance
+    options = {**report.options.to_dict(), "processes": shell["processes"]}
     found = {"scene": scene.name, "title": scene.title, **last}
     if several:
         found["rows"] = [{**entry, "si": views.in_si(SHELL, entry, units)} for entry in entries]
@@ -138,7 +133,7 @@ def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
 
 def path_table(states: Sequence[State]) -> Table:
     """Every attempt on the paths (`shellref.shell.result.LoadStep`), one row each."""
-    steps = [(ratio_of(state), step) for state in states for step in state.native.data["steps"]]
+    steps = [(ratio_of(state), step) for state in states for step in state.native.report.steps]
     return Table.of("Steps of the paths", PATH, steps)
 
 
@@ -169,7 +164,7 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
-    graded = [(ratio_of(s), s.native.data["discretisation"]) for s in states if goal_of(s) is not None]
+    graded = [(ratio_of(s), s.native.report.discretisation) for s in states if goal_of(s) is not None]
     pictures: tuple[Picture, ...] = (picture(states),)
     if graded:
         shell_figure.mesh_picture(out / MESH_PICTURE, scene, graded)
@@ -179,11 +174,11 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
 
 def goal_of(state: State) -> str | None:
     """What the mesh was refined for, column by column (`shell.goal`); None: nothing of that kind."""
-    found = (state.native.data.get("discretisation") or {}).get("goal")
+    found = (state.native.report.discretisation or {}).get("goal")
     return None if found is None else str(found)
 
 
-def _mesh_picture(graded: Sequence[tuple[float, Entry]]) -> Picture:
+def _mesh_picture(graded: Sequence[tuple[float, Mapping[str, Any]]]) -> Picture:
     said = ", ".join(
         f"{len(data['columns'])} x {len(data['rows'])} at w/h = {ratio:g} (error of the {data['goal']} about "
         f"{data['estimate']:.2g})"
@@ -199,7 +194,7 @@ def _mesh_picture(graded: Sequence[tuple[float, Entry]]) -> Picture:
 
 def picture(states: Sequence[State]) -> Picture:
     """`compare.pictures.shell` in words."""
-    shares = [(100 * state.native.data["share"]["membrane"], ratio_of(state)) for state in states]
+    shares = [(100 * state.native.report.share["membrane"], ratio_of(state)) for state in states]
     membrane = ", ".join(f"{share:.3g} % at w/h = {ratio:g}" for share, ratio in shares)
     return Picture(
         PICTURE,

@@ -150,14 +150,27 @@ def first(quantities: Iterable[Quantity[Item]], *keys: str) -> tuple[Quantity[It
 
 
 def joined(quantities: Iterable[Quantity[Item]], own: Iterable[Quantity[Item]]) -> tuple[Quantity[Item], ...]:
-    """Those of every item with what one kind of item has of its own: of one key in that place, others behind."""
+    """Those of every item with what one kind of item has of its own: of one key in that place, others behind. Where its
+    own is `ABSENT`, what every item has."""
     mine = {quantity.key: quantity for quantity in own}
     every = tuple(quantities)
     known = {quantity.key for quantity in every}
     return (
-        *(mine.get(quantity.key, quantity) for quantity in every),
+        *(_instead(quantity, mine.get(quantity.key)) for quantity in every),
         *(quantity for key, quantity in mine.items() if key not in known),
     )
+
+
+def _instead(usual: Quantity[Item], own: Quantity[Item] | None) -> Quantity[Item]:
+    if own is None:
+        return usual
+    mine = own.of
+
+    def of(item: Item) -> Any:
+        value = mine(item)
+        return usual.of(item) if value is ABSENT else value
+
+    return replace(own, of=of)
 
 
 def plainly(quantities: Iterable[Quantity[Item]], number: str) -> tuple[Quantity[Item], ...]:

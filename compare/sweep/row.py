@@ -49,7 +49,7 @@ OF_ROWS: tuple[Quantity[Answered], ...] = (
 )  # fmt: skip
 _ERRORS = ("discretisation_error", *(quantity.key for quantity in ERRORS))
 #: What the row of a case has from elsewhere, or a shell says in columns of its own.
-NOT_OF_ROWS = ("status", "stable", "width_to_thickness", "share", "seconds", "model", "reused")
+NOT_OF_ROWS = ("status", "stable", "width_to_thickness", "share", "reused")
 
 
 def quantities_of_rows(name: str) -> tuple[Quantity[Answered], ...]:

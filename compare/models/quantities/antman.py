@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,30 +21,17 @@ def along(a: Answered) -> FloatArray:
     return np.column_stack([s, a.state.native.strains(s), a.state.native.section_forces(s)])
 
 
-def _model(a: Answered) -> dict[str, Any]:
-    r = a.state.native
-    return {
-        "energy": a.scene.model.energy, "formulation": "quaternions", "elements": len(r.elements.joints) - 1,
-        "degree": r.degree, "unknowns": a.state.unknowns,
-    }  # fmt: skip
-
-
-def _path(a: Answered) -> dict[str, Any]:
-    r = a.state.native
-    return {"reached": r.reached, "steps": r.steps, "snaps": r.snaps}
-
-
-def _section(a: Answered) -> dict[str, Any]:
-    section = a.state.native.problem.section
-    return {
-        "bending": section.bending, "torsion": section.torsion, "shear": section.shear, "stretch": section.stretch,
-    }  # fmt: skip
-
-
 QUANTITIES: tuple[Quantity[Answered], ...] = (
-    Quantity("model", kind=DATA, of=_model),
-    Quantity("path", kind=DATA, of=_path),
-    Quantity("section", kind=DATA, of=_section),
+    Quantity("model.formulation", kind=DATA, of=lambda a: "quaternions"),
+    Quantity("model.elements", kind=DATA, of=lambda a: len(a.state.native.elements.joints) - 1),
+    Quantity("model.degree", kind=DATA, of=lambda a: a.state.native.degree),
+    Quantity("path.reached", kind=DATA, of=lambda a: a.state.native.reached),
+    Quantity("path.steps", kind=DATA, of=lambda a: a.state.native.steps),
+    Quantity("path.snaps", kind=DATA, of=lambda a: a.state.native.snaps),
+    Quantity("section.bending", kind=DATA, of=lambda a: a.state.native.problem.section.bending),
+    Quantity("section.torsion", kind=DATA, of=lambda a: a.state.native.problem.section.torsion),
+    Quantity("section.shear", kind=DATA, of=lambda a: a.state.native.problem.section.shear),
+    Quantity("section.stretch", kind=DATA, of=lambda a: a.state.native.problem.section.stretch),
     Quantity("max_abs_shear", kind=DATA, of=lambda a: float(np.abs(along(a)[:, 1:3]).max())),
     Quantity("max_abs_stretch", kind=DATA, of=lambda a: float(np.abs(along(a)[:, 3]).max())),
     Quantity("flutter", kind=DATA, of=lambda a: a.state.native.flutter),

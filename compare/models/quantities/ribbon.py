@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -16,19 +17,10 @@ LINEAR_SOLVERS = {
 }  # fmt: skip
 
 
-def _model(a: Answered) -> dict[str, Any]:
+def _why(a: Answered) -> str:
     from compare.models.ribbon.build import formulation_why
 
-    e = a.state.native
-    return {
-        "energy": e.problem.energy,
-        "formulation": e.problem.formulation,
-        "why": formulation_why(a.scene, e.problem.formulation),
-        "elements": int(e.problem.lengths.size),
-        "element_lengths": e.problem.lengths,
-        "unknowns": a.state.unknowns,
-        "constraints": int(e.problem.row_count),
-    }
+    return formulation_why(a.scene, a.state.native.problem.formulation)
 
 
 def _made(a: Answered) -> dict[str, Any]:
@@ -61,20 +53,24 @@ def _stretching(a: Answered, name: str) -> Any:
     return None if found is None else getattr(found, name)
 
 
-def path(a: Answered) -> dict[str, Any]:
-    """The steps of a way; `log` has one entry for each of them, the rejected ones too."""
-    log = a.state.log
-    accepted = sum(bool(entry["accepted"]) for entry in log)
-    return {
-        "stages": len(a.scene.path) + 1,
-        "steps": accepted,
-        "rejected": len(log) - accepted,
-        "jumps": sum(bool(entry["accepted"] and entry["jump"]) for entry in log),
-        "resumed": a.state.reused,
-        "log": log,
-    }
+def _along(of: Callable[[Answered], Any]) -> Callable[[Answered], Any]:
+    """Of a scene with a path; `ABSENT` of another."""
+    return lambda a: of(a) if a.scene.path else ABSENT
 
 
+def _accepted(a: Answered) -> int:
+    return sum(bool(entry["accepted"]) for entry in a.state.log)
+
+
+#: The steps of a way; `log` has one entry for each of them, the rejected ones too.
+PATH: tuple[Quantity[Answered], ...] = (
+    Quantity("path.stages", kind=DATA, of=_along(lambda a: len(a.scene.path) + 1)),
+    Quantity("path.steps", kind=DATA, of=_along(_accepted)),
+    Quantity("path.rejected", kind=DATA, of=_along(lambda a: len(a.state.log) - _accepted(a))),
+    Quantity("path.jumps", kind=DATA, of=_along(lambda a: sum(bool(e["accepted"] and e["jump"]) for e in a.state.log))),
+    Quantity("path.resumed", kind=DATA, of=_along(lambda a: a.state.reused)),
+    Quantity("path.log", kind=DATA, of=_along(lambda a: a.state.log)),
+)
 QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("evaluations", kind=DATA, of=lambda a: a.state.native.evaluations),
     Quantity("active_bounds", kind=DATA, of=lambda a: a.state.native.active_bounds),
@@ -83,7 +79,12 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("neutral", kind=DATA, of=lambda a: a.state.numbers.get("neutral", ABSENT)),
     Quantity("walls", kind=DATA, of=lambda a: walls_of(a.state)),
     Quantity("minima", kind=DATA, of=_minima),
-    Quantity("model", kind=DATA, of=_model),
+    Quantity("model.energy", kind=DATA, of=lambda a: a.state.native.problem.energy),
+    Quantity("model.formulation", kind=DATA, of=lambda a: a.state.native.problem.formulation),
+    Quantity("model.why", kind=DATA, of=_why),
+    Quantity("model.elements", kind=DATA, of=lambda a: int(a.state.native.problem.lengths.size)),
+    Quantity("model.element_lengths", kind=DATA, of=lambda a: a.state.native.problem.lengths),
+    Quantity("model.constraints", kind=DATA, of=lambda a: int(a.state.native.problem.row_count)),
     Quantity("provenance", kind=DATA, of=_made),
     Quantity("auto", kind=DATA, of=lambda a: a.state.numbers.get("auto", ABSENT)),
     Quantity("penetration", unit="l", kind=DATA,
@@ -92,5 +93,5 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("taut_sag", unit="l", kind=DATA, of=lambda a: _taut(a, "sag")),
     Quantity("share", kind=DATA, of=lambda a: _stretching(a, "share")),
     Quantity("zones", kind=DATA, of=lambda a: _stretching(a, "zones")),
-    Quantity("path", kind=DATA, of=lambda a: path(a) if a.scene.path else ABSENT),
+    *PATH,
 )  # fmt: skip

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from compare.models.quantities import Answered
-from compare.record.quantity import DATA, Part, Quantity
+from compare.record.quantity import ABSENT, DATA, Part, Quantity
+
+if TYPE_CHECKING:
+    from compare.models.shell_process import Report
 
 
-def ratio_of(a: Answered) -> float:
-    """w/h of a shell, as its problem has it."""
-    problem = a.state.native.data["problem"]
-    return float(f"{problem['width'] / problem['thickness']:.12g}")  # 50 and not 50.00000000000001
+def _report(a: Answered) -> Report:
+    found: Report = a.state.native.report
+    return found
 
 
 def _energy(a: Answered) -> dict[str, Any]:
     own = {} if a.state.energy is None else a.state.energy.to_dict()
-    return {**own, "elastic_with_constant": a.state.native.data["energy"]["elastic"]}
+    return {**own, "elastic_with_constant": _report(a).energy["elastic"]}
 
 
 def _held(a: Answered, kind: str) -> dict[str, Any]:
@@ -25,46 +28,44 @@ def _held(a: Answered, kind: str) -> dict[str, Any]:
             for name, found in (("start", held.start), ("end", held.end))}  # fmt: skip
 
 
-def _seconds(a: Answered) -> dict[str, Any]:
-    spent = a.state.native.data["seconds"]
-    return {"first": spent["total"], "warm": a.state.seconds.warm, "parts": spent}
+def _reported(quantity: Quantity[Answered]) -> Quantity[Answered]:
+    """`ABSENT` where the worker died without a report."""
+    return replace(quantity, of=lambda a: ABSENT if a.state.shape is None else quantity.of(a))
 
 
-def _model(a: Answered) -> dict[str, Any]:
-    data = a.state.native.data
-    return {
-        "energy": "naghdi",
-        "formulation": data["options"]["iteration"],
-        "elements": data["elements"],
-        "unknowns": a.state.unknowns,
-        **{name: data["problem"][name] for name in ("clamp", "corner", "start_curvature")},
-    }
-
-
-QUANTITIES: tuple[Quantity[Answered], ...] = (
-    Quantity("width_to_thickness", "w/h", kind="digits", rank=0, of=ratio_of),
-    Quantity("negative_eigenvalues", kind=DATA, of=lambda a: a.state.native.data["negative_eigenvalues"]),
-    Quantity("residual_absolute", kind=DATA, of=lambda a: a.state.native.data["residual"]["absolute"]),
-    Quantity("factorisations", kind=DATA, of=lambda a: a.state.native.data["factorisations"]),
+_QUANTITIES: tuple[Quantity[Answered], ...] = (
+    Quantity("width_to_thickness", "w/h", kind="digits", rank=0,
+             of=lambda a: _report(a).width_to_thickness),
+    Quantity("negative_eigenvalues", kind=DATA, of=lambda a: _report(a).negative_eigenvalues),
+    Quantity("residual_absolute", kind=DATA, of=lambda a: _report(a).residual["absolute"]),
+    Quantity("factorisations", kind=DATA, of=lambda a: _report(a).factorisations),
     Quantity("energy", unit="D w / l", kind="digits:6", of=_energy, parts=(
         Part("elastic", heading="elastic"), Part("gravity", heading="gravity"))),
-    Quantity("share", kind="share", of=lambda a: a.state.native.data["share"], parts=(
+    Quantity("share", kind="share", of=lambda a: _report(a).share, parts=(
         Part("membrane", heading="membrane %", rank=1, legend="share of the elastic energy"),
         Part("shear", heading="shear %", rank=4, legend="the same"))),
-    Quantity("middle", unit="l", kind="decimals:5", of=lambda a: a.state.native.data["middle"], parts=(
+    Quantity("middle", unit="l", kind="decimals:5", of=lambda a: _report(a).middle, parts=(
         Part("position", "middle", "middle / l", rank=7),)),
-    Quantity("end", unit="l", kind="decimals:5", of=lambda a: a.state.native.data["end"], parts=(
+    Quantity("end", unit="l", kind="decimals:5", of=lambda a: _report(a).end, parts=(
         Part("position", "end", "end / l", rank=6),)),
     Quantity("forces", unit="D w / l^2", kind=DATA, of=lambda a: {**_held(a, "force"), "walls": []}),
     Quantity("moments", unit="moment", kind=DATA, of=lambda a: _held(a, "moment")),
-    Quantity("load_factor", kind=DATA, of=lambda a: a.state.native.data["load_factor"]),
-    Quantity("path_factor", kind=DATA, of=lambda a: a.state.native.data["path_factor"]),
-    Quantity("discretisation", kind=DATA, of=lambda a: a.state.native.data["discretisation"]),
+    Quantity("load_factor", kind=DATA, of=lambda a: _report(a).load_factor),
+    Quantity("path_factor", kind=DATA, of=lambda a: _report(a).path_factor),
+    Quantity("discretisation", kind=DATA, of=lambda a: _report(a).discretisation),
     Quantity("discretisation_error_why", kind=DATA, of=lambda a: a.state.error_why),
-    Quantity("seconds", unit="s", kind="seconds:3", of=_seconds, parts=(
-        Part("warm", "seconds", "s", rank=3, legend="of the solve, compilation apart"),)),
-    Quantity("memory_mb", kind=DATA, of=lambda a: a.state.native.data["memory_mb"]),
-    Quantity("model", kind="sizes", of=_model, parts=(Part("elements", "elements", "elements", rank=2),)),
+    Quantity("seconds.first", unit="s", kind=DATA, of=lambda a: _report(a).seconds["total"]),
+    Quantity("seconds.warm", "s", "s", "seconds:3", name="seconds", rank=3,
+             legend="of the solve, compilation apart", of=lambda a: a.state.seconds.warm),
+    Quantity("seconds.parts", unit="s", kind=DATA, of=lambda a: _report(a).seconds),
+    Quantity("memory_mb", kind=DATA, of=lambda a: _report(a).memory_mb),
+    Quantity("model.energy", kind=DATA, of=lambda a: "naghdi"),
+    Quantity("model.formulation", kind=DATA, of=lambda a: _report(a).options.iteration),
+    Quantity("model.elements", kind="sizes", name="elements", rank=2, of=lambda a: _report(a).elements),
+    Quantity("model.clamp", kind=DATA, of=lambda a: _report(a).problem.clamp),
+    Quantity("model.corner", kind=DATA, of=lambda a: _report(a).problem.corner),
+    Quantity("model.start_curvature", kind=DATA, of=lambda a: _report(a).problem.start_curvature),
     Quantity("start", kind=DATA, of=lambda a: a.state.native.start),
     Quantity("reused", "kept", kind="truth", legend="solved by an earlier run", rank=6, of=lambda a: a.state.reused),
 )  # fmt: skip
+QUANTITIES = tuple(map(_reported, _QUANTITIES))

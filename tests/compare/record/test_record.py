@@ -75,6 +75,8 @@ def test_one_takes_the_place_of_another():
     assert [quantity.key for quantity in both] == ["size", "end", "deep.energy", "tip", "story", "more"]
     assert document(both, ITEM)["end"] == "own"
     assert [quantity.key for quantity in first(RECORD, "tip")][:2] == ["tip", "size"]
+    none = joined(RECORD, [Quantity("size", kind=DATA, of=lambda item: ABSENT)])
+    assert document(none, ITEM)["size"] == 0.5  # what every item has
     with pytest.raises(KeyError):
         pick(RECORD, "nothing")
     (plain,) = plainly(pick(RECORD, "size"), "digits:5")
