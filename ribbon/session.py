@@ -12,19 +12,20 @@ in newtons and metres.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ribbon.boundary import Clamp
-from ribbon.contact import Wall
 from ribbon.errors import NotDifferentiable, RibbonInputError
 from ribbon.find.continuation import StepRecord, follow
-from ribbon.find.solve import build, solve, solve_from
+from ribbon.find.solve import solve, solve_from
+from ribbon.find.solving.assemble import assembled
+from ribbon.find.solving.request import Request, SolveKeywords
 from ribbon.forces import Force
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems.protocol import Problem
@@ -72,9 +73,9 @@ class Move:
 class Session:
     """A ribbon whose state follows what is done to it.
 
-    Parameters are those of `ribbon.solve`, which finds the first state; keywords (energy, segments, seed_curvature,
-    seed_ruling, formulation, ...) are handed on. leave_saddle: a state that becomes unstable is left for a stable one,
-    as a real ribbon would; otherwise it is followed.
+    Parameters are those of `ribbon.solve`, which finds the first state; formulation: "mixed" unless it is given;
+    leave_saddle (here True unless it is given): a state that becomes unstable is left for a stable one, as a real
+    ribbon would; otherwise it is followed.
 
     Raises `RibbonInputError` on bad input, and where the first state is no equilibrium.
     """
@@ -84,20 +85,11 @@ class Session:
         strip: Strip,
         clamp: Clamp | None = None,
         gravity: Gravity | None = None,
-        *,
-        end: Clamp | None = None,
-        walls: Sequence[Wall] = (),
-        energy: str = "wunderlich",
-        segments: int | ArrayLike = 20,
-        formulation: str = "mixed",
-        leave_saddle: bool = True,
-        **keywords: Any,
+        **keywords: Unpack[SolveKeywords],
     ) -> None:
-        self._leave_saddle = leave_saddle
-        first = solve(
-            strip, clamp, gravity, end=end, walls=tuple(walls), energy=energy, segments=segments,
-            formulation=formulation, leave_saddle=leave_saddle, **keywords,
-        )  # fmt: skip
+        self._leave_saddle = keywords.setdefault("leave_saddle", True)
+        keywords.setdefault("formulation", "mixed")
+        first = solve(strip, clamp, gravity, **keywords)
         if first.status not in (Status.CONVERGED, Status.SADDLE):
             raise RibbonInputError("clamp", first.status.code, f"the session has no state to begin at: {first.message}")
         #: All states in order, the steps of every move among them.
@@ -292,22 +284,16 @@ def _way(
         goal = replace(goal, natural_curvature=natural_curvature)
     start_at = _between("clamp", problem.start, clamp)
     end_at = _between("end", problem.end, end)
-    free = Clamp(None, None, None)
+    request = Request.again(problem)
+    laws = [np.asarray(one.natural_curvature, dtype=float).tolist() for one in (strip, goal)]
     pull = np.asarray(problem.tip or (0.0, 0.0, 0.0))
     goal_pull = pull if tip is None else np.asarray(tip_force(tip) or (0.0, 0.0, 0.0))
 
     def at(t: float) -> Problem:
-        law: Any = zip(strip.natural_curvature, goal.natural_curvature, strict=True)  # type: ignore[arg-type]
-        there = replace(
-            strip,
-            gamma=(1.0 - t) * strip.gamma + t * goal.gamma,
-            natural_curvature=tuple((1.0 - t) * a + t * b for a, b in law),
-        )
-        return build(
-            there, start_at(t) or free, problem.gravity, end=end_at(t), closure=problem.closure, walls=problem.walls,
-            energy=problem.energy, segments=problem.lengths, formulation=problem.formulation,
-            tip=(1.0 - t) * pull + t * goal_pull,
-        )  # fmt: skip
+        first, last = ((1.0 - t) * a + t * b for a, b in zip(laws[0], laws[1], strict=True))
+        there = replace(strip, gamma=(1.0 - t) * strip.gamma + t * goal.gamma, natural_curvature=(first, last))
+        pulled = tip_force((1.0 - t) * pull + t * goal_pull)
+        return assembled(replace(request, strip=there, start=start_at(t), end=end_at(t), tip=pulled))
 
     return at
 

@@ -11,13 +11,14 @@ move in the last doubling is more than what is still missing wherever halving th
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.problems import prolonged
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem
 from ribbon.problems.transfer import merged
 from ribbon.solvers import choose
 from ribbon.solvers.problem import Minimum, kkt_residual
@@ -41,7 +42,7 @@ _SAME, _HIGHER = 1e-6, 1e-4
 ROUGH, EXACT = 1e-6, 1e-10
 
 
-def can(problem: Any, options: dict[str, Any] | None) -> bool:
+def can(problem: Problem, options: dict[str, Any] | None) -> TypeGuard[MixedProblem]:
     """Whether states of the problem can be followed from few segments to many."""
     return (
         isinstance(problem, MixedProblem)
@@ -118,7 +119,7 @@ def _relaxed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Min
     )
 
 
-def above(problem: Any, x: FloatArray, start: FloatArray) -> bool:
+def above(problem: Problem, x: FloatArray, start: FloatArray) -> bool:
     """Whether a minimum x (n,) has clearly more energy than the shape `start` (n,), that of a coarser one, say.
 
     The shapes nest, and a minimiser goes down: x is then another state than that which it began beside."""

@@ -17,15 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.find import contacts, relax
-from ribbon.find.solve import solve_from, starting_shapes
+from ribbon.find.solving import search
+from ribbon.find.solving import start as starts
+from ribbon.find.solving.request import How, Options, Progress, Seed
+from ribbon.notes import Note
 from ribbon.problems import transfer
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE
 from ribbon.solvers.threads import alone
 
 FloatArray = NDArray[np.float64]
-Progress = Callable[[int, float, float], None]
 
 #: Growth of the step after an easy corrector, shrinking after a hard one, cut after a failure.
 GROW, SHRINK, CUT = 1.6, 0.7, 0.4
@@ -103,55 +106,59 @@ def switch(
     progress: Progress | None = None,
     check: bool = True,
     hold: bool = True,
-    options: dict[str, Any] | None = None,
+    options: Options | None = None,
 ) -> Equilibrium:
-    """Equilibrium of `problem` from the shape of `start`, whatever its segments, clamps, walls or formulation."""
-    keywords: dict[str, Any] = {
-        "leave_saddle": leave_saddle, "progress": progress, "check": check, "hold": hold, "options": options,
-    }  # fmt: skip
-    old: Any = start.problem
+    """Equilibrium of `problem` from the shape of `start`, whatever its segments, clamps, walls or formulation; keywords
+    as in `ribbon.find.solve.solve_from`."""
+    return switched(problem, start, How(options, progress, leave_saddle, check, hold=hold))
+
+
+def switched(problem: Problem, start: Equilibrium, how: How) -> Equilibrium:
+    """As `switch`."""
+    old = start.problem
     if not (problem.row_count and old.row_count):
         omega, eta = old.joint_values(start.x)
         s_old = np.concatenate([[0.0], np.cumsum(old.lengths)])
         s_new = np.concatenate([[0.0], np.cumsum(problem.lengths)])
         shape = np.interp(s_new, s_old, omega), np.interp(s_new, s_old, eta)
-        return solve_from(problem, problem.state(*shape), **keywords)
+        return search.from_state(problem, problem.state(*shape), how)
     problem = anchored(problem, start)
-    glued: Any = problem
+    assert isinstance(problem, MixedProblem)
+    assert isinstance(old, MixedProblem)
     shapes: Iterable[tuple[FloatArray, FloatArray]] = ()
     if float(np.abs(old.joint_values(start.x)[0]).max()) < _STRAIGHT:  # nothing tells which way a straight strip bends
         if problem.end is not None:
-            shapes = starting_shapes(problem, "natural", 0.0)
+            shapes = starts.shapes(problem, Seed())
         elif problem.walls:
             flat = np.zeros(problem.lengths.size + 1)
-            shapes = contacts.bent_aside(glued, flat, flat)
-    tried = [solve_from(problem, problem.state(omega, eta), **keywords) for omega, eta in shapes]
+            shapes = contacts.bent_aside(problem, flat, flat)
+    tried = [search.from_state(problem, problem.state(omega, eta), how) for omega, eta in shapes]
     if tried:
         return min(tried, key=lambda found: (not found.ok, found.energy.total if found.ok else 0.0))
-    x = transfer.transferred(old, start.x, glued)
-    minimum = relax.from_near(glued, x, options, progress)
+    x = transfer.transferred(old, start.x, problem)
+    minimum = relax.from_near(problem, x, how.options, how.progress)
     if minimum.residual > RESIDUAL_TOLERANCE:
-        return solve_from(problem, x, **keywords)
-    return solve_from(problem, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
+        return search.from_state(problem, x, how)
+    return search.from_state(problem, minimum.x, how, (minimum.rows, minimum.multipliers))
 
 
 def _corrected(
-    problem: Problem, found: Equilibrium, before: Equilibrium | None, factor: float, keywords: dict[str, Any]
+    problem: Problem, found: Equilibrium, before: Equilibrium | None, factor: float, how: How
 ) -> Equilibrium:
     """The next equilibrium: from the secant's prediction with multipliers, else from the last one without."""
-    options = {"max_iter": MOST}
+    how = replace(how, options={"max_iter": MOST})
     if not problem.row_count:
         x = found.x if before is None else found.x + factor * (found.x - before.x)
-        return solve_from(problem, x, options={**options, "mu_init": 1e-6}, **keywords)
+        return search.from_state(problem, x, replace(how, options={"max_iter": MOST, "mu_init": 1e-6}))
     if _same_structure(problem, found):
         x, rows = found.x, found.rows
         if before is not None and before.x.size == x.size and before.rows.size == rows.size:
             x = x + factor * (x - before.x)
             rows = rows + factor * (rows - before.rows)
-        tried = solve_from(problem, x, warm=(rows, found.multipliers), options=options, **keywords)
+        tried = search.from_state(problem, x, how, (rows, found.multipliers))
         if tried.residual <= RESIDUAL_TOLERANCE:
             return tried
-    return switch(problem, found, options=options, **keywords)
+    return switched(problem, found, how)
 
 
 @alone
@@ -194,16 +201,15 @@ def follow(
         step = target - t
         problem = problem_at(target)
         if place is not None:
-            placed: Any = problem
-            problem, before = placed.with_changes(lengths=place(found)), None
+            problem, before = problem.with_changes(lengths=place(found)), None
         problem = anchored(problem, found)
         check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
         clock = time.perf_counter()
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0
-        new = _corrected(problem, found, before, factor, {"check": check, "progress": progress, "hold": False})
+        new = _corrected(problem, found, before, factor, How(progress=progress, check=check, hold=False))
         if leave_saddle and new.status is Status.SADDLE:
             warm = new.rows, new.multipliers
-            better = solve_from(new.problem, new.x, warm=warm, leave_saddle=True, hold=False)
+            better = search.from_state(new.problem, new.x, How(leave_saddle=True, hold=False), warm)
             new = better if better.status in (Status.CONVERGED, Status.SADDLE) else new
         seconds = time.perf_counter() - clock
         good = new.status in (Status.CONVERGED, Status.SADDLE)
@@ -219,7 +225,7 @@ def follow(
                 return _stopped(found, last_bad, t, start, log)
             continue
         if target == 1.0 and new.problem.walls:
-            new = solve_from(new.problem, new.x, warm=(new.rows, new.multipliers), progress=progress)
+            new = search.from_state(new.problem, new.x, How(progress=progress), (new.rows, new.multipliers))
             if new.status not in (Status.CONVERGED, Status.SADDLE):
                 log.append(asdict(_record(target, step, new, False, seconds, jump)))
                 return _stopped(found, new, t, start, log)
@@ -260,6 +266,7 @@ def _stopped(
         found,
         status=status,
         stable=None,
-        message=f"the way stopped at t = {t:.6g}: the next step ended with: {bad.message}",
+        message=Note.PATH_STOPPED.text(t=t, why=bad.message),
+        notes=(Note.PATH_STOPPED,),
         log=(*start.log, *log),
     )

@@ -7,9 +7,10 @@ the way of `ribbon.solve`, and ends in the same digits.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass
@@ -20,8 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
-from ribbon.find.solve import INDIFFERENT_WORDS, Values, build, found_at, solve_from, starting_shapes
+from ribbon.find.solving import search, start
+from ribbon.find.solving.assemble import assembled
+from ribbon.find.solving.request import How, Request, Values
+from ribbon.find.solving.request import Seed as _Seed
+from ribbon.find.solving.verdict import judged
 from ribbon.loads import Gravity
+from ribbon.notes import Note
 from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
@@ -138,15 +144,25 @@ def solve_many(
     Raises `RibbonInputError` on bad input, naming the case.
     """
     clock = time.perf_counter()
-    shared: dict[str, Any] = {"energy": energy, "segments": segments, "stiffness": stiffness}
-    shared |= {"in_plane": in_plane, "formulation": "chained"}
     if seeds is not None and len(seeds) != len(strips):
         raise RibbonInputError("seeds", len(seeds), f"one for each of the {len(strips)} strips, or None")
-    problems = _problems(strips, clamp, gravity, tip, shared)
+    count = len(strips)
+    clamps = _each("clamp", clamp, count, isinstance(clamp, (list, tuple)))
+    gravities = _each("gravity", gravity, count, isinstance(gravity, (list, tuple)))
+    several = isinstance(tip, (list, tuple, np.ndarray)) and any(t is None or np.ndim(t) == 1 for t in tip)
+    tips = _each("tip", tip, count, several)
+
+    def requested(number: int) -> Request:
+        return Request.of(
+            strips[number], clamps[number], gravities[number], tip=tips[number], energy=energy, segments=segments,
+            stiffness=stiffness, in_plane=in_plane, formulation="chained",
+        )  # fmt: skip
+
+    problems = _problems(requested, count)
     starts = [_start(number, problem, seeds) for number, problem in enumerate(problems)]
     cases = list(zip(problems, starts, strict=True))
     slices = [cases[i : i + TOGETHER] for i in range(0, len(cases), TOGETHER)]
-    count = threads or len(os.sched_getaffinity(0))
+    workers = threads or len(os.sched_getaffinity(0))
     found: list[Equilibrium] = []
 
     def gather(part: list[Equilibrium]) -> None:
@@ -154,11 +170,11 @@ def solve_many(
         if progress is not None:
             progress(len(found), len(problems))
 
-    if count == 1 or len(slices) < 2:
+    if workers == 1 or len(slices) < 2:
         for some in slices:
             gather(_solved(some, warm, budget))
         return Many(tuple(found), time.perf_counter() - clock)
-    with ThreadPoolExecutor(count) as pool:
+    with ThreadPoolExecutor(workers) as pool:
         contexts = [copy_context() for _ in slices]  # the solver asked for around this
         for part in pool.map(lambda some, context: context.run(_solved, some, warm, budget), slices, contexts):
             gather(part)
@@ -169,11 +185,11 @@ def _solved(cases: Sequence[tuple[ChainedProblem, FloatArray]], warm: bool, budg
     """The cases one after the other; almost all of it in kernels that release the interpreter's lock."""
     done: list[Equilibrium] = []
     before: FloatArray | None = None
-    for problem, start in cases:
+    for problem, x in cases:
         with within(budget):
-            found = None if before is None else found_at(problem, choose.minimise(problem, before, near=True))
+            found = None if before is None else judged(problem, choose.minimise(problem, before, near=True), How())
             if found is None or not _is_plain(found):
-                found = solve_from(problem, start)
+                found = search.from_state(problem, x, How())
         before = found.x if warm and _is_plain(found) else None
         problem._cache.clear()
         done.append(found)
@@ -182,10 +198,11 @@ def _solved(cases: Sequence[tuple[ChainedProblem, FloatArray]], warm: bool, budg
 
 def _is_plain(found: Equilibrium) -> bool:
     """Converged, and the lowest eigenvalue is clearly positive."""
-    return found.ok and found.stable is True and INDIFFERENT_WORDS not in found.message
+    return found.ok and found.stable is True and Note.INDIFFERENT not in found.notes
 
 
 def _each(key: str, value: Any, count: int, several: bool) -> list[Any]:
+    """One for each case; several: `value` has them, else it is the same for all."""
     if not several:
         return [value] * count
     if len(value) != count:
@@ -193,20 +210,12 @@ def _each(key: str, value: Any, count: int, several: bool) -> list[Any]:
     return list(value)
 
 
-def _problems(
-    strips: Sequence[Strip], clamp: Any, gravity: Any, tip: Any, keywords: dict[str, Any]
-) -> list[ChainedProblem]:
-    count = len(strips)
-    clamps = _each("clamp", clamp, count, isinstance(clamp, (list, tuple)))
-    gravities = _each("gravity", gravity, count, isinstance(gravity, (list, tuple)))
-    several = isinstance(tip, (list, tuple, np.ndarray)) and any(t is None or np.ndim(t) == 1 for t in tip)
-    tips = _each("tip", tip, count, several)
-    problems: list[Any] = []
-    for number, (strip, held, up, force) in enumerate(zip(strips, clamps, gravities, tips, strict=True)):
-        try:
-            problem: Any = build(strip, held, up, tip=force, **keywords)
-        except RibbonInputError as error:
-            raise RibbonInputError(f"case {number}: {error.key}", error.value, error.remedy) from None
+def _problems(requested: Callable[[int], Request], count: int) -> list[ChainedProblem]:
+    problems: list[ChainedProblem] = []
+    for number in range(count):
+        with _named(number):
+            problem = assembled(requested(number))
+        assert isinstance(problem, ChainedProblem)
         if problem.size != (problems[0].size if problems else problem.size):
             raise RibbonInputError(f"case {number}", problem.size, "another number of unknowns than the first case")
         problems.append(problem)
@@ -214,9 +223,16 @@ def _problems(
 
 
 def _start(number: int, problem: ChainedProblem, seeds: Sequence[Seed] | None) -> FloatArray:
-    seed: Seed = ("natural", 0.0) if seeds is None else seeds[number]
+    seed = _Seed() if seeds is None else _Seed(*seeds[number])
+    with _named(number):
+        omega, eta = next(iter(start.shapes(problem, seed)))
+    return problem.state(omega, eta)
+
+
+@contextlib.contextmanager
+def _named(number: int) -> Iterator[None]:
+    """What is refused inside is said of this case."""
     try:
-        omega, eta = next(iter(starting_shapes(problem, *seed)))
+        yield
     except RibbonInputError as error:
         raise RibbonInputError(f"case {number}: {error.key}", error.value, error.remedy) from None
-    return problem.state(omega, eta)

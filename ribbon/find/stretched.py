@@ -13,6 +13,7 @@ from ribbon.boundary import Clamp
 from ribbon.element import quaternion
 from ribbon.errors import RibbonInputError
 from ribbon.judge import penetration
+from ribbon.notes import Message, Note
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers.problem import KNOWN, violation
@@ -28,7 +29,7 @@ _ROUNDINGS = 4.0 * float(np.finfo(float).eps)
 #: Sine of the angle between a normal and the chord below which the normal does not tell which way is across.
 _STEEP = 1e-3
 #: Why a stretched strip has no forces.
-UNDETERMINED = "with its ends exactly one length apart a strip that does not stretch is straight under any tension"
+UNDETERMINED = Note.UNDETERMINED.text()
 
 
 def ends_apart(strip: Strip, start: Clamp | None, end: Clamp | None) -> float:
@@ -72,17 +73,20 @@ def straight(problem: Problem) -> Equilibrium:
     beyond = penetration.deepest(problem, x)
     fits = missing <= STRETCHED_MISMATCH and not (beyond is not None and beyond > penetration.TOLERANCE)
     status = Status.CONVERGED if fits else Status.INFEASIBLE
-    message = f"no freedom is left to be unstable; its tension is undetermined: {UNDETERMINED}"
+    message = Message(status.value)
+    if fits:
+        message.add(Note.NO_TENSION, why=UNDETERMINED)
     return Equilibrium(
         problem=problem,
         status=status,
-        message=f"{status.value}; {message}" if fits else status.value,
+        message=str(message),
+        notes=tuple(message.notes),
         x=x,
         multipliers=np.zeros(problem.size),
         rows=np.full(problem.row_count, np.nan),
         residual=missing,
         iterations=0,
-        evaluations={k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")},
+        evaluations=problem.counters.by_name(),
         energy=Energy(*(float(v) for v in problem.energy_parts(x))),
         stable=True if fits else None,
         lowest_eigenvalue=float("inf") if fits else float("nan"),

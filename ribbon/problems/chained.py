@@ -80,6 +80,10 @@ class Counters:
         self.hessian += other.hessian
         self.series += other.series
 
+    def by_name(self) -> dict[str, int]:
+        """The counts by name."""
+        return {"value": self.value, "gradient": self.gradient, "hessian": self.hessian, "series": self.series}
+
 
 @dataclass(frozen=True)
 class ChainedProblem:

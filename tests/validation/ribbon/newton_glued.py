@@ -17,7 +17,8 @@ from compare.scene.scene import load
 from ribbon import Clamp, Closure, Equilibrium, Gravity, Strip, Wall, solve
 from ribbon.errors import RibbonInputError
 from ribbon.find import climb, relax
-from ribbon.find.solve import build, check_carried
+from ribbon.find.solve import build
+from ribbon.find.solving import check
 from ribbon.judge import reduction
 from ribbon.judge.spectrum import SecondVariation
 from ribbon.problems import transfer
@@ -280,7 +281,7 @@ def nested(name: str, segments: int) -> dict[str, Any]:
 def falls(arguments: dict[str, Any]) -> bool:
     """Whether nothing carries the weight, so that there is no equilibrium."""
     try:
-        check_carried(build(**arguments))
+        check.carried(build(**arguments))
     except RibbonInputError:
         return True
     return False
