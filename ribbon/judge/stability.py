@@ -108,7 +108,7 @@ def _is_negative(problem: ChainedProblem, x: FloatArray) -> bool:
     (Sylvester), and its eigenvalues are known to the rounding of its entries (Demmel and Veselic 1992,
     doi:10.1137/0613074). Not told (False) with an in-plane curvature.
     """
-    if problem.fields.count == 3:
+    if problem.fields.in_plane:
         return False
     lower, upper = problem.bounds()
     units = np.eye(2 * (problem.lengths.size + 1))

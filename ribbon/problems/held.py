@@ -20,6 +20,7 @@ from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.problems import mixed_kernels as kernels
+from ribbon.problems.arguments import Material
 from ribbon.problems.chained import Counters
 from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
 from ribbon.problems.fields import Fields
@@ -95,15 +96,20 @@ class Held:
         """What bends the strip, and the energy's arguments for the kernels."""
         return Fields.of(self.strip, self.energy, self.stiffness, self.in_plane)
 
+    @cached_property
+    def material(self) -> Material:
+        """What the elastic energy depends on, for the kernels."""
+        return Material.of(self.strip, self.fields)
+
     @property
     def sideways(self) -> int:
         """First column of the in-plane curvatures, -1 without."""
-        return self.layout.sideways.start if self.fields.count == 3 else -1
+        return self.layout.sideways.start if self.fields.in_plane else -1
 
     @cached_property
     def layout(self) -> GluedLayout:
         """Where the unknowns stand."""
-        return GluedLayout(self.lengths.size, len(self.plates), self.fields.count == 3)
+        return GluedLayout(self.lengths.size, len(self.plates), self.fields.in_plane)
 
     @property
     def plates(self) -> tuple[int, ...]:
@@ -153,7 +159,7 @@ class Held:
 
     def in_plane_values(self, x: FloatArray) -> FloatArray | None:
         """In-plane curvature (p + 1,) at the joints; None without."""
-        return x[self.layout.sideways].copy() if self.fields.count == 3 else None
+        return x[self.layout.sideways].copy() if self.fields.in_plane else None
 
     def anchor(self, x: FloatArray) -> Anchor:
         """Quaternion and position of the start of the shape x."""
@@ -300,7 +306,7 @@ class Held:
                 # the twist eta omega keeps its sign where both change theirs
                 same = np.array([[-1.0, 1.0]]) if self.fields.free else pair
                 found["seam_eta"] = LinearRows(same, np.array([first.eta, last.eta]), np.zeros(1))
-            if self.fields.count == 3:
+            if self.fields.in_plane:
                 ends = np.array([self.layout.sideways.start, self.layout.sideways.stop - 1])
                 found["seam_in_plane"] = LinearRows(pair, ends, np.zeros(1))
         found.update(self._wall_blocks())
