@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
@@ -120,15 +120,16 @@ def refine_to_tolerance(
     estimate: float | None = None
     tried = [_tried(current, None)]
 
-    def ended(found: Equilibrium, **changes: Any) -> Equilibrium:
-        return replace(found, tolerance_error=estimate, refinements=tuple(tried), **changes)
+    def ended(state: Equilibrium) -> Equilibrium:
+        return replace(state, tolerance_error=estimate, refinements=tuple(tried))
 
-    def short(found: Equilibrium, note: Note, **numbers: object) -> Equilibrium:
+    def short(state: Equilibrium, note: Note, **numbers: object) -> Equilibrium:
         """What to answer where the tolerance is not reached."""
         message = note.text(tolerance=tolerance, **numbers)
         if strict or finest is None:
-            return ended(found, status=Status.NOT_CONVERGED, stable=None, message=message, notes=(note,))
-        return ended(finest, message=f"{finest.message}; {message}", notes=(*finest.notes, note))
+            missed = replace(state, status=Status.NOT_CONVERGED, stable=None, message=message, notes=(note,))
+            return ended(missed)
+        return ended(replace(finest, message=f"{finest.message}; {message}", notes=(*finest.notes, note)))
 
     for _ in range(ROUNDS):
         if current.status not in _GOOD:
@@ -165,11 +166,11 @@ def _moved_to(state: Equilibrium, lengths: FloatArray, check: bool = True) -> Eq
     return on_segments(state, lengths, check=check)
 
 
-def _tried(found: Equilibrium, moved: float | None, coarse: Equilibrium | None = None) -> Refinement:
+def _tried(state: Equilibrium, moved: float | None, coarse: Equilibrium | None = None) -> Refinement:
     """coarse: the state on segments twice as long that it was begun at, None: none."""
     before = None if coarse is None else coarse.numbers
-    segments = found.problem.lengths.size
-    return Refinement(segments, found.status, found.lowest_eigenvalue, moved, found.numbers, before)
+    segments = state.problem.lengths.size
+    return Refinement(segments, state.status, state.lowest_eigenvalue, moved, state.numbers, before)
 
 
 def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
@@ -211,11 +212,11 @@ def distance(one: Equilibrium, other: Equilibrium) -> float:
     )  # fmt: skip
 
 
-def _lines(found: Equilibrium, s: FloatArray) -> list[FloatArray]:
+def _lines(state: Equilibrium, s: FloatArray) -> list[FloatArray]:
     """Centreline and both edges (k, 3) at abscissae s (k,), the edges as the ends of the rulings."""
-    r, frame, eta = found.position(s), found.frame(s), found.eta(s)
+    r, frame, eta = state.position(s), state.frame(s), state.eta(s)
     ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
-    half = found.problem.half_width
+    half = state.problem.half_width
     return [r, r + half * ruling, r - half * ruling]
 
 

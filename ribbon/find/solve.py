@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
-from ribbon.find import climb, minima, stretched
+from ribbon.find import doubling, minima, stretched
 from ribbon.find.solving import check as _check
 from ribbon.find.solving import refine as _refine
 from ribbon.find.solving import search, start
@@ -111,8 +111,8 @@ def solve_request(
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
     with within(budget):
-        if problem.lengths.size >= 4 * climb.FEWEST and climb.can(problem, how.options):
-            few = _searched(climb.few(problem), seed, how)
+        if problem.lengths.size >= 4 * doubling.FEWEST and doubling.is_possible(problem, how.options):
+            few = _searched(doubling.few(problem), seed, how)
             state = _refine.climbed(few, problem) if few.ok else None
             if state is not None and state.ok:
                 return state

@@ -22,6 +22,7 @@ from ribbon.problems.arguments import Loads, Material
 from ribbon.problems.fields import Fields
 from ribbon.problems.layout import ChainedLayout
 from ribbon.problems.protocol import Anchor
+from ribbon.problems.protocol import Counters as Counters
 from ribbon.problems.touching import Touch
 from ribbon.strip import Strip
 
@@ -63,27 +64,6 @@ def _gauss_points() -> tuple[Any, Any]:
     """Eight points and weights on [-1, 1]."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
     return nodes, weights
-
-
-@dataclass
-class Counters:
-    """How often the problem was evaluated; an effect that is off has no count."""
-
-    value: int = 0
-    gradient: int = 0
-    hessian: int = 0
-    series: int = 0
-
-    def add(self, other: Counters) -> None:
-        """Adds the counts of another problem's evaluations."""
-        self.value += other.value
-        self.gradient += other.gradient
-        self.hessian += other.hessian
-        self.series += other.series
-
-    def by_name(self) -> dict[str, int]:
-        """The counts by name."""
-        return {"value": self.value, "gradient": self.gradient, "hessian": self.hessian, "series": self.series}
 
 
 @dataclass(frozen=True)
@@ -173,6 +153,14 @@ class ChainedProblem:
     def touching(self) -> tuple[Touch, ...]:
         """None."""
         return ()
+
+    @property
+    def rows(self) -> None:
+        """There are none."""
+
+    @property
+    def slack(self) -> None:
+        """One point is held."""
 
     @property
     def row_count(self) -> int:

@@ -1,4 +1,4 @@
-"""What a glued problem is made of and what holds it: fields, held parts, free rigid motions, rows and bounds.
+"""What a mixed problem is made of and what holds it: fields, held parts, free rigid motions, rows and bounds.
 
 The rows stand beside the glue (`ribbon.problems.conditions`); `ribbon.problems.mixed` adds energies and derivatives.
 """
@@ -21,11 +21,10 @@ from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.arguments import Material
-from ribbon.problems.chained import Counters
 from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
 from ribbon.problems.fields import Fields
-from ribbon.problems.layout import STRIDE, GluedLayout
-from ribbon.problems.protocol import Anchor
+from ribbon.problems.layout import STRIDE, MixedLayout
+from ribbon.problems.protocol import Anchor, Counters
 from ribbon.problems.touching import Touch, TouchRows
 from ribbon.strip import Strip
 
@@ -107,9 +106,9 @@ class Held:
         return self.layout.sideways.start if self.fields.in_plane else -1
 
     @cached_property
-    def layout(self) -> GluedLayout:
+    def layout(self) -> MixedLayout:
         """Where the unknowns stand."""
-        return GluedLayout(self.lengths.size, len(self.plates), self.fields.in_plane)
+        return MixedLayout(self.lengths.size, len(self.plates), self.fields.in_plane)
 
     @property
     def plates(self) -> tuple[int, ...]:
@@ -269,6 +268,18 @@ class Held:
         if "blocks" not in self._cache:
             self._cache["blocks"] = self._make_blocks()
         return self._cache["blocks"]  # type: ignore[no-any-return]
+
+    def wall_rows(self, wall: int) -> WallRows:
+        """The rows that hold the joints on the side of one wall."""
+        rows = self.blocks()[f"wall_{wall}"]
+        assert isinstance(rows, WallRows)
+        return rows
+
+    def touch_rows(self, wall: int) -> TouchRows:
+        """The rows that hold points between the joints there; KeyError where there are none."""
+        rows = self.blocks()[f"touch_{wall}"]
+        assert isinstance(rows, TouchRows)
+        return rows
 
     def _make_blocks(self) -> dict[str, Rows]:
         found: dict[str, Rows] = {}

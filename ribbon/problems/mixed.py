@@ -35,6 +35,11 @@ class MixedProblem(Held):
     Fields and what holds the ribbon: `ribbon.problems.held.Held`.
     """
 
+    @property
+    def rows(self) -> MixedProblem:
+        """All of it has rows: the glue, and what holds it."""
+        return self
+
     def energy_parts(self, x: FloatArray) -> FloatArray:
         """Bending, natural-curvature and gravity energy, that of pressure plates and of an end force (5,), D w / l."""
         parts = np.append(self._parts_and_glue(x, False)[0], [self._plate_energy(x), self._tip_energy(x)])

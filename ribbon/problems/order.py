@@ -1,4 +1,4 @@
-"""In which order the unknowns and rows of a glued problem are eliminated along the strip (`ribbon.solvers.frontal`).
+"""In which order the unknowns and rows of a mixed problem are eliminated along the strip (`ribbon.solvers.frontal`).
 
 From where the ribbon is held to the other end: segment i's glue, what it gives (position, frame and eta of joint
 i + 1) and what bends it (omega_i and the slope n_i) stand in one group. With y_(i+1) so eliminated beside its

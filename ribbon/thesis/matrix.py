@@ -153,6 +153,16 @@ class MatrixProblem:
         object.__setattr__(self, "_twin", twin)
 
     @property
+    def rows(self) -> MatrixProblem:
+        """All of it has rows."""
+        return self
+
+    @property
+    def slack(self) -> float | None:
+        """As the mixed problem has it."""
+        return self._twin.slack
+
+    @property
     def size(self) -> int:
         """Number of unknowns, 16 p and one for every pressure plate."""
         return self.layout.size

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ribbon.errors import RibbonInputError
-from ribbon.find import climb, stretched
+from ribbon.find import doubling, stretched
 from ribbon.find.solving.request import How
 from ribbon.find.solving.search import from_near, from_state
 from ribbon.find.solving.verdict import judged
@@ -52,14 +52,15 @@ def onto(equilibrium: Equilibrium, lengths: FloatArray, how: How) -> Equilibrium
         fresh = fresh.with_changes(touching=tuple(touch for touch in old.touching if not touch.slides))
     if stretched.is_stretched(fresh):
         return stretched.straight(fresh)
-    if how.check and how.hold and climb.can(fresh, how.options) and equilibrium.ok and climb.nested(old, fresh):
+    plain = how.check and how.hold and doubling.is_possible(fresh, how.options)
+    if plain and equilibrium.ok and doubling.nested(old, fresh):
         state = climbed(equilibrium, fresh)
         if state is not None and state.ok:
             return state
     start = transfer.transferred(old, equilibrium.x, fresh)
     state = from_near(fresh, start, how)
-    alike = state.ok and equilibrium.ok and not fresh.walls and climb.nested(old, fresh)
-    if not alike or not climb.above(fresh, state.x, start):
+    alike = state.ok and equilibrium.ok and not fresh.walls and doubling.nested(old, fresh)
+    if not alike or not doubling.above(fresh, state.x, start):
         return state
     ended = Note.ANOTHER_STATE.text(segments=fresh.lengths.size)
     return replace(state, status=Status.NOT_CONVERGED, stable=None, message=ended, notes=(Note.ANOTHER_STATE,))
@@ -72,7 +73,7 @@ def climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:
     start = Minimum(
         few.x, few.multipliers, few.rows, few.residual, few.iterations, 0, "", True, few.seconds["solve"], few.solver
     )
-    minimum = None if few.active_bounds else climb.climbed(coarse, start, problem)
+    minimum = None if few.active_bounds else doubling.by_doublings(coarse, start, problem)
     if minimum is None:
         return None
     state = judged(problem, minimum, How())

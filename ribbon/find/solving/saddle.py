@@ -31,15 +31,15 @@ def left(first: Equilibrium, how: How, once: Once) -> Equilibrium:
     """The state that `first` is left for while it is a saddle; `first` itself where it is none or nothing is lower."""
     how = How(options=how.options, progress=how.progress)
     state = first
-    way: tuple[Equilibrium, float] | None = None
+    departure: tuple[Equilibrium, float] | None = None
     for _ in range(_DEPARTURES):
         if state.status is not Status.SADDLE or spent():
             break
         lower = _departed(state, how, once)
         if lower is None:
             break
-        way, state = way or lower, lower[0]
-    return state if way is None else _with_saddle(first, state, *way, how, once)
+        departure, state = departure or lower, lower[0]
+    return state if departure is None else _with_saddle(first, state, *departure, how, once)
 
 
 def _with_saddle(

@@ -101,7 +101,7 @@ class Iterate:
         return x, y
 
 
-def settle(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: float) -> Minimum | None:
+def minimum_near(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: float) -> Minimum | None:
     """The minimum beside x (n,) with multipliers rows (m,), to a residual of `tolerance`; None where it is not found.
 
     Its `residual` is the largest, without scale. problem: without walls. No bound is active there: the energy is
