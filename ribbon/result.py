@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ribbon import sections, shown
 from ribbon import surface as _surface
 from ribbon.forces import Force, WallForce
+from ribbon.notes import Note
 from ribbon.problems.protocol import Problem
 from ribbon.strip import abscissae
 from ribbon.surface import Surface
@@ -149,7 +150,8 @@ class Equilibrium:
 
     Attributes
     ----------
-    status, message: how the solve ended; `ok` only for a converged, stable equilibrium.
+    status, message: how the solve ended; `ok` only for a converged, stable equilibrium. notes: codes of the sentences
+    that the message is made of.
     stable: True, False, or None when it was not converged; lowest_eigenvalue: of the Hessian in the metric
     ``int (domega^2 + deta^2) ds``, on what no bound or constraint holds; mode: its eigenvector in the unknowns; at: the
     unknowns where it was found (another choice of rulings that move nothing; the same shape).
@@ -202,6 +204,7 @@ class Equilibrium:
     quadrature_error: float | None = None
     nonconvex: float | None = None
     left: Left | None = None
+    notes: tuple[Note, ...] = ()
 
     @property
     def ok(self) -> bool:

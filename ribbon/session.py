@@ -5,26 +5,27 @@
     >>> moved = session.move(end=Clamp((0, 0.1, 0.7)))  # doctest: +SKIP
     >>> moved.ok, session.forces["end"].force, session.stiffness.shape  # doctest: +SKIP
 
-Every move is a way (`ribbon.follow`): warm starts, adaptive steps, cut-back. What goes in is in the strip's own unit
-of length, what comes out in l and D w, and a stiffness is what comes out per what goes in (`ribbon.strip`); `si` has it
-in newtons and metres.
+Every move is a continuation (`ribbon.follow`): warm starts, adaptive steps, cut-back. What goes in is in the strip's
+own unit of length, what comes out in l and D w, and a stiffness is what comes out per what goes in (`ribbon.strip`);
+`si` has it in newtons and metres.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ribbon.boundary import Clamp
-from ribbon.contact import Wall
 from ribbon.errors import NotDifferentiable, RibbonInputError
 from ribbon.find.continuation import StepRecord, follow
-from ribbon.find.solve import build, solve, solve_from
+from ribbon.find.solve import solve, solve_from
+from ribbon.find.solving.assemble import assembled
+from ribbon.find.solving.request import Request, SolveKeywords
 from ribbon.forces import Force
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems.protocol import Problem
@@ -44,14 +45,14 @@ _RELEASED = 0.05
 
 
 class _Left(Exception):
-    """A way is gone on from another state."""
+    """A path goes on from another state."""
 
 
 @dataclass(frozen=True)
 class Move:
     """How a move went.
 
-    status: "arrived"; "snapped": it arrived, and jumped to another shape at `jumps` (shares of the way, 0 to 1);
+    status: "arrived"; "snapped": it arrived, and jumped to another shape at `jumps` (shares of the path, 0 to 1);
     "stopped": no equilibrium was found beyond the share `reached`, and the session stands there. message says more.
     states: the equilibria of all accepted steps; log: every step, the rejected ones too (`StepRecord`).
     """
@@ -72,9 +73,9 @@ class Move:
 class Session:
     """A ribbon whose state follows what is done to it.
 
-    Parameters are those of `ribbon.solve`, which finds the first state; keywords (energy, segments, seed_curvature,
-    seed_ruling, formulation, ...) are handed on. leave_saddle: a state that becomes unstable is left for a stable one,
-    as a real ribbon would; otherwise it is followed.
+    Parameters are those of `ribbon.solve`, which finds the first state; formulation: "mixed" unless it is given;
+    leave_saddle (here True unless it is given): a state that becomes unstable is left for a stable one, as a real
+    ribbon would; otherwise it is followed.
 
     Raises `RibbonInputError` on bad input, and where the first state is no equilibrium.
     """
@@ -84,20 +85,11 @@ class Session:
         strip: Strip,
         clamp: Clamp | None = None,
         gravity: Gravity | None = None,
-        *,
-        end: Clamp | None = None,
-        walls: Sequence[Wall] = (),
-        energy: str = "wunderlich",
-        segments: int | ArrayLike = 20,
-        formulation: str = "mixed",
-        leave_saddle: bool = True,
-        **keywords: Any,
+        **keywords: Unpack[SolveKeywords],
     ) -> None:
-        self._leave_saddle = leave_saddle
-        first = solve(
-            strip, clamp, gravity, end=end, walls=tuple(walls), energy=energy, segments=segments,
-            formulation=formulation, leave_saddle=leave_saddle, **keywords,
-        )  # fmt: skip
+        self._leave_saddle = keywords.setdefault("leave_saddle", True)
+        keywords.setdefault("formulation", "mixed")
+        first = solve(strip, clamp, gravity, **keywords)
         if first.status not in (Status.CONVERGED, Status.SADDLE):
             raise RibbonInputError("clamp", first.status.code, f"the session has no state to begin at: {first.message}")
         #: All states in order, the steps of every move among them.
@@ -156,21 +148,21 @@ class Session:
         the strip, tip: the force at s = l in D w / l^2, linearly. steps: "auto", or a number of equal ones. on_step:
         called with (`StepRecord`, `Equilibrium`) after every accepted step.
 
-        A move that cannot be gone to its end leaves the session at the last equilibrium on the way.
+        A move that cannot be gone to its end leaves the session at the last equilibrium along the path.
         Raises `RibbonInputError` on bad input.
         """
         if not (steps == "auto" or (isinstance(steps, int) and not isinstance(steps, bool) and steps >= 1)):
             raise RibbonInputError("steps", steps, 'a number of steps, or "auto"')
         begin = self.state
-        way = _way(begin.problem, clamp, end, gamma, natural_curvature, tip)
-        rates = _rates(begin.problem, way(1.0))
+        problem_at = _problem_at(begin.problem, clamp, end, gamma, natural_curvature, tip)
+        rates = _rates(begin.problem, problem_at(1.0))
         states: list[Equilibrium] = []
         records: list[StepRecord] = []
 
         jumps: list[float] = []
 
-        def kept(record: StepRecord, found: Equilibrium) -> None:
-            left = self._left(found) if self._leave_saddle and found.status is Status.SADDLE else found
+        def kept(record: StepRecord, state: Equilibrium) -> None:
+            left = self._left(state) if self._leave_saddle and state.status is Status.SADDLE else state
             before = states[-1] if states else begin
             size = record.t - (records[-1].t if records else 0.0)
             jump = record.jump or _released(before, left, rates, size) > _RELEASED
@@ -180,7 +172,7 @@ class Session:
             jumps.extend([record.t] if jump else [])
             if on_step is not None:
                 on_step(record, left)
-            if left is not found:
+            if left is not state:
                 raise _Left
 
         log: tuple[dict[str, Any], ...] = ()
@@ -188,7 +180,7 @@ class Session:
         while True:
             try:
                 last = follow(
-                    way, states[-1] if states else last, steps=None if isinstance(steps, str) else steps,
+                    problem_at, states[-1] if states else last, steps=None if isinstance(steps, str) else steps,
                     on_step=kept, begin=records[-1].t if records else 0.0,
                 )  # fmt: skip
             except _Left:
@@ -208,8 +200,8 @@ class Session:
 
     def _left(self, saddle: Equilibrium) -> Equilibrium:
         """The stable equilibrium that a saddle is left for; the saddle itself where none is found."""
-        found = solve_from(saddle.problem, saddle.x, warm=(saddle.rows, saddle.multipliers), leave_saddle=True)
-        return found if found.ok else saddle
+        state = solve_from(saddle.problem, saddle.x, warm=(saddle.rows, saddle.multipliers), leave_saddle=True)
+        return state if state.ok else saddle
 
     def back(self, steps: int = 1) -> Equilibrium:
         """Takes back the last `steps` states; `RibbonInputError` where there are not so many."""
@@ -242,24 +234,24 @@ class SessionInSI:
 
 
 def _rates(first: Problem, last: Problem) -> dict[str, FloatArray]:
-    """Speeds of the parameters on the way, by the names of `ribbon.gradients`, for a t from 0 to 1."""
-    found: dict[str, FloatArray] = {}
+    """Speeds of the parameters along the path, by the names of `ribbon.gradients`, for a t from 0 to 1."""
+    rates: dict[str, FloatArray] = {}
     a, b = first.strip, last.strip
     if first.gravity is not None and a.gamma != b.gamma:
-        found["gamma"] = np.array(b.gamma - a.gamma)
+        rates["gamma"] = np.array(b.gamma - a.gamma)
     if a.natural_curvature != b.natural_curvature:
-        found["natural_curvature"] = np.subtract(b.natural_curvature, a.natural_curvature)
+        rates["natural_curvature"] = np.subtract(b.natural_curvature, a.natural_curvature)
     pulls = [np.asarray(problem.tip or (0.0, 0.0, 0.0)) for problem in (first, last)]
     if np.any(pulls[0] != pulls[1]):
-        found["tip"] = pulls[1] - pulls[0]
+        rates["tip"] = pulls[1] - pulls[0]
     for name, old, new in (("start", first.start, last.start), ("end", first.end, last.end)):
         if old is None or new is None:
             continue
         if old.position is not None and new.position is not None:
-            found[f"{name}.position"] = np.subtract(new.position, old.position)
+            rates[f"{name}.position"] = np.subtract(new.position, old.position)
         if old.holds_frame and new.holds_frame:
-            found[f"{name}.rotation"] = Rotation.from_matrix(new.frame @ old.frame.T).as_rotvec()
-    return found
+            rates[f"{name}.rotation"] = Rotation.from_matrix(new.frame @ old.frame.T).as_rotvec()
+    return rates
 
 
 def _released(before: Equilibrium, after: Equilibrium, rates: dict[str, FloatArray], size: float) -> float:
@@ -275,7 +267,7 @@ def _released(before: Equilibrium, after: Equilibrium, rates: dict[str, FloatArr
     return (work - (after.energy.total - before.energy.total)) / max(scale, 1e-12)
 
 
-def _way(
+def _problem_at(
     problem: Problem,
     clamp: Clamp | None,
     end: Clamp | None,
@@ -283,7 +275,7 @@ def _way(
     natural_curvature: float | tuple[float, float] | None,
     tip: ArrayLike | None,
 ) -> Callable[[float], Problem]:
-    """The problem at the share t of the way from `problem` to what is given."""
+    """The problem at the share t of the path from `problem` to what is given."""
     strip = problem.strip
     goal = strip
     if gamma is not None:
@@ -292,28 +284,22 @@ def _way(
         goal = replace(goal, natural_curvature=natural_curvature)
     start_at = _between("clamp", problem.start, clamp)
     end_at = _between("end", problem.end, end)
-    free = Clamp(None, None, None)
+    request = Request.again(problem)
+    laws = [np.asarray(one.natural_curvature, dtype=float).tolist() for one in (strip, goal)]
     pull = np.asarray(problem.tip or (0.0, 0.0, 0.0))
     goal_pull = pull if tip is None else np.asarray(tip_force(tip) or (0.0, 0.0, 0.0))
 
     def at(t: float) -> Problem:
-        law: Any = zip(strip.natural_curvature, goal.natural_curvature, strict=True)  # type: ignore[arg-type]
-        there = replace(
-            strip,
-            gamma=(1.0 - t) * strip.gamma + t * goal.gamma,
-            natural_curvature=tuple((1.0 - t) * a + t * b for a, b in law),
-        )
-        return build(
-            there, start_at(t) or free, problem.gravity, end=end_at(t), closure=problem.closure, walls=problem.walls,
-            energy=problem.energy, segments=problem.lengths, formulation=problem.formulation,
-            tip=(1.0 - t) * pull + t * goal_pull,
-        )  # fmt: skip
+        first, last = ((1.0 - t) * a + t * b for a, b in zip(laws[0], laws[1], strict=True))
+        there = replace(strip, gamma=(1.0 - t) * strip.gamma + t * goal.gamma, natural_curvature=(first, last))
+        pulled = tip_force((1.0 - t) * pull + t * goal_pull)
+        return assembled(replace(request, strip=there, start=start_at(t), end=end_at(t), tip=pulled))
 
     return at
 
 
 def _between(key: str, old: Clamp | None, new: Clamp | None) -> Callable[[float], Clamp | None]:
-    """The clamp on the way from `old` to `new` (None: it stays); what is held on one side only switches at once."""
+    """The clamp along the path from `old` to `new` (None: it stays); what is held on one side only switches at once."""
     if new is None or old is None:
         kept = old if new is None else new
         return lambda t: kept
@@ -324,12 +310,12 @@ def _between(key: str, old: Clamp | None, new: Clamp | None) -> Callable[[float]
             raise RibbonInputError(key, "half a turn", "has no shortest way: move there by a clamp in between")
 
     def at(t: float) -> Clamp:
-        found = new
+        clamp = new
         if old.position is not None and new.position is not None:
-            found = replace(found, position=(1.0 - t) * np.asarray(old.position) + t * np.asarray(new.position))
+            clamp = replace(clamp, position=(1.0 - t) * np.asarray(old.position) + t * np.asarray(new.position))
         if spin is not None and t < 1.0:
             frame = Rotation.from_rotvec(t * spin).as_matrix() @ old.frame
-            found = replace(found, tangent=frame[:, 2], normal=frame[:, 1])
-        return found
+            clamp = replace(clamp, tangent=frame[:, 2], normal=frame[:, 1])
+        return clamp
 
     return at

@@ -27,7 +27,7 @@ LEVELS = (
     ("ribbon.element", "ribbon.sections"),
     ("ribbon.energies", "ribbon.contact", "ribbon.loads", "ribbon.units"),
     ("ribbon.strip", "ribbon.boundary", "ribbon.shown"),
-    ("ribbon.errors", "ribbon.forces"),
+    ("ribbon.errors", "ribbon.forces", "ribbon.notes"),
     ("shellref.worker",),
     ("shellref", "shellref.path"),
     ("shellref.band",),

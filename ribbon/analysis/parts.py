@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from ribbon.element.adaptive import beside_zero, integrated
 from ribbon.energies import FREE_CODES, FREE_ENERGIES
 from ribbon.energies.free import free_numbers, in_plane_stiffness
-from ribbon.energies.names import FREE_CODE
 from ribbon.sections import local_state
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +31,7 @@ _ALONG = 1e-8
 def line_density(equilibrium: Any, s: FloatArray) -> FloatArray:
     """Elastic energy per length (k,) in D w / l^2 at abscissae s (k,)."""
     fields = equilibrium.problem.fields
-    return _values(fields.code - FREE_CODE, equilibrium, s, fields.section)
+    return _values(fields.density_code, equilibrium, s, fields.section)
 
 
 def line_density_of(energy: str, equilibrium: Any, s: FloatArray, thickness: float) -> FloatArray:
@@ -52,7 +51,7 @@ def _values(code: int, equilibrium: Any, s: FloatArray, section: tuple[float, ..
 def _in_plane(equilibrium: Any, s: FloatArray) -> FloatArray:
     """Energy per length (k,) of bending in the strip's plane, energy of the membrane."""
     fields = equilibrium.problem.fields
-    if fields.count < 3:
+    if not fields.in_plane:
         return np.zeros(s.shape)
     return np.asarray(0.5 * in_plane_stiffness(fields.section) * equilibrium.in_plane(s) ** 2)
 
@@ -65,7 +64,7 @@ def area_densities(equilibrium: Any, s: FloatArray, v: FloatArray) -> FloatArray
     assert section is not None
     own = section.shares(local_state(equilibrium, s), v, fields.section)
     found = np.stack([own.bending, own.membrane, own.shear], axis=-1)
-    if fields.count == 3:
+    if fields.in_plane:
         bent = equilibrium.in_plane(s)[:, None] * v[None, :]
         thickness, poisson = fields.section[1:3]
         found[:, :, 1] += 6.0 * (1.0 - poisson**2) / thickness**2 * bent**2

@@ -5,7 +5,7 @@ of Sadowsky and Wunderlich are polynomials in s of degree 6, the natural-curvatu
 4: Gauss-Legendre with four points (exact to degree 7) integrates both exactly (thesis, 3.4.1: P and Q in closed form;
 docs/theory.md, eq. (3.8)).
 
-Energies of a free twist (codes from FREE_CODE on) are no polynomials: `ribbon.element.free_energy` integrates them.
+Energies of a free twist (`ribbon.energies.codes`) are no polynomials: `ribbon.element.free_energy` integrates them.
 
 The kinematics of the element are in `ribbon.element.series`; energies and kinematics know nothing of each other.
 """
@@ -17,7 +17,7 @@ from numba import njit
 
 from ribbon.element.free_energy import free_jet
 from ribbon.energies import density, factor, natural
-from ribbon.energies.names import FREE_CODE
+from ribbon.energies.codes import has_free_twist
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 #: Gauss points and weights on [0, 1].
@@ -131,7 +131,7 @@ def natural_value(a, b, n, m, length, k_start, k_slope, poisson):
 @njit(cache=True)
 def elastic_jet(code, q, length, section, natural, k_start, k_slope, poisson, jet, part):
     """Fills `jet` (15 or 28,) with the elastic energy of a segment, whatever its energy; `part` (15,) is scratch."""
-    if code >= FREE_CODE:
+    if has_free_twist(code):
         free_jet(code, q, length, k_start, k_slope, section, jet)
         return
     bending_jet(code, q[0], q[1], q[2], q[3], length, section, jet)
@@ -144,7 +144,7 @@ def elastic_jet(code, q, length, section, natural, k_start, k_slope, poisson, je
 def elastic_value(code, q, length, section, natural, k_start, k_slope, poisson, jet):
     """Elastic energy of a segment and the part of it that is a term of its own by the natural curvature (none with a
     free twist); `jet` (15 or 28,) is scratch."""
-    if code >= FREE_CODE:
+    if has_free_twist(code):
         free_jet(code, q, length, k_start, k_slope, section, jet)
         return jet[0], 0.0
     bending = bending_value(code, q[0], q[1], q[2], q[3], length, section)

@@ -25,8 +25,9 @@ import math
 import numpy as np
 from numba import njit
 
+from ribbon.energies.codes import among_free
 from ribbon.energies.free import FREE_ENERGIES, free_density
-from ribbon.energies.names import FREE, FREE_CODE
+from ribbon.energies.names import FREE
 
 #: Change of u = asinh(k / r) up to which a segment takes the energy's own number of points.
 SPAN = 0.2
@@ -65,7 +66,7 @@ def free_jet(code, q, length, k_start, k_slope, section, jet):
     h / l, nu, plate (`ribbon.energies.free`). Layout of the jet: `ribbon.element.free_series`.
     """
     jet[:] = 0.0
-    code -= FREE_CODE
+    code = among_free(code)
     reach = _reach(code, q, section)
     if _TESTED[code] or _changes(q[1], q[0] * length + q[1], reach):
         _composite(code, q, length, k_start, k_slope, section, reach, jet)

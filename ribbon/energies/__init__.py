@@ -12,8 +12,9 @@ of a solved ribbon. The natural curvature is a term of its own (`natural`), abse
 """
 
 from ribbon.energies.dispatch import CODES, ENERGIES, density, factor
-from ribbon.energies.energy import EnergyDensity, SectionNumbers
+from ribbon.energies.energy import ElasticEnergy, EnergyDensity, FieldSet, SectionNumbers
 from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, FreeTwist, free_density
+from ribbon.energies.names import FREE_CODE
 from ribbon.errors import RibbonInputError
 from ribbon.strip import Strip
 
@@ -22,22 +23,30 @@ __all__ = [
     "ENERGIES",
     "FREE_CODES",
     "FREE_ENERGIES",
+    "ElasticEnergy",
     "EnergyDensity",
+    "FieldSet",
     "FreeTwist",
     "SectionNumbers",
     "chosen",
+    "code_of",
     "density",
     "factor",
     "free_density",
 ]
 
 
-def chosen(name: str, strip: Strip) -> EnergyDensity | FreeTwist:
+def chosen(name: str, strip: Strip) -> ElasticEnergy:
     """The energy of this name for this strip; `RibbonInputError` for an unknown name or what the strip has not."""
-    found: EnergyDensity | FreeTwist | None = ENERGIES.get(name, FREE_ENERGIES.get(name))
+    found: ElasticEnergy | None = ENERGIES.get(name, FREE_ENERGIES.get(name))
     if found is None:
         raise RibbonInputError("energy", name, f"use one of {', '.join(sorted([*ENERGIES, *FREE_ENERGIES]))}")
     for key in found.needs:
         if getattr(strip, key) is None:
             raise RibbonInputError(key, None, f'the energy "{name}" needs it')
     return found
+
+
+def code_of(name: str) -> int:
+    """The code of an energy in the kernels of segments (`ribbon.energies.codes` says what it tells)."""
+    return FREE_CODE + FREE_CODES[name] if name in FREE_CODES else CODES[name]

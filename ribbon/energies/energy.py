@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -21,6 +22,30 @@ FloatArray = NDArray[np.float64]
 SectionNumbers = tuple[float, float, float]
 #: The same for an energy of free twist: w / (2 l), h / l (nan: not given), nu, 1 for stiffness "plate" or 0.
 FreeSectionNumbers = tuple[float, float, float, float]
+
+
+class FieldSet(Enum):
+    """The fields along the strip that an energy takes, each linear on a segment: curvature and ruling (the twist is eta
+    omega), curvature and twist, or these and the curvature kappa_2 in the strip's plane."""
+
+    RULED = "curvature and ruling"
+    TWISTED = "curvature and twist"
+    TWISTED_IN_PLANE = "curvature, twist and curvature in the plane"
+
+    @property
+    def free(self) -> bool:
+        """Whether the twist is free of the curvature: there are then no rulings."""
+        return self is not FieldSet.RULED
+
+    @property
+    def in_plane(self) -> bool:
+        """Whether kappa_2 is one of them."""
+        return self is FieldSet.TWISTED_IN_PLANE
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return 3 if self.in_plane else 2
 
 
 class RelaxedSection(Protocol):
@@ -88,6 +113,21 @@ class EnergyDensity:
     relaxed: Callable[[float, float, float], RelaxedSection] = Section
     words: Words | None = None
 
+    @property
+    def fields(self) -> FieldSet:
+        """A curvature and a ruling."""
+        return FieldSet.RULED
+
+    @property
+    def holds_twist(self) -> bool:
+        """A clamp with a straight ruling holds eta = 0, and with it the twist."""
+        return True
+
+    @property
+    def reach(self) -> float:
+        """No singularity: polynomials in curvature and ruling on a segment, as for `FreeTwist.reach`."""
+        return math.inf
+
 
 @dataclass(frozen=True)
 class FreeTwist:
@@ -114,3 +154,12 @@ class FreeTwist:
     holds_twist: bool = False
     section: Profile | None = None
     words: str = ""
+
+    @property
+    def fields(self) -> FieldSet:
+        """A curvature and a twist, and kappa_2 where a scene does not say otherwise."""
+        return FieldSet.TWISTED_IN_PLANE if self.in_plane else FieldSet.TWISTED
+
+
+#: An energy of the registries.
+ElasticEnergy = EnergyDensity | FreeTwist

@@ -9,22 +9,29 @@ two solutions.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
-from ribbon.boundary import Closure
+from ribbon.boundary import Clamp, Closure
 from ribbon.errors import RibbonInputError
 from ribbon.find import seeds
 from ribbon.find.continuation import switch
-from ribbon.find.solve import build, on_segments, solve
+from ribbon.find.solve import on_segments, solve_request
+from ribbon.find.solving.assemble import assembled
+from ribbon.find.solving.request import How, Request, Seed, SolveKeywords, split
 from ribbon.find.stretched import is_stretched
+from ribbon.loads import Gravity
+from ribbon.notes import Note
+from ribbon.problems.chained import segment_lengths
 from ribbon.result import Equilibrium, Refinement, Status
+from ribbon.solvers import choose
 from ribbon.solvers.budget import SPENT, spent, within
+from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
 
@@ -39,11 +46,6 @@ HEAVY = 1e5
 #: Share of the sum of e_i that the cut segments carry; a segment this many times above the threshold is quartered.
 BULK = 0.8
 QUARTERED = 16.0
-#: Keywords of `ribbon.find.solve.build` among those of `solve`, without the segments.
-_OF_THE_PROBLEM = (
-    "strip", "clamp", "gravity", "end", "closure", "walls", "energy", "formulation", "held_by", "stiffness", "in_plane",
-    "tip",
-)  # fmt: skip
 _GOOD = (Status.CONVERGED, Status.SADDLE)
 #: Distance of joints (l) that are one but for rounding.
 _SAME = 1e-12
@@ -51,7 +53,15 @@ _SAME = 1e-12
 _ALONG = 2000
 
 
-def solve_to_tolerance(*arguments: Any, tolerance: float, strict: bool = True, **keywords: Any) -> Equilibrium:
+def solve_to_tolerance(
+    strip: Strip,
+    clamp: Clamp | None = None,
+    gravity: Gravity | None = None,
+    *,
+    tolerance: float,
+    strict: bool = True,
+    **keywords: Unpack[SolveKeywords],
+) -> Equilibrium:
     """As `ribbon.solve` (without `segments`), on segments placed so that the surface's error is below `tolerance` * l.
 
     tolerance: Hausdorff distance over l to the limit of many segments, in (0, 0.1). The estimate is the result's
@@ -61,38 +71,35 @@ def solve_to_tolerance(*arguments: Any, tolerance: float, strict: bool = True, *
         raise RibbonInputError("tolerance", tolerance, "a distance over l in (0, 0.1)")
     if "segments" in keywords:
         raise RibbonInputError("segments", keywords["segments"], "give a tolerance or segments, not both")
-    with within(keywords.pop("budget", None)):
-        return _to_tolerance(arguments, tolerance, strict, keywords)
+    asked, seed, how, budget, solver = split(keywords)
+    asked["segments"] = FIRST_SEGMENTS
+    request = Request.of(strip, clamp, gravity, **asked)
+    with within(budget), choose.using(solver):
+        return _to_tolerance(request, seed, how, tolerance, strict)
 
 
-def _to_tolerance(
-    arguments: tuple[Any, ...], tolerance: float, strict: bool, keywords: Mapping[str, Any]
-) -> Equilibrium:
+def _to_tolerance(request: Request, seed: Seed, how: How, tolerance: float, strict: bool) -> Equilibrium:
     """The seam of a Moebius band whose ruling is free is held until the elements are placed."""
-    closure = keywords.get("closure")
-    pinned: Mapping[str, Any]
-    pinned, free_seam = keywords, False
+    closure = request.closure
+    pinned = request
     if closure is not None and closure.ruling == "free" and closure.sign < 0:
-        pinned, free_seam = {**keywords, "closure": Closure(closure.kind, "straight", closure.turns)}, True
-    asked = {key: pinned[key] for key in _OF_THE_PROBLEM if key in pinned}
-    begun = build(*arguments, segments=FIRST_SEGMENTS, **asked)
-    if begun.strip.gamma > HEAVY and not begun.row_count and pinned.get("formulation", "auto") == "auto":
-        pinned, asked = ({**keys, "formulation": "mixed"} for keys in (pinned, asked))
-        begun = build(*arguments, segments=FIRST_SEGMENTS, **asked)
-    segments = seeds.graded(begun)
-    first = solve(*arguments, segments=segments, **pinned)
-    leave = bool(keywords.get("leave_saddle", False))
-    found = refine_to_tolerance(first, tolerance, leave_saddle=leave, strict=strict)
-    if free_seam and found.status in _GOOD:
-        loose = build(*arguments, segments=_opened(found.problem.lengths), **{**asked, "closure": closure})
-        slid = switch(loose, found)
-        found = replace(slid, tolerance_error=found.tolerance_error, refinements=found.refinements)
-    found = replace(found, branch=first.branch, left=found.left or first.left)
-    if first.left is not None and found.left is first.left and found.ok:
-        found = replace(found, message=f"{found.message}; {first.left}")
-    if first.minima is not None and found.status in _GOOD:
-        found = replace(found, minima=first.minima, message=f"{found.message}; {first.minima}")
-    return found
+        pinned = replace(request, closure=Closure(closure.kind, "straight", closure.turns))
+    problem = assembled(pinned)
+    if problem.strip.gamma > HEAVY and not problem.row_count and pinned.formulation == "auto":
+        pinned = replace(pinned, formulation="mixed")
+        problem = assembled(pinned)
+    first = solve_request(replace(pinned, lengths=segment_lengths(seeds.graded(problem))), seed, how)
+    state = refine_to_tolerance(first, tolerance, leave_saddle=how.leave_saddle, strict=strict)
+    if pinned.closure is not closure and state.status in _GOOD:
+        loose = assembled(replace(pinned, closure=closure, lengths=segment_lengths(_opened(state.problem.lengths))))
+        slid = switch(loose, state)
+        state = replace(slid, tolerance_error=state.tolerance_error, refinements=state.refinements)
+    state = replace(state, branch=first.branch, left=state.left or first.left)
+    if first.left is not None and state.left is first.left and state.ok:
+        state = replace(state, message=f"{state.message}; {first.left}")
+    if first.minima is not None and state.status in _GOOD:
+        state = replace(state, minima=first.minima, message=f"{state.message}; {first.minima}")
+    return state
 
 
 def _opened(lengths: FloatArray) -> FloatArray:
@@ -131,21 +138,23 @@ def refine_to_tolerance(
     estimate: float | None = None
     tried = [_tried(current, None)]
 
-    def ended(found: Equilibrium, **changes: Any) -> Equilibrium:
-        return replace(found, tolerance_error=estimate, refinements=tuple(tried), **changes)
+    def ended(state: Equilibrium) -> Equilibrium:
+        return replace(state, tolerance_error=estimate, refinements=tuple(tried))
 
-    def short(found: Equilibrium, message: str) -> Equilibrium:
+    def short(state: Equilibrium, note: Note, **numbers: object) -> Equilibrium:
         """What to answer where the tolerance is not reached."""
+        message = note.text(tolerance=tolerance, **numbers)
         if strict or finest is None:
-            return ended(found, status=Status.NOT_CONVERGED, stable=None, message=message)
-        return ended(finest, message=f"{finest.message}; {message}")
+            missed = replace(state, status=Status.NOT_CONVERGED, stable=None, message=message, notes=(note,))
+            return ended(missed)
+        return ended(replace(finest, message=f"{finest.message}; {message}", notes=(*finest.notes, note)))
 
     for _ in range(ROUNDS):
         if current.status not in _GOOD:
             return ended(current if strict or finest is None else finest)
         if spent():
-            return short(current, f"the tolerance {tolerance:g} was not reached: {SPENT}")
-        problem: Any = current.problem
+            return short(current, Note.TOLERANCE_MISSED, why=SPENT)
+        problem = current.problem
         halved = _moved_to(current, np.repeat(problem.lengths / 2.0, 2))
         if halved.status not in _GOOD:
             tried.append(_tried(halved, None))
@@ -163,25 +172,23 @@ def refine_to_tolerance(
         lengths = cut(problem.lengths, indicators(current, halved))
         most = MOST_SEGMENTS if strict else MOST_WISHED
         if lengths.size > most:
-            needs = f"the tolerance {tolerance:g} needs more than {most} segments; reached {estimate:.2g}"
-            return short(halved, needs)
+            return short(halved, Note.TOLERANCE_SEGMENTS, most=most, reached=estimate)
         current = _moved_to(halved, lengths, check=False)
-    return short(current, f"the tolerance {tolerance:g} was not reached in {ROUNDS} rounds; reached {estimate:.2g}")
+    return short(current, Note.TOLERANCE_ROUNDS, rounds=ROUNDS, reached=estimate)
 
 
-def _moved_to(found: Equilibrium, lengths: FloatArray, **keywords: Any) -> Equilibrium:
-    """The scene on other segments, beside what was found."""
-    if found.problem.row_count:
-        old: Any = found.problem
-        return switch(old.with_changes(lengths=lengths), found, **keywords)
-    return on_segments(found, lengths, **keywords)
+def _moved_to(state: Equilibrium, lengths: FloatArray, check: bool = True) -> Equilibrium:
+    """The scene on other segments, from its state on those before."""
+    if state.problem.row_count:
+        return switch(state.problem.with_changes(lengths=lengths), state, check=check)
+    return on_segments(state, lengths, check=check)
 
 
-def _tried(found: Equilibrium, moved: float | None, coarse: Equilibrium | None = None) -> Refinement:
+def _tried(state: Equilibrium, moved: float | None, coarse: Equilibrium | None = None) -> Refinement:
     """coarse: the state on segments twice as long that it was begun at, None: none."""
     before = None if coarse is None else coarse.numbers
-    segments = found.problem.lengths.size
-    return Refinement(segments, found.status, found.lowest_eigenvalue, moved, found.numbers, before)
+    segments = state.problem.lengths.size
+    return Refinement(segments, state.status, state.lowest_eigenvalue, moved, state.numbers, before)
 
 
 def indicators(coarse: Equilibrium, fine: Equilibrium) -> FloatArray:
@@ -223,11 +230,11 @@ def distance(one: Equilibrium, other: Equilibrium) -> float:
     )  # fmt: skip
 
 
-def _lines(found: Equilibrium, s: FloatArray) -> list[FloatArray]:
+def _lines(state: Equilibrium, s: FloatArray) -> list[FloatArray]:
     """Centreline and both edges (k, 3) at abscissae s (k,), the edges as the ends of the rulings."""
-    r, frame, eta = found.position(s), found.frame(s), found.eta(s)
+    r, frame, eta = state.position(s), state.frame(s), state.eta(s)
     ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
-    half = found.problem.half_width
+    half = state.problem.half_width
     return [r, r + half * ruling, r - half * ruling]
 
 

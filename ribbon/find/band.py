@@ -62,14 +62,14 @@ def moebius(problem: MixedProblem, progress: Progress | None = None) -> tuple[Fl
             return np.interp(there, s, wide[0]), np.interp(there, s, wide[1])
     steps = TURN_STEPS
     while True:
-        found = _turned(coarse, steps, progress)
-        if found is not None or steps >= MOST_STEPS or spent():
+        shape = _turned(coarse, steps, progress)
+        if shape is not None or steps >= MOST_STEPS or spent():
             break
         steps *= 2
-    if found is None:
+    if shape is None:
         return circle(problem)
     s, there = joints(lengths), joints(problem.lengths)
-    return np.interp(there, s, found[0]), np.interp(there, s, found[1])
+    return np.interp(there, s, shape[0]), np.interp(there, s, shape[1])
 
 
 def _widened(problem: MixedProblem, progress: Progress | None) -> tuple[FloatArray, FloatArray] | None:
@@ -90,10 +90,10 @@ def _widened(problem: MixedProblem, progress: Progress | None) -> tuple[FloatArr
             return None
         current = of(width)
         # slopes of rulings keep their distance from the bound 2 / w
-        found = relax.from_near(current, current.state(shape[0], shape[1] * (before / width)), None, progress)
-        if found.residual > RESIDUAL_TOLERANCE:
+        point = relax.from_near(current, current.state(shape[0], shape[1] * (before / width)), None, progress)
+        if point.residual > RESIDUAL_TOLERANCE:
             return None
-        shape = current.joint_values(found.x)
+        shape = current.joint_values(point.x)
     return shape
 
 
@@ -108,10 +108,10 @@ def _turned(problem: MixedProblem, steps: int, progress: Progress | None) -> tup
         if x is None:
             omega, _ = circle(problem)
             x = current.state(omega, _TWIST * np.sin(2.0 * math.pi * joints(problem.lengths)))
-        found = choose.minimise(current, x, {"mu_init": 1e-3, "max_iter": _ITERATIONS}, progress)
+        point = choose.minimise(current, x, {"mu_init": 1e-3, "max_iter": _ITERATIONS}, progress)
         problem.counters.add(current.counters)
-        if found.residual > RESIDUAL_TOLERANCE or spent():
+        if point.residual > RESIDUAL_TOLERANCE or spent():
             return None
-        x = found.x
+        x = point.x
     assert x is not None
     return transfer.resample(current, x, problem.lengths)

@@ -94,30 +94,32 @@ def bent_aside(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> lis
 
 
 def held(
-    problem: MixedProblem, found: Minimum, options: dict[str, Any] | None = None, progress: Progress | None = None
+    problem: MixedProblem, minimum: Minimum, options: dict[str, Any] | None = None, progress: Progress | None = None
 ) -> tuple[MixedProblem, Minimum]:
-    """The problem with the points held that an equilibrium `found` of it needs, and the equilibrium then.
+    """The problem with the points held that an equilibrium `minimum` of it needs, and the equilibrium then.
 
     Where none is found within the tolerance, the one that penetrates least is.
     """
-    if not problem.walls or not found.residual <= RESIDUAL_TOLERANCE:
-        return problem, found
-    best, least = (problem, found), np.inf
+    if not problem.walls or not minimum.residual <= RESIDUAL_TOLERANCE:
+        return problem, minimum
+    best, least = (problem, minimum), np.inf
     for _ in range(ROUNDS):
-        minima = penetration.minima(problem, found.x, -DEPTH)
+        minima = penetration.minima(problem, minimum.x, -DEPTH)
         depth = max((-distance for distance, _ in minima), default=0.0)
         if depth < least:
-            best, least = (problem, found), depth
+            best, least = (problem, minimum), depth
         beyond = _beyond(problem, minima) if depth > penetration.TOLERANCE else ()
         if not beyond or spent():
             break
         fresh = problem.with_changes(touching=(*problem.touching, *beyond))  # those of old first, in their order
-        again = _again(problem, fresh, found, options, progress)
+        again = _again(problem, fresh, minimum, options, progress)
         if again.residual > RESIDUAL_TOLERANCE:
             break
-        again = replace(again, iterations=again.iterations + found.iterations, seconds=again.seconds + found.seconds)
+        again = replace(
+            again, iterations=again.iterations + minimum.iterations, seconds=again.seconds + minimum.seconds
+        )
         fresh.counters.add(problem.counters)
-        problem, found = fresh, again
+        problem, minimum = fresh, again
     return slid(*let_go(*best), options, progress)
 
 
@@ -130,7 +132,7 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
     """
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     starts[-1] = 1.0
-    found: set[Touch] = set()
+    touches: set[Touch] = set()
     for distance, touch in minima:
         known = [t.s for t in problem.touching if (t.wall, t.side) == (touch.wall, touch.side)]
         places = np.union1d(starts, known)
@@ -142,28 +144,28 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
         count = int(np.clip(np.ceil(np.sqrt(-distance / DEPTH)) - 1, 1, MOST))
         inner = low + (high - low) * np.arange(1, count + 1) / (count + 1)
         inner[np.argmin(np.abs(inner - touch.s))] = touch.s
-        found |= {Touch(touch.wall, float(s), touch.side) for s in inner}
-    return tuple(sorted(found))
+        touches |= {Touch(touch.wall, float(s), touch.side) for s in inner}
+    return tuple(sorted(touches))
 
 
 def _again(
-    old: MixedProblem, fresh: MixedProblem, found: Minimum, options: dict[str, Any] | None, progress: Progress | None
+    old: MixedProblem, fresh: MixedProblem, minimum: Minimum, options: dict[str, Any] | None, progress: Progress | None
 ) -> Minimum:
     """The equilibrium with more points held, from the one without: with its multipliers, so that it stays on its
     branch, and else without."""
     rows = np.zeros(fresh.row_count)
     glue = fresh.row_count - sum(block.count for block in fresh.blocks().values())
-    rows[:glue] = found.rows[:glue]
+    rows[:glue] = minimum.rows[:glue]
     slices = fresh.block_slices()
     for name, where in old.block_slices().items():
         first = slices[name].start
-        rows[first : first + where.stop - where.start] = found.rows[where]
+        rows[first : first + where.stop - where.start] = minimum.rows[where]
     warm = choose.minimise(
-        fresh, found.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, found.multipliers)
+        fresh, minimum.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, minimum.multipliers)
     )
     if warm.residual <= RESIDUAL_TOLERANCE:
         return warm
-    cold = relax.from_near(fresh, found.x, options, progress)
+    cold = relax.from_near(fresh, minimum.x, options, progress)
     return replace(cold, iterations=cold.iterations + warm.iterations, seconds=cold.seconds + warm.seconds)
 
 
@@ -180,23 +182,23 @@ class _Place(NamedTuple):
 
 
 def slid(
-    problem: MixedProblem, found: Minimum, options: dict[str, Any] | None = None, progress: Progress | None = None
+    problem: MixedProblem, minimum: Minimum, options: dict[str, Any] | None = None, progress: Progress | None = None
 ) -> tuple[MixedProblem, Minimum]:
-    """The problem whose single places of contact slide, and its equilibrium beside `found`; both as they are where
+    """The problem whose single places of contact slide, and its equilibrium beside `minimum`; both as they are where
     nothing touches at one place, and where none is found from there."""
-    if not problem.walls or not found.residual <= RESIDUAL_TOLERANCE or spent():
-        return problem, found
-    places = _places(problem, found)
+    if not problem.walls or not minimum.residual <= RESIDUAL_TOLERANCE or spent():
+        return problem, minimum
+    places = _places(problem, minimum)
     if not places or all(_slides(problem, place) for place in places):
-        return problem, found
-    now, here = _sliding(problem, found, places)
-    spent_on = found
+        return problem, minimum
+    now, here = _sliding(problem, minimum, places)
+    spent_on = minimum
     for _ in range(FOLLOWED):
         again = choose.minimise(
             now, here.x, {"max_iter": _SLIDING, **(options or {})}, progress, (here.rows, here.multipliers)
         )
         if again.residual > RESIDUAL_TOLERANCE:
-            return problem, found
+            return problem, minimum
         spent_on = replace(
             again, iterations=again.iterations + spent_on.iterations, seconds=again.seconds + spent_on.seconds
         )
@@ -205,17 +207,17 @@ def slid(
         beyond = _beside(now, [touch for _, touch in minima])
         if not beyond:
             if max((-distance for distance, _ in minima), default=0.0) > penetration.TOLERANCE:
-                return problem, found
+                return problem, minimum
             return let_go(now, spent_on)
         now, here = _more(now, again, beyond)
-    return problem, found
+    return problem, minimum
 
 
-def _places(problem: MixedProblem, found: Minimum) -> list[_Place]:
+def _places(problem: MixedProblem, minimum: Minimum) -> list[_Place]:
     """Where edges push at one place each: one joint or point, or two that are neighbours, off the strip's ends."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     places: list[_Place] = []
-    pushed = [_pushed(problem, found, k) for k in range(len(problem.walls))]
+    pushed = [_pushed(problem, minimum, k) for k in range(len(problem.walls))]
     least = max(_LEAST, _CLEARLY * max((push for points in pushed for _, _, push in points), default=0.0))
     for k, points in enumerate(pushed):
         for side in (1.0, -1.0):
@@ -229,21 +231,21 @@ def _places(problem: MixedProblem, found: Minimum) -> list[_Place]:
     return places
 
 
-def _pushed(problem: MixedProblem, found: Minimum, k: int) -> list[tuple[float, float, float]]:
+def _pushed(problem: MixedProblem, minimum: Minimum, k: int) -> list[tuple[float, float, float]]:
     """Abscissa, edge and push of all joints and points that wall k holds."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     slices, blocks = problem.block_slices(), problem.blocks()
-    block: Any = blocks[f"wall_{k}"]
-    pairs = -found.rows[slices[f"wall_{k}"]].reshape(-1, 2)
+    block = problem.wall_rows(k)
+    pairs = -minimum.rows[slices[f"wall_{k}"]].reshape(-1, 2)
     points = [
         (float(starts[joint]), side, float(push))
         for joint, pair in zip(block.joints, pairs, strict=True)
         for side, push in zip((1.0, -1.0), pair, strict=True)
     ]
     if f"touch_{k}" in blocks:
-        rows: Any = blocks[f"touch_{k}"]
-        along = starts[rows.segments] + rows.places(found.x)
-        pushes = -found.rows[slices[f"touch_{k}"]]
+        rows = problem.touch_rows(k)
+        along = starts[rows.segments] + rows.places(minimum.x)
+        pushes = -minimum.rows[slices[f"touch_{k}"]]
         points += [(float(s), float(side), float(p)) for s, side, p in zip(along, rows.sides, pushes, strict=True)]
     return points
 
@@ -275,15 +277,15 @@ def _around(problem: MixedProblem, s: float) -> list[int]:
     i = problem.segment_at(s)
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     share = (s - starts[i]) / problem.lengths[i]
-    found = [i]
+    minimum = [i]
     if share < _BESIDE and i > 0:
-        found.append(i - 1)
+        minimum.append(i - 1)
     if share > 1.0 - _BESIDE and i < problem.lengths.size - 1:
-        found.append(i + 1)
-    return sorted(found)
+        minimum.append(i + 1)
+    return sorted(minimum)
 
 
-def _sliding(problem: MixedProblem, found: Minimum, places: list[_Place]) -> tuple[MixedProblem, Minimum]:
+def _sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) -> tuple[MixedProblem, Minimum]:
     """The problem with its places sliding instead of what holds them, and multipliers to begin with."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     shares: dict[Touch, float] = {}
@@ -301,52 +303,52 @@ def _sliding(problem: MixedProblem, found: Minimum, places: list[_Place]) -> tup
         touch for touch in problem.touching if (touch.wall, touch.side, problem.segment_at(touch.s)) not in replaced
     ]
     fresh = problem.with_changes(touching=(*kept, *sorted(shares)))
-    rows = _carried(problem, fresh, found, shares)
-    slices, blocks = fresh.block_slices(), fresh.blocks()
+    rows = _carried(problem, fresh, minimum, shares)
+    slices = fresh.block_slices()
     for place in places:  # what joints beside a place pushed is its own now
-        block: Any = blocks[f"wall_{place.wall}"]
+        block = fresh.wall_rows(place.wall)
         push = rows[slices[f"wall_{place.wall}"]].reshape(-1, 2)
         near = np.abs(starts[block.joints] - place.s) <= _NEXT * problem.lengths[problem.segment_at(place.s)]
         push[near, int(place.side < 0.0)] = 0.0
-    return fresh, replace(found, rows=rows)
+    return fresh, replace(minimum, rows=rows)
 
 
 def _beside(problem: MixedProblem, touches: list[Touch]) -> list[Touch]:
     """What is to slide besides: places behind a wall in segments next to one that slides."""
     sliding = {(t.wall, t.side, problem.segment_at(t.s)) for t in problem.touching if t.slides}
-    found = {}
+    minimum = {}
     for touch in touches:
         i = problem.segment_at(touch.s)
         near = {(touch.wall, touch.side, j) for j in (i - 1, i + 1)}
         if near & sliding and (touch.wall, touch.side, i) not in sliding:
-            found[touch.wall, touch.side, i] = touch._replace(slides=True)
-    return sorted(found.values())
+            minimum[touch.wall, touch.side, i] = touch._replace(slides=True)
+    return sorted(minimum.values())
 
 
-def _more(problem: MixedProblem, found: Minimum, touches: list[Touch]) -> tuple[MixedProblem, Minimum]:
+def _more(problem: MixedProblem, minimum: Minimum, touches: list[Touch]) -> tuple[MixedProblem, Minimum]:
     """The problem with more that slides."""
     fresh = problem.with_changes(touching=(*problem.touching, *touches))
-    return fresh, replace(found, rows=_carried(problem, fresh, found, dict.fromkeys(touches, 0.0)))
+    return fresh, replace(minimum, rows=_carried(problem, fresh, minimum, dict.fromkeys(touches, 0.0)))
 
 
-def _carried(old: MixedProblem, fresh: MixedProblem, found: Minimum, own: dict[Touch, float]) -> FloatArray:
+def _carried(old: MixedProblem, fresh: MixedProblem, minimum: Minimum, own: dict[Touch, float]) -> FloatArray:
     """Multipliers of the rows of `fresh`: those of `old` at the same joints and touches, `own` of others."""
     rows = np.zeros(fresh.row_count)
     slices, blocks = fresh.block_slices(), fresh.blocks()
     glue = fresh.row_count - sum(block.count for block in blocks.values())
-    rows[:glue] = found.rows[:glue]
+    rows[:glue] = minimum.rows[:glue]
     known = dict(own)
     for name, where in old.block_slices().items():
         if name.startswith("touch_"):
             touches = [touch for touch in old.touching if touch.wall == int(name.removeprefix("touch_"))]
-            known |= dict(zip(touches, map(float, found.rows[where]), strict=True))
+            known |= dict(zip(touches, map(float, minimum.rows[where]), strict=True))
         elif name.startswith("wall_"):
-            here: Any = blocks[name]
-            there: Any = old.blocks()[name]
-            push = {int(j): pair for j, pair in zip(there.joints, found.rows[where].reshape(-1, 2), strict=True)}
+            wall = int(name.removeprefix("wall_"))
+            here, there = fresh.wall_rows(wall), old.wall_rows(wall)
+            push = {int(j): pair for j, pair in zip(there.joints, minimum.rows[where].reshape(-1, 2), strict=True)}
             rows[slices[name]] = np.ravel([push.get(int(j), np.zeros(2)) for j in here.joints])
         else:
-            rows[slices[name]] = found.rows[where]
+            rows[slices[name]] = minimum.rows[where]
     for k in range(len(fresh.walls)):
         touches = [touch for touch in fresh.touching if touch.wall == k]
         if touches:
@@ -354,27 +356,27 @@ def _carried(old: MixedProblem, fresh: MixedProblem, found: Minimum, own: dict[T
     return rows
 
 
-def let_go(problem: MixedProblem, found: Minimum) -> tuple[MixedProblem, Minimum]:
+def let_go(problem: MixedProblem, minimum: Minimum) -> tuple[MixedProblem, Minimum]:
     """Without what does not push, each touch where it has gone: the same equilibrium."""
     if not problem.touching:
-        return problem, found
-    slices, blocks = problem.block_slices(), problem.blocks()
+        return problem, minimum
+    slices = problem.block_slices()
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     kept: dict[Touch, float] = {}
     for k in range(len(problem.walls)):
         touches = [touch for touch in problem.touching if touch.wall == k]
         if not touches:
             continue
-        block: Any = blocks[f"touch_{k}"]
+        block = problem.touch_rows(k)
         own = problem.lengths[block.segments]
-        places = starts[block.segments] + np.clip(block.places(found.x), _INSIDE * own, (1.0 - _INSIDE) * own)
-        for touch, s, row in zip(touches, places, found.rows[slices[f"touch_{k}"]], strict=True):
+        places = starts[block.segments] + np.clip(block.places(minimum.x), _INSIDE * own, (1.0 - _INSIDE) * own)
+        for touch, s, row in zip(touches, places, minimum.rows[slices[f"touch_{k}"]], strict=True):
             if -row > _PUSHES:
                 kept[touch._replace(s=float(s)) if touch.slides else touch] = float(row)
     fewer = problem.with_changes(touching=tuple(kept))
     fewer.counters.add(problem.counters)
-    rows = _carried(problem, fewer, found, kept)
-    residual = kkt_residual(fewer, found.x, found.multipliers, rows)
+    rows = _carried(problem, fewer, minimum, kept)
+    residual = kkt_residual(fewer, minimum.x, minimum.multipliers, rows)
     if residual > RESIDUAL_TOLERANCE:
-        return problem, found
-    return fewer, replace(found, rows=rows, residual=residual)
+        return problem, minimum
+    return fewer, replace(minimum, rows=rows, residual=residual)

@@ -1,6 +1,6 @@
 """Following an equilibrium while a parameter varies (thesis, algorithms 2 and 3): predictor, warm corrector, cut-back.
 
-A way is a function t in [0, 1] -> problem: a clamp that moves, a weight that grows, a wall that sinks. Every step
+A path is a function t in [0, 1] -> problem: a clamp that moves, a weight that grows, a wall that sinks. Every step
 starts from the last equilibrium, unknowns and multipliers extrapolated through the last two (secant; docs/theory.md,
 eq. (6.3)), and is cut when the corrector fails or when the shape jumps; what is left at the smallest step is a real
 jump (a snap), recorded.
@@ -17,15 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.find import contacts, relax
-from ribbon.find.solve import solve_from, starting_shapes
+from ribbon.find.solving import search
+from ribbon.find.solving import start as starts
+from ribbon.find.solving.request import How, Options, Progress, Seed
+from ribbon.notes import Note
 from ribbon.problems import transfer
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE
 from ribbonbench.threads import alone
 
 FloatArray = NDArray[np.float64]
-Progress = Callable[[int, float, float], None]
 
 #: Growth of the step after an easy corrector, shrinking after a hard one, cut after a failure.
 GROW, SHRINK, CUT = 1.6, 0.7, 0.4
@@ -43,7 +46,7 @@ CHECKED = 160
 
 @dataclass(frozen=True)
 class StepRecord:
-    """One step of a way.
+    """One step along a path.
 
     t: where it ends; size; status: code of the result; accepted; iterations; residual; energy (D w / l);
     lowest_eigenvalue (nan where it was not judged); seconds; jump: whether the shape snapped.
@@ -61,37 +64,37 @@ class StepRecord:
     jump: bool
 
 
-def _record(t: float, size: float, found: Equilibrium, accepted: bool, seconds: float, jump: bool) -> StepRecord:
+def _record(t: float, size: float, state: Equilibrium, accepted: bool, seconds: float, jump: bool) -> StepRecord:
     return StepRecord(
-        t, size, found.status.code, accepted, found.iterations, found.residual, found.energy.total,
-        found.lowest_eigenvalue, seconds, jump,
+        t, size, state.status.code, accepted, state.iterations, state.residual, state.energy.total,
+        state.lowest_eigenvalue, seconds, jump,
     )  # fmt: skip
 
 
-def _shape(found: Equilibrium) -> FloatArray:
+def _shape(state: Equilibrium) -> FloatArray:
     """omega and eta at the joints, for measuring how far a shape moved."""
-    return np.concatenate(found.problem.joint_values(found.x))
+    return np.concatenate(state.problem.joint_values(state.x))
 
 
-def _same_structure(problem: Problem, found: Equilibrium) -> bool:
-    old = found.problem
+def _same_structure(problem: Problem, state: Equilibrium) -> bool:
+    old = state.problem
     return (
         type(old) is type(problem)
         and np.array_equal(old.lengths, problem.lengths)
         and old.size == problem.size
         and list(old.block_slices()) == list(problem.block_slices())
-        and found.rows.size == problem.row_count
-        and not found.forces_why
+        and state.rows.size == problem.row_count
+        and not state.forces_why
     )
 
 
-def anchored(problem: Problem, found: Equilibrium) -> Problem:
-    """The problem with its gauges and the signs of its quaternions referring to where `found` stands, held on its
-    walls' side at the points where `found` is; places that slide are looked for anew."""
+def anchored(problem: Problem, state: Equilibrium) -> Problem:
+    """The problem with its gauges and the signs of its quaternions referring to where `state` stands, held on its
+    walls' side at the points where `state` is; places that slide are looked for anew."""
     if problem.walls and problem.formulation == "mixed":
-        kept = tuple(t for t in found.problem.touching if t.wall < len(problem.walls) and not t.slides)
+        kept = tuple(t for t in state.problem.touching if t.wall < len(problem.walls) and not t.slides)
         problem = problem.with_changes(touching=kept)
-    return problem.anchored(found.problem.anchor(found.x))
+    return problem.anchored(state.problem.anchor(state.x))
 
 
 @alone
@@ -103,55 +106,59 @@ def switch(
     progress: Progress | None = None,
     check: bool = True,
     hold: bool = True,
-    options: dict[str, Any] | None = None,
+    options: Options | None = None,
 ) -> Equilibrium:
-    """Equilibrium of `problem` from the shape of `start`, whatever its segments, clamps, walls or formulation."""
-    keywords: dict[str, Any] = {
-        "leave_saddle": leave_saddle, "progress": progress, "check": check, "hold": hold, "options": options,
-    }  # fmt: skip
-    old: Any = start.problem
+    """Equilibrium of `problem` from the shape of `start`, whatever its segments, clamps, walls or formulation; keywords
+    as in `ribbon.find.solve.solve_from`."""
+    return switched(problem, start, How(options, progress, leave_saddle, check, hold=hold))
+
+
+def switched(problem: Problem, start: Equilibrium, how: How) -> Equilibrium:
+    """As `switch`."""
+    old = start.problem
     if not (problem.row_count and old.row_count):
         omega, eta = old.joint_values(start.x)
         s_old = np.concatenate([[0.0], np.cumsum(old.lengths)])
         s_new = np.concatenate([[0.0], np.cumsum(problem.lengths)])
         shape = np.interp(s_new, s_old, omega), np.interp(s_new, s_old, eta)
-        return solve_from(problem, problem.state(*shape), **keywords)
+        return search.from_state(problem, problem.state(*shape), how)
     problem = anchored(problem, start)
-    glued: Any = problem
+    assert isinstance(problem, MixedProblem)
+    assert isinstance(old, MixedProblem)
     shapes: Iterable[tuple[FloatArray, FloatArray]] = ()
     if float(np.abs(old.joint_values(start.x)[0]).max()) < _STRAIGHT:  # nothing tells which way a straight strip bends
         if problem.end is not None:
-            shapes = starting_shapes(problem, "natural", 0.0)
+            shapes = starts.shapes(problem, Seed())
         elif problem.walls:
             flat = np.zeros(problem.lengths.size + 1)
-            shapes = contacts.bent_aside(glued, flat, flat)
-    tried = [solve_from(problem, problem.state(omega, eta), **keywords) for omega, eta in shapes]
+            shapes = contacts.bent_aside(problem, flat, flat)
+    tried = [search.from_state(problem, problem.state(omega, eta), how) for omega, eta in shapes]
     if tried:
-        return min(tried, key=lambda found: (not found.ok, found.energy.total if found.ok else 0.0))
-    x = transfer.transferred(old, start.x, glued)
-    minimum = relax.from_near(glued, x, options, progress)
+        return min(tried, key=lambda state: (not state.ok, state.energy.total if state.ok else 0.0))
+    x = transfer.transferred(old, start.x, problem)
+    minimum = relax.from_near(problem, x, how.options, how.progress)
     if minimum.residual > RESIDUAL_TOLERANCE:
-        return solve_from(problem, x, **keywords)
-    return solve_from(problem, minimum.x, warm=(minimum.rows, minimum.multipliers), **keywords)
+        return search.from_state(problem, x, how)
+    return search.from_state(problem, minimum.x, how, (minimum.rows, minimum.multipliers))
 
 
 def _corrected(
-    problem: Problem, found: Equilibrium, before: Equilibrium | None, factor: float, keywords: dict[str, Any]
+    problem: Problem, state: Equilibrium, before: Equilibrium | None, factor: float, how: How
 ) -> Equilibrium:
     """The next equilibrium: from the secant's prediction with multipliers, else from the last one without."""
-    options = {"max_iter": MOST}
+    how = replace(how, options={"max_iter": MOST})
     if not problem.row_count:
-        x = found.x if before is None else found.x + factor * (found.x - before.x)
-        return solve_from(problem, x, options={**options, "mu_init": 1e-6}, **keywords)
-    if _same_structure(problem, found):
-        x, rows = found.x, found.rows
+        x = state.x if before is None else state.x + factor * (state.x - before.x)
+        return search.from_state(problem, x, replace(how, options={"max_iter": MOST, "mu_init": 1e-6}))
+    if _same_structure(problem, state):
+        x, rows = state.x, state.rows
         if before is not None and before.x.size == x.size and before.rows.size == rows.size:
             x = x + factor * (x - before.x)
             rows = rows + factor * (rows - before.rows)
-        tried = solve_from(problem, x, warm=(rows, found.multipliers), options=options, **keywords)
+        tried = search.from_state(problem, x, how, (rows, state.multipliers))
         if tried.residual <= RESIDUAL_TOLERANCE:
             return tried
-    return switch(problem, found, options=options, **keywords)
+    return switched(problem, state, how)
 
 
 @alone
@@ -168,22 +175,22 @@ def follow(
     progress: Progress | None = None,
     place: Callable[[Equilibrium], FloatArray] | None = None,
 ) -> Equilibrium:
-    """The equilibrium at t = 1 on the way ``t -> problem_at(t)`` from `start`, the one at t = `begin`.
+    """The equilibrium at t = 1 of the path ``t -> problem_at(t)`` from `start`, the one at t = `begin`.
 
     steps: equal ones (cut where one fails); None: adaptive, from the size `first`; never cut below `smallest` (default
     SMALLEST, or a fifth of an equal step).
-    leave_saddle: unstable equilibria met on the way are left along their unstable mode. on_step: called after every
+    leave_saddle: unstable equilibria met along it are left along their unstable mode. on_step: called after every
     accepted step. place: lengths (p,) over l of the next elements, from the last state (`ribbon.find.branch.passages`:
-    elements that move with what is sudden on the strip); None: those of `problem_at`. Of the states on the way only the
+    elements that move with what is sudden on the strip); None: those of `problem_at`. Of the states along it only the
     last is held on its walls' side between the joints. The log (dictionaries of `StepRecord`, rejected steps too) is on
-    the result; when the way cannot be gone to its end the last good equilibrium is returned with the status of what
-    stopped it.
+    the result; when the path cannot be followed to its end the last good equilibrium is returned with the status of
+    what stopped it.
     """
     size = 1.0 / steps if steps else min(first, 1.0)
     if smallest is None:
         smallest = 0.2 * size if steps else SMALLEST
     t = begin
-    found, before, t_before = start, None, 0.0
+    state, before, t_before = start, None, 0.0
     speed: float | None = None
     log: list[dict[str, Any]] = []
     last_bad: Equilibrium | None = None
@@ -194,50 +201,49 @@ def follow(
         step = target - t
         problem = problem_at(target)
         if place is not None:
-            placed: Any = problem
-            problem, before = placed.with_changes(lengths=place(found)), None
-        problem = anchored(problem, found)
+            problem, before = problem.with_changes(lengths=place(state)), None
+        problem = anchored(problem, state)
         check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
         clock = time.perf_counter()
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0
-        new = _corrected(problem, found, before, factor, {"check": check, "progress": progress, "hold": False})
+        new = _corrected(problem, state, before, factor, How(progress=progress, check=check, hold=False))
         if leave_saddle and new.status is Status.SADDLE:
             warm = new.rows, new.multipliers
-            better = solve_from(new.problem, new.x, warm=warm, leave_saddle=True, hold=False)
+            better = search.from_state(new.problem, new.x, How(leave_saddle=True, hold=False), warm)
             new = better if better.status in (Status.CONVERGED, Status.SADDLE) else new
         seconds = time.perf_counter() - clock
         good = new.status in (Status.CONVERGED, Status.SADDLE)
         moved, expected, jump = 0.0, None, False
         if good:
-            moved, jump, expected = _movement(found, new, speed, step)
+            moved, jump, expected = _movement(state, new, speed, step)
         if not good or (jump and step > 4.0 * smallest and not leave_saddle):
             log.append(asdict(_record(target, step, new, False, seconds, jump)))
             size = CUT * step
             last_bad = new
             before = None
             if size < smallest:
-                return _stopped(found, last_bad, t, start, log)
+                return _stopped(state, last_bad, t, start, log)
             continue
         if target == 1.0 and new.problem.walls:
-            new = solve_from(new.problem, new.x, warm=(new.rows, new.multipliers), progress=progress)
+            new = search.from_state(new.problem, new.x, How(progress=progress), (new.rows, new.multipliers))
             if new.status not in (Status.CONVERGED, Status.SADDLE):
                 log.append(asdict(_record(target, step, new, False, seconds, jump)))
-                return _stopped(found, new, t, start, log)
+                return _stopped(state, new, t, start, log)
         record = _record(target, step, new, True, seconds, jump)
         log.append(asdict(record))
-        before, t_before = (None, t) if jump else (found, t)
+        before, t_before = (None, t) if jump else (state, t)
         if expected is not None or moved > 0:
             speed = None if jump else moved / step
-        found, t = new, target
+        state, t = new, target
         if on_step is not None:
-            on_step(record, found)
+            on_step(record, state)
         if steps:
             size = min(1.0 / steps, max(size, step) * GROW)
         elif new.iterations <= EASY:
             size = step * GROW
         elif new.iterations >= HARD:
             size = step * SHRINK
-    return replace(found, log=(*start.log, *log))
+    return replace(state, log=(*start.log, *log))
 
 
 def _movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: float) -> tuple[float, bool, float | None]:
@@ -253,13 +259,14 @@ def _movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: flo
 
 
 def _stopped(
-    found: Equilibrium, bad: Equilibrium, t: float, start: Equilibrium, log: list[dict[str, Any]]
+    state: Equilibrium, bad: Equilibrium, t: float, start: Equilibrium, log: list[dict[str, Any]]
 ) -> Equilibrium:
     status = bad.status if bad.status not in (Status.CONVERGED, Status.SADDLE) else Status.NOT_CONVERGED
     return replace(
-        found,
+        state,
         status=status,
         stable=None,
-        message=f"the way stopped at t = {t:.6g}: the next step ended with: {bad.message}",
+        message=Note.PATH_STOPPED.text(t=t, why=bad.message),
+        notes=(Note.PATH_STOPPED,),
         log=(*start.log, *log),
     )

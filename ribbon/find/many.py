@@ -7,21 +7,27 @@ the way of `ribbon.solve`, and ends in the same digits.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
-from ribbon.find.solve import INDIFFERENT_WORDS, Values, build, found_at, solve_from, starting_shapes
+from ribbon.find.solving import search, start
+from ribbon.find.solving.assemble import assembled
+from ribbon.find.solving.request import How, Request, Values
+from ribbon.find.solving.request import Seed as _Seed
+from ribbon.find.solving.verdict import judged
 from ribbon.loads import Gravity
+from ribbon.notes import Note
 from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
@@ -55,50 +61,50 @@ class Many:
     @property
     def problems(self) -> tuple[ChainedProblem, ...]:
         """What was solved."""
-        return tuple(found.problem for found in self.found)  # type: ignore[misc]
+        return tuple(state.problem for state in self.found)  # type: ignore[misc]
 
     @property
     def x(self) -> FloatArray:
         """Unknowns (k, n)."""
-        return np.array([found.x for found in self.found]).reshape(len(self), -1)
+        return np.array([state.x for state in self.found]).reshape(len(self), -1)
 
     @property
     def status(self) -> tuple[Status, ...]:
         """How each ended."""
-        return tuple(found.status for found in self.found)
+        return tuple(state.status for state in self.found)
 
     @property
     def residual(self) -> FloatArray:
         """KKT residuals (k,)."""
-        return np.array([found.residual for found in self.found])
+        return np.array([state.residual for state in self.found])
 
     @property
     def iterations(self) -> NDArray[np.int64]:
         """Steps of the minimiser (k,)."""
-        return np.array([found.iterations for found in self.found], dtype=np.int64)
+        return np.array([state.iterations for state in self.found], dtype=np.int64)
 
     @property
     def lowest_eigenvalue(self) -> FloatArray:
         """Of the Hessians (k,)."""
-        return np.array([found.lowest_eigenvalue for found in self.found])
+        return np.array([state.lowest_eigenvalue for state in self.found])
 
     @property
     def again(self) -> dict[int, Equilibrium]:
         """The cases (numbers) that are not converged, not stable, or indifferent."""
-        return {i: found for i, found in enumerate(self.found) if not _is_plain(found)}
+        return {i: state for i, state in enumerate(self.found) if not _is_plain(state)}
 
     @property
     def ok(self) -> NDArray[np.bool_]:
         """Which (k,) are converged and stable."""
-        return np.array([found.ok for found in self.found], dtype=bool)
+        return np.array([state.ok for state in self.found], dtype=bool)
 
     def ends(self) -> FloatArray:
         """Positions (k, 3) of the ends s = l."""
-        return np.array([found.joints[0][-1] for found in self.found])
+        return np.array([state.joints[0][-1] for state in self.found])
 
     def energies(self) -> FloatArray:
         """Bending, natural-curvature and gravity energy (k, 3); with an end force 0 and its own too (k, 5)."""
-        return np.array([found.problem.energy_parts(found.x) for found in self.found])
+        return np.array([state.problem.energy_parts(state.x) for state in self.found])
 
     def equilibrium(self, number: int) -> Equilibrium:
         """A case as `ribbon.solve` gives it."""
@@ -138,75 +144,72 @@ def solve_many(
     Raises `RibbonInputError` on bad input, naming the case.
     """
     clock = time.perf_counter()
-    shared: dict[str, Any] = {"energy": energy, "segments": segments, "stiffness": stiffness}
-    shared |= {"in_plane": in_plane, "formulation": "chained"}
     if seeds is not None and len(seeds) != len(strips):
         raise RibbonInputError("seeds", len(seeds), f"one for each of the {len(strips)} strips, or None")
-    problems = _problems(strips, clamp, gravity, tip, shared)
+    count = len(strips)
+    clamps: Sequence[Clamp | None] = clamp if isinstance(clamp, Sequence) else [clamp] * count
+    gravities: Sequence[Gravity | None] = gravity if isinstance(gravity, Sequence) else [gravity] * count
+    several = isinstance(tip, (list, tuple, np.ndarray)) and any(t is None or np.ndim(t) == 1 for t in tip)
+    tips = cast(Sequence[ArrayLike | None], tip if several else [tip] * count)
+    for key, each in (("clamp", clamps), ("gravity", gravities), ("tip", tips)):
+        if len(each) != count:
+            raise RibbonInputError(key, f"{len(each)} of them", f"one for all, or one for each of the {count} strips")
+
+    def requested(number: int) -> Request:
+        return Request.of(
+            strips[number], clamps[number], gravities[number], tip=tips[number], energy=energy, segments=segments,
+            stiffness=stiffness, in_plane=in_plane, formulation="chained",
+        )  # fmt: skip
+
+    problems = _problems(requested, count)
     starts = [_start(number, problem, seeds) for number, problem in enumerate(problems)]
     cases = list(zip(problems, starts, strict=True))
     slices = [cases[i : i + TOGETHER] for i in range(0, len(cases), TOGETHER)]
-    count = threads or len(os.sched_getaffinity(0))
-    found: list[Equilibrium] = []
+    workers = threads or len(os.sched_getaffinity(0))
+    states: list[Equilibrium] = []
 
     def gather(part: list[Equilibrium]) -> None:
-        found.extend(part)
+        states.extend(part)
         if progress is not None:
-            progress(len(found), len(problems))
+            progress(len(states), len(problems))
 
-    if count == 1 or len(slices) < 2:
+    if workers == 1 or len(slices) < 2:
         for some in slices:
             gather(_solved(some, warm, budget))
-        return Many(tuple(found), time.perf_counter() - clock)
-    with ThreadPoolExecutor(count) as pool:
+        return Many(tuple(states), time.perf_counter() - clock)
+    with ThreadPoolExecutor(workers) as pool:
         contexts = [copy_context() for _ in slices]  # the solver asked for around this
         for part in pool.map(lambda some, context: context.run(_solved, some, warm, budget), slices, contexts):
             gather(part)
-    return Many(tuple(found), time.perf_counter() - clock)
+    return Many(tuple(states), time.perf_counter() - clock)
 
 
 def _solved(cases: Sequence[tuple[ChainedProblem, FloatArray]], warm: bool, budget: float | None) -> list[Equilibrium]:
     """The cases one after the other; almost all of it in kernels that release the interpreter's lock."""
     done: list[Equilibrium] = []
     before: FloatArray | None = None
-    for problem, start in cases:
+    for problem, x in cases:
         with within(budget):
-            found = None if before is None else found_at(problem, choose.minimise(problem, before, near=True))
-            if found is None or not _is_plain(found):
-                found = solve_from(problem, start)
-        before = found.x if warm and _is_plain(found) else None
+            state = None if before is None else judged(problem, choose.minimise(problem, before, near=True), How())
+            if state is None or not _is_plain(state):
+                state = search.from_state(problem, x, How())
+        before = state.x if warm and _is_plain(state) else None
         problem._cache.clear()
-        done.append(found)
+        done.append(state)
     return done
 
 
-def _is_plain(found: Equilibrium) -> bool:
+def _is_plain(state: Equilibrium) -> bool:
     """Converged, and the lowest eigenvalue is clearly positive."""
-    return found.ok and found.stable is True and INDIFFERENT_WORDS not in found.message
+    return state.ok and state.stable is True and Note.INDIFFERENT not in state.notes
 
 
-def _each(key: str, value: Any, count: int, several: bool) -> list[Any]:
-    if not several:
-        return [value] * count
-    if len(value) != count:
-        raise RibbonInputError(key, f"{len(value)} of them", f"one for all, or one for each of the {count} strips")
-    return list(value)
-
-
-def _problems(
-    strips: Sequence[Strip], clamp: Any, gravity: Any, tip: Any, keywords: dict[str, Any]
-) -> list[ChainedProblem]:
-    count = len(strips)
-    clamps = _each("clamp", clamp, count, isinstance(clamp, (list, tuple)))
-    gravities = _each("gravity", gravity, count, isinstance(gravity, (list, tuple)))
-    several = isinstance(tip, (list, tuple, np.ndarray)) and any(t is None or np.ndim(t) == 1 for t in tip)
-    tips = _each("tip", tip, count, several)
-    problems: list[Any] = []
-    for number, (strip, held, up, force) in enumerate(zip(strips, clamps, gravities, tips, strict=True)):
-        try:
-            problem: Any = build(strip, held, up, tip=force, **keywords)
-        except RibbonInputError as error:
-            raise RibbonInputError(f"case {number}: {error.key}", error.value, error.remedy) from None
+def _problems(requested: Callable[[int], Request], count: int) -> list[ChainedProblem]:
+    problems: list[ChainedProblem] = []
+    for number in range(count):
+        with _named(number):
+            problem = assembled(requested(number))
+        assert isinstance(problem, ChainedProblem)
         if problem.size != (problems[0].size if problems else problem.size):
             raise RibbonInputError(f"case {number}", problem.size, "another number of unknowns than the first case")
         problems.append(problem)
@@ -214,9 +217,16 @@ def _problems(
 
 
 def _start(number: int, problem: ChainedProblem, seeds: Sequence[Seed] | None) -> FloatArray:
-    seed: Seed = ("natural", 0.0) if seeds is None else seeds[number]
+    seed = _Seed() if seeds is None else _Seed(*seeds[number])
+    with _named(number):
+        omega, eta = next(iter(start.shapes(problem, seed)))
+    return problem.state(omega, eta)
+
+
+@contextlib.contextmanager
+def _named(number: int) -> Iterator[None]:
+    """What is refused inside is said of this case."""
     try:
-        omega, eta = next(iter(starting_shapes(problem, *seed)))
+        yield
     except RibbonInputError as error:
         raise RibbonInputError(f"case {number}: {error.key}", error.value, error.remedy) from None
-    return problem.state(omega, eta)

@@ -108,26 +108,26 @@ def flips(problem: Problem, x: FloatArray) -> list[int]:
 
 
 def lowest(
-    found: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed, sides: Sides | None = None
+    state: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed, sides: Sides | None = None
 ) -> Equilibrium:
-    """The lowest state of those that are reached from `found`, with what was seen in its `minima`.
+    """The lowest state of those that are reached from `state`, with what was seen in its `minima`.
 
     others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near; sides: of
     the seed that was given, where it means one: what lies on the other is no rival. A ribbon that is held at one end,
     and a state without flips where there are no further starts, cost nothing.
     """
-    if not found.ok or not has_several(found.problem):
-        return found
-    problem: MixedProblem = found.problem  # type: ignore[assignment]
+    if not state.ok or not has_several(state.problem):
+        return state
+    problem: MixedProblem = state.problem  # type: ignore[assignment]
     few = problem
     while few.lengths.size > MOVED:
         few = few.with_changes(lengths=transfer.merged(few.lengths))
-    x = found.x if few is problem else None
+    x = state.x if few is problem else None
     seen = Seen()
     for omega, eta in others:
-        x = _few(few, found) if x is None else x
+        x = _few(few, state) if x is None else x
         if x is None or spent():
-            return found
+            return state
         seen.tries += 1
         start = few.state(*transfer.resampled(omega, eta, problem.lengths, few.lengths))
         beside = relax.once(few, start, _BESIDE)
@@ -137,13 +137,13 @@ def lowest(
         there = seen.add(few, beside.x)
         if lower(there, here):
             better = relaxed(problem, beside.x if few is problem else transfer.transferred(few, beside.x, problem))
-            if better.ok and not lower(found.energy.total, better.energy.total):  # walls may have pushed it back
-                found, x = replace(better, iterations=found.iterations + better.iterations), beside.x
-    if not flips(problem, found.x):
-        return found if x is None or not seen.energies else _told(found, seen, few, x, False)
-    x = _few(few, found) if x is None else x
+            if better.ok and not lower(state.energy.total, better.energy.total):  # walls may have pushed it back
+                state, x = replace(better, iterations=state.iterations + better.iterations), beside.x
+    if not flips(problem, state.x):
+        return state if x is None or not seen.energies else _told(state, seen, few, x, False)
+    x = _few(few, state) if x is None else x
     if x is None:
-        return found
+        return state
     y = _moved_down(few, x, seen)
     if sides is None:
         omega, eta = few.joint_values(y)
@@ -154,22 +154,22 @@ def lowest(
             y = z if lower(few.value(z), few.value(y)) else y
     if few is not problem or lower(few.value(y), few.value(x)):
         better = relaxed(problem, y if few is problem else transfer.transferred(few, y, problem))
-        if better.ok and not (sides is not None and sides.other(problem, better.x) and found.branch is Branch.OWN):
-            found, x = replace(better, iterations=found.iterations + better.iterations, branch=found.branch), y
-    return _told(found, seen, few, x, True)
+        if better.ok and not (sides is not None and sides.other(problem, better.x) and state.branch is Branch.OWN):
+            state, x = replace(better, iterations=state.iterations + better.iterations, branch=state.branch), y
+    return _told(state, seen, few, x, True)
 
 
-def _few(few: MixedProblem, found: Equilibrium) -> FloatArray | None:
+def _few(few: MixedProblem, state: Equilibrium) -> FloatArray | None:
     """The state on few segments; None where it is not found there."""
-    near = relax.from_near(few, transfer.transferred(found.problem, found.x, few))  # type: ignore[arg-type]
+    near = relax.from_near(few, transfer.transferred(state.problem, state.x, few))  # type: ignore[arg-type]
     return near.x if near.residual <= RESIDUAL_TOLERANCE else None
 
 
-def _told(found: Equilibrium, seen: Seen, few: MixedProblem, x: FloatArray, flipped: bool) -> Equilibrium:
-    """`found` with what was seen on few segments, where it is x."""
+def _told(state: Equilibrium, seen: Seen, few: MixedProblem, x: FloatArray, flipped: bool) -> Equilibrium:
+    """`state` with what was seen on few segments, where it is x."""
     energies = tuple(sorted(seen.energies))
     told = Minima(energies, seen.add(few, x), int(few.lengths.size), seen.tries, flipped)
-    return replace(found, minima=told, message=f"{found.message}; {told}" if len(energies) > 1 else found.message)
+    return replace(state, minima=told, message=f"{state.message}; {told}" if len(energies) > 1 else state.message)
 
 
 def _moved(problem: MixedProblem, x: FloatArray) -> Iterator[tuple[tuple[bool, ...], FloatArray]]:
@@ -202,12 +202,12 @@ def _moved_down(problem: MixedProblem, x: FloatArray, seen: Seen) -> FloatArray:
                 return x
             tried.add(signs)
             seen.tries += 1
-            found = relax.from_near(problem, start)
-            if found.residual > RESIDUAL_TOLERANCE:
+            minimum = relax.from_near(problem, start)
+            if minimum.residual > RESIDUAL_TOLERANCE:
                 continue
-            energy = seen.add(problem, found.x)
+            energy = seen.add(problem, minimum.x)
             if lower(energy, best):
-                best, x, goes = energy, found.x, True
+                best, x, goes = energy, minimum.x, True
                 break
     return x
 
@@ -254,31 +254,31 @@ def sides(problem: Problem, given: Shape, brought: Shape) -> Sides | None:
     """The sides of a seed; None where it means none: without both ends held, or beside walls, which a fit knows not."""
     if not has_several(problem) or problem.walls:
         return None
-    found = Sides(problem, given, brought)  # type: ignore[arg-type]
-    return found if found.meant else None
+    both = Sides(problem, given, brought)  # type: ignore[arg-type]
+    return both if both.meant else None
 
 
-def held(found: Equilibrium, of: Sides, relaxed: Relaxed) -> Equilibrium:
-    """The state that a seed leads to, with its `branch`; `found` itself where that is on the seed's side.
+def held(state: Equilibrium, of: Sides, relaxed: Relaxed) -> Equilibrium:
+    """The state that a seed leads to, with its `branch`; `state` itself where that is on the seed's side.
 
     relaxed: solves from a shape that is near.
     """
-    if not found.ok:
-        return found
-    if not of.other(found.problem, found.x):
-        return replace(found, branch=Branch.OWN)
+    if not state.ok:
+        return state
+    if not of.other(state.problem, state.x):
+        return replace(state, branch=Branch.OWN)
     if spent():
-        return replace(found, branch=Branch.LEFT)
+        return replace(state, branch=Branch.LEFT)
     start = relax.placed(of.problem, *of.brought)
     way = _walked(of, start)
     if way.residual <= RESIDUAL_TOLERANCE:
         walked = relaxed(of.problem, way.x)
         if walked.ok:
-            found = replace(walked, iterations=walked.iterations + way.iterations + found.iterations)
-    if not of.other(found.problem, found.x):
-        return replace(found, branch=Branch.OWN)
+            state = replace(walked, iterations=walked.iterations + way.iterations + state.iterations)
+    if not of.other(state.problem, state.x):
+        return replace(state, branch=Branch.OWN)
     down = of.other(of.problem, way.x) and of.problem.value(way.x) < of.problem.value(start)
-    return replace(found, branch=Branch.SLID if down else Branch.LEFT)
+    return replace(state, branch=Branch.SLID if down else Branch.LEFT)
 
 
 def _walked(of: Sides, start: FloatArray) -> Minimum:

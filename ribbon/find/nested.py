@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find import climb
+from ribbon.find import doubling
 from ribbon.judge.inertia import Pencil
 from ribbon.problems import transfer
 from ribbon.problems.chained import ChainedProblem
@@ -48,19 +48,19 @@ def minimum(
     if not first.residual <= RESIDUAL_TOLERANCE or not _is_minimum(few, first):
         return choose.minimise(problem, x, options, progress, rough=rough)
     start = transfer.on_joints(few, first.x, problem)
-    found = choose.minimise(problem, start, options, progress, near=True, rough=rough)
-    if climb.above(problem, found.x, start) or climb.above(problem, found.x, x):
+    point = choose.minimise(problem, start, options, progress, near=True, rough=rough)
+    if doubling.above(problem, point.x, start) or doubling.above(problem, point.x, x):
         other = choose.minimise(problem, x, options, progress, rough=rough)
-        if not climb.above(problem, other.x, found.x):
+        if not doubling.above(problem, other.x, point.x):
             return other
-    there, here = few.joints(first.x)[0], problem.joints(found.x)[0]
+    there, here = few.joints(first.x)[0], problem.joints(point.x)[0]
     kept = np.minimum(2 * np.arange(len(there)), len(here) - 1)
     return replace(
-        found, iterations=found.iterations + first.iterations, seconds=found.seconds + first.seconds,
+        point, iterations=point.iterations + first.iterations, seconds=point.seconds + first.seconds,
         moved=float(np.linalg.norm(there - here[kept], axis=1).max()),
     )  # fmt: skip
 
 
-def _is_minimum(problem: ChainedProblem, found: Minimum) -> bool:
+def _is_minimum(problem: ChainedProblem, point: Minimum) -> bool:
     lower, upper = problem.bounds()
-    return Pencil(problem, found.x, (found.multipliers != 0.0) | (lower == upper)).below(0.0) == 0
+    return Pencil(problem, point.x, (point.multipliers != 0.0) | (lower == upper)).below(0.0) == 0

@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 FLIPPED = 9001
 
 
-def twin(problem: MixedProblem) -> Any:
+def twin(problem: MixedProblem) -> MatrixProblem | ChainedClampedProblem:
     """The problem in the formulation that its `model` names."""
     if problem.model == "matrix":
         return MatrixProblem(
@@ -49,23 +49,23 @@ def minimum(
 ) -> Minimum:
     """Stationary point found by the other model from the shape x, as unknowns of `problem`."""
     other = twin(problem)
-    found = ipopt.minimise(other, other.state(*problem.joint_values(x)), options, progress)
+    point = ipopt.minimise(other, other.state(*problem.joint_values(x)), options, progress)
     mixed = problem.with_changes(model="mixed")
-    y = mixed.state(*at_joints(other.parameters(found.x), problem.lengths))
-    if other.flipped(found.x):
-        return _as_found(found, problem, y, FLIPPED)
-    if found.residual > RESIDUAL_TOLERANCE:
-        return _as_found(found, problem, y, found.code)
+    y = mixed.state(*at_joints(other.parameters(point.x), problem.lengths))
+    if other.flipped(point.x):
+        return _as_found(point, problem, y, FLIPPED)
+    if point.residual > RESIDUAL_TOLERANCE:
+        return _as_found(point, problem, y, point.code)
     near = relax.from_near(mixed, y)
     if near.residual > RESIDUAL_TOLERANCE:
-        return _as_found(found, problem, y, found.code)
+        return _as_found(point, problem, y, point.code)
     return replace(
-        near, iterations=found.iterations, residual=max(found.residual, near.residual), code=found.code,
-        message=found.message, seconds=found.seconds,
+        near, iterations=point.iterations, residual=max(point.residual, near.residual), code=point.code,
+        message=point.message, seconds=point.seconds,
     )  # fmt: skip
 
 
-def _as_found(found: Minimum, problem: MixedProblem, y: FloatArray, code: int) -> Minimum:
+def _as_found(point: Minimum, problem: MixedProblem, y: FloatArray, code: int) -> Minimum:
     return replace(
-        found, x=y, multipliers=np.zeros(problem.size), rows=np.zeros(problem.constraint_bounds()[0].size), code=code
+        point, x=y, multipliers=np.zeros(problem.size), rows=np.zeros(problem.constraint_bounds()[0].size), code=code
     )

@@ -1,4 +1,4 @@
-"""From a starting shape to a stationary point of a glued problem: coarse to fine, boxed first, several barriers.
+"""From a starting shape to a stationary point of a mixed problem: coarse to fine, boxed first, several barriers.
 
 A minimiser far from the constraints may turn the rulings along the strip (|eta| in the tens) and stop there, in a local
 minimum that no ribbon of this width is meant to have. So eta and omega are boxed first; a point that touches the box is
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find import climb
+from ribbon.find import doubling
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
@@ -71,8 +71,8 @@ def placed(problem: Problem, omega: FloatArray, eta: FloatArray) -> FloatArray:
     """State of the shape with omega, eta (p + 1,); one whose ends are free is put on the free side of the walls."""
     x = problem.state(omega, eta)
     if problem.walls and all(clamp is None or clamp.position is None for clamp in (problem.start, problem.end)):
-        glued: Any = problem
-        positions = glued.layout.positions(x)
+        assert isinstance(problem, MixedProblem)
+        positions = problem.layout.positions(x)
         for wall in problem.walls:
             normal = np.asarray(wall.normal)
             depth = float(np.min((positions - np.asarray(wall.point) / problem.strip.length) @ normal))
@@ -109,7 +109,7 @@ def minimum(
         coarse = problem.with_changes(lengths=lengths)
         first = minimum(coarse, transferred(problem, x, coarse), options, progress)
         if first.residual <= RESIDUAL_TOLERANCE:
-            above = climb.doubled(coarse, first, problem) if climb.can(problem, options) else None
+            above = doubling.doubled(coarse, first, problem) if doubling.is_possible(problem, options) else None
             if above is not None:
                 return above
             y = transferred(coarse, first.x, problem)
@@ -163,12 +163,12 @@ def from_far(
     best: Minimum | None = None
     iterations, seconds = 0, 0.0
     for attempt in ATTEMPTS:
-        found = once(problem, x, {**attempt, "max_iter": _ATTEMPT_ITERATIONS, **(options or {})}, progress)
-        iterations += found.iterations
-        seconds += found.seconds
-        if best is None or not best.residual <= found.residual:
-            best = found
-        if found.residual <= RESIDUAL_TOLERANCE or budget.spent():
+        point = once(problem, x, {**attempt, "max_iter": _ATTEMPT_ITERATIONS, **(options or {})}, progress)
+        iterations += point.iterations
+        seconds += point.seconds
+        if best is None or not best.residual <= point.residual:
+            best = point
+        if point.residual <= RESIDUAL_TOLERANCE or budget.spent():
             break
     assert best is not None
     return replace(best, iterations=iterations, seconds=seconds)
@@ -179,9 +179,9 @@ def once(problem: MixedProblem, x: FloatArray, options: dict[str, Any], progress
     omega, eta = (float(np.abs(values).max()) for values in problem.joint_values(x))
     steepest = max(OMEGA_BOX, 3.0 * eta) if problem.fields.free else max(ETA_BOX, 2.0 * eta)
     boxed = problem.with_changes(box=(max(OMEGA_BOX, 3.0 * omega), steepest))
-    found = choose.minimise(boxed, x, options, progress)
+    point = choose.minimise(boxed, x, options, progress)
     problem.counters.add(boxed.counters)
-    if not touches_box(boxed, found.x):
-        return found
-    free = choose.minimise(problem, found.x, {**options, "mu_init": 1e-4}, progress)
-    return replace(free, iterations=free.iterations + found.iterations, seconds=free.seconds + found.seconds)
+    if not touches_box(boxed, point.x):
+        return point
+    free = choose.minimise(problem, point.x, {**options, "mu_init": 1e-4}, progress)
+    return replace(free, iterations=free.iterations + point.iterations, seconds=free.seconds + point.seconds)

@@ -6,14 +6,15 @@ gradient and its Hessian. Its minimum, warm started from the ribbon's, is a firs
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.energies import ENERGIES
-from ribbon.result import Equilibrium
+from ribbon.notes import Note
+from ribbon.problems.chained import ChainedProblem
+from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Matrix, Problem
+from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers.ipopt import minimise
 
 FloatArray = NDArray[np.float64]
@@ -27,36 +28,31 @@ _MOST_ITERATIONS = 60
 
 
 class SoftenedProblem:
-    """A ribbon's problem with the softening of a strip of thickness h (in l)."""
+    """A ribbon's problem with the softening of a strip of thickness h (in l): its unknowns, bounds and rows."""
 
-    def __init__(self, inner: Any, thickness: float) -> None:
-        self._inner = inner
-        strip = inner.strip
-        self.relaxed = ENERGIES[inner.energy].relaxed(strip.poisson, strip.relative_width, thickness)
+    def __init__(self, inner: ChainedProblem | MixedProblem, thickness: float) -> None:
+        self.inner = inner
+        self.strip, self.slack, self.size = inner.strip, inner.slack, inner.size
+        self.relaxed = ENERGIES[inner.energy].relaxed(inner.strip.poisson, inner.strip.relative_width, thickness)
         self.lengths: FloatArray = inner.lengths
         joints = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = joints[:-1, None] + self.lengths[:, None] * _NODES
-        start, end = strip.curvature
+        start, end = inner.strip.curvature
         self.natural = start + (end - start) * s
         self._columns, self._slopes = inner.parameter_map()
-        if inner.row_count:
-            pairs = [(i, j) for i in range(4) for j in range(i + 1)]
-            self._pairs = pairs
-            ends = [self._columns[:, i] for i in range(4)]
-            rows = np.concatenate([np.maximum(ends[i], ends[j]) for i, j in pairs])
-            columns = np.concatenate([np.minimum(ends[i], ends[j]) for i, j in pairs])
-            known = inner.hessian_structure()
-            self._structure = np.concatenate([known[0], rows]), np.concatenate([known[1], columns])
-            self.constraint_bounds = inner.constraint_bounds
 
-    def __getattr__(self, name: str) -> Any:
-        if name == "constraint_bounds":  # absent, like the inner problem's
-            raise AttributeError(name)
-        return getattr(self._inner, name)
+    @property
+    def rows(self) -> _WithRows | None:
+        """The problem with the rows of the ribbon's; None where that has none."""
+        return None
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Those of the ribbon's problem."""
+        return self.inner.bounds()
 
     def _terms(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Value (p,), gradient (p, 4), Hessian (p, 4, 4) by (a, b, n, m) of every segment."""
-        q = self._inner.parameters(x)
+        q = self.inner.parameters(x)
         t = self.lengths[:, None] * _NODES
         omega = q[:, 0:1] * t + q[:, 1:2]
         eta = q[:, 2:3] * t + q[:, 3:4]
@@ -72,47 +68,124 @@ class SoftenedProblem:
 
     def value(self, x: FloatArray) -> float:
         """Energy, D w / l."""
-        return float(self._inner.value(x)) + float(self._terms(x)[0].sum())
+        return float(self.inner.value(x)) + float(self._terms(x)[0].sum())
 
     def gradient(self, x: FloatArray) -> FloatArray:
         """Gradient (n,)."""
         added = self._terms(x)[1]
-        found = np.array(self._inner.gradient(x))
-        if self._inner.row_count:
-            np.add.at(found, self._columns, np.einsum("pj,pjk->pk", added, self._slopes))
-            return found
-        return np.asarray(found + self._slopes.reshape(added.size, -1).T @ added.ravel())
+        return np.asarray(np.array(self.inner.gradient(x)) + self._slopes.reshape(added.size, -1).T @ added.ravel())
 
-    def hessian(self, x: FloatArray, multipliers: FloatArray | None = None, factor: float = 1.0) -> FloatArray:
-        """Dense Hessian (n, n), or its entries in `hessian_structure` for a problem with constraints."""
+
+class _WithoutRows(SoftenedProblem):
+    """Of the chained model: a dense Hessian."""
+
+    inner: ChainedProblem
+
+    def hessian(self, x: FloatArray) -> FloatArray:
+        """Dense Hessian (n, n)."""
         added = self._terms(x)[2]
-        if self._inner.row_count:
-            local = np.einsum("pij,pik,pjl->pkl", added, self._slopes, self._slopes)
-            entries = [local[:, i, j] for i, j in self._pairs]
-            inner = self._inner.hessian(x, multipliers, factor)
-            return np.concatenate([inner, factor * np.concatenate(entries)])
         wide = np.einsum("pij,pik,pjl->kl", added, self._slopes, self._slopes, optimize=True)
-        return np.asarray(self._inner.hessian(x) + wide)
+        return np.asarray(self.inner.hessian(x) + wide)
+
+
+class _WithRows(SoftenedProblem):
+    """Of the mixed model: the same rows, more entries in the Hessian."""
+
+    inner: MixedProblem
+
+    def __init__(self, inner: MixedProblem, thickness: float) -> None:
+        super().__init__(inner, thickness)
+        self._pairs = [(i, j) for i in range(4) for j in range(i + 1)]
+        ends = [self._columns[:, i] for i in range(4)]
+        rows = np.concatenate([np.maximum(ends[i], ends[j]) for i, j in self._pairs])
+        columns = np.concatenate([np.minimum(ends[i], ends[j]) for i, j in self._pairs])
+        known = inner.hessian_structure()
+        self._structure = np.concatenate([known[0], rows]), np.concatenate([known[1], columns])
+
+    @property
+    def rows(self) -> _WithRows:
+        """Itself."""
+        return self
+
+    def gradient(self, x: FloatArray) -> FloatArray:
+        """Gradient (n,)."""
+        added = self._terms(x)[1]
+        gradient = np.array(self.inner.gradient(x))
+        np.add.at(gradient, self._columns, np.einsum("pj,pjk->pk", added, self._slopes))
+        return gradient
+
+    def constraint_bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Those of the ribbon's problem, as all that has to do with rows."""
+        return self.inner.constraint_bounds()
+
+    def constraints(self, x: FloatArray) -> FloatArray:
+        """(m,)."""
+        return self.inner.constraints(x)
+
+    def jacobian_structure(self) -> tuple[IntArray, IntArray]:
+        """Rows and columns of the Jacobian's entries."""
+        return self.inner.jacobian_structure()
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """The entries."""
+        return self.inner.jacobian(x)
+
+    def jacobian_matrix(self, x: FloatArray) -> Matrix:
+        """Sparse (m, n)."""
+        return self.inner.jacobian_matrix(x)
+
+    def hessian(self, x: FloatArray, multipliers: FloatArray, factor: float = 1.0) -> FloatArray:
+        """The Hessian's entries in `hessian_structure`."""
+        added = self._terms(x)[2]
+        local = np.einsum("pij,pik,pjl->pkl", added, self._slopes, self._slopes)
+        entries = [local[:, i, j] for i, j in self._pairs]
+        return np.concatenate([self.inner.hessian(x, multipliers, factor), factor * np.concatenate(entries)])
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:
         """Rows and columns of the entries; some places come twice and add."""
         return self._structure
 
 
+def softened(problem: Problem, thickness: float) -> _WithoutRows | _WithRows:
+    """The problem of a strip of thickness h (in l) around a chained or a mixed one."""
+    if isinstance(problem, MixedProblem):
+        return _WithRows(problem, thickness)
+    assert isinstance(problem, ChainedProblem)
+    return _WithoutRows(problem, thickness)
+
+
 def soften(equilibrium: Equilibrium, thickness: float) -> Equilibrium | None:
     """The ribbon at the minimum of its softened energy near `equilibrium`; None where it has not been found.
 
-    thickness: h in l. Only the unknowns (and what follows from them) belong to the new state. The formulations
-    "chained" (one clamp) and "mixed" are possible.
+    thickness: h in l. The formulations "chained" (one clamp) and "mixed" are possible. The answer tells the shape and
+    its energies of the ribbon, by part; whether the softened state is stable is not judged.
     """
-    if equilibrium.problem.formulation not in ("chained", "mixed"):
+    problem = equilibrium.problem
+    if problem.formulation not in ("chained", "mixed") or (problem.formulation == "chained" and problem.row_count):
         return None
-    if equilibrium.problem.formulation == "chained" and equilibrium.problem.row_count:
-        return None
-    problem = SoftenedProblem(equilibrium.problem, thickness)
     warm = (equilibrium.rows, equilibrium.multipliers)
     options = {"tol": _TOLERANCE, "max_iter": _MOST_ITERATIONS}
-    found = minimise(problem, equilibrium.x, options, warm=warm)
-    if not found.residual < 100.0 * _TOLERANCE:
+    minimum = minimise(softened(problem, thickness), equilibrium.x, options, warm=warm)
+    if not minimum.residual < 100.0 * _TOLERANCE:
         return None
-    return replace(equilibrium, x=found.x, rows=found.rows, multipliers=found.multipliers, at=None)
+    return Equilibrium(
+        problem=problem,
+        status=Status.CONVERGED,
+        message=Note.SOFTENED.text(thickness=thickness),
+        notes=(Note.SOFTENED,),
+        x=minimum.x,
+        multipliers=minimum.multipliers,
+        rows=minimum.rows,
+        residual=minimum.residual,
+        iterations=minimum.iterations,
+        evaluations={},
+        energy=Energy(*(float(v) for v in problem.energy_parts(minimum.x))),
+        stable=None,
+        lowest_eigenvalue=float("nan"),
+        mode=np.zeros(problem.size),
+        active_bounds=0,
+        seconds={"solve": minimum.seconds, "stability": 0.0},
+        options=dict(options),
+        penetration=None,
+        solver=minimum.solver,
+    )

@@ -5,14 +5,14 @@ No multipliers exist there (the rows' derivatives are dependent), so that no min
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ribbon.boundary import Clamp
 from ribbon.element import quaternion
 from ribbon.errors import RibbonInputError
 from ribbon.judge import penetration
+from ribbon.notes import Message, Note
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers.problem import KNOWN, violation
@@ -28,7 +28,7 @@ _ROUNDINGS = 4.0 * float(np.finfo(float).eps)
 #: Sine of the angle between a normal and the chord below which the normal does not tell which way is across.
 _STEEP = 1e-3
 #: Why a stretched strip has no forces.
-UNDETERMINED = "with its ends exactly one length apart a strip that does not stretch is straight under any tension"
+UNDETERMINED = Note.UNDETERMINED.text()
 
 
 def ends_apart(strip: Strip, start: Clamp | None, end: Clamp | None) -> float:
@@ -55,12 +55,12 @@ def is_stretched(problem: Problem) -> bool:
     A slack d, however small, is another matter: the strip sags, or bulges, by some sqrt(d), and what it pulls with is
     determined.
     """
-    held: Any = problem
-    slack = getattr(held, "slack", None)
-    if slack is None:
+    if problem.slack is None or not isinstance(problem, MixedProblem):
         return False
-    places = max(float(np.abs(held.start_position).max()), float(np.abs(held.end_position).max()))
-    return bool(slack <= _ROUNDINGS * (1.0 + places))
+    assert problem.start_position is not None
+    assert problem.end_position is not None
+    places = max(float(np.abs(problem.start_position).max()), float(np.abs(problem.end_position).max()))
+    return bool(problem.slack <= _ROUNDINGS * (1.0 + places))
 
 
 def straight(problem: Problem) -> Equilibrium:
@@ -72,17 +72,20 @@ def straight(problem: Problem) -> Equilibrium:
     beyond = penetration.deepest(problem, x)
     fits = missing <= STRETCHED_MISMATCH and not (beyond is not None and beyond > penetration.TOLERANCE)
     status = Status.CONVERGED if fits else Status.INFEASIBLE
-    message = f"no freedom is left to be unstable; its tension is undetermined: {UNDETERMINED}"
+    message = Message(status.value)
+    if fits:
+        message.add(Note.NO_TENSION, why=UNDETERMINED)
     return Equilibrium(
         problem=problem,
         status=status,
-        message=f"{status.value}; {message}" if fits else status.value,
+        message=str(message),
+        notes=tuple(message.notes),
         x=x,
         multipliers=np.zeros(problem.size),
         rows=np.full(problem.row_count, np.nan),
         residual=missing,
         iterations=0,
-        evaluations={k: getattr(problem.counters, k) for k in ("value", "gradient", "hessian", "series")},
+        evaluations=problem.counters.by_name(),
         energy=Energy(*(float(v) for v in problem.energy_parts(x))),
         stable=True if fits else None,
         lowest_eigenvalue=float("inf") if fits else float("nan"),
@@ -99,16 +102,18 @@ def straight(problem: Problem) -> Equilibrium:
 def _along_the_chord(problem: Problem) -> Problem:
     """The problem with a start that, where no clamp holds a frame, looks along the chord of its ends, its normal turned
     with it as little as can be."""
-    held: Any = problem
-    if held.start_quaternion is not None or held.end_quaternion is not None:
+    assert isinstance(problem, MixedProblem)
+    if problem.start_quaternion is not None or problem.end_quaternion is not None:
         return problem
-    chord = held.end_position - held.start_position
+    assert problem.start_position is not None
+    assert problem.end_position is not None
+    chord = problem.end_position - problem.start_position
     chord = chord / np.linalg.norm(chord)
-    normal = quaternion.matrix(np.asarray([held.reference]))[0][:, 1]
+    normal = quaternion.matrix(np.asarray([problem.reference]))[0][:, 1]
     across = np.cross(normal, chord)
     if np.linalg.norm(across) < _STEEP:  # the normal would look along the strip
         across = np.cross(np.roll(chord, 1), chord)
     across = across / np.linalg.norm(across)
     frame = np.column_stack([across, np.cross(chord, across), chord])
-    origin = tuple(held.start_position.tolist())
+    origin = tuple(problem.start_position.tolist())
     return problem.anchored((tuple(quaternion.from_matrix(frame).tolist()), origin))

@@ -17,8 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.energies.free import FREE_ENERGIES, free_numbers
-from ribbon.energies.names import FREE_CODE
+from ribbon.energies.free import free_numbers
 from ribbon.problems.protocol import Problem
 
 FloatArray = NDArray[np.float64]
@@ -33,7 +32,7 @@ def share(problem: Problem, x: FloatArray) -> float | None:
     """Share of the strip's length (0 to 1) on which the density is not convex, for the unknowns x (n,); None for
     energies that are convex everywhere (of rulings, whose twist is no field, and polynomials)."""
     fields = problem.fields
-    if not fields.free or FREE_ENERGIES[problem.energy].reach == float("inf"):
+    if fields.energy.reach == float("inf"):
         return None
     q, lengths = problem.parameters(x), problem.lengths
     s = samples(q, lengths, passage(problem))
@@ -45,7 +44,7 @@ def share(problem: Problem, x: FloatArray) -> float | None:
     k, twist, of_k, of_twist, own = (
         np.broadcast_to(one, s.shape).ravel() for one in (a * s + b, n * s + m, a, n, natural)
     )
-    free_numbers(fields.code - FREE_CODE, k, twist, of_k, of_twist, own, last - first, fields.section, numbers)
+    free_numbers(fields.density_code, k, twist, of_k, of_twist, own, last - first, fields.section, numbers)
     bad = (lowest(numbers, fields.section[1]) < 0.0).reshape(s.shape)
     # an interval between samples counts by its bad ends
     return float(np.sum(np.diff(s, axis=1) * 0.5 * (bad[:, 1:].astype(float) + bad[:, :-1])))
@@ -65,7 +64,7 @@ def lowest(numbers: FloatArray, thickness: float) -> FloatArray:
 def passage(problem: Problem) -> float:
     """r, up to about which the curvature k (1/l) is small for the density (docs/theory.md, eq. (10.26))."""
     half_width, thickness, poisson = problem.fields.section[:3]
-    reach = FREE_ENERGIES[problem.energy].reach
+    reach = problem.fields.energy.reach
     return float(reach * np.sqrt(60.0 / (1.0 - poisson**2)) * thickness / (4.0 * half_width**2))
 
 

@@ -7,11 +7,10 @@ every segment and each of its minima is narrowed down.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.problems.touching import Touch
 from ribbon.solvers.problem import violation
@@ -70,12 +69,13 @@ def deepest(problem: Problem, x: FloatArray) -> float | None:
 
 def _in_one_piece(problem: Problem, x: FloatArray) -> FloatArray:
     """The unknowns with every piece where the one before it ends."""
-    held: Any = problem
-    anchored = held.anchored(held.anchor(x))
-    whole = anchored.state(*held.joint_values(x), held.in_plane_values(x))
-    if held.start_position is None:
-        held.layout.positions(whole)[:] += x[held.layout.joint(0).position] - whole[held.layout.joint(0).position]
-    whole[held.layout.ribbon :] = x[held.layout.ribbon :]  # plates
+    assert isinstance(problem, MixedProblem)
+    layout = problem.layout
+    anchored = problem.anchored(problem.anchor(x))
+    whole = anchored.state(*problem.joint_values(x), problem.in_plane_values(x))
+    if problem.start_position is None:
+        layout.positions(whole)[:] += x[layout.joint(0).position] - whole[layout.joint(0).position]
+    whole[layout.ribbon :] = x[layout.ribbon :]  # plates
     return np.asarray(whole)
 
 
@@ -98,8 +98,7 @@ class _Edges:
         self.q = problem.parameters(x)
         self.points, self.frames = problem.joints(x)
         self.seam = 0 if problem.closure is None else problem.closure.sign
-        held: Any = problem
-        heights = iter(x[held.layout.heights]) if problem.walls else iter(())
+        heights = iter(x[problem.layout.heights]) if isinstance(problem, MixedProblem) else iter(())
         self.heights = [0.0 if wall.stiffness is None else float(next(heights)) for wall in problem.walls]
         #: How far a minimum may lie below the samples beside it, l.
         self.reach = float(problem.lengths.max()) / _SAMPLES

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.element.adaptive import beside_zero, integrated
-from ribbon.energies.free import FREE_ENERGIES, free_numbers, in_plane_stiffness
-from ribbon.energies.names import FREE_CODE
+from ribbon.energies.free import free_numbers, in_plane_stiffness
 from ribbon.problems.protocol import Problem
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +29,7 @@ def error(problem: Problem, x: FloatArray, own: float) -> float | None:
     (n,), whose energy by the problem's rule is `own` (D w / l); None for polynomials (energies of rulings, the
     rod), whose rule is exact, inf where the integral has no value."""
     fields = problem.fields
-    if not fields.free or FREE_ENERGIES[problem.energy].reach == float("inf"):
+    if fields.energy.reach == float("inf"):
         return None
     start, end = problem.strip.curvature
     constant = (start * start + start * end + end * end) / 6.0
@@ -44,7 +43,7 @@ def elastic(problem: Problem, x: FloatArray) -> float:
     q, lengths, fields = problem.parameters(x), problem.lengths, problem.fields
     starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     first, last = problem.strip.curvature
-    plane = in_plane_stiffness(fields.section) if fields.count == 3 else 0.0
+    plane = in_plane_stiffness(fields.section) if fields.in_plane else 0.0
 
     def density(i: IntArray, s: FloatArray) -> FloatArray:
         """Energy per length (m, g, 1) at s (m, g) on the segments i (m,)."""
@@ -53,7 +52,7 @@ def elastic(problem: Problem, x: FloatArray) -> float:
         natural = first + (last - first) * (starts[i, None] + s)
         out = np.empty((s.size, 15))
         free_numbers(
-            fields.code - FREE_CODE, k.ravel(), t.ravel(), np.repeat(q[i, 0], s.shape[1]),
+            fields.density_code, k.ravel(), t.ravel(), np.repeat(q[i, 0], s.shape[1]),
             np.repeat(q[i, 2], s.shape[1]), natural.ravel(), last - first, fields.section, out,
         )  # fmt: skip
         found = out[:, 0].reshape(s.shape)

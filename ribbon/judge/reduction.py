@@ -61,7 +61,7 @@ def metric(problem: MixedProblem) -> scipy.sparse.csr_matrix:
     off = lengths / 6.0
     entries, rows, columns = [], [], []
     fields = [problem.layout.columns(place) for place in (OMEGA, ETA)]
-    if problem.fields.count == 3:
+    if problem.fields.in_plane:
         fields.append(np.arange(problem.size)[problem.layout.sideways])
     for joints in fields:
         entries += [diagonal, off, off]

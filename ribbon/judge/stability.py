@@ -10,7 +10,6 @@ eq. (6.1), (6.2)).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
@@ -31,8 +30,8 @@ from ribbon.solvers.problem import RESIDUAL_TOLERANCE, FloatArray, Minimum
 ACTIVE_DISTANCE = 1e-7
 #: Eigenvalues within INDIFFERENT * (largest eigenvalue, at least 1) of zero count as zero: rounding, or a null mode.
 INDIFFERENT = 1e-11
-#: The same for a glued problem, whose multipliers carry rounding of their own.
-GLUED_INDIFFERENT = 1e-10
+#: The same for a mixed problem, whose multipliers carry rounding of their own.
+MIXED_INDIFFERENT = 1e-10
 _MOST_TOLERANCE = 1e-5
 #: Eigenvalue of the scaled Hessian (`_is_negative`) below which it is negative, and least part of the metric's diagonal
 #: that its own is not taken for rounding with. True ones were found at -700 and beyond, rounding at -1e-6.
@@ -108,7 +107,7 @@ def _is_negative(problem: ChainedProblem, x: FloatArray) -> bool:
     (Sylvester), and its eigenvalues are known to the rounding of its entries (Demmel and Veselic 1992,
     doi:10.1137/0613074). Not told (False) with an in-plane curvature.
     """
-    if problem.fields.count == 3:
+    if problem.fields.in_plane:
         return False
     lower, upper = problem.bounds()
     units = np.eye(2 * (problem.lengths.size + 1))
@@ -127,13 +126,13 @@ def negative(hessian: FloatArray, weights: FloatArray) -> bool:
 
 def judge(problem: Problem, found: Minimum) -> Stability:
     """Second-order check of a stationary point, in the unknowns of its problem."""
-    asked: Any = problem
-    if problem.row_count:
-        return check_glued(asked, found.x, found.multipliers, found.rows)
-    return check(asked, found.x)
+    if isinstance(problem, ChainedProblem):
+        return check(problem, found.x)
+    assert isinstance(problem, MixedProblem)
+    return check_mixed(problem, found.x, found.multipliers, found.rows)
 
 
-def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
+def check_mixed(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
     """Second-order check of a stationary point of the mixed model on the tangent of its active constraints.
 
     x, multipliers (n,); rows (m,); by the inertia of a factor along the strip (`ribbon.judge.spectrum`), not known
@@ -154,10 +153,10 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
         at[problem.layout.eta] = at_joints(twin.parameters(found.at), problem.lengths)[1]
         return replace(found, mode=mode, at=at)
     held = reduction.tangent(problem, x, multipliers, rows)
-    best = _glued_once(problem, x, rows, held)
+    best = _mixed_once(problem, x, rows, held)
     if best.stable is True:
         for y in _other_rulings(problem, x):
-            other = _glued_once(problem, y, rows, held)
+            other = _mixed_once(problem, y, rows, held)
             if other.eigenvalue < best.eigenvalue:
                 best = other
             if not best.stable:
@@ -165,14 +164,14 @@ def check_glued(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
     return best
 
 
-def _glued_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
+def _mixed_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
     second = SecondVariation(problem, x, rows, held)
     lowest, mode = second.lowest()
     if not np.isfinite(lowest):
         return Stability(lowest, mode, x, None if np.isnan(lowest) else True, False, held.bounds)
     tolerance = 0.0
     if abs(lowest) <= _MOST_TOLERANCE:
-        tolerance = min(GLUED_INDIFFERENT * max(1.0, second.largest()), _MOST_TOLERANCE)
+        tolerance = min(MIXED_INDIFFERENT * max(1.0, second.largest()), _MOST_TOLERANCE)
     return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
 
 

@@ -18,9 +18,11 @@ from ribbon.errors import RibbonInputError
 from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
 from ribbon.problems import chained_kernels as kernels
+from ribbon.problems.arguments import Loads, Material
 from ribbon.problems.fields import Fields
 from ribbon.problems.layout import ChainedLayout
 from ribbon.problems.protocol import Anchor
+from ribbon.problems.protocol import Counters as Counters
 from ribbon.problems.touching import Touch
 from ribbon.strip import Strip
 
@@ -64,23 +66,6 @@ def _gauss_points() -> tuple[Any, Any]:
     return nodes, weights
 
 
-@dataclass
-class Counters:
-    """How often the problem was evaluated; an effect that is off has no count."""
-
-    value: int = 0
-    gradient: int = 0
-    hessian: int = 0
-    series: int = 0
-
-    def add(self, other: Counters) -> None:
-        """Adds the counts of another problem's evaluations."""
-        self.value += other.value
-        self.gradient += other.gradient
-        self.hessian += other.hessian
-        self.series += other.series
-
-
 @dataclass(frozen=True)
 class ChainedProblem:
     """Energy of the chained ribbon with gradient and Hessian, as a bounded minimisation problem.
@@ -116,6 +101,24 @@ class ChainedProblem:
         """What bends the strip, and the energy's arguments for the kernels."""
         return Fields.of(self.strip, self.energy, self.stiffness, self.in_plane)
 
+    @cached_property
+    def material(self) -> Material:
+        """What the elastic energy depends on, for the kernels."""
+        return Material.of(self.strip, self.fields)
+
+    @cached_property
+    def loads(self) -> Loads:
+        """What loads the ribbon, for the kernels."""
+        gravity = self.gravity if self.has_gravity else None
+        return Loads(
+            gamma=0.0 if gravity is None else float(self.strip.gamma),
+            up=np.zeros(3) if gravity is None else np.asarray(gravity.up, dtype=float),
+            force=np.asarray(self.tip or (0.0, 0.0, 0.0)),
+            pulled=self.tip is not None,
+            frame=self.clamp.frame,
+            limit=self.exponent_limit,
+        )
+
     @property
     def size(self) -> int:
         """Number of unknowns, 2 p + 2, or 3 p + 3 with an in-plane curvature."""
@@ -150,6 +153,14 @@ class ChainedProblem:
     def touching(self) -> tuple[Touch, ...]:
         """None."""
         return ()
+
+    @property
+    def rows(self) -> None:
+        """There are none."""
+
+    @property
+    def slack(self) -> None:
+        """One point is held."""
 
     @property
     def row_count(self) -> int:
@@ -249,26 +260,16 @@ class ChainedProblem:
         kernels.unpack(np.ascontiguousarray(x, dtype=float), self.lengths, q)
         return q
 
-    def _gravity_arguments(self) -> tuple[float, FloatArray]:
-        if self.gravity is None:
-            return 0.0, np.zeros(3)
-        return float(self.strip.gamma), np.asarray(self.gravity.up)
-
     def energy_parts(self, x: FloatArray) -> FloatArray:
         """Bending, natural-curvature and gravity energy (3,), D w / l; with an end force 0 and its own too (5,)."""
-        gamma, up = self._gravity_arguments()
         parts = np.empty(3)
         self.counters.value += 1
         q = self.parameters(x)
         if too_far(q, self.lengths, self.fields.free):
             return np.full(3, np.nan)
-        self.counters.series += self.lengths.size * (gamma != 0.0)
+        self.counters.series += self.lengths.size * self.has_gravity
         position = np.asarray(self.clamp.position) / self.strip.length
-        kernels.energy_parts(
-            q, self.lengths, self.fields.code, self.fields.section, self.has_natural_curvature,
-            np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, position, self.clamp.frame,
-            self.exponent_limit, parts,
-        )  # fmt: skip
+        kernels.energy_parts(q, self.lengths, self.material, self.loads, position, parts)
         if self.tip is None:
             return parts
         self.counters.series += self.lengths.size
@@ -289,24 +290,17 @@ class ChainedProblem:
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if self._cache.get("key") != key:
             p = self.lengths.size
-            gamma, up = self._gravity_arguments()
             q = self.parameters(x)
             fields = self.fields
             components, count = fields.components, 2 * fields.count
             local = np.empty((p, components))
             if too_far(q, self.lengths, fields.free):
                 return np.full((p, components), np.nan), np.zeros((p, count, 3)), np.zeros((p, count, 3))
-            kernels.local_derivatives(
-                q, self.lengths, fields.code, fields.section, self.has_natural_curvature,
-                np.asarray(self.strip.curvature), self.strip.poisson, local,
-            )  # fmt: skip
+            kernels.local_derivatives(q, self.lengths, self.material, local)
             u = v = np.zeros((1, count, 3))
-            if gamma != 0.0 or self.tip is not None:
+            if self.is_loaded:
                 u, v = np.empty((p, count, 3)), np.empty((p, count, 3))
-                force = np.asarray(self.tip or (0.0, 0.0, 0.0))
-                kernels.load_derivatives(
-                    fields.free, q, self.lengths, gamma, up, force, self.clamp.frame, self.exponent_limit, local, u, v
-                )
+                kernels.load_derivatives(fields.free, q, self.lengths, self.loads, local, u, v)
                 self.counters.series += p
             self._cache["key"], self._cache["jets"] = key, (local, u, v)
         return self._cache["jets"]  # type: ignore[return-value]

@@ -35,7 +35,7 @@ from ribbon.element.element import elastic_jet, elastic_value
 from ribbon.element.free_series import parameter_count
 from ribbon.element.kinematics import segment_values
 from ribbon.element.kinematics import walk as segment_walk
-from ribbon.energies.names import FREE_CODE
+from ribbon.energies.codes import has_free_twist
 
 
 @njit(cache=True)
@@ -64,26 +64,28 @@ def unpack(x, lengths, q):
 
 
 @njit(cache=True)
-def energy_parts(q, lengths, code, section, natural, curvature, poisson, gamma, up, position, frame, limit, parts):
+def energy_parts(q, lengths, material, loads, position, parts):
     """Fills `parts` (3,) with bending, natural-curvature and gravity energy (units D w / l).
 
-    q (p, 4) from `unpack`; lengths (p,) in units of l; `natural` and ``gamma != 0`` switch the terms on;
-    curvature (2,): K l at both ends; up (3,) unit; position (3,) and frame (3, 3) of the clamp. A term that is off is
-    not computed.
+    q (p, 4) from `unpack`; lengths (p,) in units of l; material, loads: `ribbon.problems.arguments`; position (3,) of
+    the clamp. A term that is off is not computed.
     """
     parts[:] = 0.0
     s = 0.0
-    slope = curvature[1] - curvature[0]
+    start = material.curvature[0]
+    slope = material.curvature[1] - start
     jet = np.empty(15 if q.shape[1] == 4 else 28)
     for i in range(lengths.size):
         bending, own = elastic_value(
-            code, q[i], lengths[i], section, natural, curvature[0] + slope * s, slope, poisson, jet
-        )
+            material.code, q[i], lengths[i], material.section, material.natural, start + slope * s, slope,
+            material.poisson, jet,
+        )  # fmt: skip
         parts[0] += bending
         parts[1] += own
         s += lengths[i]
-    if gamma != 0.0:
-        parts[2] = gamma * _height(code >= FREE_CODE, q, lengths, up, position, frame, limit)
+    if loads.gamma != 0.0:
+        free = has_free_twist(material.code)
+        parts[2] = loads.gamma * _height(free, q, lengths, loads.up, position, loads.frame, loads.limit)
 
 
 @njit(cache=True)
@@ -112,30 +114,35 @@ def _height(free, q, lengths, up, position, frame, limit):
 
 
 @njit(cache=True)
-def local_derivatives(q, lengths, code, section, natural, curvature, poisson, local):
+def local_derivatives(q, lengths, material, local):
     """Fills `local` (p, 15 or 28) with the jets of the elastic energy of every segment by its own parameters."""
     part = np.empty(15)
     s = 0.0
-    slope = curvature[1] - curvature[0]
+    start = material.curvature[0]
+    slope = material.curvature[1] - start
     for i in range(lengths.size):
-        elastic_jet(code, q[i], lengths[i], section, natural, curvature[0] + slope * s, slope, poisson, local[i], part)
+        elastic_jet(
+            material.code, q[i], lengths[i], material.section, material.natural, start + slope * s, slope,
+            material.poisson, local[i], part,
+        )  # fmt: skip
         s += lengths[i]
 
 
 @njit(cache=True)
-def load_derivatives(free, q, lengths, gamma, up, force, frame, limit, local, u, v):
+def load_derivatives(free, q, lengths, loads, local, u, v):
     """Adds the jets of weight and end force to `local` (p, components) (value left alone) and fills the factors u, v
     (p, 4 or 6, 3).
 
-    Symbols as in the module; force (3,), D w / l^2.
+    Symbols as in the module; loads: `ribbon.problems.arguments.Loads`.
     """
+    gamma, up, force = loads.gamma, loads.up, loads.force
     p = lengths.size
     components = local.shape[1]
     count = parameter_count(components)
     jets = np.empty((p, 15, components))
     frames = np.empty((p + 1, 3, 3))
-    frames[0] = frame
-    segment_walk(free, q, lengths, limit, jets)
+    frames[0] = loads.frame
+    segment_walk(free, q, lengths, loads.limit, jets)
     for i in range(p):
         for r in range(3):
             for c in range(3):

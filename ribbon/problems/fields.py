@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from ribbon.element.kinematics import COMPONENTS
-from ribbon.energies import CODES, FREE_CODES, FREE_ENERGIES
-from ribbon.energies.names import FREE_CODE
+from ribbon.energies import ElasticEnergy, FieldSet, chosen, code_of
+from ribbon.energies.codes import among_free
 from ribbon.errors import RibbonInputError
 from ribbon.strip import Strip
 
@@ -19,41 +19,63 @@ STIFFNESSES = ("matched", "plate")
 class Fields:
     """Fields of a strip, linear on every element.
 
-    free: the second one is the twist kappa_3 itself, else the ruling eta (twist eta omega); count: 2, or 3 with an
-    in-plane curvature kappa_2; code: the energy's in the kernels; section: w / (2 l), h / l (nan: not given), nu, and
-    1.0 for the stiffness "plate", else 0.0; held_straight: whether a clamp's straight
-    ruling holds the second field at zero.
+    kind: which they are; energy: whose arguments they are; code: the energy's in the kernels; section: w / (2 l), h / l
+    (nan: not given), nu, and 1.0 for the stiffness "plate", else 0.0.
     """
 
-    free: bool
-    count: int
+    kind: FieldSet
+    energy: ElasticEnergy
     code: int
     section: tuple[float, ...]
-    held_straight: bool
+
+    @property
+    def free(self) -> bool:
+        """Whether the second field is the twist kappa_3 itself, else the ruling eta (twist eta omega)."""
+        return self.kind.free
+
+    @property
+    def in_plane(self) -> bool:
+        """Whether the curvature kappa_2 in the strip's plane is a field."""
+        return self.kind.in_plane
+
+    @property
+    def count(self) -> int:
+        """How many fields there are."""
+        return self.kind.count
+
+    @property
+    def held_straight(self) -> bool:
+        """Whether a clamp's straight ruling holds the second field at zero."""
+        return self.energy.holds_twist
 
     @property
     def components(self) -> int:
         """Components of a jet by the parameters of a segment."""
         return COMPONENTS[2 * self.count]
 
+    @property
+    def density_code(self) -> int:
+        """The energy's code among those with its fields (`ribbon.energies.density`, `free_density`)."""
+        return int(among_free(self.code)) if self.free else self.code
+
     @classmethod
     def of(cls, strip: Strip, energy: str, stiffness: str | None = None, in_plane: bool | None = None) -> Fields:
         """The fields of an energy. stiffness: of STIFFNESSES, for energies that leave the choice; in_plane: whether
         kappa_2 is a field, None: as the energy has it. Raises `RibbonInputError` where the energy has no such choice.
         """
-        if energy not in FREE_CODES:
+        law, code = chosen(energy, strip), code_of(energy)
+        if not law.fields.free:
             if in_plane:
                 raise RibbonInputError("in_plane", in_plane, f'the energy "{energy}" is developable: kappa_2 = 0')
             if stiffness is not None:
                 raise RibbonInputError("stiffness", stiffness, f'the energy "{energy}" knows one stiffness only')
-            return cls(False, 2, CODES[energy], (*strip.section, 0.0), True)
-        free = FREE_ENERGIES[energy]
+            return cls(law.fields, law, code, (*strip.section, 0.0))
         if stiffness is not None and stiffness not in STIFFNESSES:
             raise RibbonInputError("stiffness", stiffness, f"use one of {', '.join(STIFFNESSES)}")
         if stiffness is not None and energy != "kirchhoff":
             raise RibbonInputError("stiffness", stiffness, f'the energy "{energy}" knows one stiffness only')
-        third = free.in_plane if in_plane is None else in_plane
+        third = law.fields.in_plane if in_plane is None else in_plane
         if third and not math.isfinite(strip.section[1]):
             raise RibbonInputError("thickness", None, "bending in the strip's own plane needs it")
-        section = (*strip.section, 1.0 if stiffness == "plate" else 0.0)
-        return cls(True, 3 if third else 2, FREE_CODE + FREE_CODES[energy], section, free.holds_twist)
+        kind = FieldSet.TWISTED_IN_PLANE if third else FieldSet.TWISTED
+        return cls(kind, law, code, (*strip.section, 1.0 if stiffness == "plate" else 0.0))

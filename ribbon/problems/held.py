@@ -1,4 +1,4 @@
-"""What a glued problem is made of and what holds it: fields, held parts, free rigid motions, rows and bounds.
+"""What a mixed problem is made of and what holds it: fields, held parts, free rigid motions, rows and bounds.
 
 The rows stand beside the glue (`ribbon.problems.conditions`); `ribbon.problems.mixed` adds energies and derivatives.
 """
@@ -20,11 +20,11 @@ from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.problems import mixed_kernels as kernels
-from ribbon.problems.chained import Counters
+from ribbon.problems.arguments import Material
 from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
 from ribbon.problems.fields import Fields
-from ribbon.problems.layout import STRIDE, GluedLayout
-from ribbon.problems.protocol import Anchor
+from ribbon.problems.layout import STRIDE, MixedLayout
+from ribbon.problems.protocol import Anchor, Counters
 from ribbon.problems.touching import Touch, TouchRows
 from ribbon.strip import Strip
 
@@ -95,15 +95,20 @@ class Held:
         """What bends the strip, and the energy's arguments for the kernels."""
         return Fields.of(self.strip, self.energy, self.stiffness, self.in_plane)
 
+    @cached_property
+    def material(self) -> Material:
+        """What the elastic energy depends on, for the kernels."""
+        return Material.of(self.strip, self.fields)
+
     @property
     def sideways(self) -> int:
         """First column of the in-plane curvatures, -1 without."""
-        return self.layout.sideways.start if self.fields.count == 3 else -1
+        return self.layout.sideways.start if self.fields.in_plane else -1
 
     @cached_property
-    def layout(self) -> GluedLayout:
+    def layout(self) -> MixedLayout:
         """Where the unknowns stand."""
-        return GluedLayout(self.lengths.size, len(self.plates), self.fields.count == 3)
+        return MixedLayout(self.lengths.size, len(self.plates), self.fields.in_plane)
 
     @property
     def plates(self) -> tuple[int, ...]:
@@ -153,7 +158,7 @@ class Held:
 
     def in_plane_values(self, x: FloatArray) -> FloatArray | None:
         """In-plane curvature (p + 1,) at the joints; None without."""
-        return x[self.layout.sideways].copy() if self.fields.count == 3 else None
+        return x[self.layout.sideways].copy() if self.fields.in_plane else None
 
     def anchor(self, x: FloatArray) -> Anchor:
         """Quaternion and position of the start of the shape x."""
@@ -264,6 +269,18 @@ class Held:
             self._cache["blocks"] = self._make_blocks()
         return self._cache["blocks"]  # type: ignore[no-any-return]
 
+    def wall_rows(self, wall: int) -> WallRows:
+        """The rows that hold the joints on the side of one wall."""
+        rows = self.blocks()[f"wall_{wall}"]
+        assert isinstance(rows, WallRows)
+        return rows
+
+    def touch_rows(self, wall: int) -> TouchRows:
+        """The rows that hold points between the joints there; KeyError where there are none."""
+        rows = self.blocks()[f"touch_{wall}"]
+        assert isinstance(rows, TouchRows)
+        return rows
+
     def _make_blocks(self) -> dict[str, Rows]:
         found: dict[str, Rows] = {}
         first, last = self.layout.joint(0), self.layout.joint(-1)
@@ -300,7 +317,7 @@ class Held:
                 # the twist eta omega keeps its sign where both change theirs
                 same = np.array([[-1.0, 1.0]]) if self.fields.free else pair
                 found["seam_eta"] = LinearRows(same, np.array([first.eta, last.eta]), np.zeros(1))
-            if self.fields.count == 3:
+            if self.fields.in_plane:
                 ends = np.array([self.layout.sideways.start, self.layout.sideways.stop - 1])
                 found["seam_in_plane"] = LinearRows(pair, ends, np.zeros(1))
         found.update(self._wall_blocks())

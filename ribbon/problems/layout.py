@@ -49,7 +49,7 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class GluedLayout:
+class MixedLayout:
     """Unknowns of a glued ribbon of p segments, joint by joint, then its in-plane curvature, if it has one, then the
     heights of its pressure plates."""
 

@@ -35,6 +35,11 @@ class MixedProblem(Held):
     Fields and what holds the ribbon: `ribbon.problems.held.Held`.
     """
 
+    @property
+    def rows(self) -> MixedProblem:
+        """All of it has rows: the glue, and what holds it."""
+        return self
+
     def energy_parts(self, x: FloatArray) -> FloatArray:
         """Bending, natural-curvature and gravity energy, that of pressure plates and of an end force (5,), D w / l."""
         parts = np.append(self._parts_and_glue(x, False)[0], [self._plate_energy(x), self._tip_energy(x)])
@@ -70,9 +75,8 @@ class MixedProblem(Held):
             return np.full(3, np.nan), np.full(glue.size, np.nan)
         self.counters.series += self.lengths.size * (want_glue or gamma != 0.0)
         kernels.energy_and_glue(
-            np.ascontiguousarray(x, dtype=float), self.lengths, self.fields.code, self.fields.section,
-            self.has_natural_curvature, np.asarray(self.strip.curvature), self.strip.poisson, gamma, up, exact,
-            self.exponent_limit, self.sideways, want_glue, parts, glue,
+            np.ascontiguousarray(x, dtype=float), self.lengths, self.material, gamma, up, exact, self.exponent_limit,
+            self.sideways, want_glue, parts, glue,
         )  # fmt: skip
         return parts, glue
 
@@ -128,10 +132,7 @@ class MixedProblem(Held):
             if too_far(q, self.lengths, self.fields.free):
                 self._cache.pop("key", None)
                 return np.full_like(local, np.nan), np.full_like(jets, np.nan), np.full_like(weight, np.nan)
-            chained_kernels.local_derivatives(
-                q, self.lengths, self.fields.code, self.fields.section, self.has_natural_curvature,
-                np.asarray(self.strip.curvature), self.strip.poisson, local,
-            )  # fmt: skip
+            chained_kernels.local_derivatives(q, self.lengths, self.material, local)
             body_jets_many(self.fields.free, q, self.lengths, self.exponent_limit, self._level, jets)
             self.counters.series += p
             if gamma:
@@ -246,7 +247,7 @@ class MixedProblem(Held):
         x[first.quaternion] = self.reference if self.start_quaternion is None else self.start_quaternion
         x[first.position] = self.origin if self.start_position is None else self.start_position
         x[layout.omega] = omega
-        if in_plane is not None and self.fields.count == 3:
+        if in_plane is not None and self.fields.in_plane:
             x[layout.sideways] = in_plane
         x[first.eta] = eta[0]
         x[layout.slope] = np.diff(eta) / self.lengths

@@ -40,7 +40,7 @@ from ribbon.element.element import elastic_value
 from ribbon.element.free_series import parameter_count
 from ribbon.element.kinematics import body_values
 from ribbon.element.quaternion import form, product, rotate, rotate_by_q, unrotate
-from ribbon.energies.names import FREE_CODE
+from ribbon.energies.codes import has_free_twist
 from ribbon.problems.layout import ETA, NEXT, OMEGA, QUATERNION, SLOPE, STRIDE
 
 #: Rows of the glue per segment.
@@ -191,12 +191,13 @@ def _place(i, j):
 
 
 @njit(cache=True)
-def energy_and_glue(
-    x, lengths, code, section, natural, curvature, poisson, gamma, up, exact, limit, sideways, want_glue, parts, glue
-):
+def energy_and_glue(x, lengths, material, gamma, up, exact, limit, sideways, want_glue, parts, glue):
     """Fills `parts` (3,) with bending, natural-curvature and gravity energy and, if wanted, `glue` (8 p,)."""
     parts[:] = 0.0
-    slope = curvature[1] - curvature[0]
+    start = material.curvature[0]
+    slope = material.curvature[1] - start
+    half_width = material.section[0]
+    free = has_free_twist(material.code)
     out = np.empty(13)
     v = np.empty(3)
     rotated = np.empty(3)
@@ -214,19 +215,20 @@ def energy_and_glue(
         n = own[2]
         m = own[3]
         bending, apart = elastic_value(
-            code, own, length, section, natural, curvature[0] + slope * s, slope, poisson, jet
-        )
+            material.code, own, length, material.section, material.natural, start + slope * s, slope, material.poisson,
+            jet,
+        )  # fmt: skip
         parts[0] += bending
         parts[1] += apart
         s += length
         if not (want_glue or gamma != 0.0):
             continue
-        body_values(code >= FREE_CODE, own, length, limit, level, out)
+        body_values(free, own, length, limit, level, out)
         if gamma != 0.0:
             for c in range(3):
                 v[c] = out[7 + c]
             if exact:
-                f = section[0] * section[0] / 3.0 * n
+                f = half_width * half_width / 3.0 * n
                 for c in range(3):
                     v[c] += f * (out[10 + c] + (m + n * length) * out[4 + c] - n * out[7 + c])
             rotate(x[k + NEXT + QUATERNION : k + NEXT + OMEGA], v, rotated)

@@ -1,4 +1,4 @@
-"""In which order the unknowns and rows of a glued problem are eliminated along the strip (`ribbon.solvers.frontal`).
+"""In which order the unknowns and rows of a mixed problem are eliminated along the strip (`ribbon.solvers.frontal`).
 
 From where the ribbon is held to the other end: segment i's glue, what it gives (position, frame and eta of joint
 i + 1) and what bends it (omega_i and the slope n_i) stand in one group. With y_(i+1) so eliminated beside its
@@ -30,14 +30,14 @@ def elimination(problem: Held) -> tuple[IntArray, IntArray]:
         column[layout.columns(place)] = given
     column[layout.omega] = bent
     column[layout.slope] = np.arange(p)
-    if problem.fields.count == 3:
+    if problem.fields.in_plane:
         column[layout.sideways] = bent
     glue = np.repeat(np.arange(p), kernels.ROWS)
     if backward:
         column, glue = p - 1 - column, p - 1 - glue
     if closed:
         column[:SLOPE] = p
-        column[layout.sideways.start : layout.sideways.start + (problem.fields.count == 3)] = p
+        column[layout.sideways.start : layout.sideways.start + problem.fields.in_plane] = p
     column[layout.heights] = p
     lower, upper = problem.bounds()
     local = np.where((lower < upper) & (column < p), column, -1)

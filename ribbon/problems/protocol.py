@@ -1,12 +1,12 @@
 """What the finding, the judging and the showing of equilibria ask of a problem, whatever its formulation.
 
-A problem without rows is a bounded minimisation of a few unknowns (`ribbon.solvers.problem.BoundedProblem`, dense
-Hessian); one with rows is sparse (`ConstrainedProblem`). `row_count` tells, and nothing else needs to be known of the
-formulation by those who call.
+A problem without rows is a bounded minimisation of a few unknowns (`BoundedProblem`, dense Hessian); one with rows is
+sparse (`ConstrainedProblem`). `rows` tells, and nothing else needs to be known of the formulation by those who call.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -26,12 +26,90 @@ IntArray = NDArray[np.int64]
 Anchor = tuple[tuple[float, ...], tuple[float, ...]] | None
 
 
-class Problem(Protocol):
-    """A ribbon as a minimisation problem; lengths in l, energies in D w / l.
+@dataclass
+class Counters:
+    """How often the problem was evaluated; an effect that is off has no count."""
 
-    Beside what a minimiser asks for (size, bounds, value, gradient, hessian; with rows also constraint_bounds,
-    constraints, jacobian and their structures).
-    """
+    value: int = 0
+    gradient: int = 0
+    hessian: int = 0
+    series: int = 0
+
+    def add(self, other: Counters) -> None:
+        """Adds the counts of another problem's evaluations."""
+        self.value += other.value
+        self.gradient += other.gradient
+        self.hessian += other.hessian
+        self.series += other.series
+
+    def by_name(self) -> dict[str, int]:
+        """The counts by name."""
+        return {"value": self.value, "gradient": self.gradient, "hessian": self.hessian, "series": self.series}
+
+
+class Matrix(Protocol):
+    """A matrix (m, n), dense or sparse: what is multiplied by vectors."""
+
+    @property
+    def T(self) -> Matrix: ...
+
+    def __matmul__(self, other: FloatArray) -> FloatArray: ...
+
+
+class SmoothProblem(Protocol):
+    """A smooth function of `size` unknowns between bounds, and what a residual is measured against."""
+
+    @property
+    def size(self) -> int: ...
+
+    @property
+    def rows(self) -> ConstrainedProblem | None:
+        """The problem as one with rows of constraints and sparse matrices; None: it has none, and a dense Hessian."""
+        ...
+
+    @property
+    def strip(self) -> Strip | None:
+        """The strip whose weight and curl are the unit of large residuals; None: that is 1."""
+        ...
+
+    @property
+    def slack(self) -> float | None:
+        """By how much (l) held ends are nearer to each other than the strip is long; None without two held points."""
+        ...
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]: ...
+
+    def value(self, x: FloatArray) -> float: ...
+
+    def gradient(self, x: FloatArray) -> FloatArray: ...
+
+
+class BoundedProblem(SmoothProblem, Protocol):
+    """A problem without rows; Hessian dense (n, n)."""
+
+    def hessian(self, x: FloatArray) -> FloatArray: ...
+
+
+class ConstrainedProblem(SmoothProblem, Protocol):
+    """A problem with rows ``lower <= c(x) <= upper``; Jacobian and Hessian sparse, in a fixed structure."""
+
+    def constraint_bounds(self) -> tuple[FloatArray, FloatArray]: ...
+
+    def constraints(self, x: FloatArray) -> FloatArray: ...
+
+    def jacobian_structure(self) -> tuple[IntArray, IntArray]: ...
+
+    def jacobian(self, x: FloatArray) -> FloatArray: ...
+
+    def hessian_structure(self) -> tuple[IntArray, IntArray]: ...
+
+    def hessian(self, x: FloatArray, multipliers: FloatArray, factor: float = 1.0) -> FloatArray: ...
+
+    def jacobian_matrix(self, x: FloatArray) -> Matrix: ...
+
+
+class Problem(SmoothProblem, Protocol):
+    """A ribbon as a minimisation problem; lengths in l, energies in D w / l."""
 
     @property
     def strip(self) -> Strip: ...
@@ -85,10 +163,7 @@ class Problem(Protocol):
     def formulation(self) -> str: ...
 
     @property
-    def counters(self) -> Any: ...
-
-    @property
-    def size(self) -> int: ...
+    def counters(self) -> Counters: ...
 
     @property
     def row_count(self) -> int:
@@ -103,12 +178,6 @@ class Problem(Protocol):
 
     @property
     def has_natural_curvature(self) -> bool: ...
-
-    def bounds(self) -> tuple[FloatArray, FloatArray]: ...
-
-    def value(self, x: FloatArray) -> float: ...
-
-    def gradient(self, x: FloatArray) -> FloatArray: ...
 
     def energy_parts(self, x: FloatArray) -> FloatArray:
         """Bending, natural-curvature and gravity energy, that of plates and of an end force where there may be some."""

@@ -17,7 +17,7 @@ from ribbon.contact import Wall
 from ribbon.element import quaternion
 from ribbon.forces import Force, WallForce
 from ribbon.problems.conditions import Rows, WallRows
-from ribbon.problems.layout import GluedLayout
+from ribbon.problems.layout import MixedLayout
 from ribbon.problems.touching import TouchRows
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +32,7 @@ _PASSED = 2
 
 
 class Glued(Protocol):
-    """What is asked of a glued problem: `ribbon.problems.mixed.MixedProblem` has it."""
+    """What is asked of a mixed problem: `ribbon.problems.mixed.MixedProblem` has it."""
 
     @property
     def start(self) -> Clamp | None: ...
@@ -47,7 +47,7 @@ class Glued(Protocol):
     def lengths(self) -> FloatArray: ...
 
     @property
-    def layout(self) -> GluedLayout: ...
+    def layout(self) -> MixedLayout: ...
 
     def gradient(self, x: FloatArray) -> FloatArray: ...
 

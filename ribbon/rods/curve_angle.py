@@ -59,6 +59,19 @@ class CurveAngle:
     # -- unknowns ----------------------------------------------------------------------------------------------------
 
     @property
+    def rows(self) -> CurveAngle:
+        """All of it has rows, if none of them holds anything."""
+        return self
+
+    @property
+    def strip(self) -> None:
+        """A rod's residuals have the unit 1."""
+
+    @property
+    def slack(self) -> None:
+        """As those."""
+
+    @property
     def size(self) -> int:
         """4 n + 3."""
         return 4 * self.rod.edges + 3

@@ -65,6 +65,19 @@ class QuasiStatic:
     _kept: dict[bytes, FloatArray] = field(default_factory=dict)
 
     @property
+    def rows(self) -> QuasiStatic:
+        """All of it has rows, if none of them holds anything."""
+        return self
+
+    @property
+    def strip(self) -> None:
+        """A rod's residuals have the unit 1."""
+
+    @property
+    def slack(self) -> None:
+        """As those."""
+
+    @property
     def size(self) -> int:
         """3 n + 3."""
         return 3 * (self.problem.rod.edges + 1)

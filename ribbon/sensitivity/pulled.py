@@ -37,7 +37,7 @@ def pulled(equilibrium: Equilibrium, gradients: Sequence[FloatArray]) -> Pulled:
     """
     here = point(equilibrium, unstable=True)
     problem: Any = here.problem
-    if problem.fields.count < 3:
+    if not problem.fields.in_plane:
         freed = problem.with_changes(in_plane=True)
         x = freed.state(*problem.joint_values(here.x))
         here = Point(freed, x, _rows_of(problem, freed, here.rows), np.zeros(x.size))

@@ -10,11 +10,14 @@ the interpreter's lock: batches run it in threads.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from ribbon.element.series import FURTHEST
-from ribbon.energies.names import FREE_CODE
+from ribbon.energies.codes import has_free_twist
 from ribbon.problems import chained_kernels as kernels
 from ribbon.solvers import riccati
 
@@ -85,23 +88,66 @@ def _turn(free, q, lengths):
     return whole
 
 
+class Bounds(NamedTuple):
+    """Bounds (n,) of the unknowns, and the share of the way to one that a step may go without a barrier (1: the energy
+    is finite on the bound)."""
+
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    reach: float
+
+
+class Linear(NamedTuple):
+    """The Hessian at a point, and its factors, as `ribbon.solvers.riccati` takes them.
+
+    lengths (p,); local (p, 15 or 28); u, v (p, 4 or 6, 3) where `coupled`; extra (n,): added to its diagonal; held
+    (n,): what does not move; gains, inverses, first: the factors.
+    """
+
+    lengths: NDArray[np.float64]
+    local: NDArray[np.float64]
+    coupled: bool
+    u: NDArray[np.float64]
+    v: NDArray[np.float64]
+    extra: NDArray[np.float64]
+    held: NDArray[np.bool_]
+    gains: NDArray[np.float64]
+    inverses: NDArray[np.float64]
+    first: NDArray[np.float64]
+
+
 @njit(cache=True)
-def energy(x, q, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, parts):
+def _factor(linear, shift):
+    """Factors the Hessian shifted by this; how many eigenvalues are negative."""
+    return riccati.factor(
+        linear.lengths, linear.local, linear.coupled, linear.u, linear.v, shift, linear.extra, linear.held,
+        linear.gains, linear.inverses, linear.first,
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _solve(linear, right, step, turned):
+    """Fills `step` (n,), and the rotations `turned` (3,) that come with it."""
+    riccati.solve(
+        linear.lengths, linear.coupled, linear.u, linear.gains, linear.inverses, linear.first, right, step, turned
+    )
+
+
+@njit(cache=True)
+def energy(x, q, lengths, material, loads, parts):
     """Energy (D w / l) of the unknowns x, up to the clamp's height; nan beyond what can be evaluated."""
     kernels.unpack(x, lengths, q)
-    free = code >= FREE_CODE
+    free = has_free_twist(material.code)
     if not _turn(free, q, lengths) <= FURTHEST:
         return np.nan
-    kernels.energy_parts(
-        q, lengths, code, section, natural, curvature, poisson, gamma, up, np.zeros(3), frame, limit, parts
-    )
+    kernels.energy_parts(q, lengths, material, loads, np.zeros(3), parts)
     total = parts[0] + parts[1] + parts[2]
-    if pulled:
+    if loads.pulled:
         points = np.empty((lengths.size + 1, 3))
         frames = np.empty((lengths.size + 1, 3, 3))
-        kernels.walk(free, q, lengths, np.zeros(3), frame, limit, points, frames)
+        kernels.walk(free, q, lengths, np.zeros(3), loads.frame, loads.limit, points, frames)
         for r in range(3):
-            total -= force[r] * points[lengths.size, r]
+            total -= loads.force[r] * points[lengths.size, r]
     return total
 
 
@@ -202,7 +248,7 @@ def _next_barrier(x, gradient, lower, upper, below, above, mu):
 
 
 @njit(cache=True)
-def _least_shift(last, stiffest, lengths, local, coupled, u, v, extra, held, gains, inverses, first):
+def _least_shift(last, stiffest, linear):
     """A shift of an indefinite Hessian that makes it positive, at most _NARROW times what is needed, beginning at the
     `last` one (0: none); the factors are those of the Hessian shifted by it."""
     least = _LEAST * stiffest
@@ -210,54 +256,52 @@ def _least_shift(last, stiffest, lengths, local, coupled, u, v, extra, held, gai
     low = used
     positive = False
     while used < 1e12 * stiffest:
-        positive = riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first) == 0
+        positive = _factor(linear, used) == 0
         if positive:
             break
         low, used = used, used * _STRIDE
     if low == used:
         while used > least:
             low = max(used / _STRIDE, least)
-            positive = riccati.factor(lengths, local, coupled, u, v, low, extra, held, gains, inverses, first) == 0
+            positive = _factor(linear, low) == 0
             if not positive:
                 break
             used = low
     while used > _NARROW * low and used > least:
         shift = np.sqrt(low * used)
-        positive = riccati.factor(lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first) == 0
+        positive = _factor(linear, shift) == 0
         if positive:
             used = shift
         else:
             low = shift
     if not positive:
-        riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first)
+        _factor(linear, used)
     return used
 
 
 @njit(cache=True)
-def _inside(
-    lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first, x, slopes, lower, upper, heavy, right,
-    step, turned,
-):  # fmt: skip
+def _inside(linear, shift, x, slopes, bounds, heavy, right, step, turned):
     """What a `step` (n,) takes more than _SHARE of the way to its bound goes so far and no further, and the others step
     as suits that: one ruling at its bound does not shorten the step of all.
 
     `right` (n,), the negative `slopes`, and `extra` (n,) of the factors are changed. The step stays where the new one
     does not lead down.
     """
+    lower, upper, extra = bounds.lower, bounds.upper, linear.extra
     whole, turns = step.copy(), turned.copy()
     for _ in range(_ROUNDS):
         found = False
         for i in range(x.size):
-            if not held[i] and np.isfinite(upper[i]) and extra[i] < heavy:
-                way = _SHARE * (upper[i] - x[i] if step[i] > 0.0 else lower[i] - x[i])
-                if abs(step[i]) > 1.001 * abs(way):
+            if not linear.held[i] and np.isfinite(upper[i]) and extra[i] < heavy:
+                reach = _SHARE * (upper[i] - x[i] if step[i] > 0.0 else lower[i] - x[i])
+                if abs(step[i]) > 1.001 * abs(reach):
                     extra[i] += heavy
-                    right[i] += heavy * way
+                    right[i] += heavy * reach
                     found = True
         if not found:
             break
-        riccati.factor(lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first)
-        riccati.solve(lengths, coupled, u, gains, inverses, first, right, step, turned)
+        _factor(linear, shift)
+        _solve(linear, right, step, turned)
     slope = 0.0
     for i in range(x.size):
         slope += slopes[i] * step[i]
@@ -266,96 +310,222 @@ def _inside(
         turned[:] = turns
 
 
-@njit(cache=True, nogil=True)
-def descend(
-    x, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, lower, upper, reach,
-    tolerance, good, iterations, state, gradient, below, above,
+@njit(cache=True)
+def _linear(lengths, fields, coupled):
+    """Room for the Hessian of a strip of so many fields, and for its factors."""
+    p, count, size = lengths.size, 2 * fields, fields * (lengths.size + 1)
+    return Linear(
+        lengths,
+        np.empty((p, 15 if fields == 2 else 28)),
+        coupled,
+        np.zeros((p if coupled else 1, count, 3)),
+        np.zeros((p if coupled else 1, count, 3)),
+        np.zeros(size),
+        np.empty(size, dtype=np.bool_),
+        np.empty((p, fields, fields + 3)),
+        np.empty((p, fields, fields)),
+        np.empty((fields, fields)),
+    )
+
+
+@njit(cache=True)
+def _started(x, bounds, state, below, above):
+    """The barrier, and the bounds' multipliers `below`, `above` (n,) for it, at a start moved off its bounds."""
+    lower, upper = bounds.lower, bounds.upper
+    mu = _begin(x, lower, upper, state[BARRIER] < 0.0)
+    state[BARRIER], state[SADDLE] = mu, _SADDLE
+    for i in range(x.size):
+        below[i] = above[i] = 0.0
+        if mu > 0.0 and lower[i] < upper[i] and np.isfinite(upper[i]):
+            below[i], above[i] = mu / (x[i] - lower[i]), mu / (upper[i] - x[i])
+
+
+@njit(cache=True)
+def _derived(q, material, loads, linear, gradient):
+    """Fills the Hessian and the `gradient` (n,) at the parameters q; the largest local stiffness, at least 1."""
+    lengths, local = linear.lengths, linear.local
+    kernels.local_derivatives(q, lengths, material, local)
+    if linear.coupled:
+        kernels.load_derivatives(has_free_twist(material.code), q, lengths, loads, local, linear.u, linear.v)
+    kernels.assemble_gradient(lengths, local, gradient)
+    fields = q.shape[1] // 2
+    place = kernels.pairs(2 * fields)
+    stiffest = 1.0
+    for i in range(lengths.size):
+        for f in range(fields):
+            stiffest = max(stiffest, abs(local[i, place[2 * f + 1, 2 * f + 1]]) / lengths[i])
+    return stiffest
+
+
+@njit(cache=True)
+def _sloped(x, gradient, bounds, below, above, mu, linear, slopes):
+    """Fills the slopes (n,) of the merit function, what a barrier adds to the Hessian's diagonal, what is held."""
+    lower, upper, held, extra = bounds.lower, bounds.upper, linear.held, linear.extra
+    slopes[:] = gradient
+    extra[:] = 0.0
+    if mu == 0.0:
+        _pressed(x, gradient, lower, upper, held)
+        return
+    for i in range(x.size):
+        held[i] = lower[i] == upper[i]
+        if not held[i] and np.isfinite(upper[i]):
+            left, rest = x[i] - lower[i], upper[i] - x[i]
+            slopes[i] += mu / rest - mu / left
+            extra[i] = below[i] / left + above[i] / rest
+
+
+@njit(cache=True)
+def _stepped(x, gradient, slopes, bounds, linear, used, stiffest, bounded, walled, right, step, jump, turned):
+    """Fills the `step` (n,) that goes down the slopes, what of it `jump`s onto bounds, and the rotations with it.
+
+    bounded: there are bounds and no barrier; walled: a step must not reach them."""
+    for i in range(x.size):
+        right[i] = -slopes[i]
+    _solve(linear, right, step, turned)
+    jump[:] = 0.0
+    while bounded and _stopped(x, gradient, step, bounds.lower, bounds.upper, bounds.reach, linear.held, jump):
+        _factor(linear, used)
+        _solve(linear, right, step, turned)
+    for i in range(x.size):
+        step[i] += jump[i]
+    if walled:
+        _inside(linear, used, x, slopes, bounds, _HEAVY * stiffest, right, step, turned)
+
+
+@njit(cache=True)
+def _furthest(x, step, bounds, held, walled, turned):
+    """How many times the step may be gone: as its rotations, and bounds where they must not be reached, allow."""
+    most = _LONGEST
+    for r in range(3):
+        if turned[r] * most > _TURN:
+            most = _TURN / turned[r]
+    if walled:
+        for i in range(x.size):
+            if not held[i] and np.isfinite(bounds.upper[i]):
+                left = bounds.upper[i] - x[i] if step[i] > 0.0 else x[i] - bounds.lower[i]
+                if abs(step[i]) * most > _FRACTION * left:
+                    most = _FRACTION * left / abs(step[i])
+    return most
+
+
+@njit(cache=True)
+def _gone(x, step, length, jump, slopes, bounds, mu, y):
+    """Fills y (n,) with x after this length of the step, bounds kept; its slope."""
+    lower, upper, reach = bounds.lower, bounds.upper, bounds.reach
+    slope = 0.0
+    for i in range(x.size):
+        y[i] = x[i]
+        if step[i] != 0.0:
+            y[i] += length * step[i]
+            if mu == 0.0:
+                y[i] = max(y[i], lower[i] if reach == 1.0 else x[i] + reach * (lower[i] - x[i]))
+                y[i] = min(y[i], upper[i] if reach == 1.0 else x[i] + reach * (upper[i] - x[i]))
+                if jump[i] != 0.0 and length == 1.0:
+                    y[i] = upper[i] if jump[i] > 0.0 else lower[i]
+            slope += slopes[i] * (y[i] - x[i])
+    return slope
+
+
+@njit(cache=True)
+def _merit(x, q, lengths, material, loads, bounds, mu, state, parts):
+    """The energy at x, and with the barrier."""
+    new = energy(x, q, lengths, material, loads, parts)
+    state[VALUES] += 1.0
+    return new, new + (_logarithms(x, bounds.lower, bounds.upper, mu) if mu > 0.0 else 0.0)
+
+
+@njit(cache=True)
+def _searched(
+    x, q, lengths, material, loads, bounds, mu, value, slopes, step, jump, most, untried, walled, state, parts, y
 ):  # fmt: skip
+    """The length of the step that is gone, to y (n,), the energy there, and whether the gradient alone can judge it; a
+    length of 0: nothing lower was found.
+
+    most: times that the step may be gone; untried: the Hessian is indefinite and was not shifted."""
+    longest = min(1.0, most)
+    length = longest
+    merit = value + (_logarithms(x, bounds.lower, bounds.upper, mu) if mu > 0.0 else 0.0)
+    rounding = _ROUNDING * max(1.0, abs(value))
+    accepted = blind = False
+    new = total = slope = 0.0
+    while length > _SHORTEST * longest:
+        slope = _gone(x, step, length, jump, slopes, bounds, mu, y)
+        new, total = _merit(y, q, lengths, material, loads, bounds, mu, state, parts)
+        if np.isfinite(total):
+            if abs(slope) <= 100.0 * rounding or untried:
+                accepted = blind = True  # judged by the gradient
+            elif slope < 0.0 and total <= merit + _ARMIJO * slope + rounding:
+                accepted = True
+        if accepted:
+            break
+        length *= 0.5
+    if not accepted:
+        return 0.0, value, False
+    longer = np.empty(x.size if walled else 0)
+    while walled and not blind and length >= longest and merit - total > _TOO_SHORT * abs(slope):
+        if not 1.5 * length < most:
+            break
+        further = min(2.0 * length, most)
+        slope = 0.0
+        for i in range(x.size):
+            longer[i] = x[i] + further * step[i]
+            slope += slopes[i] * (longer[i] - x[i])
+        reached, lowered = _merit(longer, q, lengths, material, loads, bounds, mu, state, parts)
+        if not lowered < total:
+            break
+        total, new, length = lowered, reached, further
+        y[:] = longer
+    return length, new, blind
+
+
+@njit(cache=True)
+def _bounded(bounds):
+    """Whether an unknown that moves has a bound."""
+    return np.any(np.isfinite(bounds.upper) & (bounds.lower < bounds.upper))
+
+
+@njit(cache=True, nogil=True)
+def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradient, below, above):
     """At most `iterations` steps of Newton's iteration from x (n,), in place, and fewer where their series are long;
     `state` (STATE,), zeros at first, goes on from call to call, as do the bounds' multipliers `below`, `above` (n,);
     `gradient` (n,) is that of the last x.
 
-    Arguments as in `ribbon.problems.chained_kernels`; force (3,) where `pulled`; lower, upper (n,); reach: share of the
-    way to a bound that one step may go without a barrier (1: the energy is finite on the bound); tolerance: of the
-    residual, which ends at `good` or where rounding lets it fall no more. A state that begins with a barrier of -1 is
-    near its end.
+    material, loads: `ribbon.problems.arguments`; bounds: `Bounds`; exact (2,): tolerance of the residual, which ends at
+    the second number or where rounding lets it fall no more. A state that begins with a barrier of -1 is near its end.
     """
-    p = lengths.size
-    fields = x.size // (p + 1)
-    count = 2 * fields
-    place = kernels.pairs(count)
-    q = np.empty((p, count))
-    parts = np.empty(3)
-    local = np.empty((p, 15 if fields == 2 else 28))
-    coupled = gamma != 0.0 or pulled
-    u = np.zeros((p if coupled else 1, count, 3))
-    v = np.zeros((p if coupled else 1, count, 3))
-    gains = np.empty((p, fields, fields + 3))
-    inverses = np.empty((p, fields, fields))
-    first = np.empty((fields, fields))
-    held = np.empty(x.size, dtype=np.bool_)
-    extra = np.zeros(x.size)
+    fields = x.size // (lengths.size + 1)
+    q, parts = np.empty((lengths.size, 2 * fields)), np.empty(3)
+    linear = _linear(lengths, fields, loads.gamma != 0.0 or loads.pulled)
     step, right, y = np.empty(x.size), np.empty(x.size), np.empty(x.size)
     kept, slopes, jump = np.empty(x.size), np.empty(x.size), np.empty(x.size)
-    longer = np.empty(x.size)
     turned = np.empty(3)
-    free = code >= FREE_CODE
+    tolerance, good = exact
     if state[VALUES] == 0.0:
-        mu = _begin(x, lower, upper, state[BARRIER] < 0.0)
-        state[BARRIER], state[SADDLE] = mu, _SADDLE
-        for i in range(x.size):
-            below[i] = above[i] = 0.0
-            if mu > 0.0 and lower[i] < upper[i] and np.isfinite(upper[i]):
-                below[i], above[i] = mu / (x[i] - lower[i]), mu / (upper[i] - x[i])
-        state[ENERGY] = energy(
-            x, q, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, parts
-        )
+        _started(x, bounds, state, below, above)
+        state[ENERGY] = energy(x, q, lengths, material, loads, parts)
         state[VALUES] += 1.0
     value = before_value = state[ENERGY]
     if not np.isfinite(value):
         state[ENDED] = UNDEFINED
         return
-    bounded = False
-    for i in range(x.size):
-        bounded = bounded or (np.isfinite(upper[i]) and lower[i] < upper[i])
-    steep = bounded and reach < 1.0  # the energy is infinite on a bound
+    bounded = _bounded(bounds)
+    steep = bounded and bounds.reach < 1.0  # the energy is infinite on a bound
     blind = False  # whether the last step was taken by the gradient, its energy being rounding or a saddle's
     before = np.inf
-    negative = 0
-    turn = 0
+    negative = turn = 0
     turned_so_far = 0.0
     while True:
         kernels.unpack(x, lengths, q)
-        turned_so_far += _turn(free, q, lengths)
-        kernels.local_derivatives(q, lengths, code, section, natural, curvature, poisson, local)
-        if coupled:
-            kernels.load_derivatives(free, q, lengths, gamma, up, force, frame, limit, local, u, v)
-        kernels.assemble_gradient(lengths, local, gradient)
+        turned_so_far += _turn(has_free_twist(material.code), q, lengths)
+        stiffest = _derived(q, material, loads, linear, gradient)
         state[DERIVATIVES] += 1.0
-        stiffest = 1.0
-        for i in range(p):
-            for f in range(fields):
-                stiffest = max(stiffest, abs(local[i, place[2 * f + 1, 2 * f + 1]]) / lengths[i])
         mu = state[BARRIER]
         if mu > 0.0:
-            following = _next_barrier(x, gradient, lower, upper, below, above, mu)
-            if following != mu:
-                blind = False
-                state[BARRIER] = following
-                mu = state[BARRIER]
-        slopes[:] = gradient
-        if mu > 0.0:
-            for i in range(x.size):
-                held[i] = lower[i] == upper[i]
-                extra[i] = 0.0
-                if not held[i] and np.isfinite(upper[i]):
-                    left, rest = x[i] - lower[i], upper[i] - x[i]
-                    slopes[i] += mu / rest - mu / left
-                    extra[i] = below[i] / left + above[i] / rest
-        else:
-            extra[:] = 0.0
-            _pressed(x, gradient, lower, upper, held)
-        residual = _residual(slopes, fields, held, _UNMOVED)
+            following = _next_barrier(x, gradient, bounds.lower, bounds.upper, below, above, mu)
+            blind = blind and following == mu
+            mu = state[BARRIER] = following
+        _sloped(x, gradient, bounds, below, above, mu, linear, slopes)
+        residual = _residual(slopes, fields, linear.held, _UNMOVED)
         if blind and not residual < before:
             x[:] = kept
             gradient[:] = right
@@ -375,97 +545,28 @@ def descend(
             return
         turn += 1
         used = _FLOOR * stiffest
-        negative = riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first)
+        negative = _factor(linear, used)
         shifted = negative > 0 and (residual > state[SADDLE] or mu > 0.0)
         if shifted:
-            used = _least_shift(
-                state[SHIFT], stiffest, lengths, local, coupled, u, v, extra, held, gains, inverses, first
-            )
-            state[SHIFT] = used
-        for i in range(x.size):
-            y[i] = -slopes[i]
-        riccati.solve(lengths, coupled, u, gains, inverses, first, y, step, turned)
-        jump[:] = 0.0
-        while mu == 0.0 and bounded and _stopped(x, gradient, step, lower, upper, reach, held, jump):
-            riccati.factor(lengths, local, coupled, u, v, used, extra, held, gains, inverses, first)
-            riccati.solve(lengths, coupled, u, gains, inverses, first, y, step, turned)
-        for i in range(x.size):
-            step[i] += jump[i]
-        if mu > 0.0 or steep:
-            _inside(
-                lengths, local, coupled, u, v, used, extra, held, gains, inverses, first, x, slopes, lower, upper,
-                _HEAVY * stiffest, y, step, turned,
-            )  # fmt: skip
-        most = _LONGEST
-        for r in range(3):
-            if turned[r] * most > _TURN:
-                most = _TURN / turned[r]
-        if mu > 0.0 or steep:
-            for i in range(x.size):
-                if not held[i] and np.isfinite(upper[i]):
-                    left = upper[i] - x[i] if step[i] > 0.0 else x[i] - lower[i]
-                    if abs(step[i]) * most > _FRACTION * left:
-                        most = _FRACTION * left / abs(step[i])
-        longest = min(1.0, most)
-        right[:] = gradient
-        kept[:] = x
-        before_value = value
-        before = residual
-        length = longest
-        merit = value + (_logarithms(x, lower, upper, mu) if mu > 0.0 else 0.0)
-        accepted = False
-        blind = False
-        while length > _SHORTEST * longest:
-            slope = 0.0
-            for i in range(x.size):
-                y[i] = x[i]
-                if step[i] != 0.0:
-                    y[i] += length * step[i]
-                    if mu == 0.0:
-                        y[i] = max(y[i], lower[i] if reach == 1.0 else x[i] + reach * (lower[i] - x[i]))
-                        y[i] = min(y[i], upper[i] if reach == 1.0 else x[i] + reach * (upper[i] - x[i]))
-                        if jump[i] != 0.0 and length == 1.0:
-                            y[i] = upper[i] if jump[i] > 0.0 else lower[i]
-                    slope += slopes[i] * (y[i] - x[i])
-            new = energy(
-                y, q, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit, parts
-            )
-            state[VALUES] += 1.0
-            total = new + (_logarithms(y, lower, upper, mu) if mu > 0.0 else 0.0)
-            rounding = _ROUNDING * max(1.0, abs(value))
-            if np.isfinite(total):
-                if abs(slope) <= 100.0 * rounding or (not shifted and negative > 0):
-                    accepted = blind = True  # judged by the gradient
-                elif slope < 0.0 and total <= merit + _ARMIJO * slope + rounding:
-                    accepted = True
-            if accepted:
-                break
-            length *= 0.5
-        if not accepted:
+            used = state[SHIFT] = _least_shift(state[SHIFT], stiffest, linear)
+        walled = mu > 0.0 or steep
+        free = bounded and mu == 0.0
+        _stepped(x, gradient, slopes, bounds, linear, used, stiffest, free, walled, y, step, jump, turned)
+        most = _furthest(x, step, bounds, linear.held, walled, turned)
+        right[:], kept[:] = gradient, x
+        before_value, before = value, residual
+        untried = negative > 0 and not shifted
+        length, value, blind = _searched(
+            x, q, lengths, material, loads, bounds, mu, value, slopes, step, jump, most, untried, walled, state, parts,
+            y,
+        )  # fmt: skip
+        if length == 0.0:
             state[ENDED] = CONVERGED if residual <= tolerance and mu == 0.0 else STUCK
             return
-        while (mu > 0.0 or steep) and not blind and length >= longest and merit - total > _TOO_SHORT * abs(slope):
-            if not 1.5 * length < most:
-                break
-            further = min(2.0 * length, most)
-            slope = 0.0
-            for i in range(x.size):
-                longer[i] = x[i] + further * step[i]
-                slope += slopes[i] * (longer[i] - x[i])
-            reached = energy(
-                longer, q, lengths, code, section, natural, curvature, poisson, gamma, up, force, pulled, frame, limit,
-                parts,
-            )  # fmt: skip
-            state[VALUES] += 1.0
-            lowered = reached + (_logarithms(longer, lower, upper, mu) if mu > 0.0 else 0.0)
-            if not lowered < total:
-                break
-            total, new, length = lowered, reached, further
-            y[:] = longer
         if mu > 0.0:
-            _move_multipliers(x, step, length, lower, upper, held, below, above, mu, y)
+            _move_multipliers(x, step, length, bounds.lower, bounds.upper, linear.held, below, above, mu, y)
         x[:] = y
-        state[ENERGY] = value = new
+        state[ENERGY] = value
         state[ITERATIONS] += 1.0
 
 

@@ -14,9 +14,10 @@ from typing import Any
 
 from ribbon.errors import RibbonInputError
 from ribbon.problems.chained import ChainedProblem
+from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import ipopt, newton, newton_rows
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum, is_constrained
+from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum
 
 #: The minimisers that may be asked for.
 SOLVERS = ("auto", "newton", "ipopt")
@@ -63,16 +64,14 @@ def minimise(
     strip to `newton_rows`; where that finds no step, and for options that it does not know, Ipopt begins at the same
     start, and the message says so.
     """
-    asked: Any = problem
-    if by_recursion(problem, options):
-        found = newton.minimise(asked, start, options, progress, **how)
+    if isinstance(problem, ChainedProblem) and by_recursion(problem, options):
+        found = newton.minimise(problem, start, options, progress, **how)
         arrived = found.residual <= FOUND or spent()
     else:
         known = set(options or {}) <= set(newton_rows.OPTIONS)
-        fits = is_constrained(problem) and hasattr(problem, "elimination")
-        if _asked.get() == "ipopt" or not fits or not known:
+        if _asked.get() == "ipopt" or not isinstance(problem, MixedProblem) or not known:
             return ipopt.minimise(problem, start, options, progress, warm)
-        found = newton_rows.minimise(asked, start, options, progress, warm)
+        found = newton_rows.minimise(problem, start, options, progress, warm)
         # after as many steps as it was given Ipopt, which makes the same ones, has not arrived either
         arrived = found.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST)
     if arrived or _asked.get() == "newton":

@@ -21,7 +21,6 @@ from ribbon.solvers.problem import (
     ConstrainedProblem,
     FloatArray,
     Minimum,
-    is_constrained,
     kkt_residual,
     slack_of,
 )
@@ -45,13 +44,15 @@ _SOLVED = 0
 class _Callbacks:
     """Adapter from a problem to cyipopt's methods: a dense Hessian without rows, a sparse one with them."""
 
-    def __init__(self, problem: Any, progress: Callable[[int, float, float], None] | None) -> None:
+    def __init__(
+        self, problem: BoundedProblem | ConstrainedProblem, progress: Callable[[int, float, float], None] | None
+    ) -> None:
         self.problem = problem
         self.progress = progress
         self.iterations = 0
         self.error: Exception | None = None
         self._refused = wrapper().CyIpoptEvaluationError
-        self.constrained: Any = problem if is_constrained(problem) else None
+        self.constrained = problem.rows
         if self.constrained is None:
             self._structure: tuple[Any, Any] = np.tril_indices(problem.size)
         else:
@@ -131,7 +132,7 @@ def minimise(
     """
     lower, upper = problem.bounds()
     below, above = np.empty(0), np.empty(0)
-    constrained: Any = problem if is_constrained(problem) else None
+    constrained = problem.rows
     if constrained is not None:
         below, above = constrained.constraint_bounds()
     x0 = np.clip(start, lower, upper)

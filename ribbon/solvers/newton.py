@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ribbon.energies import dispatch
+from ribbon.problems.arguments import Loads, Material
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import budget, chained_newton
 from ribbon.solvers.problem import NEWTON, FloatArray, Minimum, force_scale, kkt_residual
@@ -38,19 +39,10 @@ def reach(problem: ChainedProblem) -> float:
     return 1.0 if np.isfinite(out[0]) and out[0] < 1e6 else _REACH
 
 
-def arguments(problem: ChainedProblem) -> tuple[Any, ...]:
-    """What `chained_newton.descend` asks of a problem, between the unknowns and the tolerance."""
+def arguments(problem: ChainedProblem) -> tuple[FloatArray, Material, Loads, chained_newton.Bounds]:
+    """What `chained_newton.descend` asks of a problem."""
     lower, upper = problem.bounds()
-    gamma, up = problem.strip.gamma if problem.has_gravity else 0.0, np.zeros(3)
-    if problem.gravity is not None:
-        up = np.asarray(problem.gravity.up, dtype=float)
-    fields = problem.fields
-    return (
-        problem.lengths, fields.code, fields.section, problem.has_natural_curvature,
-        np.asarray(problem.strip.curvature), problem.strip.poisson, float(gamma), up,
-        np.asarray(problem.tip or (0.0, 0.0, 0.0)), problem.tip is not None, problem.clamp.frame,
-        problem.exponent_limit, lower, upper, reach(problem),
-    )  # fmt: skip
+    return problem.lengths, problem.material, problem.loads, chained_newton.Bounds(lower, upper, reach(problem))
 
 
 def minimise(
@@ -71,7 +63,7 @@ def minimise(
     x = np.array(start, dtype=float)
     state, gradient = np.zeros(chained_newton.STATE), np.full(x.size, np.nan)
     below, above = np.zeros((2, x.size))
-    given = arguments(problem)
+    lengths, material, loads, bounds = arguments(problem)
     if near:
         state[chained_newton.BARRIER] = -1.0
     tolerance = (ROUGH if rough else TOLERANCE) * force_scale(problem)
@@ -80,15 +72,14 @@ def minimise(
     # where someone looks on, or no time is left, the start is looked at alone
     together = 0 if progress is not None or budget.spent() else min(stretch, most)
     while True:
-        _descend(x, *given, tolerance, good, together, state, gradient, below, above)
+        _descend(x, lengths, material, loads, bounds, (tolerance, good), together, state, gradient, below, above)
         ended, steps = int(state[chained_newton.ENDED]), int(state[chained_newton.ITERATIONS])
         if progress is not None:
             progress(steps, float(state[chained_newton.ENERGY]), float(state[chained_newton.RESIDUAL]))
         if ended != chained_newton.GOING or steps >= most or budget.spent():
             break
         together = 1 if progress is not None else min(stretch, most - steps)
-    lower, upper = given[-3], given[-2]
-    held = (x <= lower) & (gradient > 0.0) | (x >= upper) & (gradient < 0.0)
+    held = (x <= bounds.lower) & (gradient > 0.0) | (x >= bounds.upper) & (gradient < 0.0)
     multipliers = np.where(held, gradient, 0.0)
     problem.counters.value += int(state[chained_newton.VALUES])
     problem.counters.gradient += int(state[chained_newton.DERIVATIVES])

@@ -1,14 +1,17 @@
-"""What a minimiser may ask of a problem."""
+"""Where a minimiser stops, and how exact that is (what it may ask of a problem: `ribbon.problems.protocol`)."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
+
+from ribbon.problems.protocol import BoundedProblem as BoundedProblem
+from ribbon.problems.protocol import ConstrainedProblem as ConstrainedProblem
+from ribbon.problems.protocol import SmoothProblem as SmoothProblem
 
 FloatArray = NDArray[np.float64]
 
@@ -16,65 +19,17 @@ FloatArray = NDArray[np.float64]
 RESIDUAL_TOLERANCE = 1e-8
 
 
-class BoundedProblem(Protocol):
-    """A smooth function of `size` unknowns between bounds."""
-
-    @property
-    def size(self) -> int: ...
-
-    def bounds(self) -> tuple[FloatArray, FloatArray]: ...
-
-    def value(self, x: FloatArray) -> float: ...
-
-    def gradient(self, x: FloatArray) -> FloatArray: ...
-
-    def hessian(self, x: FloatArray) -> FloatArray: ...
-
-
-class ConstrainedProblem(Protocol):
-    """A bounded problem with rows ``lower <= c(x) <= upper``; Jacobian and Hessian sparse, in a fixed structure."""
-
-    @property
-    def size(self) -> int: ...
-
-    def bounds(self) -> tuple[FloatArray, FloatArray]: ...
-
-    def value(self, x: FloatArray) -> float: ...
-
-    def gradient(self, x: FloatArray) -> FloatArray: ...
-
-    def constraint_bounds(self) -> tuple[FloatArray, FloatArray]: ...
-
-    def constraints(self, x: FloatArray) -> FloatArray: ...
-
-    def jacobian_structure(self) -> tuple[Any, Any]: ...
-
-    def jacobian(self, x: FloatArray) -> FloatArray: ...
-
-    def hessian_structure(self) -> tuple[Any, Any]: ...
-
-    def hessian(self, x: FloatArray, multipliers: FloatArray, factor: float = 1.0) -> FloatArray: ...
-
-    def jacobian_matrix(self, x: FloatArray) -> Any: ...
-
-
-def is_constrained(problem: object) -> bool:
-    """Whether the problem has rows of constraints."""
-    return hasattr(problem, "constraint_bounds")
-
-
-def violation(problem: object, x: FloatArray) -> float:
+def violation(problem: SmoothProblem, x: FloatArray) -> float:
     """Largest violation of the rows; 0 for a problem without rows."""
-    if not is_constrained(problem):
+    if problem.rows is None:
         return 0.0
-    constrained: Any = problem
-    below, above = constrained.constraint_bounds()
-    c = constrained.constraints(x)
+    below, above = problem.rows.constraint_bounds()
+    c = problem.rows.constraints(x)
     return float(np.max(np.maximum(below - c, c - above), initial=0.0))
 
 
 #: What a stationary point may have been found by: Newton's recursion along the strip (`newton`, `newton_rows`,
-#: `settle`), Newton's iteration with a dense Hessian (`approach`), Ipopt; or by nothing, where it was known.
+#: `newton_near`), Newton's iteration with a dense Hessian (`approach`), Ipopt; or by nothing, where it was known.
 NEWTON, DENSE, IPOPT, KNOWN = SOLVERS = ("Newton", "Newton, dense", "Ipopt", "none")
 
 
@@ -163,7 +118,7 @@ def approach(problem: BoundedProblem, x: FloatArray, tolerance: float, steps: in
 
 
 def kkt_residual(
-    problem: BoundedProblem | ConstrainedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray | None = None
+    problem: SmoothProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray | None = None
 ) -> float:
     """First-order optimality of x, in units of D w / l per unit of an unknown, over `force_scale`.
 
@@ -176,8 +131,8 @@ def kkt_residual(
     free = lower < upper
     gradient = problem.gradient(x)
     violation = 0.0
-    if rows is not None and rows.size:
-        constrained: Any = problem
+    constrained = problem.rows
+    if constrained is not None and rows is not None and rows.size:
         gradient = gradient + constrained.jacobian_matrix(x).T @ rows
         below, above = constrained.constraint_bounds()
         c = constrained.constraints(x)
@@ -200,19 +155,19 @@ SLACK = 1e-4
 OF_SLACK = 1e-4
 
 
-def slack_of(problem: object) -> float | None:
+def slack_of(problem: SmoothProblem) -> float | None:
     """Slack (l) between held ends where there is little (`SLACK`) and more than none; None otherwise."""
-    slack: float | None = getattr(problem, "slack", None)
+    slack = problem.slack
     return slack if slack is not None and 0.0 < slack < SLACK else None
 
 
-def force_scale(problem: object) -> float:
+def force_scale(problem: SmoothProblem) -> float:
     """The unit of a problem's residual: 1, or for a strip of great weight or curl a millionth of Gamma + K^2.
 
     Between ends that leave a slack d the weight pulls like a string's: half of int v'^2 is d, whence a tension of up to
     Gamma / sqrt(24 d) (H. M. Irvine, Cable Structures, 1981, eq. 2.21), which counts like Gamma.
     """
-    strip: Any = getattr(problem, "strip", None)
+    strip = problem.strip
     if strip is None:
         return 1.0
     slack = slack_of(problem)
@@ -220,7 +175,7 @@ def force_scale(problem: object) -> float:
     return max(1.0, _FORCES * (strip.gamma + pull + max(k * k for k in strip.curvature)))
 
 
-def row_scale(problem: object) -> float:
+def row_scale(problem: SmoothProblem) -> float:
     """The unit of the rows' violation: 1, or where held ends leave a slack below `SLACK` its part of that.
 
     A row missed by e changes a slack d, and with it the energy of an arch and the square of its height, by the part

@@ -187,6 +187,15 @@ class ChainedClampedProblem:
         object.__setattr__(self, "_chain", chain)
 
     @property
+    def rows(self) -> ChainedClampedProblem:
+        """All of it has rows: those of the clamp at the end."""
+        return self
+
+    @property
+    def slack(self) -> None:
+        """Residuals are measured as without."""
+
+    @property
     def size(self) -> int:
         """Number of unknowns, 2 p + 2."""
         return self._chain.size

@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
@@ -100,6 +101,11 @@ class _Counted:
     limits: Limits
     counts: dict[str, int] = field(default_factory=lambda: {"value": 0, "gradient": 0, "hessian": 0})
     clock: float = field(default_factory=time.perf_counter)
+
+    #: No rows, and residuals as they are.
+    rows: ClassVar[None] = None
+    strip: ClassVar[None] = None
+    slack: ClassVar[None] = None
 
     @property
     def size(self) -> int:

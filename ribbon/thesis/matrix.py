@@ -153,6 +153,16 @@ class MatrixProblem:
         object.__setattr__(self, "_twin", twin)
 
     @property
+    def rows(self) -> MatrixProblem:
+        """All of it has rows."""
+        return self
+
+    @property
+    def slack(self) -> float | None:
+        """As the mixed problem has it."""
+        return self._twin.slack
+
+    @property
     def size(self) -> int:
         """Number of unknowns, 16 p and one for every pressure plate."""
         return self.layout.size
@@ -353,10 +363,7 @@ class MatrixProblem:
             q = self.parameters(x)
             local, states = np.empty((p, 15)), np.empty((p, 18 if exact else 15 if gamma else 12, 15))
             weight, tail = np.empty((p if gamma else 1, 3, 15)), np.empty((5, 3, 15))
-            chained_kernels.local_derivatives(
-                q, self.lengths, CODES[self.energy], (*self.strip.section, 0.0), self.has_natural_curvature,
-                np.asarray(self.strip.curvature), self.strip.poisson, local,
-            )  # fmt: skip
+            chained_kernels.local_derivatives(q, self.lengths, self._twin.material, local)
             walk(q, self.lengths, self.exponent_limit, states)
             self.counters.series += p
             if gamma:

@@ -202,9 +202,9 @@ IN_A_KERNEL = """
 import os, sys, threading
 number = int(sys.argv[1])
 sys.argv = ["ribbonbench", *sys.argv[2:]]
-import compare.scene.scene, ribbon.find.solve
+import compare.scene.scene, ribbon.find.solving.check
 from ribbon.solvers import newton
-for module, name in ((compare.scene.scene, "check_known"), (ribbon.find.solve, "check_known")):
+for module, name in ((compare.scene.scene, "check_known"), (ribbon.find.solving.check, "check_known")):
     setattr(module, name, lambda found: None)
 whole = newton.minimise
 def endless(*rest, **more):

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ribbon import Clamp, Gravity, RibbonInputError, Session, Status, Strip, solve
-from ribbon.find import continuation
+from ribbon.find.solving import search
 
 ARCH = (-3, 3, 3, -3)
 
@@ -93,14 +93,14 @@ def test_a_move_out_of_reach_is_refused_and_a_failed_step_keeps_the_last_state(m
         session.move(end=Clamp((0.0, 0.0, 0.6), ruling="straight"))
     assert session.state is before
     goal = Clamp((0.02, 0.05, 0.38), ruling="straight")
-    real = continuation.solve_from
+    real = search.from_state
 
-    def failing(problem, x, **keywords):
-        found = real(problem, x, **keywords)
+    def failing(problem, x, *how):
+        found = real(problem, x, *how)
         gone = problem.end.position[2] < 0.39 - 1e-9
         return replace(found, status=Status.NOT_CONVERGED, message="no more") if gone else found
 
-    monkeypatch.setattr(continuation, "solve_from", failing)
+    monkeypatch.setattr(search, "from_state", failing)
     moved = session.move(end=goal, steps=4)
     assert moved.status == "stopped"
     assert not moved.ok
@@ -108,6 +108,22 @@ def test_a_move_out_of_reach_is_refused_and_a_failed_step_keeps_the_last_state(m
     assert session.state.ok
     assert session.state.problem.end.position[2] == pytest.approx(0.39)
     assert not all(entry["accepted"] for entry in moved.log)
+
+
+def test_a_move_keeps_all_that_the_ribbon_was_asked_for():
+    """The stiffness of a narrow plate and no bending in its own plane, of which a moved problem said nothing once."""
+    session = Session(
+        Strip(1.0, 0.05, 0.3, gamma=2.0, thickness=1e-3), Clamp(ruling=None), Gravity((1, 0, 0)), energy="kirchhoff",
+        stiffness="plate", in_plane=False, held_by="constraints", segments=8,
+    )  # fmt: skip
+    assert session.move(gamma=4.0, steps=1).ok
+    fresh = solve(
+        replace(session.state.problem.strip, gamma=4.0), Clamp(ruling=None), Gravity((1, 0, 0)), energy="kirchhoff",
+        stiffness="plate", in_plane=False, segments=8, formulation="mixed",
+    )  # fmt: skip
+    assert session.state.energy.total == pytest.approx(fresh.energy.total, rel=1e-9)
+    problem = session.state.problem
+    assert (problem.stiffness, problem.in_plane, problem.held_by) == ("plate", False, "constraints")
 
 
 def test_an_arch_snaps_through():

@@ -7,7 +7,8 @@ import pytest
 
 from compare.models import solve as solve_scene
 from compare.scene.scene import load
-from ribbon.find.softened import SoftenedProblem, soften
+from ribbon.find.softened import soften, softened
+from ribbon.notes import Note
 
 SCENE = load("limits_7_3").replace(
     {"clamp.start.ruling": "straight", "shell.clamp": "edge", "model.elements": 12, "model.grading": "clamp"}
@@ -20,7 +21,7 @@ def equilibrium(formulation="chained", **keys):
 
 def dense(problem, x):
     """The Hessian of the energy alone, symmetric."""
-    if not hasattr(problem, "constraint_bounds"):
+    if problem.rows is None:
         return problem.hessian(x)
     rows, columns = problem.hessian_structure()
     entries = problem.hessian(x, np.zeros(problem.constraint_bounds()[0].size))
@@ -33,7 +34,7 @@ def dense(problem, x):
 @pytest.mark.parametrize("curvature", [0.0, 3.0])
 def test_derivatives(formulation, curvature):
     found = equilibrium(formulation, **{"strip.natural_curvature": curvature})
-    problem, x = SoftenedProblem(found.problem, 1e-3), found.x
+    problem, x = softened(found.problem, 1e-3), found.x
     rng = np.random.default_rng(0)
     way, step = 1e-2 * rng.standard_normal(x.size), 1e-4
     slope = (problem.value(x + step * way) - problem.value(x - step * way)) / (2 * step)
@@ -45,9 +46,9 @@ def test_derivatives(formulation, curvature):
 
 def test_the_inner_problem_is_still_there():
     found = equilibrium()
-    problem = SoftenedProblem(found.problem, 1e-3)
+    problem = softened(found.problem, 1e-3)
     assert problem.size == found.problem.size
-    assert not hasattr(problem, "constraint_bounds")
+    assert problem.rows is None
     assert problem.value(found.x) < found.problem.value(found.x)  # it gains
 
 
@@ -56,6 +57,20 @@ def test_both_formulations_soften_alike():
     assert chained is not None
     assert mixed is not None
     np.testing.assert_allclose(chained.end.position, mixed.end.position, atol=1e-6)
+
+
+@pytest.mark.parametrize("formulation", ["chained", "mixed"])
+def test_a_softened_state_tells_its_own_numbers(formulation):
+    """Energies of the ribbon at the softened shape, above its own minimum, and no stability that was not judged."""
+    found = equilibrium(formulation)
+    there = soften(found, 1e-3)
+    assert there is not None
+    assert there.energy.total == pytest.approx(found.problem.value(there.x), rel=1e-12)
+    assert there.energy.total > found.energy.total + 1e-6
+    assert there.stable is None
+    assert np.isnan(there.lowest_eigenvalue)
+    assert there.notes == (Note.SOFTENED,)
+    assert there.problem is found.problem
 
 
 def test_a_thin_strip_is_not_softened():

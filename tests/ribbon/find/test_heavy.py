@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, Status, Strip, solve
-from ribbon.find import climb, seeds
+from ribbon.find import doubling, seeds
 from ribbon.find.adaptive import solve_to_tolerance
 from ribbon.find.solve import build
 from ribbon.judge.stability import negative
@@ -130,9 +130,9 @@ def test_more_energy_than_at_the_start_is_told():
     heavy = problem(1e6, segments=40)
     hangs = solve(Strip(1.0, 0.05, 0.4, 0.0, 1e6), Clamp(), UP, segments=40)
     straight = heavy.state(np.zeros(41), np.zeros(41))
-    assert climb.above(heavy, straight, hangs.x)
-    assert not climb.above(heavy, hangs.x, straight)
-    assert not climb.above(heavy, hangs.x, hangs.x)
+    assert doubling.above(heavy, straight, hangs.x)
+    assert not doubling.above(heavy, hangs.x, straight)
+    assert not doubling.above(heavy, hangs.x, hangs.x)
 
 
 @pytest.mark.parametrize("ratio", [1e4, 1e6, 1e8, 1e10, 1e12])

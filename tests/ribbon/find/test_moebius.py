@@ -105,7 +105,7 @@ def test_the_event_s_edges_on_a_curve_that_is_known():
 def test_a_band_that_nothing_holds_says_that_its_start_chooses_its_state():
     """Turned with its table, the band begins as before and ends otherwise: it lies as it fell, not on edge."""
     from ribbon import Clamp, Closure, Gravity, Strip, Wall, solve
-    from ribbon.find.solve import FREE_BAND_WORDS
+    from ribbon.notes import Note
 
     strip, low = Strip(1.0, 0.1, 0.5, gamma=10.0), -0.2
     energies = []
@@ -113,9 +113,11 @@ def test_a_band_that_nothing_holds_says_that_its_start_chooses_its_state():
         table = Wall(tuple(low * x for x in up), up)
         found = solve(strip, gravity=Gravity(up), closure=Closure("moebius"), walls=[table], segments=20)
         if found.ok:
-            assert found.message.endswith(FREE_BAND_WORDS)
+            assert found.notes[-1] is Note.FREE_BAND
+            assert found.message.endswith(Note.FREE_BAND.text())
             energies.append(found.energy.total - strip.gamma * low)
     assert energies
     held = solve(strip, Clamp(), Gravity((0.0, 1.0, 0.0)), closure=Closure("moebius"), segments=20)
     assert held.ok
-    assert FREE_BAND_WORDS not in held.message
+    assert Note.FREE_BAND not in held.notes
+    assert "nothing holds the band" not in held.message

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, RibbonInputError, Status, Strip, refine, solve
+from ribbon.notes import Note
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import ipopt
+from ribbon.solvers.budget import SPENT
 
 HALF = 2**-0.5
 CLAMP = Clamp((0, 0, 0), (0, 0, 1), (-HALF, HALF, 0), ruling="free")
@@ -306,3 +308,16 @@ def test_other_bad_input():
         data = {"young": 1e9, "density": 1e3, "thickness": 1e-4, key: value}
         with pytest.raises(RibbonInputError, match=key):
             Strip.from_material(1.0, 0.1, poisson=0.3, **data)
+
+
+def test_a_message_is_made_of_its_notes():
+    """Every code stands for a sentence that is there, and no sentence stands without its code."""
+    strip = Strip(1.0, 0.05, 0.3, natural_curvature=3.0, gamma=20.0)
+    taut = solve(Strip(1.0, 0.05), Clamp(), end=Clamp((0, 0, 1.0)), segments=8)
+    late = solve(strip, Clamp(), Gravity((1, 0, 0)), segments=8, budget=1e-9)
+    held = solve(strip, Clamp(), Gravity((1, 0, 0)), segments=8)
+    assert taut.notes == (Note.NO_TENSION,)
+    assert taut.message == f"{taut.status.value}; {Note.NO_TENSION.text(why=taut.forces_why)}"
+    assert late.notes == (Note.STOPPED,)
+    assert late.message == Note.STOPPED.text(status=late.status.value, why=SPENT)
+    assert (held.notes, held.message) == ((), held.status.value)

@@ -7,7 +7,7 @@ import pytest
 
 from ribbon import Clamp, Gravity, Strip, Wall
 from ribbon.find.solve import build
-from ribbon.problems.layout import ChainedLayout, GluedLayout, MatrixLayout, at_joints
+from ribbon.problems.layout import ChainedLayout, MatrixLayout, MixedLayout, at_joints
 from ribbon.thesis.matrix import MatrixProblem
 
 SEGMENTS = 4
@@ -48,7 +48,7 @@ def test_a_shape_is_stored_and_read_back(formulation, shape):
 
 
 def test_every_column_of_a_glued_ribbon_has_one_name():
-    layout = GluedLayout(SEGMENTS, plates=2)
+    layout = MixedLayout(SEGMENTS, plates=2)
     seen = np.zeros(layout.size, dtype=int)
     for part in (layout.omega, layout.eta, layout.slope, layout.heights):
         seen[part] += 1
@@ -79,7 +79,7 @@ def test_every_column_of_the_other_formulations_has_one_name():
 
 
 def test_views_write_into_the_unknowns_and_refuse_others():
-    layout = GluedLayout(SEGMENTS)
+    layout = MixedLayout(SEGMENTS)
     x = np.zeros(layout.size)
     layout.positions(x)[:] += [1.0, 2.0, 3.0]
     assert x.sum() == 6.0 * (SEGMENTS + 1)

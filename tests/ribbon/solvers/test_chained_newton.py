@@ -26,20 +26,21 @@ def started(problem):
 
 
 def factored(problem, x):
-    """What `riccati.factor` takes at x, but for the shift: before it, and behind it."""
+    """What `riccati.factor` takes at x, but for the shift: before it, and behind it; all of it as `Linear`."""
     local, u, v = problem.jets(x)
     p, lower, upper = problem.lengths.size, *problem.bounds()
     behind = np.zeros(x.size), lower == upper, np.empty((p, 2, 5)), np.empty((p, 2, 2)), np.empty((2, 2))
-    return (problem.lengths, local, problem.is_loaded, u, v), behind
+    before = problem.lengths, local, problem.is_loaded, u, v
+    return before, behind, chained_newton.Linear(*before, *behind)
 
 
 @pytest.mark.parametrize("last", [0.0, 1e-9, 0.3, 1e6])
 def test_a_shift_is_enough_and_little_more(last):
     problem = heavy(300.0, 1.0)
     x = started(problem)
-    before, behind = factored(problem, x)
+    before, behind, linear = factored(problem, x)
     assert riccati.factor(*before, 0.0, *behind) > 0
-    shift = chained_newton._least_shift(last, 10.0, *before, *behind)
+    shift = chained_newton._least_shift(last, 10.0, linear)
     kept = [array.copy() for array in behind[2:]]
     assert riccati.factor(*before, shift, *behind) == 0
     for array, found in zip(kept, behind[2:], strict=True):  # the factors are those of the shift
@@ -58,16 +59,15 @@ def test_a_ruling_at_its_bound_does_not_shorten_the_step_of_the_others():
     x[place] = upper[place] * (1.0 - 1e-3)
     slopes = 1e-2 * np.cos(np.arange(x.size))
     slopes[place] = -1e3
-    before, behind = factored(problem, x)
-    extra, held = behind[:2]
+    before, behind, linear = factored(problem, x)
+    held = behind[1]
     step, turned = np.empty(x.size), np.empty(3)
-    shift = chained_newton._least_shift(0.0, 100.0, *before, *behind)
+    shift = chained_newton._least_shift(0.0, 100.0, linear)
     right = -slopes
     riccati.solve(before[0], before[2], before[3], *behind[2:], right, step, turned)
     assert step[place] > upper[place] - x[place]
-    chained_newton._inside(
-        *before, shift, extra, held, *behind[2:], x, slopes, lower, upper, 1e10, right, step, turned
-    )  # fmt: skip
+    bounds = chained_newton.Bounds(lower, upper, 1.0)
+    chained_newton._inside(linear, shift, x, slopes, bounds, 1e10, right, step, turned)
     way = chained_newton._SHARE * (upper[place] - x[place])
     assert step[place] == pytest.approx(way, rel=1e-4)
     free = ~held
@@ -103,7 +103,7 @@ def test_a_call_ends_soon_where_series_are_long():
         state, gradient = np.zeros(chained_newton.STATE), np.empty(x.size)
         below, above = np.zeros((2, x.size))
         given = newton.arguments(problem)
-        chained_newton.descend(x, *given, 0.0, 0.0, 200, state, gradient, below, above)
+        chained_newton.descend(x, *given, (0.0, 0.0), 200, state, gradient, below, above)
         assert state[chained_newton.DERIVATIVES] <= most + 1
         assert state[chained_newton.ITERATIONS] <= most
 

@@ -179,7 +179,7 @@ def _alone(reading: str, name: str, energy: str, p: int) -> Clamped:
     m = ipopt.minimise(problem, x, {"max_cpu_time": ALONE_SECONDS})
     status = "not_converged"
     if m.residual < RESIDUAL_TOLERANCE:
-        stable = stability.check_glued(problem, m.x, m.multipliers, m.rows).stable
+        stable = stability.check_mixed(problem, m.x, m.multipliers, m.rows).stable
         status = "converged" if stable else "saddle"
     seconds = time.process_time() - clock
     eta = float(np.abs(m.x[problem.layout.eta]).max())
@@ -349,7 +349,7 @@ def costs() -> dict[str, list[tuple[int, list[float]]]]:
         for p in counts:
             problem, x = _bare(_arguments(HANGING, formulation=formulation, elements=p))
             points = (x + 1e-3, x + 1.001e-3)
-            glued = hasattr(problem, "constraints")
+            glued = problem.rows is not None
             rows = np.full(problem.constraint_bounds()[0].size, 0.1) if glued else None
 
             def value(k: int, problem=problem, points=points, glued=glued) -> None:

@@ -16,8 +16,9 @@ from compare.models.ribbon.way import run_way
 from compare.scene.scene import load
 from ribbon import Clamp, Closure, Equilibrium, Gravity, Strip, Wall, solve
 from ribbon.errors import RibbonInputError
-from ribbon.find import climb, relax
-from ribbon.find.solve import build, check_carried
+from ribbon.find import doubling, relax
+from ribbon.find.solve import build
+from ribbon.find.solving import check
 from ribbon.judge import reduction
 from ribbon.judge.spectrum import SecondVariation
 from ribbon.problems import transfer
@@ -260,19 +261,19 @@ def nested(name: str, segments: int) -> dict[str, Any]:
         found = solve(*first, **arguments, segments=p, formulation="mixed")
         return found, time.process_time() - clock
 
-    run(4 * climb.FEWEST)  # loads the kernels
+    run(4 * doubling.FEWEST)  # loads the kernels
     found, seconds = run(segments)
-    few = climb.few(found.problem).lengths.size  # type: ignore[arg-type]
+    few = doubling.few(found.problem).lengths.size  # type: ignore[arg-type]
     out = {
         "seconds": seconds, "few": few, "few_seconds": run(few)[1], "moved": found.moved, "residual": found.residual,
         "eigenvalue": found.lowest_eigenvalue, "stability": found.seconds["stability"],
     }  # fmt: skip
     if segments < MANY:
-        asked, climb.can = climb.can, lambda *_: False
+        asked, doubling.is_possible = doubling.is_possible, lambda *_: False
         try:
             other, out["long"] = run(segments)
         finally:
-            climb.can = asked
+            doubling.is_possible = asked
         out["apart"] = float(np.abs(found.problem.joints(found.x)[0] - other.problem.joints(other.x)[0]).max())
     return out
 
@@ -280,7 +281,7 @@ def nested(name: str, segments: int) -> dict[str, Any]:
 def falls(arguments: dict[str, Any]) -> bool:
     """Whether nothing carries the weight, so that there is no equilibrium."""
     try:
-        check_carried(build(**arguments))
+        check.carried(build(**arguments))
     except RibbonInputError:
         return True
     return False

@@ -13,7 +13,7 @@ import numpy as np
 from compare.models.ribbon.build import ribbon_clamp, ribbon_gravity
 from compare.scene.scene import Scene, load
 from ribbon import Equilibrium, Strip, refine, solve
-from ribbon.find.solve import split_state
+from ribbon.find.solving.refine import split_state
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.thesis.descent import Limits, newton_or_gradient, newton_shifted
 from tests.reference.strong_form import Solution, StrongForm, collocate, continued

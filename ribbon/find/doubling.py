@@ -1,27 +1,28 @@
-"""A glued problem of many segments from its state on few: every doubling takes a few steps along the strip.
+"""A mixed problem of many segments from its state on few: every doubling takes a few steps along the strip.
 
 The state on half the segments is prolonged with its multipliers (`ribbon.problems.prolonged`) and followed
-(`ribbon.solvers.settle`). That is done only where it is safe: Newton's iteration is asked for, nothing is in contact,
-and each state is a strict minimum near that before; a doubling that does not end so is made with a barrier and a line
-search, and where that leads far away, or up, nothing is returned and who asks goes the long way. How far the joints
-move in the last doubling is more than what is still missing wherever halving the segments at least halves the error
-(`Minimum.moved`, as `ribbon.find.nested` has it for chained ribbons).
+(`ribbon.solvers.newton_near`). That is done only where it is safe: Newton's iteration is asked for, nothing is in
+contact, and each state is a strict minimum near that before; a doubling that does not end so is made with a barrier and
+a line search, and where that leads far away, or up, nothing is returned and the search is made as without. How far the
+joints move in the last doubling is more than what is still missing wherever halving the segments at least halves the
+error (`Minimum.moved`, as `ribbon.find.nested` has it for chained ribbons).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.problems import prolonged
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.protocol import Problem
 from ribbon.problems.transfer import merged
 from ribbon.solvers import choose
+from ribbon.solvers.newton_near import minimum_near
 from ribbon.solvers.problem import Minimum, kkt_residual
-from ribbon.solvers.settle import settle
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +42,7 @@ _SAME, _HIGHER = 1e-6, 1e-4
 ROUGH, EXACT = 1e-6, 1e-10
 
 
-def can(problem: Any, options: dict[str, Any] | None) -> bool:
+def is_possible(problem: Problem, options: dict[str, Any] | None) -> TypeGuard[MixedProblem]:
     """Whether states of the problem can be followed from few segments to many."""
     return (
         isinstance(problem, MixedProblem)
@@ -60,21 +61,21 @@ def few(problem: MixedProblem) -> MixedProblem:
     return problem.with_changes(lengths=lengths)
 
 
-def doubled(coarse: MixedProblem, found: Minimum, problem: MixedProblem, rough: bool = False) -> Minimum | None:
+def doubled(coarse: MixedProblem, minimum: Minimum, problem: MixedProblem, rough: bool = False) -> Minimum | None:
     """The minimum of `problem` beside that of `coarse`, whose segments its own are cut from; `moved`: their joints."""
-    x = prolonged.shape(coarse, found.x, problem)
+    x = prolonged.shape(coarse, minimum.x, problem)
     if not np.all(np.isfinite(x)):
         return None
-    rows = prolonged.multipliers(coarse, found.rows, problem, x)
-    fine = settle(problem, x, rows, ROUGH if rough else EXACT)
-    if fine is None or _higher(coarse, found, problem, fine):
+    rows = prolonged.multipliers(coarse, minimum.rows, problem, x)
+    fine = minimum_near(problem, x, rows, ROUGH if rough else EXACT)
+    if fine is None or _higher(coarse, minimum, problem, fine):
         return None
-    moved = _moved(coarse, found, problem, fine)
+    moved = _moved(coarse, minimum, problem, fine)
     if moved is None:
         return None
     residual = fine.residual if rough else kkt_residual(problem, fine.x, fine.multipliers, fine.rows)
     return replace(
-        fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved,
+        fine, iterations=fine.iterations + minimum.iterations, seconds=fine.seconds + minimum.seconds, moved=moved,
         residual=residual,
     )  # fmt: skip
 
@@ -86,14 +87,14 @@ def nested(coarse: MixedProblem, problem: MixedProblem) -> bool:
     return bool(np.minimum(np.abs(s[beside] - t), np.abs(s[beside - 1] - t)).max() <= _ROUNDING)
 
 
-def climbed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Minimum | None:
+def by_doublings(coarse: MixedProblem, minimum: Minimum, problem: MixedProblem) -> Minimum | None:
     """The minimum of `problem` above that of `coarse`, which nests in it, by doublings where those lead there."""
     steps = [problem.lengths]
     while steps[-1].size >= 2 * coarse.lengths.size:
         steps.append(merged(steps[-1]))
     if steps[-1].size != coarse.lengths.size or not np.allclose(steps[-1], coarse.lengths, rtol=0.0, atol=_ROUNDING):
         steps = [problem.lengths, coarse.lengths]
-    last = found
+    last = minimum
     for lengths in reversed(steps[:-1]):
         fine = problem if lengths is problem.lengths else problem.with_changes(lengths=lengths)
         above = doubled(coarse, last, fine, rough=fine is not problem)
@@ -106,19 +107,19 @@ def climbed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Mini
     return last
 
 
-def _relaxed(coarse: MixedProblem, found: Minimum, problem: MixedProblem) -> Minimum | None:
+def _relaxed(coarse: MixedProblem, minimum: Minimum, problem: MixedProblem) -> Minimum | None:
     """As `doubled`, by Newton's iteration with its barrier and its line search: while segments are few rulings may
     turn far in a doubling."""
-    fine = choose.minimise(problem, prolonged.shape(coarse, found.x, problem), {"mu_init": _BARRIER})
-    moved = _moved(coarse, found, problem, fine)
-    if not fine.finished or moved is None or _higher(coarse, found, problem, fine):
+    fine = choose.minimise(problem, prolonged.shape(coarse, minimum.x, problem), {"mu_init": _BARRIER})
+    moved = _moved(coarse, minimum, problem, fine)
+    if not fine.finished or moved is None or _higher(coarse, minimum, problem, fine):
         return None
     return replace(
-        fine, iterations=fine.iterations + found.iterations, seconds=fine.seconds + found.seconds, moved=moved
+        fine, iterations=fine.iterations + minimum.iterations, seconds=fine.seconds + minimum.seconds, moved=moved
     )
 
 
-def above(problem: Any, x: FloatArray, start: FloatArray) -> bool:
+def above(problem: Problem, x: FloatArray, start: FloatArray) -> bool:
     """Whether a minimum x (n,) has clearly more energy than the shape `start` (n,), that of a coarser one, say.
 
     The shapes nest, and a minimiser goes down: x is then another state than that which it began beside."""
@@ -126,19 +127,20 @@ def above(problem: Any, x: FloatArray, start: FloatArray) -> bool:
     return bool(np.isfinite(there) and here > there + _SAME * max(1.0, abs(there)))
 
 
-def _higher(coarse: MixedProblem, found: Minimum, problem: MixedProblem, fine: Minimum) -> bool:
+def _higher(coarse: MixedProblem, minimum: Minimum, problem: MixedProblem, fine: Minimum) -> bool:
     """Whether the finer minimum has clearly more energy than the coarse one, which its segments contain: another one.
 
     The rules of both differ where rulings are steep, so that this is coarser than `above`."""
-    there = coarse.value(found.x)
+    there = coarse.value(minimum.x)
     return bool(problem.value(fine.x) > there + _HIGHER * max(1.0, abs(there)))
 
 
-def _moved(coarse: MixedProblem, found: Minimum, problem: MixedProblem, fine: Minimum) -> float | None:
+def _moved(coarse: MixedProblem, minimum: Minimum, problem: MixedProblem, fine: Minimum) -> float | None:
     """How far (l) the joints of `coarse` went; None where that is too far, or rulings turned too far."""
-    there, here = coarse.layout.positions(found.x), problem.layout.positions(fine.x)
+    there, here = coarse.layout.positions(minimum.x), problem.layout.positions(fine.x)
     s = prolonged.joints(problem.lengths)
     kept = np.clip(np.searchsorted(s, prolonged.joints(coarse.lengths) - 0.5 * problem.lengths.min()), 0, s.size - 1)
     moved = float(np.linalg.norm(there - here[kept], axis=1).max())
-    steep, before = (float(np.abs(each.joint_values(y)[1]).max()) for each, y in ((problem, fine.x), (coarse, found.x)))
+    both = ((problem, fine.x), (coarse, minimum.x))
+    steep, before = (float(np.abs(each.joint_values(y)[1]).max()) for each, y in both)
     return moved if moved <= NEAR and steep <= before + _TURNS else None

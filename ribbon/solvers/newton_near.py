@@ -101,7 +101,7 @@ class Iterate:
         return x, y
 
 
-def settle(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: float) -> Minimum | None:
+def minimum_near(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: float) -> Minimum | None:
     """The minimum beside x (n,) with multipliers rows (m,), to a residual of `tolerance`; None where it is not found.
 
     Its `residual` is the largest, without scale. problem: without walls. No bound is active there: the energy is
@@ -173,7 +173,7 @@ def _solved(at: Iterate, x: FloatArray, y: FloatArray, first: int, last: int, le
     free = np.zeros(part.size, dtype=bool)
     free[JOINT : end + JOINT] = True
     free[end + OMEGA] = False
-    if problem.fields.count == 3:
+    if problem.fields.in_plane:
         sideways = part.layout.sideways
         free[sideways.start + 1 : sideways.stop - 1] = True
     if problem.closure is None:
@@ -218,7 +218,7 @@ def _part(problem: MixedProblem, first: int, last: int) -> MixedProblem:
 def _columns(problem: MixedProblem, first: int, last: int) -> NDArray[np.int64]:
     """Columns in the whole problem of the unknowns of a part of it."""
     own = np.arange(STRIDE * first, STRIDE * last + JOINT)
-    if problem.fields.count < 3:
+    if not problem.fields.in_plane:
         return own
     sideways = problem.layout.sideways.start
     return np.concatenate([own, np.arange(sideways + first, sideways + last + 1)])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Closure, Gravity, RibbonInputError, Strip, Wall, refine, solve
-from ribbon.find import climb
+from ribbon.find import doubling
 from ribbon.problems import prolonged, transfer
 from ribbon.problems.layout import STRIDE
-from ribbon.solvers import choose, settle
+from ribbon.solvers import choose, newton_near
 from ribbon.solvers.problem import Minimum
 from tests.ribbon.problems.test_mixed import CASES, problem
 
@@ -52,7 +52,7 @@ def cut(p):
 @pytest.mark.parametrize("name", BODIES)
 def test_the_state_is_that_of_the_long_way(name, monkeypatch):
     one = found(name)
-    monkeypatch.setattr(climb, "can", lambda *_: False)
+    monkeypatch.setattr(doubling, "is_possible", lambda *_: False)
     other = found(name)
     assert (one.status, other.moved) == (other.status, None)
     assert one.energy.total == pytest.approx(other.energy.total, rel=1e-10, abs=1e-10)
@@ -74,7 +74,7 @@ def test_refining_is_following_and_ends_where_the_long_way_does(monkeypatch):
     e = found("two clamps", 160)
     one = [refine(e, parts) for parts in (2, 3)]
     assert [each.moved is not None for each in one] == [True, True]
-    monkeypatch.setattr(climb, "can", lambda *_: False)
+    monkeypatch.setattr(doubling, "is_possible", lambda *_: False)
     for each, parts in zip(one, (2, 3), strict=True):
         other = refine(e, parts)
         assert each.problem.joints(each.x)[0] == pytest.approx(other.problem.joints(other.x)[0], abs=1e-9)
@@ -82,12 +82,12 @@ def test_refining_is_following_and_ends_where_the_long_way_does(monkeypatch):
 
 def test_the_long_way_is_gone_where_it_is_asked_for_or_not_safe():
     p = found("two clamps", 20).problem
-    assert climb.can(p, None)
-    assert not climb.can(p, {"mu_init": 1e-5})
-    assert not climb.can(p.with_changes(walls=(Wall((0, -0.3, 0), (0, 1, 0)),)), None)
-    assert not climb.can(p.with_changes(model="matrix"), None)
+    assert doubling.is_possible(p, None)
+    assert not doubling.is_possible(p, {"mu_init": 1e-5})
+    assert not doubling.is_possible(p.with_changes(walls=(Wall((0, -0.3, 0), (0, 1, 0)),)), None)
+    assert not doubling.is_possible(p.with_changes(model="matrix"), None)
     with choose.using("ipopt"):
-        assert not climb.can(p, None)
+        assert not doubling.is_possible(p, None)
 
 
 def saddle():
@@ -100,7 +100,7 @@ def saddle():
     x = p.state(5.0 * np.cos(6.0 * np.pi * prolonged.joints(p.lengths)), np.zeros(41))
     rows = prolonged.multipliers(p, np.zeros(p.row_count), p, x)
     lower, upper = p.bounds()
-    at = settle.Iterate(p, lower < upper, np.ones(p.row_count, dtype=bool))
+    at = newton_near.Iterate(p, lower < upper, np.ones(p.row_count, dtype=bool))
     for _ in range(12):
         worst = at.at(x, rows)
         if worst <= 1e-11:
@@ -115,16 +115,16 @@ def test_a_saddle_is_not_followed(monkeypatch):
     p = e.problem
     assert negative == 4
     assert p.value(e.x) == pytest.approx(36.4563, abs=1e-3)
-    assert climb.doubled(p, as_minimum(e), cut(p)) is None
-    step = settle.Iterate.step
+    assert doubling.doubled(p, as_minimum(e), cut(p)) is None
+    step = newton_near.Iterate.step
 
     def blind(at):
         found = step(at)
         at.negative = 0
         return found
 
-    monkeypatch.setattr(settle.Iterate, "step", blind)  # the inertia is what refused it
-    above = climb.doubled(p, as_minimum(e), cut(p))
+    monkeypatch.setattr(newton_near.Iterate, "step", blind)  # the inertia is what refused it
+    above = doubling.doubled(p, as_minimum(e), cut(p))
     assert above is not None
     assert above.moved < 1e-3
 
@@ -132,20 +132,20 @@ def test_a_saddle_is_not_followed(monkeypatch):
 def test_wrong_multipliers_of_the_clamp_are_found_out(monkeypatch):
     e = found("two clamps", 160)
     p = cut(e.problem)
-    good = climb.doubled(e.problem, as_minimum(e), p)
+    good = doubling.doubled(e.problem, as_minimum(e), p)
     assert good is not None
     steps = good.iterations - e.iterations
     turned = replace(as_minimum(e), rows=-3.0 * e.rows)
-    bad = climb.doubled(e.problem, turned, p)
+    bad = doubling.doubled(e.problem, turned, p)
     assert bad is None or bad.iterations - e.iterations > steps
 
 
 def test_events_are_solved_on_their_own(monkeypatch):
     e = found("two clamps", 640)
     p = cut(e.problem)
-    few = climb.doubled(e.problem, as_minimum(e), p)
-    monkeypatch.setattr(settle, "_windows", lambda _: None)
-    more = climb.doubled(e.problem, as_minimum(e), p)
+    few = doubling.doubled(e.problem, as_minimum(e), p)
+    monkeypatch.setattr(newton_near, "_windows", lambda _: None)
+    more = doubling.doubled(e.problem, as_minimum(e), p)
     assert few.iterations - e.iterations <= 4
     assert more is None or more.iterations - e.iterations >= 6
     if more is not None:
@@ -195,12 +195,12 @@ def test_fields_are_prolonged_to_the_fourth_order():
 
 def test_coarse_joints_are_joints_of_the_fine():
     p = found("two clamps", 20).problem
-    assert climb.nested(p, cut(p))
-    assert not climb.nested(p, p.with_changes(lengths=np.full(30, 1 / 30)))
+    assert doubling.nested(p, cut(p))
+    assert not doubling.nested(p, p.with_changes(lengths=np.full(30, 1 / 30)))
     odd = p.with_changes(lengths=np.full(323, 1 / 323))
-    few = climb.few(odd)
-    assert climb.FEWEST <= few.lengths.size < 2 * climb.FEWEST
-    assert climb.nested(few, odd)
+    few = doubling.few(odd)
+    assert doubling.FEWEST <= few.lengths.size < 2 * doubling.FEWEST
+    assert doubling.nested(few, odd)
     assert transfer.merged is transfer.merged
 
 
