@@ -29,7 +29,10 @@ class Note(Enum):
         "nothing holds the band: where it begins in space (its seam at the origin, tangent e_z, normal e_y) chooses "
         "among its states, and another may have less energy"
     )
-    PUSHED_ALONG = "its segments push it along itself with {push:.2g} D w / l^2: make them mirror images about the middle of the first"
+    PUSHED_ALONG = (
+        "its segments push it along itself with {push:.2g} D w / l^2: make them mirror images about the middle of the "
+        "first"
+    )
     ANOTHER_STATE = "not converged: on {segments} segments it ended above the state it began at, in another one"
     TOLERANCE_MISSED = "the tolerance {tolerance:g} was not reached: {why}"
     TOLERANCE_ROUNDS = "the tolerance {tolerance:g} was not reached in {rounds} rounds; reached {reached:.2g}"

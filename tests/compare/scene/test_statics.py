@@ -12,7 +12,7 @@ from compare.errors import BadInput
 from compare.scene.scene import loads
 from ribbon import Clamp, Gravity, RibbonInputError, Strip
 from ribbon.contact import Wall
-from ribbon.find.solve import check_carried, check_walls
+from ribbon.find.solving import check
 from ribbonbench import statics
 from tests.compare.scene import held_scenes
 
@@ -36,7 +36,8 @@ def test_behind_a_wall(part):
     clamp = Clamp(position=(0.0, 0.0, height), tangent=(1.0, 0.0, 0.0), normal=UP)
     walls = (Wall(point=(0.0, 0.0, 0.0), normal=UP),)
     by_scene = refused(lambda: loads(text))
-    assert by_scene == refused(lambda: check_walls(strip, clamp, None, walls)) == (part > 1.0)
+    problem = SimpleNamespace(strip=strip, start=clamp, end=None, walls=walls)
+    assert by_scene == refused(lambda: check.walls(problem)) == (part > 1.0)
 
 
 @pytest.mark.parametrize("part", [0.5, 0.9, 1.1, 2.0])
@@ -50,7 +51,7 @@ def test_carried_by_a_wall(part):
     walls = (Wall(point=(0.0, 0.0, 0.0), normal=normal),)
     problem = SimpleNamespace(start=None, end=None, gravity=Gravity(up=UP), has_gravity=True, walls=walls)
     by_scene = refused(lambda: loads(text))
-    assert by_scene == refused(lambda: check_carried(problem)) == (part > 1.0)
+    assert by_scene == refused(lambda: check.carried(problem)) == (part > 1.0)
 
 
 def test_a_corner_carries_what_no_wall_of_it_does():
