@@ -68,7 +68,7 @@ CLAIMS: Mapping[str, tuple[Claim, ...]] = {
     "limits --quick": (
         *_STATE,
         Claim("distance", "the estimated distance to the shell is small", "estimate from the ribbon alone"),
-        Claim("share", "the estimated stretching is small", "the same"),
+        Claim("share", "the estimated stretching is small", "the same, with what passages of zero curvature may add"),
     ),
     "limits": (
         *_STATE, _SHELL, _SAME, _DISTANCE,

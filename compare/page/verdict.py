@@ -100,7 +100,8 @@ class Verdict:
 
     def doubts(self, *told: str) -> tuple[str, ...]:
         """What keeps the verdict from being good, in words; told: names of checks of which the text speaks."""
-        return tuple(check.said for check in self.checks if check.grade != GOOD and check.name not in told)
+        said = (check.said for check in self.checks if check.grade != GOOD and check.name not in told)
+        return tuple(dict.fromkeys(said))  # one reason may keep several checks from being made
 
     def doubted(self, *told: str) -> Verdict:
         """The verdict whose text says its doubts; told: as of `doubts`."""

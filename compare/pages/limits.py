@@ -231,7 +231,11 @@ def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
         return Verdict.of(command, bad.sentence.removesuffix("."), checks)
     told = Units.of(first.scene) if units is None else units
     by = "By estimate the" if first.row is None else "The"
-    off = f"off by {length(told, first.distance)} and {percent(first.left_out or 0.0)} of the energy"
+    energy = f"{percent(first.left_out or 0.0)} of the energy"
+    if first.row is None and doubted_share(first.estimate):
+        whole = percent((first.left_out or 0.0) + first.estimate.passages)
+        energy += f", or up to {whole} where its curvature passes zero,"
+    off = f"off by {length(told, first.distance)} and {energy}"
     if len(findings) == 1:
         text = f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}"
     else:

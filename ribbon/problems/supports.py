@@ -26,6 +26,9 @@ FloatArray = NDArray[np.float64]
 _TOUCHES = 1e-6
 #: Abscissae nearer than this (l) are one place of contact.
 _ONE_PLACE = 1e-6
+#: Joints without a push that two places of one line may have between them: what is lifted there is less than segments
+#: resolve.
+_PASSED = 2
 
 
 class Glued(Protocol):
@@ -127,20 +130,19 @@ def _lines(touching: FloatArray, joints: FloatArray) -> tuple[FloatArray, FloatA
     """What touches in one piece at the abscissae (k,): first and last of each (n, 2), and how much farther each end may
     reach (n, 2).
 
-    Two places are of one line where no joint stands between them that does not touch. A line that ends at a joint may
-    end anywhere on the segment beyond; a place between joints, or one point alone, is where the strip is nearest.
+    Pushes of a line scatter over its joints, with none on some: two places are of one line where no more than
+    `_PASSED` joints stand between them. A line may end anywhere on the segment beyond its last push; one point alone is
+    where the strip is nearest.
     """
     if not touching.size:
         return np.empty((0, 2)), np.empty((0, 2))
     passed = np.searchsorted(joints, touching[1:] - _ONE_PLACE) - np.searchsorted(joints, touching[:-1] + _ONE_PLACE)
-    breaks = np.flatnonzero(passed > 0)
+    breaks = np.flatnonzero(passed > _PASSED)
     lines = np.column_stack([touching[np.append(0, breaks + 1)], touching[np.append(breaks, touching.size - 1)]])
     within = np.zeros_like(lines)
-    for line, more in zip(lines, within, strict=True):
-        if line[1] - line[0] <= _ONE_PLACE:
-            continue
-        for end, step in ((0, -1), (1, 1)):
-            joint = int(np.argmin(np.abs(joints - line[end])))
-            if abs(joints[joint] - line[end]) <= _ONE_PLACE and 0 <= joint + step < joints.size:
-                more[end] = abs(joints[joint + step] - joints[joint])
+    lengths = np.concatenate([[0.0], np.diff(joints), [0.0]])  # nothing before the strip, nothing behind it
+    for (first, last), more in zip(lines, within, strict=True):
+        if last - first > _ONE_PLACE:
+            more[0] = lengths[np.searchsorted(joints, first - _ONE_PLACE)]
+            more[1] = lengths[np.searchsorted(joints, last + _ONE_PLACE, side="right")]
     return lines, within

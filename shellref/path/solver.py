@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ribbonbench import sources
-from shellref.shell.body import Control
+from shellref.shell.body import Control, Supports
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -138,7 +138,8 @@ class Solver:
         control = model.control
         residual = model.residual(state)
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
-        held = np.where(equilibrium.held, residual, 0.0)
+        floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
+        held = np.where(equilibrium.held & (floats is None), residual, 0.0)
         weight = model.external(state, control)
         scale = sum(float(np.sqrt(equilibrium.total(field**2))) for field in (weight, held))
         energies = model.energies(state)
@@ -169,7 +170,11 @@ class Solver:
             stable=verdict.stable,
             negative_eigenvalues=verdict.negative,
             lowest_eigenvalue=verdict.eigenvalue,
-            residual={"absolute": absolute, "relative": absolute / max(1.0, scale)},
+            residual={
+                "absolute": absolute,
+                "relative": absolute / max(1.0, scale),
+                **({} if floats is None else sliding_force(equilibrium.supports, state, residual)),
+            },
             newton_iterations=equilibrium.iterations,
             factorisations=equilibrium.factorisations,
             steps=tuple(walk.steps),
@@ -221,6 +226,15 @@ class Solver:
                 force, moment = reactions(fields[0], fields[1], where, origin)
                 out[name] = {"force": force, "moment": moment}
         return out
+
+
+def sliding_force(supports: Supports, state: np.ndarray, residual: np.ndarray) -> dict[str, float]:
+    """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself; nothing
+    where that turns it. state, residual (nodes, 6)."""
+    assert supports.motions is not None
+    assert supports.tie is not None
+    motions = supports.motions(state)
+    return {"sliding": float(np.sum(supports.tie.placed(motions[6]) * residual))} if len(motions) > 6 else {}
 
 
 def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:

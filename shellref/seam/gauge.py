@@ -4,8 +4,8 @@ At an equilibrium of a free band the tangent has null vectors: three translation
 (w x (phi - c), w x d), and of a uniform band the sliding along itself (phi_,S, d_,S), under which every particle takes
 the place of the next. (Of a planar circle that is a rotation; of any other band it is a seventh motion.) Let N be these
 motions, k = 6 or 7 of them. Holding k components on which N is regular removes the null space and nothing else: what is
-left is a complement of it, and the tangent there has the inertia of the whole one without its k zeros. The reactions
-vanish, as the energy does not change along N.
+left is a complement of it, and the tangent there has the inertia of the whole one without its k zeros (docs/theory.md,
+eq. (7.23)). The reactions vanish, as the energy does not change along N.
 
 Which components: the pivots of a QR factorisation with column exchange of N^T (Businger & Golub 1965,
 doi:10.1007/BF01436084), those by which the motions are told best.

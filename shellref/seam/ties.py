@@ -4,7 +4,7 @@ After n half turns the particle (1, v) of the strip is the particle (0, (-1)^n v
 
     phi(1, v) = phi(0, (-1)^n v) ,   d(1, v) = (-1)^n d(0, (-1)^n v)
 
-(docs/theory.md, eq. (7.20)). Nodes of the end have no unknowns of their own: their increments are those of their
+(docs/theory.md, eq. (7.22)). Nodes of the end have no unknowns of their own: their increments are those of their
 partners, of the director with the sign (-1)^n, and what acts on them acts on their partners. The tangent of the energy
 on that subspace is P^T K P, without a penalty and without a multiplier.
 """

@@ -89,7 +89,8 @@ class ShellResult:
     this state; path_factor: of the stages.
     clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
     residual: `absolute` 2-norm of dE/du on the free unknowns (5 per node), `relative` the same over the 2-norm of the
-    nodal weight and clamp reactions (at least 1).
+    nodal weight and clamp reactions (at least 1); of a band that slides along itself `sliding`, the force in D w / l^2
+    with which the mesh, and nothing else, resists that.
     energy: bending, membrane, shear, stabilisation (`NaghdiModel.energies`), their sum elastic, gravity, tip, total;
     share: bending, membrane, shear over the sum of these three.
     cell_midpoints (cells, 2), energy_density (cells, 3): bending, membrane, shear energy per area (D / l^2).

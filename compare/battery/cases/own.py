@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from compare.battery import motions
@@ -22,6 +23,7 @@ from compare.scene import Scene
 #: Scenes of a rung, and rungs: 300 scenes in all; beside shells, which take seconds, fewer in a rung.
 EACH, RUNGS = 10, 30
 WITH_SHELL = 4
+_NONE: Mapping[Rung, str] = MappingProxyType({})
 #: Several commands in one process, as a user's one after the other: what each says, and its exit code.
 _MANY = """
 import contextlib, io, json, sys
@@ -181,7 +183,21 @@ def _moved(rung: Rung) -> Iterator[Check]:
     yield from _worst(found())
 
 
-def _case(name: str, hard: str, expected: str, run: Callable[[Rung], Iterator[Check]], each: int = EACH) -> Case:
+#: Rungs of "moved" that are known to fail, and why.
+_SEVERAL: Mapping[Rung, str] = MappingProxyType({
+    2: "own 27, silicone of Gamma = 3.2e6, leaves a saddle for one of three states, as rounding will have it: elastic "
+    "energies 1049.4, 1048.4, 1048.1, totals within 1e-6, shapes within 1.6e-5 l",
+})  # fmt: skip
+
+
+def _case(
+    name: str,
+    hard: str,
+    expected: str,
+    run: Callable[[Rung], Iterator[Check]],
+    each: int = EACH,
+    known: Mapping[Rung, str] = _NONE,
+) -> Case:
     return Case(
         name=f"own/{name}",
         hard=hard,
@@ -190,6 +206,7 @@ def _case(name: str, hard: str, expected: str, run: Callable[[Rung], Iterator[Ch
         run=run,
         rungs=(0,),
         long=tuple(range(1, EACH * RUNGS // each)),
+        known=known,
     )
 
 
@@ -203,5 +220,6 @@ CASES: tuple[Case, ...] = (
           of_command(_thicker, _swept)),
     _case("compare", "the same beside shells", "good is one state, with a distance and both errors",
           of_command(lambda scene: ["compare"] if has_shell(scene) else None, _compared, WITH_SHELL), WITH_SHELL),
-    _case("moved", "the same mirrored, and in another unit of length", "the same states to 1e-6", _moved),
+    _case("moved", "the same mirrored, and in another unit of length", "the same states to 1e-6", _moved,
+          known=_SEVERAL),
 )  # fmt: skip

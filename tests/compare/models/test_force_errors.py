@@ -9,9 +9,28 @@ from compare.battery.motions import end_for_end, moved, rotation
 from compare.models import solve as solve_scene
 from compare.models.base import Options, State
 from compare.pages.result import state_result
-from compare.scene.scene import load
+from compare.scene.scene import load, loads
 from tests.validation.ribbon.roman import line_contact
 
+#: A heavy strip that is clamped above its table.
+TABLE = loads(
+    """
+[strip]
+length = 1.0
+width = 0.05
+poisson = 0.3
+gamma = 300.0
+[gravity]
+up = [0.0, 1.0, 0.0]
+[clamp.start]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[[wall]]
+point = [0.0, -0.05, 0.0]
+normal = [0.0, 1.0, 0.0]
+""",
+    "table.toml",
+)
 #: Of equal segments with a joint in the middle, and without.
 SEGMENTS = (20, 40, 61, 120)
 
@@ -120,3 +139,23 @@ def test_a_roof_does_not_hang_on_rounding(name):
                 for state in (own, other)
             ]
             assert sizes[1] == pytest.approx(sizes[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("segments", [10, 20])
+def test_the_ends_of_a_line_of_contact_have_an_error_that_covers_them(segments):
+    """A heavy strip, clamped above its table, lies on it up to its free end: where it comes down, against the same
+    on 80 segments, which leave 0.0125 l open; and no error is less than a segment."""
+
+    def table(segments: int) -> dict[str, object]:
+        state = solve_scene(TABLE.replace({"model.elements": segments}), "ribbon", options=Options(error=segments < 80))
+        (wall,) = state_result(TABLE, state)["walls"]
+        return wall
+
+    wall, fine = table(segments), table(80)
+    ((first, last),), ((exact, end),) = wall["lines"], fine["lines"]
+    assert 0.2 < exact < 0.5
+    assert [last, end] == pytest.approx([1.0, 1.0])
+    assert abs(first - exact) <= wall["lines_error"] + 1.0 / 80
+    assert 0.99 / segments < wall["lines_error"] < 0.2
+    assert fine["lines_error"] is None
+    assert fine["lines_error_why"] == "not asked for"

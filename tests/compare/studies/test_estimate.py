@@ -9,6 +9,7 @@ from compare.models import solve as solve_scene
 from compare.models.ribbon.estimate import CORNER_CLAMP, EDGE_CLAMP, estimate
 from compare.models.ribbon.state import RibbonShape
 from compare.models.shell import ShellShape
+from compare.pages.limits import answer
 from compare.scene.scene import load
 from compare.studies.limits import Thresholds, quick, with_clamp
 from ribbon.analysis.along import line_density
@@ -142,6 +143,9 @@ def test_a_passage_that_may_stretch_instead_of_bending_is_not_good():
     assert found.estimate.share + found.estimate.passages == pytest.approx(0.0168, abs=0.0019)
     assert found.estimated_level == "fair"
     assert "Where its curvature passes zero" in found.sentence
+    told = answer([found])
+    assert told.grade == "fair"
+    assert "or up to 1.6 % where its curvature passes zero" in told.text
 
 
 def test_a_strip_that_bends_one_way_has_no_passage():

@@ -155,3 +155,26 @@ def test_a_twisted_band_needs_a_start_and_one_process():
     with pytest.raises(ShellInputError, match="begins at a surface") as caught:
         solve(MOEBIUS)
     assert caught.value.key == "half_turns"
+
+
+def slid(surface, by):
+    """A Moebius band's surface slid along itself, on its own nodes."""
+    s = surface.s_nodes + by
+    sign = np.where(s > 1.0, -1.0, 1.0)[:, None]
+    at = np.where(s > 1.0, s - 1.0, s)[:, None] + 0.0 * surface.v_nodes, sign * surface.v_nodes
+    directors = sign[..., None] * surface.director(*at)
+    return ShellSurface(surface.s_nodes, surface.v_nodes, surface.evaluate(*at), directors)
+
+
+def test_the_mesh_resists_sliding_as_its_energy_says():
+    """`residual.sliding` is dE/ds: against the energies of the band at an eighth and three eighths of an element more,
+    between which it swings like a sine; it is nothing on a finer mesh, and not told of a circle, which turns."""
+    own = find(MOEBIUS).result
+    low, here, high = (find(MOEBIUS, slid(own.surface, k / 8.0 / 40.0)).result for k in (1, 2, 3))
+    rise = (high.energy["elastic"] - low.energy["elastic"]) * 4.0 * 40.0
+    assert abs(rise) > 0.1
+    assert here.residual["sliding"] * np.sinc(0.25) == pytest.approx(rise, rel=0.02)
+    assert here.residual["relative"] == here.residual["absolute"] < 1e-5
+    fine = replace(MOEBIUS, elements=(72, 4))
+    assert abs(find(fine, slid(own.surface, 0.25 / 72.0)).result.residual["sliding"]) < 0.02 * abs(rise)
+    assert "sliding" not in find(RING).result.residual
