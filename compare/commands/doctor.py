@@ -53,7 +53,7 @@ def _clean(console: Console) -> int:
 
 def _warm(console: Console) -> int:
     """Compiles what is not kept yet, and says what that was."""
-    from compare.doctor.warm import warm
+    from compare.models.warm import warm
     from compare.store.progress import Reporter
 
     with Reporter() as reporter:

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from compare.doctor.warm import RIBBONS, forms, warm
 from compare.errors import Missing
+from compare.models.warm import RIBBONS, forms, warm
 from compare.scene.scene import load
 
 _COUNT = """
@@ -61,6 +61,6 @@ def test_solves_after_it_compile_nothing(tmp_path):
         return subprocess.run([sys.executable, *words], env=place, capture_output=True, text=True, check=True).stdout
 
     scenes = ("coil_10_100", "two_clamps_5_3_2", "moebius_6_1", "hanging_5_3_1")
-    assert int(run("-c", "from compare.doctor.warm import warm; print(warm(shell=False).kernels)")) > 50
+    assert int(run("-c", "from compare.models.warm import warm; print(warm(shell=False).kernels)")) > 50
     assert int(run("-c", _COUNT, *scenes)) == 0
     assert int(run("-c", _COUNT_BESIDE)) == 0

@@ -16,12 +16,11 @@ import numpy as np
 
 from compare import registry
 from compare.errors import Missing, RibbonbenchError
-from compare.models.base import Options
-from compare.models.ribbon.solving import solved_together, together
+from compare.models.base import Model, Options
+from compare.models.capabilities import Batches, Differentiates, Estimates, FloatArray, Moves
 from compare.models.timing import compiled
 from compare.scene.scene import load
 from compare.store.progress import Reporter
-from compare.studies.inputs import input_uncertainty
 
 #: Elements of the ribbons: as few as a closed band needs, and some more.
 ELEMENTS = 6
@@ -59,19 +58,26 @@ def warm(say: Reporter | None = None, shell: bool = True) -> Warmed:
     return Warmed(count(), ready, time.perf_counter() - began)
 
 
+def _places(moves: Moves) -> dict[str, FloatArray]:
+    """How the centreline moves."""
+    return moves.position(np.linspace(0.0, 1.0, 201))
+
+
 def ribbons(say: Reporter | None = None) -> None:
     """Solves the kinds of ribbons; what comes of them is nobody's concern."""
-    found: Any = registry.model(registry.USUAL)
+    found: Model = registry.model(registry.USUAL)
     for name, keys in RIBBONS:
         scene = load(name).replace({"model.elements": ELEMENTS, **keys})
         state = found.solve(scene, options=Options(), say=say)
         if state.shape is not None:
             state.shape.fields(np.linspace(0.0, 1.0, 5), scene.width * np.linspace(-0.5, 0.5, 3))
-        if together(scene) is not None:
-            solved_together([scene])
+        if isinstance(found, Batches) and found.together(scene) is not None:
+            found.solve_together([scene])
         if name == BESIDE and not keys:
-            found.estimate(scene, state, 100.0, say)
-            input_uncertainty(scene.replace({"uncertainty.poisson": 0.01, "uncertainty.width": 0.1}), state)
+            if isinstance(found, Estimates):
+                found.estimate(scene, state, 100.0, say)
+            if isinstance(found, Differentiates):
+                found.derivatives(scene, state, ("strip.poisson", "strip.width"), _places)
 
 
 def forms(say: Reporter | None = None) -> bool | None:
