@@ -169,8 +169,8 @@ def moebius(found: dict[str, Comparison], numbers: dict[str, Number]) -> list[st
             f"## w/l = 1/{name}",
             f"Ribbon (Wunderlich, {SEGMENTS} segments): {limit_energy:.3f} D w / l, error {error:.0e}. Shells of three "
             f"thicknesses, each half the one before, tend to {thin.value:.2f} (error {apart:.1e}) with the order "
-            f"{thin.order:.2f} of h (w/h = 100 to 400; 50 to 200: {before.value:.2f}, {before.order:.2f}). Slope of the "
-            f"distance against h/w in log-log: {falls}.",
+            f"{thin.order:.2f} of h (w/h = 100 to 400; 50 to 200: {before.value:.2f}, {before.order:.2f}). Slope of "
+            f"the distance against h/w in log-log: {falls}.",
             page.table(
                 ["w/h", "energy", "its error", "below the ribbon %", "distance", "its error", "membrane %", "shear %",
                  "within w %", "stable", "lowest eigenvalue", *(f"{e}'s energy" for e in RICHER),
