@@ -22,7 +22,7 @@ from compare.scene.units import Units
 from compare.store.store import jsonable
 from compare.studies.checks import of_rows, of_state, worst_of
 from compare.studies.compare import Comparison
-from compare.studies.limits import Finding, Thresholds, doubted_share, hits
+from compare.studies.limits import Finding, Thresholds, doubted_share, hits, what_is_held
 
 #: The command whose verdict is of estimates alone.
 QUICK = "limits --quick"
@@ -358,7 +358,7 @@ def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str)
     from compare.pictures import limits as limits_figures
 
     worst = max(f.share or 0.0 for f in shells)
-    held = "two corners held" if shells[0].scene.shell.clamp == "corners" else "whole edge held"
+    held = f"{what_is_held(shells[0].scene)} held"
     names = {kind: f"{kind}{suffix}.png" for kind in ("shares", "maps", "shapes")}
     limits_figures.shares_picture(out / names["shares"], shells, f"{title} ({held})")
     limits_figures.maps_picture(out / names["maps"], shells, f"{title} ({held})")

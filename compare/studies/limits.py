@@ -332,11 +332,17 @@ def reason(finding: Finding) -> str:
     return text + portion
 
 
+def what_is_held(scene: Scene) -> str:
+    """What of the strip, before the word held."""
+    if scene.clamp_start is None:
+        return "nothing"
+    return "corners" if scene.shell.clamp == "corners" else "whole edge"
+
+
 def sentence(finding: Finding) -> str:
     """The verdict with the numbers behind it."""
     scene = finding.scene
-    held = "corners" if scene.shell.clamp == "corners" else "whole edge"
-    where = f"w/h = {finding.width_to_thickness:g}, {held} held"
+    where = f"w/h = {finding.width_to_thickness:g}, {what_is_held(scene)} held"
     if finding.values:
         where = ", ".join(f"{key.split('.', 1)[-1]} = {_plain(value)}" for key, value in finding.values.items()) + (
             f", {where}"

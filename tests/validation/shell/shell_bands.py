@@ -79,7 +79,7 @@ def relative(ratio: float) -> float:
 PROBED = ((60, 4), (100, 6))
 PROBES = {
     "circle_flat_32": lambda: circle(0.0, 1000.0, (ALONG[0], 2)) - 1.0,
-    "circle_contracting_200": lambda: relative(200.0) - 1.0,
+    "circle_contracting_20": lambda: relative(20.0) - 1.0,
     "moebius_30_50_60x4": lambda: shell_energy(WIDTHS["30"], 50.0, PROBED[0]),
 }
 
@@ -152,28 +152,28 @@ def moebius(found: dict[str, Comparison], numbers: dict[str, Number]) -> list[st
                 numbers[f"{energy_name}_{name}_{ratio:g}"] = Number(value / energy - 1.0, own / energy, "", "+.2%")
                 numbers[f"{energy_name}_far_{name}_{ratio:g}"] = Number(far, row.shell_error or 0.0, "l", ".1e")
             rows.append([
-                f"{ratio:g}", f"{energy:.3f}", f"{own:.3f}", f"{100.0 * (1.0 - energy / limit_energy):.2f}",
+                f"{ratio:g}", f"{energy:.3f}", f"{own:.1e}", f"{100.0 * (1.0 - energy / limit_energy):.2f}",
                 f"{row.hausdorff:.2e}", f"{far_error:.1e}", f"{100.0 * row.share['membrane']:.2f}",
                 f"{100.0 * row.share['shear']:.2f}", f"{100.0 * concentrated(shell, width):.0f}",
                 "yes" if row.stable else "no", f"{shell.lowest_eigenvalue:.0f}",
-                *(f"{100.0 * (others[e][0] / energy - 1.0):+.2f}" if e in others else "-" for e in RICHER),
+                *(f"{others[e][0] / energy - 1.0:+.2%}" if e in others else "-" for e in RICHER),
                 *(f"{others[e][1]:.1e}" if e in others else "-" for e in RICHER),
             ])  # fmt: skip
         thin = limit(tuple(energies[ratio] for ratio in RATIOS[-3:]))  # type: ignore[arg-type]
         before = limit(tuple(energies[ratio] for ratio in RATIOS[-4:-1]))  # type: ignore[arg-type]
-        slope = comparison.slope
-        numbers[f"limit_{name}"] = Number(thin.value, abs(thin.value - before.value), "D w / l", ".2f")
+        slope, apart = comparison.slope, abs(thin.value - before.value)
+        numbers[f"limit_{name}"] = Number(thin.value, apart, "D w / l", ".2f")
         numbers[f"order_{name}"] = Number(thin.order, abs(thin.order - before.order), "", ".2f")
         falls = "not known" if slope is None else f"{slope.value:.2f} ({slope.spread[0]:.2f} to {slope.spread[1]:.2f})"
         parts += [
             f"## w/l = 1/{name}",
-            f"Ribbon (Wunderlich, {SEGMENTS} segments): {limit_energy:.4f} D w / l, error {error:.0e}. Shells of three "
-            f"thicknesses, each half the one before, tend to {thin.value:.2f} with the order {thin.order:.2f} of h "
-            f"(w/h = 100 to 400; 50 to 200: {before.value:.2f}, {before.order:.2f}). Slope of the distance against h/w "
-            f"in log-log: {falls}.",
+            f"Ribbon (Wunderlich, {SEGMENTS} segments): {limit_energy:.3f} D w / l, error {error:.0e}. Shells of three "
+            f"thicknesses, each half the one before, tend to {thin.value:.2f} (error {apart:.1e}) with the order "
+            f"{thin.order:.2f} of h (w/h = 100 to 400; 50 to 200: {before.value:.2f}, {before.order:.2f}). Slope of "
+            f"the distance against h/w in log-log: {falls}.",
             page.table(
                 ["w/h", "energy", "its error", "below the ribbon %", "distance", "its error", "membrane %", "shear %",
-                 "within w %", "stable", "lowest eigenvalue", *(f"{e} %" for e in RICHER),
+                 "within w %", "stable", "lowest eigenvalue", *(f"{e}'s energy" for e in RICHER),
                  *(f"{e} far" for e in RICHER)],
                 rows,
             ),
