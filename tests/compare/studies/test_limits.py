@@ -25,6 +25,7 @@ from compare.studies.limits import (
     require_limits,
     stretching_zones,
     study,
+    what_is_held,
     with_clamp,
 )
 
@@ -212,9 +213,13 @@ def test_bad_input(tmp_path, capsys, arguments, named):
     assert said.count("\n") == 1
 
 
-def test_closed_bands_are_refused():
-    with pytest.raises(BadInput, match="closure"):
-        require_limits(load("moebius_6_1").replace({"shell.width_to_thickness": 100}))
+def test_bands_on_a_table_are_refused_and_free_ones_are_not():
+    with pytest.raises(BadInput, match="wall"):
+        require_limits(load("moebius_table_edge").replace({"shell.width_to_thickness": 100}))
+    band = load("moebius_6_1").replace({"shell.width_to_thickness": 100})
+    require_limits(band)
+    assert what_is_held(band) == "nothing"
+    assert what_is_held(load("curl_4_3")) == "whole edge"
 
 
 def test_what_is_varied():
