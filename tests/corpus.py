@@ -45,7 +45,8 @@ LIMIT = 900.0
 TEXTS = {".json", ".csv", ".md", ".txt", ".obj", ".toml", ""}
 #: Words of a JSON key or a column's head that hang on the clock, the machine or the stored results' keys.
 UNSTEADY = re.compile(
-    r"second|time|evaluation|^sentences$|\bms\b|_ms$|(^|_| )s$|date|version|digest|^key$|store|commit|memory|processor|python|ratio"
+    r"second|time|evaluation|^sentences$|\bms\b|_ms$|(^|_| )s$|date|version|digest|^key$|store|commit|memory|processor"
+    r"|python|^ratio$"
 )
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 CLOCK = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)? ?(?:ms|s|min|h|MB|GB)\b")
