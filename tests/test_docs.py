@@ -66,7 +66,7 @@ def _console(block: Block, has_shell: bool, heard: Callable[[], str] = str) -> N
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if _runs(page)], ids=name_of)
-def test_blocks_run(page, tmp_path, monkeypatch, capsys):
+def test_blocks_run(page, tmp_path, monkeypatch, capsys, kept_shells):
     """In order, in one folder and one namespace per page; the README and the tutorials show what was answered."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "180")

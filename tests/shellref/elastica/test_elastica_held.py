@@ -86,7 +86,7 @@ def test_the_ends_force_is_the_derivative_of_the_energy():
         assert (totals[0] - totals[1]) / 2e-3 == pytest.approx(force[axis], rel=1e-4)
 
 
-@pytest.mark.parametrize("alpha", [0.2, 0.8, 1.6, 2.2])
+@pytest.mark.parametrize("alpha", [0.2, *(pytest.param(x, marks=pytest.mark.validate) for x in (0.8, 1.6)), 2.2])
 def test_post_buckled_struts_are_elliptic_integrals(alpha):
     """Load against shortening of three struts, and tip angle against load of the clamped-free one."""
     load, x, y = closed.buckled_cantilever(alpha)
