@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -41,10 +42,16 @@ HELD = {
 }
 
 
-@pytest.mark.parametrize("problem", HELD.values(), ids=HELD)
-def test_every_kind_of_end_agrees_with_collocation(problem):
+@cache
+def held(name: str) -> ElasticaResult:
+    """One of `HELD`, solved once."""
+    return solve(HELD[name], 80, degree=4, estimate_error=False)
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_every_kind_of_end_agrees_with_collocation(name):
     """Shape, forces and couples at both ends; the collocation's own tolerance is 1e-10."""
-    result = solve(problem, 80, degree=4, estimate_error=False)
+    problem, result = HELD[name], held(name)
     assert result.status is ElasticaStatus.CONVERGED, result.message
     guess, reaction = near(result)
     other = collocation(problem, guess, reaction)
@@ -59,10 +66,10 @@ def test_every_kind_of_end_agrees_with_collocation(problem):
         assert problem.normals @ push == pytest.approx(other.p, abs=1e-7)
 
 
-@pytest.mark.parametrize("problem", HELD.values(), ids=HELD)
-def test_forces_and_couples_balance(problem):
+@pytest.mark.parametrize("name", HELD)
+def test_forces_and_couples_balance(name):
     """On the whole strip: forces, and moments about the start with the weight's by quadrature."""
-    result = solve(problem, 40, degree=4, estimate_error=False)
+    problem, result = HELD[name], held(name)
     f = result.forces
     assert np.add(f.start, f.end) == pytest.approx(problem.weight, abs=1e-10)
     points, weights = np.polynomial.legendre.leggauss(40)
