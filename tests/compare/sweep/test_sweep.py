@@ -253,7 +253,7 @@ def test_two_runs_into_one_folder(tmp_path):
     assert sum("3 of them finished before" in text for text in texts) == 1
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.validate)])
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_killed_sweep_goes_on(tmp_path, how):
     arguments = ("sweep", "cantilever", "--vary", "strip.gamma=linear(1,100,400)", "--workers", "1", "--out", tmp_path)
     running = process(*arguments)
