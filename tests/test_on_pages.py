@@ -38,7 +38,7 @@ def test_the_exact_hessian_of_table_3_1(sign, energy):
     assert found.evaluations["hessian"] == found.iterations
 
 
-@pytest.mark.parametrize("sign", [pytest.param(1, marks=pytest.mark.validate), -1])
+@pytest.mark.parametrize("sign", [1, -1])
 def test_classical_shooting_arrives_where_the_ribbon_is(sign):
     """Thesis, 4.2 (results/shooting.md): the lightest coil from the clamp and from the free end, 3e-10 l from 320
     segments; 80 are there to 1e-7."""
