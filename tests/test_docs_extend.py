@@ -158,7 +158,7 @@ def test_the_command_of_the_page(copy, tmp_path):
 
 
 @pytest.fixture
-def arc(tmp_path, monkeypatch):
+def arc(tmp_path, monkeypatch, kept_shells):
     """The model of the page, installed in a folder of its own: three files."""
     folder = tmp_path / "site"
     written = 0

@@ -57,9 +57,13 @@ def test_rod_and_ribbon_are_one_curl_up_to_29_cm(length, least, most):
     assert least <= rod_ribbon.distance(rod, ribbon) < most
 
 
-@pytest.mark.parametrize("clamp", ["edge", "corners"])
 @pytest.mark.parametrize(
-    "gamma", [10, pytest.param(100, marks=pytest.mark.validate), pytest.param(1000, marks=pytest.mark.validate)]
+    ("gamma", "clamp"),
+    [
+        (10, "edge"),
+        pytest.param(10, "corners", marks=pytest.mark.validate),
+        *(pytest.param(g, c, marks=pytest.mark.validate) for g in (100, 1000) for c in ("edge", "corners")),
+    ],
 )
 def test_the_quick_check_of_every_row_of_7_3(clamp, gamma):
     """Thesis, 7.3 (results/limits): level and estimated distance of the rows of all widths, from the ribbon alone."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from functools import cache
 
 import pytest
 
@@ -19,14 +20,16 @@ def test_what_is_run_exists(test):
     assert not name or f"def {name.partition('[')[0]}(" in (ROOT / path).read_text()
 
 
+@cache
 def told(name, code):
     """What a process of the variant prints."""
-    return told_here(code, portable.environment(name))
+    return told_here(code, tuple(portable.environment(name).items()))
 
 
-def told_here(code, more=None):
+@cache
+def told_here(code, more=()):
     """What a process prints, with more environment variables than ours."""
-    environment = {**os.environ, **(more or {})}
+    environment = {**os.environ, **dict(more)}
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment, cwd=ROOT
     ).stdout.strip()

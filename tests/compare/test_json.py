@@ -62,9 +62,8 @@ def test_the_output_of_a_fit(capsys, tmp_path):
 
 @pytest.mark.shell
 @pytest.mark.parametrize("line", SHELLS, ids=lambda line: line[0])
-def test_the_output_of_commands_with_shells(line, capsys, tmp_path, monkeypatch):
+def test_the_output_of_commands_with_shells(line, capsys, tmp_path, kept_shells):
     pytest.importorskip("dolfinx")
-    monkeypatch.setenv("RIBBONBENCH_STORE", str(tmp_path / "store"))
     held(capsys, line, tmp_path)
 
 

@@ -124,7 +124,7 @@ def test_what_was_not_asked_for_is_said():
     assert told["errors_why"] == "not asked for"
 
 
-@pytest.mark.parametrize("name", ["roman_6_2", "roman_folds"])
+@pytest.mark.parametrize("name", ["roman_6_2", pytest.param("roman_folds", marks=pytest.mark.validate)])
 def test_a_roof_does_not_hang_on_rounding(name):
     """The same scene turned and shifted, and end for end: one state."""
     scene = load(name)

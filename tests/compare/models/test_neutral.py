@@ -15,7 +15,7 @@ def under(height, segments=120):
     return load("roman_6_2").replace({"wall.roof.point": [0.0, height, 0.0], "model.elements": segments})
 
 
-@pytest.fixture(scope="module", params=[0.17, 0.15])
+@pytest.fixture(scope="module", params=[0.17, pytest.param(0.15, marks=pytest.mark.validate)])
 def slid(request):
     """Of a roof's height: the scene and the state, judged."""
     scene = under(request.param)

@@ -68,7 +68,9 @@ def test_folds_and_force_of_roman_s_elastica(solved, name, count, height, tolera
     assert found.max_abs_eta < 1e-9
 
 
-@pytest.mark.parametrize(("name", "height"), [("roman_6_2", 0.185), ("roman_folds", 0.0625)])
+@pytest.mark.parametrize(
+    ("name", "height"), [("roman_6_2", 0.185), pytest.param("roman_folds", 0.0625, marks=pytest.mark.validate)]
+)
 def test_virtual_work_and_balance(solved, name, height):
     found, scene = solved[name], load(name)
     h = 1e-4 * height

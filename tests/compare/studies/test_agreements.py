@@ -15,16 +15,11 @@ def _marked(pin):
     return pytest.param(pin, marks=[pytest.mark.validate] if pin.validate else [], id=pin.label.replace(" ", "-"))
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("check")
-
-
 @pytest.mark.shell
 @pytest.mark.parametrize("pin", [_marked(pin) for pin in PINS])
-def test_agreement(pin, cache):
+def test_agreement(pin, kept):
     pytest.importorskip("dolfinx")
-    assert_pin(pin, cache)
+    assert_pin(pin, kept)
 
 
 def test_every_scene_with_a_shell_has_a_pin():

@@ -313,6 +313,7 @@ class Straight(Arc):
 
 
 @pytest.mark.shell
+@pytest.mark.validate
 def test_a_model_from_outside_is_converged(tmp_path):
     """The scene's energy chooses it; its distances, end and energy are those of its own state."""
     pytest.importorskip("dolfinx")

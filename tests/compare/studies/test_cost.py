@@ -413,6 +413,7 @@ def test_runs_are_what_solve_finds(which, request):
 # -- a model from outside ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.validate
 def test_a_model_from_outside_is_measured_like_the_others(tmp_path):
     """Its errors are the distances to its limit; its reference is refined, its first call a process."""
     scene = load("cantilever")

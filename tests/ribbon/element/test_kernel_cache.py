@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[3]
 CODE = (
     "from ribbon.element.element import bending_value, bending_jet; import ribbon.problems.chained_kernels as k; "
@@ -30,12 +32,20 @@ def copied(place: Path) -> None:
         shutil.copytree(ROOT / package, place / package, ignore=shutil.ignore_patterns("__pycache__"))
 
 
-def test_kernels_are_reused_until_any_source_changes(tmp_path):
-    source = tmp_path / "source"
-    copied(source)
-    cache = tmp_path / "cache"
-    value, hits = run(source, cache)
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """Sources in a place of their own, the folder of their kernels, and what the run said that compiled them."""
+    place = tmp_path_factory.mktemp("compiled")
+    copied(place / "source")
+    return place / "source", place / "cache", run(place / "source", place / "cache")
+
+
+def test_kernels_are_reused_until_any_source_changes(compiled, tmp_path):
+    source, cache = tmp_path / "source", tmp_path / "cache"
+    first, kernels, (value, hits) = compiled
     assert hits == "0"
+    shutil.copytree(first, source)
+    shutil.copytree(kernels, cache)
     assert run(source, cache) == [value, "1"]
     # a callee in another file changes: the caller must follow
     callee = source / "ribbon" / "energies" / "wunderlich.py"
@@ -81,25 +91,47 @@ def test_old_states_are_removed_but_never_the_present_one(tmp_path):
     CACHE.prune(tmp_path / "nowhere", "x")
 
 
-def test_a_kept_kernel_is_loaded_without_what_compiles(tmp_path):
-    """What numba needs to compile (its typed dictionaries, say) is not imported for kernels that are kept."""
-    code = (
-        "import sys\n"
-        "import numpy as np\n"
-        "from ribbon.surface import centreline\n"
-        "q, line = np.array([[0.1, 1.0, 0.0, 0.2]]), np.zeros((2, 3))\n"
-        "found = centreline(q, np.ones(1), line, np.array([np.eye(3)] * 2), np.linspace(0, 1, 5), 6.0)\n"
-        "print(float(sum(part.sum() for part in found)), 'numba.typed.typedobjectutils' in sys.modules)\n"
-    )
-    environment = {**os.environ, "RIBBONBENCH_CACHE": str(tmp_path)}
+#: A kernel called twice: its sum, what was told of compilations, and whether numba's typed dictionaries were imported.
+CALLED = (
+    "import sys\n"
+    "import numpy as np\n"
+    "from ribbon.element.kernel_cache import told\n"
+    "from ribbon.surface import centreline\n"
+    "q, line = np.array([[0.1, 1.0, 0.0, 0.2]]), np.zeros((2, 3))\n"
+    "args = q, np.ones(1), line, np.array([np.eye(3)] * 2), np.linspace(0, 1, 5), 6.0\n"
+    "said = []\n"
+    "with told(said.append):\n"
+    "    found = centreline(*args)\n"
+    "    centreline(*args)\n"
+    "assert said == list(range(1, len(said) + 1)), said\n"
+    "print(float(sum(part.sum() for part in found)), len(said), 'numba.typed.typedobjectutils' in sys.modules)\n"
+)
+
+
+@pytest.fixture(scope="module")
+def called(tmp_path_factory):
+    """What `CALLED` prints with no kernel kept, and then with all."""
+    environment = {**os.environ, "RIBBONBENCH_CACHE": str(tmp_path_factory.mktemp("kernels"))}
     environment.pop("NUMBA_CACHE_DIR", None)
-    words = [sys.executable, "-c", code]
-    first, second = (
+    words = [sys.executable, "-c", CALLED]
+    return tuple(
         subprocess.run(words, capture_output=True, text=True, env=environment, check=True, cwd=ROOT).stdout.split()
         for _ in range(2)
     )
-    assert (first[1], second[1]) == ("True", "False")
+
+
+def test_a_kept_kernel_is_loaded_without_what_compiles(called):
+    """What numba needs to compile (its typed dictionaries, say) is not imported for kernels that are kept."""
+    first, second = called
+    assert (first[2], second[2]) == ("True", "False")
     assert float(first[0]) == float(second[0])
+
+
+def test_compilations_are_told(called):
+    """Once for each kernel that is compiled, callees included, and never for one that is kept."""
+    first, second = called
+    assert int(first[1]) > 1
+    assert int(second[1]) == 0
 
 
 def test_a_solve_with_kept_kernels_imports_no_linear_algebra_and_nothing_that_compiles():
@@ -133,31 +165,6 @@ def test_a_state_of_the_sources_is_that_of_the_kernels_and_what_they_use(tmp_pat
     assert "ribbon.problems.layout" in found  # numbers of columns, constants in the kernels
     only_call = {name for name in found if name.startswith(("ribbon.find.", "ribbon.solvers."))} - kernels
     assert not only_call
-
-
-def test_compilations_are_told(tmp_path):
-    """Once for each kernel that is compiled, callees included, and never for one that is kept."""
-    code = (
-        "import numpy as np\n"
-        "from ribbon.element.kernel_cache import told\n"
-        "from ribbon.surface import centreline\n"
-        "said = []\n"
-        "with told(said.append):\n"
-        "    args = np.ones((1, 4)), np.ones(1), np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros(1), 6.0\n"
-        "    centreline(*args)\n"
-        "    centreline(*args)\n"
-        "assert said == list(range(1, len(said) + 1)), said\n"
-        "print(len(said))\n"
-    )
-    environment = {**os.environ, "RIBBONBENCH_CACHE": str(tmp_path)}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    words = [sys.executable, "-c", code]
-    first, second = (
-        int(subprocess.run(words, capture_output=True, text=True, env=environment, check=True, cwd=ROOT).stdout)
-        for _ in range(2)
-    )
-    assert first > 1
-    assert second == 0
 
 
 def test_a_kept_kernel_that_is_damaged_or_anothers_is_none(tmp_path):
@@ -202,9 +209,8 @@ def test_who_may_write_a_folder_may_run_code(tmp_path):
         assert "another user" in (fault(place) or "")
 
 
-def test_every_place_of_the_same_sources_shares_its_kernels(tmp_path):
+def test_every_place_of_the_same_sources_shares_its_kernels(compiled, tmp_path):
     """An installed wheel, a second checkout: nothing is compiled again."""
-    for name in ("one", "two"):
-        copied(tmp_path / name)
-    first, second = (run(tmp_path / name, tmp_path / "cache") for name in ("one", "two"))
-    assert second == [first[0], "1"]
+    _, cache, (value, _) = compiled
+    copied(tmp_path)
+    assert run(tmp_path, cache) == [value, "1"]

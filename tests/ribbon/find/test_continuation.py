@@ -64,7 +64,7 @@ def test_a_way_that_cannot_be_gone_keeps_the_last_good_state(low):
 
     start = switch(beyond(0.0), low)
     assert start.ok
-    stopped = follow(beyond, start, smallest=0.02)
+    stopped = follow(beyond, start, smallest=0.1)
     assert stopped.status not in (Status.CONVERGED, Status.SADDLE)
     assert "the way stopped at t = " in stopped.message
     assert stopped.stable is None

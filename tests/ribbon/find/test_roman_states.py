@@ -10,8 +10,13 @@ from tests.validation.ribbon.roman_states import found_on, halved
 PLANAR = 96.038
 
 
-def test_the_strip_aside_is_a_stable_state_far_below_the_planar_one():
-    coarse = found_on(80)
+@pytest.fixture(scope="module")
+def coarse():
+    """The strip aside on 80 segments."""
+    return found_on(80)
+
+
+def test_the_strip_aside_is_a_stable_state_far_below_the_planar_one(coarse):
     fine = halved(coarse)
     for found in (coarse, fine):
         assert found.ok
@@ -22,8 +27,8 @@ def test_the_strip_aside_is_a_stable_state_far_below_the_planar_one():
     assert fine.energy.total == pytest.approx(52.540, abs=0.06)
 
 
-def test_the_walls_push_where_its_slanting_rulings_end():
-    found = found_on(80)
+def test_the_walls_push_where_its_slanting_rulings_end(coarse):
+    found = coarse
     weight = -found.problem.strip.gamma * np.array([0.0, 1.0, 0.0])
     s, weights = abscissae()
     centre = weights @ found.position(s)

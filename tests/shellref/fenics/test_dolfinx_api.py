@@ -224,7 +224,7 @@ def call(function: str) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("processes", [2, 3])
+@pytest.mark.parametrize("processes", [pytest.param(2, marks=pytest.mark.validate), 3])
 def test_several_processes(processes):
     mpirun = shutil.which("mpirun")
     if not mpirun:

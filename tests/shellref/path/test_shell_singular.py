@@ -144,7 +144,7 @@ def told(result, where):
     result.to_dict()
 
 
-@pytest.mark.parametrize("how", ["raises", "not finite"])
+@pytest.mark.parametrize("how", [pytest.param("raises", marks=pytest.mark.validate), "not finite"])
 def test_one_failure_anywhere_is_survived(case, monkeypatch, how):
     """The step is cut, another place looked at, or another predictor taken: the same state of the same energy."""
     problem, options, clean, places = case

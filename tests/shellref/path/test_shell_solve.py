@@ -157,8 +157,14 @@ def test_both_signs_of_curvature_are_different_problems_and_turning_the_clamp_ov
     np.testing.assert_allclose(turned.surface.points[:, ::-1], curl.surface.points, atol=1e-9)
 
 
-@pytest.mark.parametrize("gamma", [10.0, 100.0])
-@pytest.mark.parametrize("ratio", [100.0, 1000.0, 10000.0])
+@pytest.mark.parametrize(
+    ("ratio", "gamma"),
+    [
+        (10000.0, 10.0),
+        (10000.0, 100.0),
+        *(pytest.param(r, g, marks=pytest.mark.validate) for r in (100.0, 1000.0) for g in (10.0, 100.0)),
+    ],
+)
 def test_cantilever_without_poisson_is_the_elastica_and_does_not_lock(gamma, ratio):
     """nu = 0: a planar strip is exactly a beam; the tip error falls with the mesh alike from w/h = 100 to 10000."""
     exact = elastica_end(gamma)
