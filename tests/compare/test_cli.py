@@ -251,13 +251,12 @@ def test_a_tolerance_places_the_segments(solved):
     assert "of the placed segments" in out
 
 
-@pytest.mark.parametrize(("name", "words"), [("FLOOR", "no contact"), ("MOEBIUS", "no seam")])
-def test_compare_refuses_what_the_shell_cannot_do(capsys, tmp_path, name, words):
+def test_compare_refuses_what_the_shell_cannot_do(capsys, tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(getattr(held_scenes, name))
+    path.write_text(held_scenes.FLOOR)
     code, _, err = run(capsys, "compare", path, "--out", tmp_path / "o")
     assert code == BAD_INPUT
-    assert words in err
+    assert "no contact" in err
     assert not (tmp_path / "o").exists()
 
 

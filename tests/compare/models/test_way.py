@@ -17,7 +17,8 @@ from compare.models.ribbon import way
 from compare.models.ribbon.build import ribbon_arguments
 from compare.models.ribbon.way import COLUMNS, STATE_FILE, run_key, run_way
 from compare.page.csv import as_csv
-from compare.pages.ribbon import path_result, path_table
+from compare.pages.result import state_result
+from compare.pages.ribbon import path_table
 from compare.scene.scene import loads
 from ribbon import Equilibrium, Status, solve
 from tests.compare.scene import held_scenes
@@ -170,7 +171,7 @@ def test_an_impossible_way_is_refused_before_anything_is_solved(scene):
 
 def test_a_solve_takes_the_path(scene, whole):
     run = solve_scene(scene, "ribbon", options=Options(repeats=1))
-    assert path_result(scene, run)["stages"] == 3
+    assert state_result(scene, run)["path"]["stages"] == 3
     assert run.native.energy.total == pytest.approx(whole.equilibrium.energy.total, rel=1e-10)
     assert len(run.seconds.repeats) == 1
 

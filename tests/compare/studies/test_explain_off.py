@@ -19,9 +19,10 @@ from numba.core.dispatcher import Dispatcher
 
 import ribbon
 from compare.cli import DONE, main
-from compare.models import elastica_start, shell_process
+from compare.models import shell_process
 from compare.models import solve as solve_scene
 from compare.models.effects.ribbon_off import explained_problem, keys_without, starting_state
+from compare.models.elastica import start as elastica_start
 from compare.models.elastica.model import ElasticaModel
 from compare.models.ribbon import way
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem

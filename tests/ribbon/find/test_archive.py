@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.pages.ribbon import LINEAR_SOLVERS
+from compare.models.quantities.ribbon import LINEAR_SOLVERS
 from ribbon import Clamp, Equilibrium, Gravity, Strip, archive, refine, solve
 from ribbon.result import Branch, Left, Minima, Refinement, Status
 from ribbon.solvers.problem import SOLVERS
