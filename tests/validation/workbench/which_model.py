@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from compare.store.store import atomic_write_text
+from tests.validation.record import Pages
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = ROOT / "docs" / "which_model.md"
@@ -83,6 +84,22 @@ def frontier() -> str:
     return table(["critical weight on edge, nu = 0.35", *(f"w/l = {width}" for width in WIDTHS), "where"], rows)
 
 
+def bands() -> str:
+    """Moebius bands of w/l = 1/30 beside their shells."""
+    record = Pages(ROOT).read("shell_bands")
+    assert record is not None
+
+    def number(name: str) -> float:
+        return record.numbers[name].value
+
+    below = 100.0 * (1.0 - number("energy_30_100") / number("ribbon_30"))
+    finite = 100.0 * max(abs(number(f"finite_30_{ratio}")) for ratio in (10, 25, 50, 100, 200, 400))
+    return (
+        f"{number('distance_30_100'):.2e} l at w/h = 100, the shell's energy {below:.2f} % below, `finite` within "
+        f"{finite:.2f} %: [Moebius bands](../results/shell_bands.md)"
+    )
+
+
 def in_one() -> str:
     """Section 5: what to use, with the distances of this page's data."""
 
@@ -103,7 +120,7 @@ def in_one() -> str:
         ["nu near 0", "ribbon, Wunderlich", "section 3"],
         ["forces and contact of a planar fold", "ribbon",
          "planar, and wide strips stay plane across ([roman](../results/roman.md))"],
-        ["bands", "ribbon", "there is no shell for them here"],
+        ["closed bands", "ribbon; a shell where the energy matters below w/h = 400", bands()],
         ["buckling in twist, w/h >= 50", f"{finite}, ruling straight",
          f"{100.0 * twist:.2f} % at w/h = 50 and 100; Wunderlich is half as much too high"],
         ["buckling in twist, thicker", f"{finite}, and a shell below w/h = 20",
