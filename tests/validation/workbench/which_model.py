@@ -131,9 +131,36 @@ def in_one() -> str:
     return table(["the ribbon", "use", "because"], rows)
 
 
+def cost() -> str:
+    """Section 4: times and errors of single solves, from the tables of curl 4.3 and of the narrow Moebius band."""
+    with (RESULTS / "curl_4_3" / "table.csv").open(newline="") as file:
+        row = next(row for row in csv.DictReader(file) if float(row["width_to_thickness"]) == 200.0)
+    curl, shells = "[curl_4_3](../results/curl_4_3/README.md)", "[shell_cost](../results/shell_cost.md)"
+
+    def cells(model: str) -> list[str]:
+        return [f"{float(row[f'{model}_error']):.1e}", f"{float(row[f'seconds_{model}']):.{_SECONDS[model]}g}", curl]
+
+    page = (RESULTS / "moebius.md").read_text()
+    band = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| adaptive |")][-1]
+    rows = [
+        ["ribbon, curl 4.3, 20 graded segments", *cells("ribbon")],
+        ["shell, the same, w/h = 200", *cells("shell")],
+        ["shell, w/h = 100, Q2 25 x 2", "3.9e-03", "0.08", shells],
+        ["shell, w/h = 100, Q2 50 x 4", "5.6e-04", "0.30", shells],
+        ["shell, w/h = 100, Q2 150 x 12", "3.9e-06", "3.83", shells],
+        [f"Moebius band, w/l = 0.01, segments by a tolerance, p = {band[1]}", band[4], band[-1],
+         "[moebius](../results/moebius.md)"],
+    ]  # fmt: skip
+    return table(["solver and scene", "error", "s", "where"], rows)
+
+
+#: Digits of a time on the page of curl 4.3.
+_SECONDS = {"ribbon": 2, "shell": 3}
+
+
 def blocks() -> dict[str, str]:
     """What stands on the page between its marks, by name."""
-    return {"distances": distances(), "frontier": frontier(), "in_one": in_one()}
+    return {"distances": distances(), "frontier": frontier(), "cost": cost(), "in_one": in_one()}
 
 
 def written(page: str) -> str:
