@@ -1,4 +1,4 @@
-"""Three solvers that share no code agree where theory says they must, and differ as it says where they may."""
+"""Three solvers that share no numerics agree where theory says they must, and differ as it says where they may."""
 
 from __future__ import annotations
 
