@@ -60,7 +60,7 @@ def __dir__() -> list[str]:
 def main() -> int:
     """The command `ribbonbench`: the process's exit code. Signals and threads are seen to before anything is loaded."""
     alone("compare")
-    from compare import start
+    from ribbonbench import start
 
     def command() -> int:
         from compare.cli import main as run

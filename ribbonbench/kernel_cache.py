@@ -14,6 +14,7 @@ import contextlib
 import functools
 import hashlib
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -30,6 +31,8 @@ from ribbonbench.trusted import fault, makeable, private
 
 #: States of a package's sources whose kernels are kept.
 KEPT = 16
+#: Digits of the digest in the name of a state.
+DIGITS = 16
 
 config: Any = _config  # numba's settings are made at import, unknown to type checkers
 dispatcher: Any = _dispatcher
@@ -69,23 +72,29 @@ class KernelCache:
         return {name: path.read_bytes() for name, path in found.items() if name.partition(".")[0] == place.name}
 
     def digest(self) -> str:
-        """First 16 digits of the SHA-256 of `sources`."""
+        """First `DIGITS` digits of the SHA-256 of `sources`."""
         if self._digest is None:
             found = hashlib.sha256()
             for name, text in sorted(self.sources().items()):
                 found.update(name.encode() + b"\0" + text)
-            self._digest = found.hexdigest()[:16]
+            self._digest = found.hexdigest()[:DIGITS]
         return self._digest
 
     _digest: str | None = None
 
     def prune(self, folder: Path, keep: str) -> None:
-        """Removes all but the latest used KEPT states of the package from `folder`, and never the state `keep`."""
+        """Removes all but the latest used KEPT states of the package from `folder`, and never the state `keep`. States
+        of earlier versions, named by a digest alone, count among them."""
         with contextlib.suppress(OSError):
             states = [entry for entry in folder.iterdir() if entry.is_dir() and entry.name != keep]
-            ours = [entry for entry in states if entry.name.rpartition("-")[0] == self.package.name]
+            ours = [entry for entry in states if self._named(entry.name)]
             for entry in sorted(ours, key=lambda path: path.stat().st_mtime, reverse=True)[KEPT - 1 :]:
                 shutil.rmtree(entry, ignore_errors=True)
+
+    def _named(self, name: str) -> bool:
+        """Whether a folder of this name holds a state of the package, or of a version that did not name packages."""
+        nameless = re.fullmatch(f"[0-9a-f]{{{DIGITS}}}", name) is not None
+        return nameless or name.rpartition("-")[0] == self.package.name
 
     @contextlib.contextmanager
     def in_use(self) -> Iterator[None]:

@@ -242,7 +242,7 @@ class Sources:
             if one[0] in "=!*" or (one[0] == "~" and not types):
                 continue
             base, _, attribute = absolute(one.lstrip("~"), package).partition(":")
-            found.add(self._home(base, attribute) if attribute else base)
+            found.add(self._home(base, attribute, below=types) if attribute else base)
         return {one for one in found if self.file(one) is not None}
 
     def _loaded(self, path: Path) -> set[str]:
@@ -267,8 +267,9 @@ class Sources:
         }
         return {name for name in names if name.isidentifier()} - self._tops.keys() - sys.stdlib_module_names
 
-    def _home(self, base: str, attribute: str) -> str:
-        """The module that ``from base import attribute`` is about."""
+    def _home(self, base: str, attribute: str, below: bool) -> str:
+        """The module that ``from base import attribute`` is about. below: what a package hands on from elsewhere counts
+        as its own, as it does for the house's rules; what it has from modules of its own never does."""
         seen = set()
         while (base, attribute) not in seen:
             seen.add((base, attribute))
@@ -278,8 +279,11 @@ class Sources:
             if path is None or path.name != _INIT:
                 return base
             for one in self.module(path).imports:
+                if one[0] in "~=!*":
+                    continue
                 there, _, same = absolute(one, base.split(".")).partition(":")
-                if same == attribute and there.startswith(f"{base}.") and self.file(there) is not None:
+                near = there.startswith(f"{base}.") or not below
+                if same == attribute and near and self.file(there) is not None:
                     base = there
                     break
         return base
@@ -419,11 +423,6 @@ class _Memo:
                 text: one for text, one in found.items() if len(bytes.fromhex(text)) == len(bytes.fromhex(one[0])) == 32
             }
         return {}
-
-
-def _is_sum(text: str) -> bool:
-    """Whether a text is a SHA-256; ValueError for what is no number."""
-    return len(bytes.fromhex(text)) == 32
 
 
 def _place() -> Path:

@@ -3,8 +3,6 @@
 REQUEST.json
     problem           fields of ShellProblem (width, thickness, poisson are needed)
     options           fields of ShellOptions (may be absent)
-    states_for_error  [[along, across], ...]: more meshes for the same problem, from which the discretisation error of
-                      the first can be judged (may be absent)
     start             .npz of a ShellSurface of the same strip, on any mesh, near the state at the full load: the solve
                       settles there, and walks the path only when it cannot, or when the option `begin` refuses that
                       (shellref.path.begin; may be absent). Its path is relative to the request
@@ -12,12 +10,8 @@ REQUEST.json
                       killed worker stopped (may be absent). Relative to the request
 
 OUT_DIR (made when absent; files appear whole, by rename)
-    shell.json        ShellResult.to_dict(), `start` and `begun` (`how` and `notes` of shellref.path.begin.Begun), and
-                      `error_states` when asked for: for each extra mesh its elements, status, file, energy, and the
-                      distances |x - x'| to the first state at equal material points: `largest` on a 201 x 9 grid,
-                      `centreline`, `end` (units l)
+    shell.json        ShellResult.to_dict(), `start` and `begun` (`how` and `notes` of shellref.path.begin.Begun)
     shell.npz         s_nodes, v_nodes, points, directors (ShellSurface), cell_midpoints, energy_density
-    shell_AxB.json, shell_AxB.npz   the extra states
 
 Standard output: one JSON object per line ({"event": "step", "load": 0.3, ...}). Exit codes: 0 computed (the status is
 inside, also when not converged), 2 bad request, 3 dolfinx is missing; for 2 and 3 the reason is one line on stderr.
@@ -25,7 +19,6 @@ inside, also when not converged), 2 bad request, 3 dolfinx is missing; for 2 and
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 import sys
@@ -44,7 +37,7 @@ from shellref.shell.result import ShellResult, ShellStatus
 from shellref.shell.surface import ShellSurface
 
 DONE, BAD_REQUEST, MISSING = 0, 2, 3
-KEYS = ("problem", "options", "states_for_error", "start", "folder")
+KEYS = ("problem", "options", "start", "folder")
 
 
 @dataclass(frozen=True)
@@ -53,7 +46,6 @@ class Request:
 
     problem: ShellProblem
     options: ShellOptions
-    extra: tuple[ShellProblem, ...] = ()
     start: ShellSurface | None = None
     folder: Path | None = None
 
@@ -72,9 +64,6 @@ def read_request(path: Path) -> Request:
         if key not in KEYS:
             raise ShellInputError(key, data[key], f"unknown key; known: {', '.join(KEYS)}")
     problem = ShellProblem.from_dict(data["problem"])
-    meshes = data.get("states_for_error") or []
-    if not isinstance(meshes, list):
-        raise ShellInputError("states_for_error", meshes, "must be a list of [along, across]")
     for key in ("start", "folder"):
         if data.get(key) is not None and not isinstance(data[key], str):
             raise ShellInputError(key, data[key], "must be a path")
@@ -82,7 +71,6 @@ def read_request(path: Path) -> Request:
     return Request(
         problem=problem,
         options=ShellOptions.from_dict(data.get("options") or {}),
-        extra=tuple(dataclasses.replace(problem, elements=mesh) for mesh in meshes),
         start=None if start is None else read_start(path.parent / start, problem),
         folder=None if folder is None else path.parent / folder,
     )
@@ -107,41 +95,16 @@ def read_start(path: Path, problem: ShellProblem) -> ShellSurface:
     return surface
 
 
-def distances(first: ShellSurface, other: ShellSurface) -> dict[str, float]:
-    """Distances between two surfaces at equal material points, units l: largest on 201 x 9, centreline, end."""
-    s, v = np.linspace(0.0, 1.0, 201), np.linspace(first.v_nodes[0], first.v_nodes[-1], 9)
-    gap = np.linalg.norm(first.grid(s, v) - other.grid(s, v), axis=-1)
-    return {"largest": float(gap.max()), "centreline": float(gap[:, 4].max()), "end": float(gap[-1, 4])}
-
-
 def _say(event: dict[str, Any]) -> None:
     print(json.dumps(event), flush=True)
 
 
 def run(request: Request, folder: Path) -> ShellResult:
     """Solve, write the files, print progress."""
-    problem, options, keep = request.problem, request.options, request.folder
-    found = begun(problem, options, _say, request.start, None if keep is None else keep / "path")
-    first = found.result
-    rows = []
-    for other in request.extra:
-        name = "shell_{}x{}".format(*other.elements)
-        result = begun(other, options, _say, request.start, None if keep is None else keep / name).result
-        result.save(folder, name)
-        rows.append(
-            {
-                "elements": list(other.elements),
-                "status": result.status.value,
-                "file": f"{name}.npz",
-                "energy": result.energy,
-                "share": result.share,
-                "seconds": result.seconds["total"],
-                "distance": distances(first.surface, result.surface),
-            }
-        )
-    extra = {"error_states": rows} if rows else {}
-    first.save(folder, "shell", {"start": found.how, "begun": found.notes, **extra})
-    return first
+    keep = None if request.folder is None else request.folder / "path"
+    found = begun(request.problem, request.options, _say, request.start, keep)
+    found.result.save(folder, "shell", {"start": found.how, "begun": found.notes})
+    return found.result
 
 
 def main(arguments: list[str]) -> int:

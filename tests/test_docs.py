@@ -13,6 +13,7 @@ import pytest
 
 from compare import __version__, cli
 from compare import commands as known
+from compare.commands.parser import whole
 from compare.errors import BadInput
 from compare.scene.scene import loads
 from tests.docs_blocks import DOCS, ROOT, Block, anchors, blocks, commands, links, name_of, pages, prose
@@ -158,7 +159,7 @@ def test_pages_of_results_named_are_there(page):
 
 def _parses(words: list[str]) -> bool:
     try:
-        cli._parser().parse_args(words)
+        whole().parse_args(words)
     except SystemExit as stop:
         return stop.code == 0
     return True

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from compare.cli import _parser
+from compare.commands.parser import whole as _parser
 from compare.models import solve as solve_scene
 from compare.models.base import Options
 from compare.models.scope import has_shell

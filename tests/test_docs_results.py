@@ -89,6 +89,13 @@ def test_a_page_is_what_its_template_and_the_data_give(page):
     assert (ROOT / page).read_text() == readme.rendered(Pages(), page)
 
 
+@pytest.mark.parametrize("page", readme.RENDERED)
+def test_nothing_is_typed_for_a_page_that_has_data(page):
+    """python -m tests.validation --readme takes it out of the template."""
+    typed = readme.typed(readme.template(ROOT / page).read_text())
+    assert [name for name in sorted(typed) if Pages().read(name) is not None] == []
+
+
 def test_every_page_of_results_has_its_entry():
     named = {page.resolve() for entry in ENTRIES for page in entry.pages()}
     pages = {page for page in RESULTS.rglob("*.md") if page != PAGE and page.name != "table.md"}

@@ -32,16 +32,15 @@ LEVELS = (
     ("shellref", "shellref.path"),
     ("shellref.band",),
     ("shellref.shell",),
-    ("shellref.seam",),
+    ("shellref.seam", "shellref.holds"),
     ("shellref.kernels",),
-    ("shellref.elastica", "shellref.rod"),
+    ("shellref.elastica", "shellref.holds", "shellref.rod"),
     ("shellref.fenics", "shellref.inputs"),
     ("compare.cli",),
     ("compare.commands",),
-    ("compare.doctor",),
     ("compare.pages",),
     ("compare.battery",),
-    ("compare.sweep", "compare.pictures", "compare.check", "compare.begin"),
+    ("compare.sweep", "compare.check"),
     ("compare.studies",),
     ("compare.report",),
     ("compare.export",),
@@ -52,11 +51,14 @@ LEVELS = (
     ("compare.scene",),
     ("compare.store",),
     ("compare.registry",),
-    ("compare.errors", "compare.start"),
+    ("compare.errors",),
     ("compare",),
 )
+#: Most arrows between the rooms of `compare`, a room with all that stands below it; the aim is 60. `errors` has eleven
+#: of them, `store` ten.
+ARROWS = 69
 #: Who in `compare` may import a solver.
-KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pictures.ribbon", "compare.battery.cases")
+KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pages.pictures.ribbon", "compare.battery.cases")
 SOLVERS = ("ribbon", "shellref")
 PACKAGES = (*SOLVERS, "compare")
 #: Most modules of a room, its __init__ not counted; a command is a module, and there are as many as there are commands.
@@ -160,6 +162,17 @@ def test_arrows_go_downward_only():
     assert list(upward(graph())) == []
 
 
+def arrows(edges: Graph, package: str) -> list[str]:
+    """The imports between two rooms of a package."""
+    rooms = between_rooms({name: targets for name, targets in edges.items() if name.split(".")[0] == package})
+    return [f"{one} imports {other}" for one in sorted(rooms) for other in sorted(rooms[one])]
+
+
+def test_rooms_of_the_workbench_import_from_few():
+    found = arrows(graph(), "compare")
+    assert len(found) <= ARROWS, found
+
+
 def test_only_the_models_know_a_solver():
     assert list(strangers(graph())) == []
 
@@ -199,6 +212,11 @@ def test_a_circle_of_rooms_is_found():
     assert circles(between_rooms(edges)) == [{"ribbon.find", "ribbon.judge"}]
 
 
+def test_an_arrow_counts_once_for_two_rooms():
+    edges = {"compare.page.a": {"compare.scene.b"}, "compare.page.c.d": {"compare.scene.e"}, "compare.scene.b": set()}
+    assert arrows(edges, "compare") == ["compare.page imports compare.scene"]
+
+
 def test_a_circle_is_found():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [{"a", "b", "c"}]
 
@@ -213,8 +231,8 @@ def test_the_picture_and_the_page_are_the_import_graph():
 #: Where a model may be named: its own room, the registry, and the hard cases, which are scenes of one model each.
 NAMES_MODELS = ("compare/models/", "compare/registry.py", "compare/battery/cases/")
 #: Most names of models elsewhere; the aim is 15. What is left are sections and keys that are called like a model
-#: (`[shell]`, seconds.ribbon, seconds.shell, provenance.shell), commands, kinds of surfaces and colours.
-NAMED = 67
+#: (`[shell]`, a row's `elastica`, provenance.shell), commands, groups of hard cases and kinds of surfaces.
+NAMED = 22
 #: Who looks at NumPy's numbers without importing it.
 WITHOUT_NUMPY = {"compare.page.table", "compare.scene.change", "compare.store.store"}
 

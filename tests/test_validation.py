@@ -5,6 +5,8 @@ from __future__ import annotations
 import datetime
 import json
 import subprocess
+import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -30,6 +32,7 @@ FILES = {
     "results/first.csv": "1\n",
     "results/README.md.in": "E = {first.modulus}\n",
     "README.md.in": "E = {first.modulus:.1e}\n",
+    "docs/which_model.md.in": "{first.modulus|2.9}\n",
 }
 NAMES = ("first", "second", "third")
 
@@ -138,12 +141,12 @@ def test_only_stale_pages_are_made_cheap_ones_first_and_a_failure_stops_no_other
     assert made == ["third"]
     assert outcomes["first"].done == ""
     made.clear()
-    for name in ("first", "second"):
+    for name in NAMES:
         (root / f"tests/validation/room/{name}.py").write_text(FILES[f"tests/validation/room/{name}.py"] + "X = 2\n")
-    outcomes = stale.remake(NAMES, False, again(root, made, failing="second"), lambda: Pages(root))
-    assert made == ["second", "first"]
+    outcomes = stale.remake(NAMES, False, again(root, made, failing="third"), lambda: Pages(root))
+    assert made == ["third", "first", "second"]  # the second reads a file of another, so it waits
     assert {name: outcome.failed for name, outcome in outcomes.items()} == {
-        "first": False, "second": True, "third": False,
+        "first": False, "second": False, "third": True,
     }  # fmt: skip
     made.clear()
     stale.remake(NAMES, True, again(root, made), lambda: Pages(root))
@@ -153,11 +156,11 @@ def test_only_stale_pages_are_made_cheap_ones_first_and_a_failure_stops_no_other
 def test_after_an_interruption_it_goes_on_with_the_rest(root):
     made: list[str] = []
     with pytest.raises(KeyboardInterrupt):
-        stale.remake(NAMES, False, again(root, made, stopped="second"), lambda: Pages(root))
-    assert made == ["first", "second"]
+        stale.remake(NAMES, False, again(root, made, stopped="third"), lambda: Pages(root))
+    assert made == ["first", "third"]
     made.clear()
     stale.remake(NAMES, False, again(root, made), lambda: Pages(root))
-    assert made == ["second", "third"]
+    assert made == ["third", "second"]
 
 
 def test_a_page_that_reads_a_page_is_made_after_it(root):
@@ -238,6 +241,83 @@ def test_a_template_takes_numbers_by_name(root):
     readme.write(Pages(root))
     assert (root / "results/README.md").read_text() == "E = 3.00\n"
     assert (root / "README.md").read_text() == "E = 3.0e+00\n"
+
+
+def test_what_is_typed_for_a_page_without_data_goes_with_its_first_data(root):
+    text = "E = {first.modulus|2.90} +- {first.modulus.error:.1e|2e-1}, {second.count|9}; {first.remade|2026-11-21}\n"
+    (root / "results/README.md.in").write_text(text)
+    (root / "README.md.in").write_text("{third.count|1}\n")
+    assert readme.typed(text) == {"first", "second"}
+    assert readme.write(Pages(root)) == []
+    shown = "E = 2.90 +- 2e-1, 9; `python -m tests.validation first`, 2026-11-21, before its data were kept\n"
+    assert (root / "results/README.md").read_text() == shown
+    assert (root / "results/README.md.in").read_text() == text
+    day = measure(root, "first").time[:10]
+    assert readme.write(Pages(root)) == []
+    left = "E = {first.modulus} +- {first.modulus.error:.1e}, {second.count|9}; {first.remade}\n"
+    assert (root / "results/README.md.in").read_text() == left
+    shown = f"E = 3.00 +- 1.0e-01, 9; `python -m tests.validation first`, {day}\n"
+    assert (root / "results/README.md").read_text() == shown
+    assert (root / "README.md").read_text() == "1\n"
+
+
+def test_a_page_whose_template_names_what_nobody_measured_stays_and_says_so(root):
+    measure(root, "first")
+    (root / "results/README.md").write_text("old\n")
+    (root / "results/README.md.in").write_text("{first.height|2} {first.modulus} {third.count}\n")
+    said = readme.write(Pages(root))
+    assert [line.partition(":")[0] for line in said] == ["results/README.md"] * 2
+    assert "first.height" in said[0]
+    assert "third.count" in said[1]
+    assert (root / "results/README.md").read_text() == "old\n"
+    assert (root / "README.md").read_text() == "E = 3.0e+00\n"
+
+
+def test_pages_that_take_no_times_are_made_two_at_once_and_the_others_alone(root):
+    path = root / "tests/validation/room/second.py"
+    path.write_text("from time import perf_counter\n" + path.read_text())
+    assert [Pages(root).alone(name) for name in NAMES] == [False, True, False]
+    path.write_text("ALONE = False\n" + path.read_text())
+    assert not Pages(root).alone("second")
+    path.write_text(path.read_text().replace("False", "True"))
+    assert Pages(root).alone("second")
+    running: set[str] = set()
+    most: dict[str, int] = {}
+    both, turn = threading.Barrier(2, timeout=20.0), threading.Lock()
+
+    def make(name: str) -> tuple[int, str]:
+        running.add(name)
+        if name != "second":
+            both.wait()
+        most[name] = len(running)
+        if name != "second":
+            both.wait()
+        with turn:
+            measure(root, name)
+        running.discard(name)
+        return stale.DONE, ""
+
+    outcomes = stale.remake(NAMES, False, make, lambda: Pages(root), jobs=2)
+    assert most == {"first": 2, "second": 1, "third": 2}
+    assert not any(outcome.failed for outcome in outcomes.values())
+
+
+@pytest.mark.parametrize(
+    ("alone", "files"), [(False, {"mine.md", "put.md"}), (True, {"mine.md", "put.md", "other.md"})]
+)
+def test_what_a_process_beside_it_writes_is_no_file_of_a_page(root, alone, files):
+    path = root / "tests/validation/room/third.py"
+    path.write_text(f"ALONE = {alone}\n" + path.read_text())
+
+    def run(out: Path) -> None:
+        (out / "mine.md").write_text("1\n")
+        (out.parent / "put.md").write_text("2\n")
+        (out.parent / "put.md").replace(out / "put.md")
+        other = f"open({str(out / 'other.md')!r}, 'w').write('3')"
+        subprocess.run([sys.executable, "-c", other], check=True)
+
+    record = Pages(root).measure("third", run, "")
+    assert set(record.files) == {f"results/{name}" for name in files}
 
 
 def test_pages_that_were_made_before_do_not_count_as_a_modified_tree(root):

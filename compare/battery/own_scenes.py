@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import random
 
-from compare.begin.materials import MATERIALS
-from compare.begin.start import started
-from compare.begin.template import HELD
+from compare.scene.begin.materials import MATERIALS
+from compare.scene.begin.start import started
+from compare.scene.begin.template import HELD
 from compare.scene.scene import Scene
 
 #: Lengths in m, w / l, w / h, and |K l| (rad) that are drawn, evenly in their logarithms.

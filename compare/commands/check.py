@@ -13,8 +13,8 @@ from compare.errors import BadInput
 from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
-    from compare.check import Outcome
-    from compare.studies.pins import Pin
+    from compare.studies.agreement.pins import Pin
+    from compare.studies.agreement.verdict import Outcome
 
 HELP = "check that ribbon and shell agree as closely as is claimed (pins)"
 EXAMPLE = "ribbonbench check my.toml --distance 0.01"
@@ -56,11 +56,11 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Checks, or pins."""
-    from compare.check import check
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import check as check_page
     from compare.store.shared import shared_store
-    from compare.studies.pins import is_pins
+    from compare.studies.agreement.pins import is_pins
+    from compare.studies.agreement.verdict import check
 
     pins = _pins(options)
     for pin in pins:
@@ -85,7 +85,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _pins(options: argparse.Namespace) -> list[Pin]:
     """What is to be checked; `BadInput` for claims beside a file of pins, and for none beside a scene."""
-    from compare.studies.pins import SHIPPED, Pin, is_pins, read_pins
+    from compare.studies.agreement.pins import SHIPPED, Pin, is_pins, read_pins
 
     if options.scene is None or is_pins(options.scene):
         for name in _CLAIMS:

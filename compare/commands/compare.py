@@ -11,6 +11,7 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import ShellMissing
+from compare.models import USUAL
 from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
@@ -45,7 +46,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             try:
                 comparison = compare(scene, shared_store(out), reporter, leave_saddle=common.leaves(options))
             except ShellMissing as missing:  # what is finished is kept and told; then what is missing
-                kept = out / "ribbon"  # result.json beside it is a comparison's
+                kept = out / USUAL  # result.json beside it is a comparison's
                 kept.mkdir(exist_ok=True)
                 alone.write(kept, missing.scene, missing.found, options.line)
                 if common.spoken(options):
@@ -63,10 +64,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
                     console.print(f"- {sentence}")
                 console.file.flush()
         with reporter:
-            from compare.pages import compare as report
+            from compare.pages import compare as pages
+            from compare.report.write import read_report, write_report
 
             reporter.step("writing tables, pictures and surfaces")
-            page = report.write(out, comparison, options.line)
+            pages.write(out, comparison, options.line)
+            page = write_report(out, read_report([out])).markdown
     if common.spoken(options):
         console.print(f"Report: {page.with_suffix('.html')} and {page.name}")
     return common.DONE if comparison.ok else common.NOT_CONVERGED

@@ -20,8 +20,8 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Prints the script."""
-    from compare.begin.completion import script
     from compare.commands.parser import whole
+    from compare.scene.begin.completion import script
     from compare.scene.keys import KEYS
     from compare.scene.scene import shipped
 

@@ -87,8 +87,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
     """The plan that the options ask for; `BadInput` names the option that cannot be."""
+    from compare.models import names
     from compare.models.choice import measure_of_all
-    from compare.registry import names
     from compare.studies.cost_plan import OWN, Plan, chosen, families
 
     changes: dict[str, object] = {"leave_saddle": common.leaves(options), "compilation": options.compilation}

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         return _clean(console)
     if options.warm:
         return _warm(console)
-    from compare.doctor.doctor import main as examine
+    from compare.commands.installed.doctor import main as examine
 
     return examine(console, as_json=options.json)
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from compare.begin.materials import MATERIALS
 from compare.commands import common
 from compare.errors import BadInput
 from compare.models.scope import has_shell
+from compare.scene.begin.materials import MATERIALS
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
@@ -52,13 +52,13 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Writes the scene."""
-    from compare.begin.start import started
+    from compare.scene.begin.start import started
 
     path = _place(options)
     said = {name: getattr(options, name) for name in _SAID if getattr(options, name) is not None}
     si = options.si or any(name in said for name in _SI_ONLY)
     if not said and not options.weightless and path is not None and sys.stdin.isatty() and sys.stdout.isatty():
-        from compare.begin.questions import answers
+        from compare.scene.begin.questions import answers
 
         said = answers(si, input, print)
     title = options.title or ("My strip" if path is None else path.stem)

@@ -10,9 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.formats import array_csv
-from compare.page.si import array_with_si
-from compare.scene.units import Units
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
 from ribbon import Equilibrium
@@ -23,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 ARRAYS = "ribbon.npz"
 #: Of the columns of a centreline that have one.
-_UNITS = {**dict.fromkeys(("s", "x", "y", "z"), "l"), "omega": "1/l", "tau": "1/l"}
+UNITS = {**dict.fromkeys(("s", "x", "y", "z"), "l"), "omega": "1/l", "tau": "1/l"}
 #: Points of the stored centreline.
 LINE_POINTS = 401
 
@@ -75,9 +72,9 @@ def _twisted(equilibrium: Equilibrium, line: FloatArray) -> dict[str, FloatArray
     }
 
 
-def centreline_csv(equilibrium: Equilibrium, units: Units) -> bytes:
-    """The centreline as CSV: s, x, y, z (in l), omega (1/l), eta, or the twist tau (1/l) where it is free, t_x, t_y,
-    t_z by components; where units are known also s_m, x_m, y_m, z_m, omega_per_m, tau_per_m."""
+def centreline(equilibrium: Equilibrium) -> tuple[list[str], FloatArray]:
+    """Names of the columns, and the centreline as rows: s, x, y, z (in l), omega (1/l), eta, or the twist tau (1/l)
+    where it is free, t_x, t_y, t_z by components; units as in `UNITS`."""
     s = np.linspace(0.0, 1.0, LINE_POINTS)
     frame = equilibrium.frame(s)
     free = equilibrium.has_free_twist
@@ -86,7 +83,7 @@ def centreline_csv(equilibrium: Equilibrium, units: Units) -> bytes:
     names = ["s", "x", "y", "z", "omega", "tau" if free else "eta"]
     names += [f"{axis}_{component}" for axis in ("tx", "ty", "tz") for component in "xyz"]
     table = np.column_stack(columns + [frame[:, :, column] for column in range(3)])
-    return array_csv(*array_with_si(names, table, _UNITS, units))
+    return names, table
 
 
 def write_arrays(path: Path, equilibrium: Equilibrium) -> Path:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -75,8 +72,26 @@ def at_points(
     return density[row[:, None], column[None, :]]
 
 
+class Held(Protocol):
+    """What `stretching_zones` asks of a clamp: its tangent, None where it holds a point alone."""
+
+    @property
+    def tangent(self) -> object: ...
+
+
+class Clamped(Protocol):
+    """A strip, width in l, with what holds its ends."""
+
+    @property
+    def width(self) -> float: ...
+    @property
+    def clamp_start(self) -> Held | None: ...
+    @property
+    def clamp_end(self) -> Held | None: ...
+
+
 def stretching_zones(
-    scene: Scene, s_knots: FloatArray, v_knots: FloatArray, density: FloatArray, width_to_thickness: float
+    strip: Clamped, s_knots: FloatArray, v_knots: FloatArray, density: FloatArray, width_to_thickness: float
 ) -> tuple[dict[str, float], float]:
     """Parts of the stretching energy (membrane and shear) near the clamps, beside the free edges and elsewhere; the
     part of the shear energy that is not near a clamp. density (nx, ny, 3): bending, membrane, shear of any model, by
@@ -91,13 +106,13 @@ def stretching_zones(
     stretching = energy[..., 1] + energy[..., 2]
     total = float(stretching.sum()) or 1.0
     near = np.zeros(s.size, dtype=bool)
-    for at, clamp in ((0.0, scene.clamp_start), (1.0, scene.clamp_end)):
+    for at, clamp in ((0.0, strip.clamp_start), (1.0, strip.clamp_end)):
         if clamp is not None and clamp.tangent is not None:
-            near |= np.abs(s - at) < 0.5 * scene.width
-    bending = float(energy[..., 0].sum()) / scene.width
+            near |= np.abs(s - at) < 0.5 * strip.width
+    bending = float(energy[..., 0].sum()) / strip.width
     curvature = max(math.sqrt(2.0 * bending), 1e-6)
-    layer = LAYERS * math.sqrt(scene.width / width_to_thickness / curvature)
-    beside = (np.abs(v) > 0.5 * scene.width - layer)[None, :] & ~near[:, None]
+    layer = LAYERS * math.sqrt(strip.width / width_to_thickness / curvature)
+    beside = (np.abs(v) > 0.5 * strip.width - layer)[None, :] & ~near[:, None]
     clamps, edges = float(stretching[near].sum()) / total, float(stretching[beside].sum()) / total
     shear = float(energy[..., 2].sum()) or 1.0
     zones = {"clamps": clamps, "edges": edges, "rest": max(1.0 - clamps - edges, 0.0)}

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
-
 FloatArray = NDArray[np.float64]
+
+
+class Wide(Protocol):
+    """Whatever has a width, in l: a scene, a strip."""
+
+    @property
+    def width(self) -> float: ...
 
 
 class Surfaced(Protocol):
@@ -54,11 +58,11 @@ class Grid:
     v: FloatArray
 
     @classmethod
-    def for_shape(cls, scene: Scene, largest_curvature: float) -> Grid:
-        """Fine enough for shapes of this curvature (1/l) of the scene's strip."""
+    def for_shape(cls, strip: Wide, largest_curvature: float) -> Grid:
+        """Fine enough for shapes of this curvature (1/l) of a strip, or of a scene's."""
         along = cells_along(largest_curvature)
-        across = cells_across(scene.width, along)
-        half = 0.5 * scene.width
+        across = cells_across(strip.width, along)
+        half = 0.5 * strip.width
         return cls(np.linspace(0.0, 1.0, along + 1), np.linspace(-half, half, across + 1))
 
     def of(self, shape: Surfaced) -> FloatArray:

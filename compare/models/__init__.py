@@ -1,4 +1,4 @@
-"""The models: one room for everything that knows a solver; the rest of `compare` asks the registry.
+"""The models: one room for everything that knows a solver; the rest of `compare` asks for them here, by role or name.
 
 `solve` is the way for one's own scripts::
 
@@ -14,12 +14,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from compare import registry
+from compare.registry import RICHEST, USUAL, home, model, name_for, names
+
 if TYPE_CHECKING:
     from compare.models.base import Options, Shape, Size, State
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
 
-__all__ = ["solve"]
+__all__ = ["RICHEST", "USUAL", "home", "model", "name_for", "names", "registry", "solve"]
 
 
 def solve(
@@ -36,7 +39,6 @@ def solve(
 
     Keys of the scene that the model does not read are refused, as by every command (`BadInput`).
     """
-    from compare import registry
     from compare.models.base import check_keys
     from compare.models.choice import chosen
     from compare.scene.units import Units

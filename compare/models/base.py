@@ -19,13 +19,13 @@ from numpy.typing import ArrayLike, NDArray
 from compare.errors import BadInput
 from compare.measure.align import Motions
 from compare.measure.grid import Grid
-from compare.measure.shown import Shown
+from compare.models.shown import Shown
 from compare.scene.units import Units
 
 if TYPE_CHECKING:
-    from compare.measure.states import States
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
+    from compare.store.states import States
     from compare.store.store import CaseStore
 
 FloatArray = NDArray[np.float64]

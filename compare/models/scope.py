@@ -52,17 +52,22 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
         return "wall", "confines the strip, and the shell has no contact"
     if scene.closure is not None and scene.strip.transverse_curvature:
         return "strip.transverse_curvature", "curves the section, and the shell joins flat ones"
-    if scene.clamp_start is None and scene.closure is None:
-        return "clamp.start", "is absent: the start is free, and the shell is held there"
     for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
         if clamp is None or clamp.holds_all:
             continue
         if clamp.section == "free":
             return f"{name}.section", "is free, and the shell needs position and frame of the plane in which it is"
-        hinged = clamp.position is not None and scene.strip.transverse_curvature  # the edge turns about t_x as a whole
-        if not (name == "clamp.end" and (scene.guided or hinged)):
+        hinged = clamp.position is not None and name == "clamp.end"  # the edge turns about t_x as a whole
+        if scene.strip.transverse_curvature and not (hinged or (name == "clamp.end" and scene.guided)):
             part = "position" if clamp.position is None else "frame"
-            return name, f"leaves the {part} free, and the shell's clamps hold position and frame"
+            return name, f"leaves the {part} of a curved section free, and there the shell holds position and frame"
+        if scene.shell.clamp == "corners":
+            return "shell.clamp", f'is "corners", and {name} holds a part of the edge'
+        if clamp.slide is not None and clamp.ruling == "free" and not scene.strip.transverse_curvature:
+            remedy = f'the shell needs {name}.ruling = "straight"'
+            return f"{name}.slide", f"moves a point of a section that is free: {remedy}"
+    if scene.strip.transverse_curvature and scene.clamp_start is None and scene.clamp_end is not None:
+        return "clamp.start", "is absent: the start of a curved section is free, and the shell is held there"
     return None
 
 

@@ -42,6 +42,7 @@ from compare.models.base import (
 from compare.models.capabilities import Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
+from compare.models.holds import shell as shell_holds
 from compare.models.quantities.shell import QUANTITIES
 from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.scope import has_shell, require_shell
@@ -164,7 +165,7 @@ class ShellModel(Model):
     without_effect = keys.because(
         keys.UNSURE,
         (keys.OVER_THE_SURFACE, "the shell always weighs its surface"),
-        (keys.CLAMP_RULINGS, "shell.clamp says what a shell's clamp holds"),
+        (keys.CLAMP_RULINGS, "where a frame is held, shell.clamp says what a shell's clamp holds"),
         (keys.RULINGS & (keys.SEED | keys.CLOSURE), "a shell has no rulings"),
         (keys.MODEL, "how the ribbon beside it is discretised and solved"),
     )
@@ -405,7 +406,7 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
 def motions_of(scene: Scene) -> Motions | None:
     """What nothing resists: of a band that no clamp holds the rigid motions, and its sliding along itself."""
     if scene.closure is None or scene.clamp_start is not None:
-        return None
+        return shell_holds.motions_of(scene)
     sign = -1 if HALF_TURNS[scene.closure.kind] % 2 else 1
     seam = sign if even_along(scene.curvature, sign) else 0
     return Motions(np.eye(3), np.eye(3), None, seam, bool(seam) and not any(scene.curvature))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
+from compare.models.holds import shell as shell_holds
 from compare.models.scope import beyond_the_shell, require_shell
 from compare.scene.data import unit
 from compare.scene.scene import Scene
@@ -86,7 +87,9 @@ def shell_problem(
     """
     shell = scene.shell
     weight = scene.up is not None and scene.gamma > 0
-    floats = scene.closure is not None and scene.clamp_start is None
+    floats = scene.clamp_start is None and scene.clamp_end is None
+    curvature = _start_curvature(scene)
+    start, end = end_poses(scene, curvature)
     usual = TAPE_GRADING if scene.transverse_curvature else WIDE_GRADING if scene.width > WIDE else GRADING
     grading = shell.grading or usual
     try:
@@ -98,26 +101,48 @@ def shell_problem(
             transverse_curvature=scene.transverse_curvature,
             slide=(_slide(scene.clamp_start), _slide(scene.clamp_end)),
             turns=hinged(scene),
-            sections=(_section(scene.clamp_start), _section(scene.clamp_end)),
+            sections=(shell_holds.section(scene, scene.clamp_start), shell_holds.section(scene, scene.clamp_end)),
+            holds=shell_holds.holds(scene),
             gamma=scene.gamma if weight else 0.0,
             up=tuple(float(c) for c in scene.up) if weight else None,  # type: ignore[arg-type, union-attr]
-            clamp_position=(0.0,) * 3 if floats else tuple(float(c) for c in scene.position),  # type: ignore[arg-type]
-            clamp_frame=IDENTITY if floats else tuple(tuple(float(c) for c in row) for row in scene.frame),  # type: ignore[arg-type]
+            clamp_position=(0.0,) * 3 if floats else start.position,
+            clamp_frame=IDENTITY if floats else start.frame,
             clamp="free" if floats else shell.clamp,
             elements=elements or shell_elements(scene),
             grading=grading,
-            end=end_pose(scene),
+            end=end,
             tip=None if scene.tip is None else tuple(scene.tip_force.tolist()),  # type: ignore[arg-type]
             guided=scene.guided,
             corner=scene.shell_corner,
             edge_layer=scene.shell_edge_layer,
-            start_curvature=_start_curvature(scene),
+            start_curvature=curvature,
             half_turns=None if scene.closure is None else HALF_TURNS[scene.closure.kind],
         )
         _check_goal(shell, problem)
         return with_way(scene, problem) if way else problem
     except ShellInputError as error:
         raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
+
+
+def end_poses(scene: Scene, curvature: float | None) -> tuple[Pose, Pose | None]:
+    """Poses of both ends, those of what is not held where the path begins: on an arc of this curvature (1/l)."""
+    if not shell_holds.partly(scene):
+        floats = scene.clamp_start is None
+        return Pose((0.0,) * 3, IDENTITY) if floats else start_pose(scene), end_pose(scene)
+    if scene.start_position is not None and scene.end_position is not None and curvature is None:
+        curvature = held_curvature(scene)
+    return shell_holds.poses(scene, curvature)
+
+
+def held_curvature(scene: Scene) -> float:
+    """Curvature (1/l) of the arc between two points of which a frame is free: bent as the seed, or the strip's natural
+    shape, or downwards."""
+    assert scene.start_position is not None
+    assert scene.end_position is not None
+    turn = arc_turn(math.dist(scene.start_position, scene.end_position))
+    seed = scene.seed_curvature
+    middle = float(np.interp(0.5, np.linspace(0.0, 1.0, len(seed)), seed))
+    return math.copysign(turn, middle or sum(scene.curvature) or (-1.0 if scene.gamma else 1.0))
 
 
 def _start_curvature(scene: Scene) -> float | None:
@@ -167,10 +192,6 @@ def _slide(clamp: ClampSpec | None) -> tuple[float, float, float] | None:
     if clamp is None or clamp.slide is None:
         return None
     return tuple(unit(clamp.slide).tolist())  # type: ignore[return-value]
-
-
-def _section(clamp: ClampSpec | None) -> str:
-    return "undeformed" if clamp is None or clamp.section is None else clamp.section
 
 
 def line_weight(scene: Scene) -> str | None:
@@ -249,6 +270,11 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
     if problem.closed and scene.path:
         remedy = "leave the path out (--set path=[]): a shell's band has one of its own"
         raise BadInput("path", None, "is not what the shell's band can follow", remedy)
+    if problem.partly_held:
+        if scene.path:
+            remedy = "leave the path out (--set path=[]): a shell that is held in part has a beginning of its own"
+            raise BadInput("path", None, "is not what a shell that is held in part can follow", remedy)
+        return _released_way(scene, problem)
     if not _both(problem) and not scene.path:
         return problem
     stages = _followed(scene)
@@ -291,16 +317,29 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
     return dataclasses.replace(problem, start_curvature=curvature, path=tuple(waypoints))
 
 
+def _released_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
+    """The problem with the way of its clamps where two points are held: they hold all of the ends until they let go."""
+    if problem.closed or scene.start_position is None or scene.end_position is None:
+        return problem
+    assert problem.end is not None
+    given = problem.start_curvature
+    arc = held_curvature(scene) if given is None else given
+    way = from_arc(problem.start, problem.end, arc)
+    way.insert(1, Waypoint(natural=1.0, name="natural"))
+    way.append(Waypoint(start=problem.start, end=problem.end, name="clamps"))
+    return dataclasses.replace(problem, start_curvature=arc, path=tuple(way))
+
+
 def _followed(scene: Scene) -> tuple[Scene, ...]:
     """The stages of the scene and the scene itself, each of them such that the shell can follow."""
-    stages = scene.stages()
+    stages, section = scene.stages(), shell_holds.section
     for number, stage in enumerate(stages[:-1]):
         for key, differs in (
             ("clamp.end", (stage.clamp_end is None) != (scene.clamp_end is None)),
             ("clamp.start.slide", _slide(stage.clamp_start) != _slide(scene.clamp_start)),
             ("clamp.end.slide", _slide(stage.clamp_end) != _slide(scene.clamp_end)),
-            ("clamp.start.section", _section(stage.clamp_start) != _section(scene.clamp_start)),
-            ("clamp.end.section", _section(stage.clamp_end) != _section(scene.clamp_end)),
+            ("clamp.start.section", section(stage, stage.clamp_start) != section(scene, scene.clamp_start)),
+            ("clamp.end.section", section(stage, stage.clamp_end) != section(scene, scene.clamp_end)),
             ("clamp.end.frame", hinged(stage) != hinged(scene)),
             ("strip.transverse_curvature", stage.transverse_curvature != scene.transverse_curvature),
             ("strip.width", stage.width != scene.width),
@@ -309,6 +348,8 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
             ("gravity.up", stage.gamma > 0 and scene.up is not None and not np.allclose(stage.up, scene.up)),  # type: ignore[arg-type]
             ("strip.gamma", stage.gamma > 0 and not scene.gamma),
             ("clamp.end.position", stage.guided != scene.guided),
+            ("clamp.start", shell_holds.holds(stage)[0] != shell_holds.holds(scene)[0]),
+            ("clamp.end", shell_holds.holds(stage)[1] != shell_holds.holds(scene)[1]),
             ("tip", not _along(stage.tip_force, scene.tip_force)),
         ):
             if differs:

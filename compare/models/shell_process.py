@@ -21,9 +21,9 @@ import numpy as np
 
 from compare.errors import BadInput, Missing
 from compare.models.shell_build import DEFAULT_ELEMENTS, shell_elements, shell_options, shell_problem
-from compare.start import THREADS
 from compare.store.provenance import software
 from compare.store.store import CaseStore, Unfinished, case_key, read_json
+from ribbonbench.start import THREADS
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 from shellref.shell.result import LoadStep
@@ -236,7 +236,7 @@ def _work(
                     sys.executable,
                     "-P",
                     "-m",
-                    "compare.start",
+                    "ribbonbench.start",
                     str(os.getpid()),
                     WORKER,
                     str(request),

@@ -58,7 +58,9 @@ _STATE = (
     _FINITE, _RESIDUAL, _BALANCE, _QUADRATURE, _CONVEX, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _MODEL,
 )  # fmt: skip
 _SAME = Claim("same", "both models are in one state", "the shell accepts the ribbon's surface as its beginning")
-_SHELL = Claim("shell", "the shell is in a stable equilibrium, and its error is known", "status; a coarser mesh")
+#: The claim about every shell of a comparison.
+SHELLS = "shell"
+_SHELL = Claim(SHELLS, "the shell is in a stable equilibrium, and its error is known", "status; a coarser mesh")
 _DISTANCE = Claim("distance", "the models are near each other", "Hausdorff distance beside both errors")
 
 CLAIMS: Mapping[str, tuple[Claim, ...]] = {

@@ -37,7 +37,7 @@ STRIP, SHELL = "ribbon", "shell"
 @dataclass(frozen=True)
 class Surface:
     """A VTU file of a surface for the 3-D view; kind: `STRIP` or `SHELL`; colour: field of the file to begin with;
-    width_to_thickness: of a shell, when known; states: file of its states along a path (`compare.measure.states`)."""
+    width_to_thickness: of a shell, when known; states: file of its states along a path (`compare.store.states`)."""
 
     file: str
     label: str

@@ -11,7 +11,15 @@ from compare.models.base import Energy
 from compare.models.same_state import Counterpart
 from compare.record.quantity import DATA, Part, Quantity
 
-ENERGY = "D w / l"
+FORCE, MOMENT, ENERGY = "D w / l^2", "moment", "D w / l"
+
+
+@dataclass(frozen=True)
+class Times:
+    """Seconds of one solve of the model beside the shell and of the shell; None: not known."""
+
+    ribbon: float | None
+    shell: float | None
 
 
 @dataclass(frozen=True)
@@ -45,13 +53,15 @@ class Row:
     share: dict[str, float] | None
     shell_end: dict[str, Any] | None
     shell_middle: dict[str, Any] | None
-    seconds: dict[str, float | None]
+    seconds: Times
     elements: tuple[int, int]
     newton_iterations: int | None
     reused: bool
     same_state: bool | None
     same_why: str
     counterpart: Counterpart | None = None
+    shell_forces: Mapping[str, Any] = field(default_factory=dict)
+    shell_moments: Mapping[str, Any] = field(default_factory=dict)
     shell_errors: Mapping[str, Any] = field(default_factory=dict)
     elastica: float | None = None
     start: str = "path"
@@ -65,14 +75,14 @@ class Row:
     def ratio(self) -> float | None:
         """How many times longer the shell takes than the ribbon, like for like: the faster one at least as exact as the
         other, so that at one error the factor is no smaller. None where `unlike` says why not."""
-        ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
+        ribbon, shell = self.seconds.ribbon, self.seconds.shell
         return None if not ribbon or shell is None or self.unlike is not None else shell / ribbon
 
     @property
     def unlike(self) -> str | None:
         """Why the times are not compared: "error" (one is not known), "first" (of the ribbon a first solve only),
         "exact" (the faster one is less exact), "search" (the ribbon is slower, but searches its segments); None."""
-        ribbon, shell = self.seconds["ribbon"], self.seconds["shell"]
+        ribbon, shell = self.seconds.ribbon, self.seconds.shell
         if self.ribbon_error is None or self.shell_error is None:
             return "error"
         if not self.warm:
@@ -91,6 +101,12 @@ def _energy(row: Row) -> dict[str, Any] | None:
     parts = {**row.energy.to_dict(), "constant": row.energy.constant}
     return {name: None if value is None else value + 0.0 for name, value in parts.items()}  # + 0.0: no -0
 
+
+#: In planar scenes alone.
+PLANAR: Quantity[Row] = Quantity(
+    "elastica", "to elastica", "l", "exponent:2", legend="distance of the centreline to the elastica's",
+    of=lambda r: r.elastica,
+)  # fmt: skip
 
 PAIR: tuple[Quantity[Row], ...] = (
     Quantity("width_to_thickness", "w/h", kind="digits", rank=0, note="w/h", of=lambda r: r.width_to_thickness),
@@ -114,9 +130,12 @@ PAIR: tuple[Quantity[Row], ...] = (
         Part("shear", "shear_share", "shear %", rank=6, note="the same"))),
     Quantity("shell_end", unit="l", kind=DATA, of=lambda r: r.shell_end),
     Quantity("shell_middle", unit="l", kind=DATA, of=lambda r: r.shell_middle),
-    Quantity("seconds", unit="s", of=lambda r: r.seconds, parts=(
-        Part("ribbon", "seconds_ribbon", "ribbon s", "seconds:2", note="a warm solve"),
-        Part("shell", "seconds_shell", "shell s", "seconds:3", rank=4, note="a solve, compilation apart"))),
+    Quantity("shell_forces", unit=FORCE, kind=DATA, of=lambda r: r.shell_forces),
+    Quantity("shell_moments", unit=MOMENT, kind=DATA, of=lambda r: r.shell_moments),
+    Quantity("seconds.ribbon", "ribbon s", "s", "seconds:2", name="seconds_ribbon", note="a warm solve",
+             of=lambda r: r.seconds.ribbon),
+    Quantity("seconds.shell", "shell s", "s", "seconds:3", 4, name="seconds_shell", note="a solve, compilation apart",
+             of=lambda r: r.seconds.shell),
     Quantity("elements", kind=DATA, of=lambda r: r.elements),
     Quantity("newton_iterations", kind=DATA, of=lambda r: r.newton_iterations),
     Quantity("reused", kind=DATA, of=lambda r: r.reused),
@@ -130,8 +149,7 @@ PAIR: tuple[Quantity[Row], ...] = (
              legend="of the shell's, by its own change"),
         Part("energy.gravity", "gravity_error", "gravity error", unit=ENERGY, note="the same"),
         Part("energy.total", "total_error", "total error", unit=ENERGY, note="the same"))),
-    Quantity("elastica", "to elastica", "l", "exponent:2", legend="distance of the centreline to the elastica's",
-             of=lambda r: r.elastica),
+    PLANAR,
     Quantity("start", "start", kind="word", rank=6, of=lambda r: r.start,
              legend="where the shell's solve began, its path or the ribbon's surface (it then settles at the full "
              "load, and may be checked by the path on a coarse mesh)"),

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from compare.models import model
 from compare.models.capabilities import Advises
-from compare.registry import model
 
 
 class Ended(Protocol):

@@ -10,11 +10,11 @@ from typing import Any
 
 from compare.measure.error import error_of_first
 from compare.measure.numbers import ALONE, errors_of, nested, numbers_of
+from compare.models import model
 from compare.models.base import Pose, State, Supports
 from compare.models.quantities import Answered, Declares, walls_of
 from compare.page.remedies import message
 from compare.record.quantity import ABSENT, DATA, Part, Quantity
-from compare.registry import model
 from compare.scene.data import SceneData
 from compare.scene.units import Units
 from compare.store.made_by import provenance

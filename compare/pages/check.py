@@ -8,17 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from compare.check import Claim, Outcome, Verdict, up
 from compare.measure.grades import GOOD, POOR, UNKNOWN, worst
 from compare.page import verdict as page
 from compare.page.study import Study
 from compare.page.table import Table
 from compare.pages.result import row_result
-from compare.record.quantity import Quantity
+from compare.record.quantity import DATA, Quantity
+from compare.record.views import document
 from compare.scene.scene import shipped
 from compare.store.made_by import provenance
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_text
+from compare.studies.agreement.verdict import Claim, Outcome, Verdict, up
 
 PINS = "agreements.toml"
 _COLUMNS: tuple[Quantity[tuple[Outcome, Claim]], ...] = (
@@ -160,20 +161,23 @@ def write(out: Path, outcomes: Sequence[Outcome], again: str, *, pinned: bool = 
         tables=(table(outcomes, pinned),),
         sentences=tuple(sentences(outcomes, pinned)),
         files=files,
-    ).write(out, {"status": worst.value, "pins": [_entry(o) for o in outcomes], "provenance": made}, again, single)
+    ).write(
+        out, {"status": worst.value, "pins": [document(_PIN, o) for o in outcomes], "provenance": made}, again, single
+    )
     return written
 
 
-def _entry(outcome: Outcome) -> dict[str, Any]:
-    pin, found = outcome.pin, outcome.comparison
-    fast = found.fast
-    return {
-        "scene": pin.scene.name,
-        "label": pin.label,
-        "set": dict(pin.keys),
-        "status": outcome.verdict.value,
-        "claims": outcome.claims,
-        "ribbon": {"status": fast.word, "stable": fast.stable, "lowest_eigenvalue": fast.lowest_eigenvalue},
-        "seconds": {"first": fast.seconds.first, "warm": fast.seconds.warm},
-        "rows": [row_result(row, found.scene) for row in found.rows],
-    }
+#: What result.json says of a pin.
+_PIN: tuple[Quantity[Outcome], ...] = (
+    Quantity("scene", kind=DATA, of=lambda o: o.pin.scene.name),
+    Quantity("label", kind=DATA, of=lambda o: o.pin.label),
+    Quantity("set", kind=DATA, of=lambda o: dict(o.pin.keys)),
+    Quantity("status", kind=DATA, of=lambda o: o.verdict.value),
+    Quantity("claims", kind=DATA, of=lambda o: o.claims),
+    Quantity("ribbon.status", kind=DATA, of=lambda o: o.comparison.fast.word),
+    Quantity("ribbon.stable", kind=DATA, of=lambda o: o.comparison.fast.stable),
+    Quantity("ribbon.lowest_eigenvalue", kind=DATA, of=lambda o: o.comparison.fast.lowest_eigenvalue),
+    Quantity("seconds.first", unit="s", kind=DATA, of=lambda o: o.comparison.fast.seconds.first),
+    Quantity("seconds.warm", unit="s", kind=DATA, of=lambda o: o.comparison.fast.seconds.warm),
+    Quantity("rows", kind=DATA, of=lambda o: [row_result(row, o.comparison.scene) for row in o.comparison.rows]),
+)

@@ -1,4 +1,4 @@
-"""What `ribbonbench compare` writes: numbers, tables, pictures, surfaces, page.json, and the reports made from it."""
+"""What `ribbonbench compare` writes: numbers, tables, pictures, surfaces and page.json."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from compare.page.si import for_reader, with_si
 from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
+from compare.pages.pictures import comparison as figures
 from compare.pages.presenter import presenter
 from compare.pages.written import Written, write_shells
-from compare.pictures import comparison as figures
-from compare.report.write import read_report, write_report
 from compare.scene.units import Units
 from compare.studies.compare import Comparison
 
 
-def write(out: Path, comparison: Comparison, again: str) -> Path:
-    """Writes everything of a comparison into the folder `out`, each file atomically, and returns report.md's path.
+def write(out: Path, comparison: Comparison, again: str) -> None:
+    """Writes everything of a comparison but its report into the folder `out`, each file atomically.
 
-    report.html, report.md, page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
+    page.json, result.json, table.csv, table.md, convergence.png, shapes.png, ribbon.png,
     surfaces.png, centreline.csv, ribbon.vtu, ribbon.npz and shell_wNNNN.vtu (NNNN: w/h). again: the command line.
     """
     scene = comparison.scene
@@ -32,7 +31,6 @@ def write(out: Path, comparison: Comparison, again: str) -> Path:
     result = results.comparison_result(comparison)
     surfaces = [*(replace(surface, colour="") for surface in written.surfaces), *write_shells(out, comparison)]
     study(comparison, written, surfaces).write(out, result, again, scene)
-    return write_report(out, read_report([out])).markdown
 
 
 def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface]) -> Study:

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.models import RICHEST, USUAL
 from compare.models.base import BESIDE, State
 from compare.models.shell import START
 from compare.models.shell_build import line_weight
-from compare.page.pair import PAIR, Row
+from compare.page.claims import SHELLS
+from compare.page.pair import PAIR, PLANAR, Row
 from compare.page.remedies import message
 from compare.page.table import Column, Table
 from compare.page.told import force, length
@@ -18,7 +20,6 @@ from compare.page.verdict import Verdict
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
 from compare.record.quantity import Quantity, first
-from compare.registry import USUAL
 from compare.scene.units import Units
 from compare.studies.checks import of_rows, of_state
 from compare.studies.compare import LOWER, OWN_IS_HIGHER, Comparison
@@ -30,7 +31,7 @@ FloatArray = NDArray[np.float64]
 #: The columns of table.csv in their order; others of the record come behind them.
 _FIRST = (
     "width_to_thickness", "status", "start", "hausdorff", "centreline", "ribbon_error", "shell_error", "same_state",
-    "claimed", "share", "energy", "shell_errors", "seconds", "ratio",
+    "claimed", "share", "energy", "shell_errors", "seconds.ribbon", "seconds.shell", "ratio",
 )  # fmt: skip
 TABLE: tuple[Quantity[Row], ...] = first(PAIR, *_FIRST)
 LEGEND = (
@@ -53,7 +54,7 @@ def _named(column: Column, model: str) -> Column:
 def table(comparison: Comparison) -> Table:
     """One row per shell; below it the model beside them, for the ribbon the limit h/w = 0. The elastica's column is
     absent where there is none."""
-    shown = [quantity for quantity in TABLE if quantity.key != "elastica" or comparison.elastica is not None]
+    shown = [quantity for quantity in TABLE if quantity.key != PLANAR.key or comparison.elastica is not None]
     fast = comparison.fast
     name = fast.model.replace("_", " ")
     legend = LEGEND if fast.model == USUAL else LEGEND.replace("the ribbon, the limit h/w = 0", f"the {name}")
@@ -65,7 +66,7 @@ def table(comparison: Comparison) -> Table:
         "status": fast.word,
         "ribbon_error": fast.error,
         "seconds_ribbon": fast.seconds.warm,
-        "elastica": comparison.elastica_distance,
+        PLANAR.key: comparison.elastica_distance,
     }
     if fast.energy is not None:
         parts = ("elastic", "gravity", "total")
@@ -87,12 +88,12 @@ def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
     if row.hausdorff is None or row.status != "converged":
         return Verdict.of("compare", f"No comparison at {ratio}: the shell is {row.status}", checks)
     if row.same_state is not True:
-        return Verdict.of("compare", another_state(row, fast, units), checks).doubted("same", "distance", "shell")
+        return Verdict.of("compare", another_state(row, fast, units), checks).doubted("same", "distance", SHELLS)
     far = f"At {ratio} the {fast.model} is {length(units, row.hausdorff)} from the shell"
     if row.ribbon_error is None or row.shell_error is None:
-        lacking = fast.model if row.ribbon_error is None else "shell"
+        lacking = fast.model if row.ribbon_error is None else RICHEST
         text = f"{far}; the {lacking}'s own error is not known"
-        return Verdict.of("compare", text, checks).doubted("distance", "elements", "shell")
+        return Verdict.of("compare", text, checks).doubted("distance", "elements", SHELLS)
     if not row.claimed:
         bound = length(units, row.hausdorff + row.ribbon_error + row.shell_error)
         far = f"At {ratio} the {fast.model} is at most {bound} from the shell, as far as the meshes can tell"
@@ -179,12 +180,12 @@ def verdict(comparison: Comparison) -> list[str]:
         said += _other_model(comparison)
     said += sentences(comparison.scene, fast)
     said += _tension(comparison)
-    times = [r for r in comparison.rows if None not in (r.seconds["shell"], r.shell_error, r.ribbon_error)]
+    times = [r for r in comparison.rows if None not in (r.seconds.shell, r.shell_error, r.ribbon_error)]
     if times:
         last = times[-1]
         said.append(
-            f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds['shell']:.3g} s (error "
-            f"{last.shell_error:.1e} l), the {fast.model} {last.seconds['ribbon']:.2g} s (error "
+            f"Time: at w/h = {last.width_to_thickness:g} the shell takes {last.seconds.shell:.3g} s (error "
+            f"{last.shell_error:.1e} l), the {fast.model} {last.seconds.ribbon:.2g} s (error "
             f"{last.ribbon_error:.1e} l): "
             + _factor(last, fast.model)
             + ("; the shell's time is from the run that stored it." if last.reused else ".")

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.measure.grades import FAIR, GOOD, UNKNOWN, YARDSTICK, grade, worst
+from compare.models import USUAL
 from compare.page import study as page
 from compare.page.drawing import save
 from compare.page.page import Picture
@@ -192,7 +193,7 @@ _ROWS: tuple[Quantity[Row], ...] = (
     ),
 )
 _TIMES: tuple[Quantity[Row], ...] = (
-    *pick(PAIR, "seconds"),
+    *pick(PAIR, "seconds.ribbon", "seconds.shell"),
     Quantity("reused", "kept", kind="truth", legend="the shell's time is from an earlier run", of=lambda r: r.reused),
 )
 
@@ -217,7 +218,7 @@ _SCALARS = (
     Column("value", "value", kind="digits:6", rank=1),
     Column("low", "low", kind="digits:6", legend="lower end of the 95 % interval", rank=2),
     Column("high", "high", kind="digits:6", legend="its upper end", rank=2),
-    Column("ribbon", "ribbon", kind="digits:6", rank=1),
+    Column(USUAL, USUAL, kind="digits:6", rank=1),
     Column(
         "inside", "ribbon inside", kind="truth", legend="in the interval, widened by the ribbon's own error", rank=1
     ),

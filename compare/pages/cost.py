@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 
 from compare.measure.front import Reach, front, reach
 from compare.measure.grades import GOOD, GOOD_UP_TO, POOR, YARDSTICK, grade
+from compare.models import RICHEST
+from compare.models.quantities.ladders import NAMES, SHADES, STYLES, UNSTYLED
 from compare.page.drawing import save
 from compare.page.page import Picture
 from compare.page.si import with_si
@@ -19,32 +21,9 @@ from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
 from compare.record.quantity import Quantity
-from compare.registry import RICHEST
 from compare.scene.units import Units
 from compare.studies.cost_plan import FAR, Cost, Party, Reference, Row
 
-#: Colour and marker of each solver's curve.
-STYLES = {
-    "chained": ("#1f5fa8", "o"),
-    "mixed": ("#6fa3d8", "s"),
-    "placed": ("#2b8c83", "D"),
-    "elastica 1": ("#e8b48f", "v"),
-    "elastica 2": ("#c2662d", "^"),
-    "elastica 3": ("#7d3c12", ">"),
-    "elastica 4": ("#4a220a", "<"),
-    "shell": ("#4d4d4d", "P"),
-    "shell near": ("#9a6bb0", "X"),
-}
-#: Colour of what lies below the error of a model's reference.
-SHADES = {"ribbon": "#1f5fa8", "elastica": "#c2662d", "shell": "#4d4d4d"}
-NAMES = {
-    "chained": "ribbon chained",
-    "mixed": "ribbon glued",
-    "placed": "ribbon placed",
-    **{f"elastica {q}": f"elastica degree {q}" for q in range(1, 5)},
-    "shell": "shell Q2",
-    "shell near": "shell Q2 from the ribbon",
-}
 COLUMNS: tuple[Quantity[Row], ...] = (
     Quantity("solver", "solver", kind="word", words=NAMES, rank=0, of=lambda r: r.run.solver),
     Quantity("size", "size", kind="word", rank=0, of=lambda r: r.run.label),
@@ -325,7 +304,7 @@ def _panel(axes: Axes, cost: Cost, common: bool) -> None:
     for solver in dict.fromkeys(row.run.solver for row in cost.rows):
         chosen = {row.label for row in cost.rows if row.run.solver == solver}
         mine = sorted((m for m in marks if m.label in chosen), key=lambda m: m.seconds)
-        colour, marker = STYLES.get(solver, ("0.3", "x"))
+        colour, marker = STYLES.get(solver, UNSTYLED)
         order = [m for row in cost.rows for m in mine if m.label == row.label]  # by size, not by time
         if not order:
             continue
@@ -362,7 +341,7 @@ def _panel(axes: Axes, cost: Cost, common: bool) -> None:
         axes.set_ylim(bottom, 2.0 * max([*errors, YARDSTICK]))
         for reference in shown:
             if reference.error is not None and reference.error > bottom:
-                colour = SHADES.get(reference.model, "0.3")
+                colour = SHADES.get(reference.model, UNSTYLED[0])
                 label = f"below the {reference.model} reference's own error"
                 axes.axhspan(bottom, reference.error, color=colour, alpha=0.12, lw=0, label=label)
     axes.set_xlabel("time of a warm solve (s)")

@@ -57,7 +57,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """elastica.png: a planar curve, no surface."""
 
     def draw() -> None:
-        from compare.pictures.elastica import elastica_picture
+        from compare.pages.pictures.elastica import elastica_picture
 
         elastica_picture(out / PICTURE, scene, state)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.measure.grades import YARDSTICK
+from compare.models import RICHEST
 from compare.models.base import Effect
 from compare.page.state import DIMENSIONS
 from compare.page.study import Study
@@ -247,7 +248,7 @@ def explanation_result(found: Explanation) -> dict[str, Any]:
         "formulation_why": None if whole is None else whole.why,
         "evaluation": None if whole is None else whole.seconds,
         "third_opinion": found.third_opinion,
-        "shell": found.shell,
+        RICHEST: found.shell,
     }
 
 

@@ -13,8 +13,8 @@ from compare.page.remedies import message
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
+from compare.pages.pictures.identify import identify_picture
 from compare.pages.result import state_result
-from compare.pictures.identify import identify_picture
 from compare.scene.keys import KEYS
 from compare.scene.units import Units
 from compare.store.store import atomic_write_text

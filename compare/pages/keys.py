@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare import registry
+from compare.models import registry
 from compare.page.table import Column, Table
 from compare.scene.declare import LENGTH, NONE, Key, Kind, keys_of, literal
 from compare.scene.keys import KEYS, SPECS

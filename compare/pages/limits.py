@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from compare.measure.grades import GRADES, UNKNOWN
 from compare.page.page import Picture, Surface
-from compare.page.pair import PAIR
+from compare.page.pair import PAIR, Times
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import LAST, USUAL, Cell, Column, Table
@@ -49,7 +49,7 @@ def row_result(finding: Finding) -> dict[str, Any]:
             "ribbon_error": None,
             "shell_error": None,
             "share": None,
-            "seconds": {"ribbon": ribbon.seconds.warm, "shell": None},
+            "seconds": asdict(Times(ribbon.seconds.warm, None)),
         }
     )
     return {**finding.values, **document(_HELD, finding), **same, **document(_FOUND, finding)}
@@ -131,7 +131,7 @@ def columns(keys: Sequence[str]) -> list[Quantity[Finding]]:
             Part("elastic", heading="elastic", legend="without the constant of the natural curvature"),
             Part("gravity", heading="gravity"))),
         *pick(_FOUND, "estimate.level", "estimate.distance", "estimate.share", "reason"),
-        _of_row("seconds", rank=USUAL, parts=(Part("shell", heading="shell s", kind="seconds:3"),)),
+        _of_row("seconds.shell", name="", rank=USUAL),
     ]  # fmt: skip
 
 
@@ -340,7 +340,7 @@ def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[Picture]
         there = [f for f in shells if f.scene.shell.clamp == clamp]
         found += _of_one_clamp(out, there, title, f"_{clamp}" if len(clamps) > 1 else "")
     if len(shells) > 1:
-        from compare.pictures import limits as limits_figures
+        from compare.pages.pictures import limits as limits_figures
 
         limits_figures.estimate_picture(out / "estimate.png", shells, "Estimate against shell")
         found.append(
@@ -355,7 +355,7 @@ def _pictures(out: Path, shells: Sequence[Finding], title: str) -> list[Picture]
 
 def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str) -> list[Picture]:
     """Figures 7.8 to 7.10 for one way of holding the strip."""
-    from compare.pictures import limits as limits_figures
+    from compare.pages.pictures import limits as limits_figures
 
     worst = max(f.share or 0.0 for f in shells)
     held = f"{what_is_held(shells[0].scene)} held"

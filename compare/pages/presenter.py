@@ -14,9 +14,9 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
+from compare.models import model
 from compare.models.base import Model, State
 from compare.pages.written import Written, write_any
-from compare.registry import model
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 

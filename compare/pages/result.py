@@ -6,12 +6,13 @@ from typing import Any
 
 from compare.models.base import Seconds, State
 from compare.models.quantities import Answered
-from compare.page.pair import PAIR, Row
+from compare.page.pair import PAIR, PLANAR, Row
 from compare.page.state import STATE, own_of
 from compare.record.quantity import ABSENT, DATA, Quantity, joined, pick
 from compare.record.views import document, in_si
 from compare.scene.scene import Scene
 from compare.scene.units import Units
+from compare.store.made_by import SHELL_RUN
 from compare.studies.compare import Comparison
 from compare.studies.inputs import input_uncertainty
 
@@ -62,13 +63,13 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
     result["slope"] = comparison.slope
     result["distance_falls"] = comparison.falls
     result["complete"] = comparison.ok
-    result["provenance"]["shell"] = next(
+    result["provenance"][SHELL_RUN] = next(
         (s.native.data["provenance"] for s in comparison.shells if "provenance" in s.native.data), None
     )
     if comparison.elastica is not None:
         apart = Quantity[Answered]("ribbon_centreline", unit="l", kind=DATA, of=lambda _: comparison.elastica_distance)
         third = (*_THIRD, apart)
-        result["elastica"] = document(third, Answered(scene, comparison.elastica))
+        result[PLANAR.key] = document(third, Answered(scene, comparison.elastica))
         if si is not None:
-            si["elastica"] = in_si(third, result["elastica"], units)
+            si[PLANAR.key] = in_si(third, result[PLANAR.key], units)
     return {**result, "si": si}

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
-from compare.measure.states import FILE as STATES
 from compare.measure.travel import Stand, travel_of
 from compare.models.base import State
 from compare.models.capabilities import Rival
@@ -25,7 +24,7 @@ from compare.page import force_displacement, told
 from compare.page.drawing import pictured
 from compare.page.page import STRIP, Picture, Surface
 from compare.page.remedies import message
-from compare.page.si import with_si
+from compare.page.si import array_with_si, with_si
 from compare.page.state import STATE
 from compare.page.table import Column, Table
 from compare.pages.presenter import Presenter
@@ -35,6 +34,7 @@ from compare.record.quantity import Quantity, pick
 from compare.record.views import columns_of, document
 from compare.scene.scene import Scene
 from compare.scene.units import Units
+from compare.store.states import FILE as STATES
 
 FloatArray = NDArray[np.float64]
 
@@ -46,9 +46,19 @@ FILES = {
 }
 
 
+def centreline_csv(equilibrium: Any, units: Units) -> bytes:
+    """The centreline as CSV (`compare.export.ribbon.centreline`); where units are known also s_m, x_m, y_m, z_m,
+    omega_per_m, tau_per_m."""
+    from compare.export.formats import array_csv
+    from compare.export.ribbon import UNITS, centreline
+
+    names, table = centreline(equilibrium)
+    return array_csv(*array_with_si(names, table, UNITS, units))
+
+
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, path.csv."""
-    from compare.export.ribbon import centreline_csv, write_arrays
+    from compare.export.ribbon import write_arrays
     from compare.export.surfaces import write_surface
     from compare.store.store import atomic_write_bytes
 
@@ -59,7 +69,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     files, data, states = dict(FILES), {}, ""
 
     def draw() -> None:
-        from compare.pictures import ribbon as profile
+        from compare.pages.pictures import ribbon as profile
 
         profile.ribbon_profile(out / PICTURE, e, scene.title, Units.of(scene))
 
@@ -154,7 +164,7 @@ def choice_text(choice: Mapping[str, Any]) -> str:
 
 
 def picture(state: State) -> Picture:
-    """`compare.pictures.ribbon` in words."""
+    """`compare.pages.pictures.ribbon` in words."""
     e = state.native
     name, largest = ("ruling eta", f"|eta| {e.max_abs_eta:.3g}")
     if e.has_free_twist:

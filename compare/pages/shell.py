@@ -33,8 +33,10 @@ from compare.record import views
 from compare.record.quantity import Part, Quantity, joined, pick
 from compare.scene.scene import Scene
 from compare.scene.units import Units
-from compare.store.made_by import provenance
+from compare.store.made_by import SHELL_RUN, provenance
 
+#: The command, and what its files are called by.
+COMMAND = "shell"
 PICTURE = "shell.png"
 MESH_PICTURE = "mesh.png"
 
@@ -127,7 +129,7 @@ def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
     found |= {**views.document(DIMENSIONS, scene), **{k: v for k, v in last.items() if k == "width_to_thickness"}}
     found["si"] = views.in_si(SHELL, last, units)
     found["complete"] = all(state.ok for state in states)
-    found["provenance"] = {**provenance(scene, options), "shell": shell, "linear_solver": shell["linear_solver"]}
+    found["provenance"] = {**provenance(scene, options), SHELL_RUN: shell, "linear_solver": shell["linear_solver"]}
     return found
 
 
@@ -149,12 +151,12 @@ def write_surface(path: Path, case: Mapped) -> Path:
 
 def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
     """The table of path.csv, shell.png; shell.npz and shell.vtu, where there are several states shell_wNNNN.* (w/h)."""
-    from compare.pictures import shell as shell_figure
+    from compare.pages.pictures import shell as shell_figure
 
     files, surfaces = {"path.csv": "every step of the paths"}, []
     for state in states:
         ratio = ratio_of(state)
-        name = "shell" if len(states) == 1 else f"shell_w{ratio:g}"
+        name = COMMAND if len(states) == 1 else f"shell_w{ratio:g}"
         label = f"shell, w/h = {ratio:g}"
         case = state.native
         midpoints, density = case.density()
@@ -193,7 +195,7 @@ def _mesh_picture(graded: Sequence[tuple[float, Mapping[str, Any]]]) -> Picture:
 
 
 def picture(states: Sequence[State]) -> Picture:
-    """`compare.pictures.shell` in words."""
+    """`compare.pages.pictures.shell` in words."""
     shares = [(100 * state.native.report.share["membrane"], ratio_of(state)) for state in states]
     membrane = ", ".join(f"{share:.3g} % at w/h = {ratio:g}" for share, ratio in shares)
     return Picture(
@@ -214,7 +216,7 @@ def answer(scene: Scene, states: Sequence[State], units: Units | None = None) ->
     is none."""
     bad = [state for state in states if not state.ok]
     shown = bad[0] if bad else max(states, key=ratio_of)
-    found = state_answer(scene, shown, units, "shell")
+    found = state_answer(scene, shown, units, COMMAND)
     if shown.shape is None:
         return found
     return Verdict(
@@ -226,7 +228,7 @@ def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "")
     """result.json, page.json and the files of `write_states`. again: as of `Page`."""
     written = write_states(out, scene, states)
     Study(
-        "shell",
+        COMMAND,
         scene.title,
         verdict=answer(scene, states),
         tables=(for_reader(table(scene, states), Units.of(scene)),),

@@ -9,8 +9,8 @@ from pathlib import Path
 from compare.errors import BadInput
 from compare.export.source import inside
 from compare.export.vtu import Sheet, read_vtu
-from compare.measure.states import States, read_states
 from compare.page.page import PAGE, Page, Surface, read_page
+from compare.store.states import States, read_states
 
 #: Where results are below a folder that has none: out/SCENE/COMMAND from out/SCENE, and from out.
 _DEPTHS = (f"[!.]*/{PAGE}", f"[!.]*/[!.]*/{PAGE}")

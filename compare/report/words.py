@@ -7,6 +7,7 @@ from typing import Any
 
 from compare.page.page import Page
 from compare.report.folders import Part
+from compare.store.made_by import SHELL_RUN
 
 #: The packages named in a report; all of them stand in result.json.
 PACKAGES = ("ribbonbench", "numpy", "numba", "cyipopt", "scikit-fem", "fenics-dolfinx", "petsc4py")
@@ -31,7 +32,7 @@ def view_text(page: Page) -> str:
 def provenance_rows(page: Page) -> list[tuple[str, str]]:
     """Names and texts: time, machine, versions, scene. What a provenance does not say is left out."""
     made: Mapping[str, Any] = page.provenance
-    shell = made.get("shell") if isinstance(made.get("shell"), Mapping) else None
+    shell = made.get(SHELL_RUN) if isinstance(made.get(SHELL_RUN), Mapping) else None
     packages = made.get("packages") or {}
     git = made.get("git") or {}
     commit = str(git.get("commit") or "")[:12]
@@ -41,7 +42,7 @@ def provenance_rows(page: Page) -> list[tuple[str, str]]:
         ("cores", _cores(made)),
         ("Python", made.get("python")),
         ("packages", ", ".join(f"{name} {packages[name]}" for name in PACKAGES if name in packages)),
-        ("shell", _flat(shell.get("versions")) if shell else None),
+        (SHELL_RUN, _flat(shell.get("versions")) if shell else None),
         ("linear solver", made.get("linear_solver")),
         ("options", _flat(made.get("options"))),
         ("commit", f"{commit}, with changes" if commit and git.get("modified") else commit),

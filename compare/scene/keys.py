@@ -43,6 +43,9 @@ SPECS: Mapping[str, type] = {
 }
 """The sections, each with its dataclass."""
 
+SINGLE = tuple(name for name in SPECS if name not in ("", "wall", "path"))
+"""Sections that a scene has once or not at all."""
+
 KEYS: Mapping[str, Key] = collected(
     keys_of(spec, section, {"clamp.start": "s = 0", "clamp.end": "s = length"}.get(section, ""))
     for section, spec in SPECS.items()

@@ -7,6 +7,9 @@ from typing import Any, Protocol
 from compare.store.provenance import versions
 from compare.store.store import case_key
 
+#: Where the provenance of a page holds that of the process a shell was solved in.
+SHELL_RUN = "shell"
+
 
 class Canonical(Protocol):
     """What says all that can influence a result, as plain data: a scene (`compare.scene`)."""

@@ -12,8 +12,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from compare.start import THREADS
 from ribbonbench import sources
+from ribbonbench.start import THREADS
 
 # Packages whose version goes into a result's provenance (distribution names).
 _PACKAGES = (

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from compare.measure.balance import Push, Wrench, abscissae, unbalanced
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade, worst
 from compare.models.base import State, Status
-from compare.page.claims import CLAIMS
+from compare.page.claims import CLAIMS, SHELLS
 from compare.page.pair import Row
 from compare.page.verdict import Check, bounded, nothing, unchecked
 from compare.scene.scene import Scene
@@ -296,12 +296,12 @@ def shells(rows: Sequence[Row]) -> Check:
     """Every shell in a stable equilibrium, with an error."""
     bad = [row for row in rows if row.status != "converged" or row.stable is False]
     if bad:
-        return Check("shell", POOR, f"at w/h = {bad[0].width_to_thickness:g} the shell is {bad[0].status}")
+        return Check(SHELLS, POOR, f"at w/h = {bad[0].width_to_thickness:g} the shell is {bad[0].status}")
     unknown = [row for row in rows if row.shell_error is None or row.stable is None]
     if unknown:
         what = "error" if unknown[0].shell_error is None else "stability"
-        return unchecked("shell", f"the shell's {what} at w/h = {unknown[0].width_to_thickness:g} is not known")
-    return Check("shell", GOOD, f"{len(rows)} of {len(rows)} shells stable, with errors")
+        return unchecked(SHELLS, f"the shell's {what} at w/h = {unknown[0].width_to_thickness:g} is not known")
+    return Check(SHELLS, GOOD, f"{len(rows)} of {len(rows)} shells stable, with errors")
 
 
 def same(row: Row) -> Check:

@@ -32,13 +32,13 @@ from compare.errors import Missing, ShellMissing
 from compare.measure.align import alignment, both
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
+from compare.models import RICHEST, model
 from compare.models.base import BESIDE, Model, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
 from compare.models.same_state import SETTLED, Same, same_state
 from compare.models.scope import require_shell
-from compare.page.pair import Row
-from compare.registry import RICHEST, model
+from compare.page.pair import Row, Times
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -239,7 +239,9 @@ def _row(
         share=state.numbers.get("share"),
         shell_end=_pose(state, 1.0),
         shell_middle=_pose(state, 0.5),
-        seconds={"ribbon": fast.seconds.warm, "shell": None if math.isnan(seconds) else seconds},
+        shell_forces=_held(state, "force"),
+        shell_moments=_held(state, "moment"),
+        seconds=Times(fast.seconds.warm, None if math.isnan(seconds) else seconds),
         elements=mesh,  # type: ignore[arg-type]
         newton_iterations=state.iterations,
         reused=state.reused,
@@ -255,6 +257,13 @@ def _row(
         warm=bool(fast.seconds.repeats),
         searched=variant.scene.model.tolerance is not None,
     )
+
+
+def _held(state: State, kind: str) -> dict[str, FloatArray | None]:
+    """The shell's "force" or "moment" of the supports at both ends (3,), None where there is none: of the ribbon they
+    are those of result.json."""
+    ends = {"start": state.supports.start, "end": state.supports.end}
+    return {name: None if found is None else getattr(found, kind) for name, found in ends.items()}
 
 
 def _pose(state: State, at: float) -> dict[str, Any] | None:

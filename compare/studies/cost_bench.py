@@ -14,10 +14,10 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
+from compare.models import RICHEST, home
 from compare.models.base import BESIDE, Model, Options, Shape, Size, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.reference import reference
-from compare.registry import RICHEST, home
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software

@@ -14,8 +14,9 @@ from compare.errors import BadInput
 from compare.measure.front import Mark
 from compare.measure.grades import FAIR_FACTOR, GOOD_UP_TO
 from compare.measure.grid import Grid
+from compare.models import RICHEST, USUAL, model, names
 from compare.models.base import NEAR, Ladder, Model, Size, State, check_keys
-from compare.registry import RICHEST, USUAL, model, names
+from compare.models.quantities.ladders import GIVEN
 from compare.scene.scene import Scene
 from compare.studies.cost_runs import Run
 
@@ -29,11 +30,6 @@ BUDGET = 180.0
 FAR = FAIR_FACTOR * GOOD_UP_TO["distance"]
 #: In place of a common reference.
 OWN = "own"
-#: Which sizes of the plan are those of which ladders, or families of ladders.
-GIVEN = {
-    "chained": "segments", "mixed": "segments", "placed": "tolerances", "elastica": "elastica_elements",
-    "shell": "meshes",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ def request(scene: Scene, model: str, size: Size) -> dict[str, Any]:
 
 def main(asked: dict[str, Any]) -> int:
     """Solves once."""
-    from compare import registry
+    from compare.models import registry
     from compare.models.base import Options, Size
     from compare.scene.scene import loads
 

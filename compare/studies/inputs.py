@@ -17,9 +17,9 @@ import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from compare.measure.align import Motions
+from compare.models import model
 from compare.models.base import State
 from compare.models.capabilities import Differentiates, NotDifferentiable
-from compare.registry import model
 from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]

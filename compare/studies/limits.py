@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
+from compare.models import RICHEST
 from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.scope import require_shell
 from compare.page.pair import Row
 from compare.page.told import percent
-from compare.registry import RICHEST
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore

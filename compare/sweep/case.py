@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.errors import BadInput, Missing, RibbonbenchError
+from compare.models import RICHEST, model
 from compare.page.remedies import message
-from compare.registry import RICHEST, model
 from compare.scene.scene import Scene
 from compare.store.provenance import now
 from compare.store.shared import shared_store

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
-from compare.registry import name_for, names
+from compare.models import name_for, names
 from compare.scene.scene import Scene, load
 from compare.scene.scene import shipped as shipped_scenes
 from compare.studies.axes import Axis, checked, checked_spaced

@@ -9,7 +9,7 @@ from typing import Any
 from compare.models.base import State
 from compare.models.choice import beside_the_shell
 from compare.page import force_displacement
-from compare.page.pair import PAIR, Row
+from compare.page.pair import PAIR, PLANAR, Row
 from compare.page.state import NUMBER, STATE, vector
 from compare.record.quantity import Part, Quantity, pick, plainly
 from compare.record.views import columns_of
@@ -43,7 +43,7 @@ OF_GRID: tuple[Quantity[Placed], ...] = (
 
 _SHELL_END, _SHARE = pick(PAIR, "shell_end", "share")
 #: What a row has of the case, or of the model beside the shell, or what cases.csv goes without.
-_NOT_OF_PAIR = ("status", "energy", "share", "shell_errors", "elastica", "start", "ratio")
+_NOT_OF_PAIR = ("status", "energy", "share", "shell_errors", PLANAR.key, "start", "ratio")
 #: What the row of a comparison says beside that of its model.
 OF_PAIR: tuple[Quantity[Row], ...] = (
     *plainly((quantity for quantity in PAIR if quantity.columns and quantity.key not in _NOT_OF_PAIR), NUMBER),
@@ -79,7 +79,7 @@ _ORDER: tuple[Quantity[Any], ...] = (
     *force_displacement.CURVE,
     *pick(STATE, "forces_why", "discretisation_error", "forces_error", "moments_error", "energy_error",
           "lowest_eigenvalue_error"),
-    *pick(OF_PAIR, "seconds"),
+    *pick(OF_PAIR, "seconds.ribbon", "seconds.shell"),
     *pick(OF_GRID, "seconds"),
 )  # fmt: skip
 

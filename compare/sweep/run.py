@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
-from compare.registry import RICHEST, USUAL, home, model, name_for, names
+from compare.models import RICHEST, USUAL, home, model, name_for, names
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software

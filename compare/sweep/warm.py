@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from compare.errors import BadInput
-from compare.registry import model
+from compare.models import model
 from compare.scene.keys import FIXED_ON_PATH
 from compare.scene.scene import Scene
 from compare.studies.axes import Point

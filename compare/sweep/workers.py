@@ -20,8 +20,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
 
-from compare.start import end_with, one_thread_each, shielded
 from compare.sweep.case import COMPARE, Record, Task, crashed, run_case, run_cases
+from ribbonbench.start import end_with, one_thread_each, shielded
 
 #: Tries of a case whose worker dies.
 TRIES = 2

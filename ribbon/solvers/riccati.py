@@ -82,6 +82,108 @@ def _invert(block, count, inverse):
     return negative
 
 
+@njit(forceinline=True)
+def _local(length, jets, shift, fields, place, D):
+    """The local Hessian of a segment, `jets` (15 or 28,), into D, with `shift` times the metric of its length."""
+    for i in range(2 * fields):
+        for j in range(i, 2 * fields):
+            D[i, j] = D[j, i] = jets[place[i, j]]
+    if shift != 0.0:
+        for f in range(fields):
+            D[2 * f, 2 * f] += shift * length * length * length / 3.0
+            D[2 * f, 2 * f + 1] += shift * length * length * 0.5
+            D[2 * f + 1, 2 * f] += shift * length * length * 0.5
+            D[2 * f + 1, 2 * f + 1] += shift * length
+
+
+@njit(forceinline=True)
+def _controls(k, length, coupled, u, v, P, D, fields, PB, hww, hzw):
+    """H_ww and H_zw of segment k, with P of what is behind it; PB is scratch."""
+    # P B: B moves t_f by the length and psi by u
+    for i in range(fields + 3 if coupled else fields):
+        for f in range(fields):
+            value = length * P[i, f]
+            if coupled:
+                for r in range(3):
+                    value += P[i, fields + r] * u[k, 2 * f, r]
+            PB[i, f] = value
+    # H_ww = D_ww + B^T P B
+    for e in range(fields):
+        for f in range(fields):
+            value = D[2 * e, 2 * f] + length * PB[e, f]
+            if coupled:
+                for r in range(3):
+                    value += u[k, 2 * e, r] * PB[fields + r, f]
+            hww[e, f] = value
+    # H_zw = [D_tw; v_w] + A^T P B: A is the identity and moves psi by u t
+    for e in range(fields):
+        for f in range(fields):
+            value = D[2 * e + 1, 2 * f] + PB[e, f]
+            if coupled:
+                for r in range(3):
+                    value += u[k, 2 * e + 1, r] * PB[fields + r, f]
+            hzw[e, f] = value
+    if coupled:
+        for r in range(3):
+            for f in range(fields):
+                hzw[fields + r, f] = v[k, 2 * f, r] + PB[fields + r, f]
+
+
+@njit(forceinline=True)
+def _states(k, coupled, u, v, P, D, fields, scratch, new):
+    """H_zz = [[D_tt, v_t], [., 0]] + A^T P A of segment k into `new`, with P of what is behind it."""
+    for i in range(fields + 3 if coupled else fields):
+        for f in range(fields):
+            value = P[i, f]
+            if coupled:
+                for r in range(3):
+                    value += P[i, fields + r] * u[k, 2 * f + 1, r]
+            new[i, f] = value
+    for e in range(fields):
+        for f in range(fields):
+            value = D[2 * e + 1, 2 * f + 1]
+            if coupled:
+                for r in range(3):
+                    value += u[k, 2 * e + 1, r] * new[fields + r, f]
+            scratch[e, f] = new[e, f] + value
+    for e in range(fields):
+        for f in range(fields):
+            new[e, f] = scratch[e, f]
+    if coupled:
+        for r in range(3):
+            for f in range(fields):
+                new[fields + r, f] += v[k, 2 * f + 1, r]
+                new[f, fields + r] = new[fields + r, f]
+            for c in range(3):
+                new[fields + r, fields + c] = P[fields + r, fields + c]
+
+
+@njit(forceinline=True)
+def _free(held, at, fields, which):
+    """How many of the `fields` unknowns from `at` on are not held; `which` of them, in front."""
+    moving = 0
+    for f in range(fields):
+        if not held[at + f]:
+            which[moving] = f
+            moving += 1
+    return moving
+
+
+@njit(forceinline=True)
+def _gains(k, states, fields, moving, which, inverse, hzw, gains, inverses):
+    """-H_ww^-1 H_wz and H_ww^-1 of segment k, with zeros for what is held."""
+    for e in range(fields):
+        for f in range(fields):
+            inverses[k, e, f] = 0.0
+        for i in range(states):
+            gains[k, e, i] = 0.0
+    for e in range(moving):
+        for f in range(moving):
+            inverses[k, which[e], which[f]] = inverse[e, f]
+            for i in range(states):
+                gains[k, which[e], i] -= inverse[e, f] * hzw[i, which[f]]
+
+
 @njit(cache=True)
 def factor(lengths, local, coupled, u, v, shift, extra, held, gains, inverses, first):
     """Factors Hessian + shift * metric + diag(extra) on the unknowns that are not held; returns how many of its
@@ -95,113 +197,31 @@ def factor(lengths, local, coupled, u, v, shift, extra, held, gains, inverses, f
     fields = count // 2
     states = fields + 3 if coupled else fields
     place = pairs(count)
-    p = lengths.size
-    P = np.zeros((6, 6))
-    new = np.zeros((6, 6))
-    PB = np.zeros((6, 3))
-    D = np.empty((6, 6))
-    hww = np.zeros((3, 3))
-    small = np.zeros((3, 3))
-    inverse = np.zeros((3, 3))
-    hzw = np.zeros((6, 3))
+    P, new, D = np.zeros((6, 6)), np.zeros((6, 6)), np.empty((6, 6))
+    PB, hzw = np.zeros((6, 3)), np.zeros((6, 3))
+    hww, small, inverse = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
     which = np.zeros(3, dtype=np.int64)
     negative = 0
-    for k in range(p - 1, -1, -1):
-        length = lengths[k]
-        for i in range(count):
-            for j in range(i, count):
-                D[i, j] = D[j, i] = local[k, place[i, j]]
-        if shift != 0.0:
-            for f in range(fields):
-                D[2 * f, 2 * f] += shift * length * length * length / 3.0
-                D[2 * f, 2 * f + 1] += shift * length * length * 0.5
-                D[2 * f + 1, 2 * f] += shift * length * length * 0.5
-                D[2 * f + 1, 2 * f + 1] += shift * length
-        # P B: B moves t_f by the length and psi by u
-        for i in range(states):
-            for f in range(fields):
-                value = length * P[i, f]
-                if coupled:
-                    for r in range(3):
-                        value += P[i, fields + r] * u[k, 2 * f, r]
-                PB[i, f] = value
-        # H_ww = D_ww + B^T P B
+    for k in range(lengths.size - 1, -1, -1):
+        _local(lengths[k], local[k], shift, fields, place, D)
+        _controls(k, lengths[k], coupled, u, v, P, D, fields, PB, hww, hzw)
         for e in range(fields):
-            for f in range(fields):
-                value = D[2 * e, 2 * f] + length * PB[e, f]
-                if coupled:
-                    for r in range(3):
-                        value += u[k, 2 * e, r] * PB[fields + r, f]
-                hww[e, f] = value
             hww[e, e] += extra[fields * (k + 1) + e]
-        # H_zw = [D_tw; v_w] + A^T P B: A is the identity and moves psi by u t
-        for e in range(fields):
-            for f in range(fields):
-                value = D[2 * e + 1, 2 * f] + PB[e, f]
-                if coupled:
-                    for r in range(3):
-                        value += u[k, 2 * e + 1, r] * PB[fields + r, f]
-                hzw[e, f] = value
-        if coupled:
-            for r in range(3):
-                for f in range(fields):
-                    hzw[fields + r, f] = v[k, 2 * f, r] + PB[fields + r, f]
-        # H_zz = [[D_tt, v_t], [., 0]] + A^T P A
-        for i in range(states):
-            for f in range(fields):
-                value = P[i, f]
-                if coupled:
-                    for r in range(3):
-                        value += P[i, fields + r] * u[k, 2 * f + 1, r]
-                new[i, f] = value
-        for e in range(fields):
-            for f in range(fields):
-                value = D[2 * e + 1, 2 * f + 1]
-                if coupled:
-                    for r in range(3):
-                        value += u[k, 2 * e + 1, r] * new[fields + r, f]
-                PB[e, f] = new[e, f] + value  # PB is free now
-        for e in range(fields):
-            for f in range(fields):
-                new[e, f] = PB[e, f]
-        if coupled:
-            for r in range(3):
-                for f in range(fields):
-                    new[fields + r, f] += v[k, 2 * f + 1, r]
-                    new[f, fields + r] = new[fields + r, f]
-                for c in range(3):
-                    new[fields + r, fields + c] = P[fields + r, fields + c]
-        # the controls that move
-        moving = 0
-        for f in range(fields):
-            if not held[fields * (k + 1) + f]:
-                which[moving] = f
-                moving += 1
+        _states(k, coupled, u, v, P, D, fields, PB, new)
+        moving = _free(held, fields * (k + 1), fields, which)
         for e in range(moving):
             for f in range(moving):
                 small[e, f] = hww[which[e], which[f]]
         negative += _invert(small, moving, inverse)
-        for e in range(fields):
-            for f in range(fields):
-                inverses[k, e, f] = 0.0
-            for i in range(states):
-                gains[k, e, i] = 0.0
-        for e in range(moving):
-            for f in range(moving):
-                inverses[k, which[e], which[f]] = inverse[e, f]
-                for i in range(states):
-                    gains[k, which[e], i] -= inverse[e, f] * hzw[i, which[f]]
+        _gains(k, states, fields, moving, which, inverse, hzw, gains, inverses)
+        # P of this segment: the Schur complement
         for i in range(states):
             for j in range(i + 1):
                 value = new[i, j] if i == j else 0.5 * (new[i, j] + new[j, i])
                 for f in range(fields):
                     value += 0.5 * (hzw[i, f] * gains[k, f, j] + hzw[j, f] * gains[k, f, i])
                 P[i, j] = P[j, i] = value
-    moving = 0
-    for f in range(fields):
-        if not held[f]:
-            which[moving] = f
-            moving += 1
+    moving = _free(held, 0, fields, which)
     for e in range(moving):
         for f in range(moving):
             small[e, f] = P[which[e], which[f]]

@@ -1,1 +1,1 @@
-"""Where a band begins that is joined after half turns: an open strip whose end is turned, and a twisted circle."""
+"""Where a strip begins that has no path of its own: a band that is joined after half turns, and one held at a point."""

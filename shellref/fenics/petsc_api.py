@@ -75,6 +75,13 @@ def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:
     vector.destroy()
 
 
+def add_block(matrix: Any, first: int, block: np.ndarray) -> None:
+    """matrix[first:, first:] += block (m, m), whose entries the matrix has; one process."""
+    at = np.arange(first, first + len(block), dtype=PETSc.IntType)
+    matrix.setValues(at, at, block, addv=PETSc.InsertMode.ADD_VALUES)
+    matrix.assemble()
+
+
 def multiply(matrix: Any, x: np.ndarray) -> np.ndarray:
     """matrix @ x: owned entries (local columns,) -> (local rows,)."""
     y = np.zeros(matrix.getLocalSize()[0])

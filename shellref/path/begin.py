@@ -128,7 +128,8 @@ class Beginning:
     def find(self, start: ShellSurface | None) -> Begun:
         """The state: from the given start, from a coarse path, by the path."""
         begin, first = self.options.begin, None
-        if self.problem.half_turns and begin == "checked":  # a band's own beginning selects no state
+        released = self.problem.partly_held
+        if (self.problem.half_turns or released) and begin == "checked":  # its own beginning selects no state
             begin = "stable"
         if begin == "checked" and not self.meshes:  # nothing to check by: the mesh is coarse enough for its own path
             start = None
@@ -144,7 +145,7 @@ class Beginning:
             if first is not None:
                 return Begun(first, "given", self.notes)
         checked = start is not None and begin == "checked"
-        while (self.options.coarse or checked) and not self.problem.half_turns:
+        while (self.options.coarse or checked) and not (self.problem.half_turns or released):
             coarse = self.next_coarse()
             if coarse is None:
                 break
@@ -163,9 +164,30 @@ class Beginning:
         """The path on the mesh itself; of a band with half turns from where it is closed."""
         if self.solves:
             self.say({"event": "path"})
+        if self.problem.partly_held:
+            return self.released(how)
         if self.problem.half_turns:
             return self.turned(how)
         return Begun(self.solve(folder=self.folder), how, self.notes)
+
+    def released(self, how: str) -> Begun:
+        """The strip near the one whose ends are held as a whole, see shellref.band.held."""
+        from shellref.band.held import swung, whole
+
+        first = self.problem
+        held = whole(first)
+        if held is None:  # it is held well enough for its own path
+            return Begun(self.solve(folder=self.folder), how, self.notes)
+        self.problem = held
+        try:
+            clamped = self.turned(how).result if held.half_turns else self.solve(accuracy=None, stability=False)
+        finally:
+            self.problem = first
+        start = swung(first, clamped.surface)
+        found, _ = self.given(start)
+        if found is None:
+            found = self.solve(start)
+        return Begun(_after(clamped, found), how, self.notes)
 
     def turned(self, how: str) -> Begun:
         """The band near the open strip whose end was turned, or near the twisted circle, see shellref.band.start."""

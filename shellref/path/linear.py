@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,9 @@ from shellref.shell.naghdi import NaghdiModel, Stress
 
 #: Growth of the factors' bound over the diagonal, above which MUMPS searches for pivots: ten digits are left.
 MOST_GROWTH = 1e5
+
+#: Parts of the tangent that edges add: first unknown and square block of each.
+Blocks = Sequence[tuple[int, np.ndarray]]
 
 
 class Linear(ABC):
@@ -43,8 +47,8 @@ class Linear(ABC):
         """The factors of the tangent last factored (petsc_api.Factor)."""
 
     @abstractmethod
-    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray) -> None:
-        """The tangent at a state (nodes, 6), with diagonal (unknowns,) added."""
+    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray, blocks: Blocks) -> None:
+        """The tangent at a state (nodes, 6), with diagonal (unknowns,) and blocks on it added."""
 
     @abstractmethod
     def factor(self) -> None:
@@ -76,7 +80,7 @@ class FormsLinear(Linear):
     def factors(self) -> Any:
         return self._factor
 
-    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray) -> None:
+    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray, blocks: Blocks) -> None:
         start = time.perf_counter()
         self._model.tangent(self._full, state, stress)
         self.spend("tangent", start)
@@ -91,6 +95,8 @@ class FormsLinear(Linear):
             petsc.refill(self._projection, csr)
             petsc.ptap(self._full, self._projection, self._reduced)
         petsc.add_diagonal(self._reduced, diagonal)
+        for first, block in blocks:
+            petsc.add_block(self._reduced, first, block)
         self.spend("reduce", start)
 
     def factor(self) -> None:
@@ -178,7 +184,8 @@ class CellsLinear(Linear):
     def factors(self) -> Any:
         return self._factors
 
-    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray) -> None:
+    def assemble(self, state: np.ndarray, stress: Stress, bases: Bases, diagonal: np.ndarray, blocks: Blocks) -> None:
+        assert not blocks, "of edges, which the elements do not know"
         self._at, self._made = (state, stress), False
         self._tangent.assemble(state, stress.full, stress.reduced, bases.directors, diagonal)
 

@@ -30,6 +30,7 @@ from shellref.fenics import petsc_api as petsc
 from shellref.path.linear import Linear, linear_system
 from shellref.shell.body import Control, Stage, Supports
 from shellref.shell.director import Bases, Increments, retract
+from shellref.shell.edges import FreeEdge
 from shellref.shell.naghdi import NaghdiModel, Stress
 from shellref.shell.options import ShellOptions
 
@@ -107,7 +108,10 @@ class Equilibrium:
         weights[model.owned :] = 0.0
         self._weights = weights / float(api.sum_over(model.comm, weights[:, 0].sum()))
         # areal mass 1, rotary inertia h^2 / 12
-        self._inertia = model.nodal_areas, model.body.thickness**2 / 12.0 * model.nodal_areas
+        translation = model.nodal_areas
+        for edge in held.edges:
+            translation = edge.lumped(translation) if isinstance(edge, FreeEdge) else translation
+        self._inertia = translation, model.body.thickness**2 / 12.0 * model.nodal_areas
         self.mass = self.increments.nodal(*self._inertia, model.reference)
 
     def moving_mass(self, state: np.ndarray) -> np.ndarray | None:
@@ -121,15 +125,12 @@ class Equilibrium:
             return None
         increments, bases = self.increments, self._bases(state)
         found = self.supports.motions(state)
-        five = np.stack([increments.components(field, bases) for field in found])  # (k, n, 5)
         translation, turn = self._inertia
-        mass = np.stack([translation] * 3 + [turn] * 2, axis=1)
-        if increments.tie is not None:
-            mass = increments.tie.joined(mass)
-        heavy = (mass * five).reshape(len(five), -1)
-        root = np.linalg.cholesky(heavy @ five.reshape(len(five), -1).T)  # lower: N^T M N = root root^T
-        moved = np.linalg.solve(root, heavy).reshape(five.shape)
-        return np.ascontiguousarray(moved[:, increments.active].T)
+        mass = np.stack([translation] * 3 + [turn] * 3, axis=1)
+        heavy = mass * found
+        root = np.linalg.cholesky(np.tensordot(heavy, found, axes=([1, 2], [1, 2])))  # lower: N^T M N = root root^T
+        moved = np.tensordot(np.linalg.inv(root), heavy, axes=1)
+        return np.ascontiguousarray(np.stack([increments.reduce(field, bases) for field in moved], axis=1))
 
     def _size(self) -> float:
         """Largest extent of the reference along an axis, to which corrections are compared."""
@@ -223,7 +224,8 @@ class Equilibrium:
         self._found = (None, self.last_bases)
         bases = self._bases(state) if bases is None else bases
         diagonal = self.increments.constraint_curvature(state, force, self.model.control)
-        self.linear.assemble(state, stress, bases, diagonal + shift * self.mass)
+        blocks = self.increments.couplings(state, force, self.model.control)
+        self.linear.assemble(state, stress, bases, diagonal + shift * self.mass, blocks)
         return bases
 
     @property

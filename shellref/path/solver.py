@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ribbonbench import sources
+from shellref.holds import parts
 from shellref.shell.body import Control, Supports
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
@@ -72,11 +73,10 @@ class Solver:
         return np.hstack([surface.evaluate(s, v), surface.director(s, v)])
 
     def _held(self, state: np.ndarray) -> np.ndarray:
-        """The state (nodes, 6) with its seam closed; a closed strip that nothing holds is held near it."""
+        """The state (nodes, 6) with its seam closed; a strip that may move as a whole is held near it."""
         tie = self.equilibrium.supports.tie
-        if tie is None:
-            return state
-        state = tie.placed(state)
+        if tie is not None:
+            state = tie.placed(state)
         supports = self.strip.supports_near(state, self.model.nodes)
         if supports is not None:
             from shellref.path.newton import Equilibrium
@@ -139,7 +139,7 @@ class Solver:
         residual = model.residual(state)
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
         floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
-        held = np.where(equilibrium.held & (floats is None), residual, 0.0)
+        held = np.where(self._clamped, residual, 0.0)
         weight = model.external(state, control)
         scale = sum(float(np.sqrt(equilibrium.total(field**2))) for field in (weight, held))
         energies = model.energies(state)
@@ -207,20 +207,29 @@ class Solver:
             },
         )
 
+    @property
+    def _clamped(self) -> np.ndarray:
+        """(nodes, 6): what clamps hold, without what only keeps the strip from moving as a whole."""
+        held, floating = self.equilibrium.held.copy(), self.equilibrium.supports.floating
+        if floating is not None:
+            held[:, :3] &= ~floating
+        return held
+
     def carried(self, state: np.ndarray, residual: np.ndarray | None = None) -> dict[str, dict[str, np.ndarray]]:
         """{"start": {"force", "moment"}, "end": ...} of each clamp on the strip at its held point, D w / l^2, D w / l.
 
         residual (nodes, 6): of the state at the present control, when known.
         """
         residual = self.model.residual(state) if residual is None else residual
-        control, held = self.model.control, self.equilibrium.held.astype(float)
+        control, held = self.model.control, self._clamped.astype(float)
         origins = {edge.name: edge.point(state) for edge in self.equilibrium.supports.edges}
         fields = [self.model.on_grid(field).reshape(-1, 6) for field in (state, residual, held)]
         grid = self.model.grid
         s = np.repeat(grid.s_nodes, len(grid.v_nodes))
         out = {}
-        for name, path, side in (("start", self.strip.start, s < 0.5), ("end", self.strip.end, s >= 0.5)):
-            if path is not None:
+        sides = (("start", self.strip.start, s < 0.5), ("end", self.strip.end, s >= 0.5))
+        for k, (name, path, side) in enumerate(sides):
+            if path is not None and self.strip.problem.ends[k] != parts.NOTHING:
                 where = (side | self.strip.problem.closed) & (fields[2].max(axis=1) > 0.5)
                 origin = origins.get(name, path.at(control.move)[0])
                 force, moment = reactions(fields[0], fields[1], where, origin)
@@ -232,9 +241,8 @@ def sliding_force(supports: Supports, state: np.ndarray, residual: np.ndarray) -
     """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself; nothing
     where that turns it. state, residual (nodes, 6)."""
     assert supports.motions is not None
-    assert supports.tie is not None
     motions = supports.motions(state)
-    return {"sliding": float(np.sum(supports.tie.placed(motions[6]) * residual))} if len(motions) > 6 else {}
+    return {"sliding": float(np.sum(motions[6] * residual))} if len(motions) > 6 else {}
 
 
 def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:
@@ -245,9 +253,12 @@ def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:
 
 
 def flattening(problem: ShellProblem) -> float:
-    """Energy (D w / l) that makes the natural shape flat: a scale for a strip that is in that shape."""
+    """Energy (D w / l) that makes the natural shape flat: a scale for a strip that is in that shape; and, for one that
+    hangs straight, that with which its weight bends a cantilever (Gamma^2 / 40 where light, Gamma / 2 where heavy).
+    """
     a, b = problem.natural_curvature
-    return (a * a + a * b + b * b) / 6.0 + 0.5 * problem.transverse_curvature**2
+    weight = min(problem.gamma**2 / 40.0, 0.5 * problem.gamma)
+    return (a * a + a * b + b * b) / 6.0 + 0.5 * problem.transverse_curvature**2 + weight
 
 
 def upright(surface: ShellSurface) -> float:

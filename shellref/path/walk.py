@@ -20,6 +20,7 @@ from shellref.path.point import Journal, Point, Walk
 from shellref.path.predictor import Predicted, hasty, jumped, next_step, predicted
 from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
 from shellref.shell.body import Control, Stage
+from shellref.shell.edges import FreeEdge, PivotEdge
 from shellref.shell.naghdi import MEMBRANE, Stress
 from shellref.shell.options import ShellOptions
 from shellref.shell.result import LoadStep, ShellStatus
@@ -106,7 +107,13 @@ class Walker:
         walk.stage = max(len(self.stages) - 1, 0)
         # the membrane stress of an interpolated thin shell is wrong by far: the mixed iteration begins with none
         stress = self.model.no_stress() if self.options.iteration == "mixed" else None
-        self._begin(walk, 1.0 if self.stages else 0.0, "no equilibrium near the given start in {} iterations", stress)
+        load, supports = 1.0 if self.stages else 0.0, self.equilibrium.supports
+        if stress is not None and any(isinstance(edge, (FreeEdge, PivotEdge)) for edge in supports.edges):
+            # without stress nothing resists that it swings about its point: that of the state, where the other fails
+            attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
+            stress = attempt.stress if attempt.converged else None
+            walk.point.state = attempt.state if attempt.converged else walk.point.state
+        self._begin(walk, load, "no equilibrium near the given start in {} iterations", stress)
 
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:
         """Newton from the walk's state at this load of its stage: its first point. False: the walk is stopped."""

@@ -74,9 +74,10 @@ def held(found: np.ndarray) -> np.ndarray:
     """Mask (n, 3) of the components of positions that are held, as many as there are motions (k, n, 6)."""
     from scipy.linalg import qr
 
-    rows = found[..., :3].reshape(len(found), -1)
-    rows = np.linalg.qr(rows.T)[0].T
-    _, order = qr(rows, mode="r", pivoting=True)
-    mask = np.zeros(rows.shape[1], dtype=bool)
-    mask[order[: len(found)]] = True
+    mask = np.zeros(found.shape[1] * 3, dtype=bool)
+    if len(found):
+        rows = found[..., :3].reshape(len(found), -1)
+        rows = np.linalg.qr(rows.T)[0].T
+        _, order = qr(rows, mode="r", pivoting=True)
+        mask[order[: len(found)]] = True
     return mask.reshape(-1, 3)

@@ -7,7 +7,7 @@ and moments are divided by `normaliser` (the width of a strip, so that they come
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,8 +46,8 @@ class Supports:
     translations (n, 3): components of the position that are held. directors (n,): director.FREE, HELD or an axis (0, 1,
     2) to which the director stays normal. placement(move) -> (n, 6): values of everything held (other entries unused);
     None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own; tie: nodes
-    that are one with others; one process only, both. motions(state (n, 6)) -> (k, n, 6): what the held components keep
-    the shell from, and nothing resists; None: nothing of that kind.
+    that are one with others; one process only, both. motions(state (n, 6)) -> (k, n, 6): what some held components,
+    those in `floating` (n, 3), keep the shell from, and nothing resists; None: nothing of that kind, and none of them.
     """
 
     translations: np.ndarray
@@ -56,6 +56,7 @@ class Supports:
     edges: tuple[Edge, ...] = ()
     tie: Tie | None = None
     motions: Callable[[np.ndarray], np.ndarray] | None = None
+    floating: np.ndarray | None = None
 
     @classmethod
     def none(cls, n: int) -> Supports:
@@ -71,7 +72,7 @@ class Supports:
             crossed = where & (directors != FREE) & (directors != director)
             directors[where] = director
             directors[crossed] = HELD  # normal to two axes at once: it cannot move
-        return Supports(translations, directors, self.placement, self.edges, self.tie, self.motions)
+        return replace(self, translations=translations, directors=directors)
 
 
 @dataclass(frozen=True)

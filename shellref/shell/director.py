@@ -75,7 +75,11 @@ class Edge(Protocol):
         ...
 
     def curvature(self, state: np.ndarray, force: np.ndarray, control: Control) -> np.ndarray:
-        """(unknowns,): second derivative of the nodes by each unknown, times the force (n, 6); mixed ones vanish."""
+        """(unknowns,): second derivative of the nodes by each unknown, times the force (n, 6)."""
+        ...
+
+    def coupling(self, state: np.ndarray, force: np.ndarray, control: Control) -> np.ndarray | None:
+        """(unknowns, unknowns): the mixed second derivatives, times the force (n, 6); None: they vanish."""
         ...
 
     def masses(self, translation: np.ndarray, turn: np.ndarray, state: np.ndarray) -> np.ndarray:
@@ -217,10 +221,6 @@ class Increments:
             out[edge.nodes] = np.einsum("mic,mc->mi", tangents, q)
         return out
 
-    def components(self, field: np.ndarray, bases: Bases) -> np.ndarray:
-        """(n, 5) of a field of tangent vectors (n, 6): what `expand` makes it of, held components too."""
-        return np.concatenate([field[:, :3], np.einsum("nik,ni->nk", bases.directors, field[:, 3:])], axis=1)
-
     def _joined(self, five: np.ndarray) -> np.ndarray:
         return five if self.tie is None else self.tie.joined(five)
 
@@ -235,6 +235,14 @@ class Increments:
         curvature = -np.einsum("ni,ni->n", state[:, 3:], force[:, 3:])
         own = self._joined(np.stack([np.zeros(self.nodes)] * 3 + [curvature] * 2, axis=1))[self.active]
         return np.concatenate([own, *(edge.curvature(state, force, control) for edge in self.edges)])
+
+    def couplings(self, state: np.ndarray, force: np.ndarray, control: Control) -> list[tuple[int, np.ndarray]]:
+        """What the edges' mixed second derivatives add to the tangent: first unknown and block of each."""
+        found = [
+            (int(first), edge.coupling(state, force, control))
+            for first, edge in zip(self._first, self.edges, strict=False)
+        ]
+        return [(first, block) for first, block in found if block is not None]
 
 
 def retract(state: np.ndarray, increment: np.ndarray) -> np.ndarray:

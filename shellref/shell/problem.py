@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from shellref.holds import parts
 from shellref.inputs import (
     FRAME_TOLERANCE,
     Matrix,
@@ -112,6 +113,10 @@ class ShellProblem:
     half_turns: the ends are joined after so many half turns about the tangent (0 a circle, 1 or -1 a Moebius band, two
     hands), None: the strip is open. A closed strip is held at its seam (clamp "edge") or nowhere ("free"); its path
     begins with a circle of curvature start_curvature, whole turns of it (one process only).
+    holds: what is held at S = 0 and S = 1 (shellref.holds.parts): "all", "frame" (at S = 1 that is `guided`),
+    "position", "section" or "nothing"; of what is not held clamp_position, clamp_frame and `end` say where the
+    beginning has it. The section of "position" is `sections`: "undeformed" is a straight edge that turns, "free" one of
+    which the middle is held. Rigid motions that nothing resists are taken out.
     path: waypoints before the problem's own state.
     elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
     the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
@@ -143,6 +148,7 @@ class ShellProblem:
     turns: bool = False
     sections: tuple[str, str] = ("undeformed", "undeformed")
     half_turns: int | None = None
+    holds: tuple[str, str] = (parts.ALL, parts.ALL)
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -178,8 +184,9 @@ class ShellProblem:
             raise ShellInputError("guided", self.guided, "must be true or false")
         if self.guided and self.end is None:
             raise ShellInputError("guided", True, "is about a clamp at the end: add `end`")
+        self._check_holds(put)
         self._check_edges(put)
-        if self.pulled and self.end is not None and not self.guided:
+        if self.pulled and parts.at_a_point(self.ends[1]):
             raise ShellInputError(
                 "tip", self.tip, "pulls at an end that `end` holds: leave one of them out, or guide it"
             )
@@ -188,13 +195,40 @@ class ShellProblem:
         if self.half_turns is not None:
             self._check_closed(put)
 
+    def _check_holds(self, put: Any) -> None:
+        """What is held of each end."""
+        if isinstance(self.holds, str) or not hasattr(self.holds, "__len__") or len(self.holds) != 2:
+            raise ShellInputError("holds", self.holds, "must be two values, for the start and for the end")
+        put("holds", tuple(choice("holds", x, parts.PARTS) for x in self.holds))
+        if self.guided:
+            put("holds", (self.holds[0], parts.FRAME))
+        if not self.partly_held:
+            return
+        if self.holds[1] == parts.FRAME and not self.guided:
+            raise ShellInputError("holds", self.holds, "the end's frame alone is held where `guided` is true")
+        if self.holds[1] in (parts.POSITION, parts.SECTION) and self.end is None:
+            raise ShellInputError("end", None, "must say where the end is held")
+        if self.holds[1] == parts.NOTHING and self.end is not None:
+            raise ShellInputError("end", self.end, "is a clamp at an end that nothing holds: remove it")
+        if self.clamp != "edge":
+            raise ShellInputError("clamp", self.clamp, 'must be "edge" where a part of an end is held')
+        if self.transverse_curvature or self.turns:
+            remedy = "a curved section is held as a whole, or turns at its end: use holds = all"
+            raise ShellInputError("holds", self.holds, remedy)
+        if self.closed and self.holds[0] not in (parts.ALL, parts.POSITION):
+            raise ShellInputError("holds", self.holds, 'a closed strip is held at its seam, or use clamp = "free"')
+        if self.closed and self.holds[0] == parts.POSITION and self.sections[0] != "free":
+            raise ShellInputError("sections", self.sections, "must be free where a closed strip is held at a point")
+        if (self.loaded or self.pulled) and not any(map(parts.at_a_point, self.ends)):
+            raise ShellInputError("holds", self.holds, "a strip with loads flies away: hold a position")
+
     def _check_closed(self, put: Any) -> None:
         """A strip whose ends are one."""
         if isinstance(self.half_turns, bool) or not isinstance(self.half_turns, int):
             raise ShellInputError("half_turns", self.half_turns, "must be a whole number, or None for an open strip")
         for key, given in (
             ("end", self.end is not None), ("tip", self.pulled), ("slide", any(x is not None for x in self.slide)),
-            ("sections", "free" in self.sections), ("path", bool(self.path)),
+            ("sections", "free" in self.sections and not self.partly_held), ("path", bool(self.path)),
         ):  # fmt: skip
             if given:
                 raise ShellInputError(key, getattr(self, key), "a closed strip has no end of its own: remove it")
@@ -227,12 +261,15 @@ class ShellProblem:
             raise ShellInputError("slide", self.slide, "must be unit vectors (to 1e-9)")
         put("slide", slides)
         put("sections", tuple(choice("sections", x, SECTIONS) for x in self.sections))
-        at_end = self.turns or slides[1] is not None or self.sections[1] == "free"
+        at_end = self.turns or slides[1] is not None or (self.sections[1] == "free" and self.holds[1] == parts.ALL)
         if at_end and (self.end is None or self.guided):
             why = "is held there and not guided"
             raise ShellInputError("end", self.end, f"must say where the end {why}, if it slides, turns or is free")
         if (at_end or slides[0] is not None or self.sections[0] == "free") and self.clamp != "edge":
             raise ShellInputError("clamp", self.clamp, 'must be "edge" where an edge slides, turns or is free')
+        for part, slide, section in zip(self.holds, slides, self.sections, strict=True):
+            if slide is not None and part != parts.ALL and (part != parts.POSITION or section == "free"):
+                raise ShellInputError("slide", slide, "a point slides where the section through it is undeformed")
         if self.turns and self.sections[1] == "free":
             raise ShellInputError("sections", self.sections, "must be undeformed at an end that turns")
 
@@ -298,14 +335,28 @@ class ShellProblem:
         return self.closed and self.clamp == "free" and first == last and (even or first == 0.0)
 
     @property
+    def ends(self) -> tuple[str, str]:
+        """What is held of each end, "nothing" of one that is not there or where no clamp is."""
+        first = parts.NOTHING if self.clamp == "free" else self.holds[0]
+        return first, parts.NOTHING if self.end is None else self.holds[1]
+
+    @property
+    def partly_held(self) -> bool:
+        """Whether a part of an end is held (the guide of `guided` alone is not counted), or the end alone."""
+        return self.holds[0] != parts.ALL or self.holds[1] not in (parts.ALL, parts.FRAME)
+
+    @property
     def released(self) -> bool:
         """True when a held edge has freedoms of its own."""
-        return self.guided or self.turns or any(x is not None for x in self.slide) or "free" in self.sections
+        rigid = any(part in (parts.FRAME, parts.SECTION, parts.POSITION) for part in self.holds)
+        return rigid or self.turns or any(x is not None for x in self.slide) or "free" in self.sections
 
     def without_goal(self, goal: str) -> str | None:
         """Why the mesh cannot be refined for this goal (shellref.path.weighted); None: it can."""
         if goal == "surface":
             return None
+        if self.partly_held:
+            return "is not known where a part of an end is held"
         if self.released:
             return "is not known for edges that slide, turn or deform"
         if self.transverse_curvature:

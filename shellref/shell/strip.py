@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from shellref.holds import motions as free_motions
+from shellref.holds import parts
 from shellref.inputs import ShellInputError
 from shellref.seam import gauge
 from shellref.seam.ties import Tie, turned
 from shellref.shell.body import Body, Control, Stage, Supports, line_force
 from shellref.shell.clamps import PosePath, held_nodes
-from shellref.shell.director import FREE, HELD, Edge
-from shellref.shell.edges import FlatEdge, RigidEdge
+from shellref.shell.director import HELD, Edge
+from shellref.shell.edges import FlatEdge, FreeEdge, PivotEdge, RigidEdge, middle_weights
 from shellref.shell.grid import Grid, knots_across, knots_along, snapped
 from shellref.shell.midsurface import Cylinder, flat_strip, natural_curve, natural_strip, turning_angle
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import Pose, ShellProblem
 
 LAYER_ELEMENTS = 2  # elements in an edge layer
+Motions = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -50,26 +54,70 @@ class Strip:
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
 
     def supports_near(self, state: np.ndarray, nodes: np.ndarray) -> Supports | None:
-        """What holds a closed strip that nothing holds, near a state (n, 6) of its nodes; None: the body's own."""
-        if not self.problem.closed or self.start is not None:
+        """What holds a strip that may move as a whole, or a closed one along itself, near a state (n, 6) of its nodes:
+        the body's supports, and one component of a position for each of these motions; None: there are none."""
+        problem = self.problem
+        if (self.start is not None and not problem.partly_held) or (self.start is None and not problem.closed):
+            return None  # a strip that nothing holds is held by the body's own supports, in its middle
+        base = Supports.none(len(nodes)) if self.start is None else self.body.supports(self.body.grid, nodes)
+        tie = _tie(problem, self.body.grid, nodes)
+        motions = self._motions(base, tie, state, nodes)
+        now = motions(state)
+        if not len(now):
             return None
-        grid, sign = self.body.grid, turned(self.problem.half_turns or 0)
+        own = ~base.translations.any(axis=1)
+        if tie is not None:
+            own[tie.nodes] = False
+        floating = np.zeros((len(nodes), 3), dtype=bool)
+        floating[own] = gauge.held(now[:, own])
+        put = state.copy()
+
+        def placement(move: float) -> np.ndarray:
+            return put if base.placement is None else np.where(held6, base.placement(move), put)
+
+        held6 = np.concatenate([base.translations, np.repeat((base.directors == HELD)[:, None], 3, axis=1)], axis=1)
+        return dataclasses.replace(
+            base, translations=base.translations | floating, placement=placement, tie=tie, motions=motions,
+            floating=floating,
+        )  # fmt: skip
+
+    def _motions(self, base: Supports, tie: Tie | None, state: np.ndarray, nodes: np.ndarray) -> Motions:
+        """What moves the strip as a whole, or along itself: state (n, 6) -> (k, n, 6), of as many as near this one."""
+        problem, grid = self.problem, self.body.grid
         order = grid.order(nodes)
-        own = order[:-1].ravel()
-        uniform = self.problem.slides and not gauge.turns(state[order], grid.degree, sign)
+        sign = turned(problem.half_turns or 0)
+        uniform = problem.slides and not gauge.turns(state[order], grid.degree, sign)
+        dead = ((problem.up, problem.loaded), (problem.tip, problem.pulled))
+        loads = [np.array(x) / np.linalg.norm(np.array(x)) for x, acts in dead if acts]
+        corners = [order[row, [0, -1]] for row in (0, -1)]
+        if problem.closed and _pinned(problem, 0):
+            corners[0] = np.array([_middle_node(grid, nodes, 0)])
+        points = {edge.name: edge.point for edge in base.edges}
+
+        def held_point(now: np.ndarray, k: int) -> np.ndarray:
+            name = ("start", "end")[k]
+            return points[name](now) if name in points else np.asarray(now[corners[k], :3].mean(axis=0))
 
         def motions(now: np.ndarray) -> np.ndarray:
-            field, slide = now[order], None
+            supports = [
+                free_motions.Support(
+                    held_point(now, k) if parts.at_a_point(part) else None, parts.has_frame(part),
+                    None if slide is None else np.array(slide),
+                )
+                for k, (part, slide) in enumerate(zip(problem.ends, problem.slide, strict=True))
+            ]  # fmt: skip
+            if uniform:  # a held point of it may be another one
+                supports = []
+            centre = now[:, :3].mean(axis=0)
+            found = free_motions.fields(free_motions.free(supports, loads, centre), now, centre)
             if uniform:
-                slide = gauge.sliding(field, grid.s_nodes, grid.degree, sign).reshape(-1, 6)
-            out = np.zeros((7 if uniform else 6, *now.shape))
-            out[:, own] = gauge.motions(field[:-1].reshape(-1, 6), slide)
-            return out
+                slide = np.zeros((1, *now.shape))
+                rows = gauge.sliding(now[order], grid.s_nodes, grid.degree, sign)
+                slide[:, order[:-1].ravel()] = rows.reshape(-1, 6)
+                found = free_motions.vanishing(np.concatenate([found, slide]), base.translations)
+            return found if tie is None else np.array([tie.placed(field) for field in found]).reshape(found.shape)
 
-        mask = np.zeros((len(nodes), 3), dtype=bool)
-        mask[own] = gauge.held(motions(state)[:, own])
-        placed, free = state.copy(), np.full(len(nodes), FREE)
-        return Supports(mask, free, lambda move: placed, (), _tie(self.problem, grid, nodes), motions)
+        return motions
 
     def _at_rest(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Where a free strip begins (n, 6): its middle is where the supports of `_isostatic` hold it."""
@@ -143,7 +191,7 @@ def _turned(frame: np.ndarray, angle: float) -> np.ndarray:
     return np.stack([tx, c * ty + s * tz, c * tz - s * ty], axis=1)
 
 
-def _arc_end(pose: Pose, curvature: tuple[float, float]) -> Pose:
+def arc_end(pose: Pose, curvature: tuple[float, float]) -> Pose:
     """Where the end of the planar natural curve is, with its frame."""
     at = np.array([1.0])
     (z,), (y,) = natural_curve(at, curvature)
@@ -216,11 +264,11 @@ def _stages(
     natural = 1.0 if begin == problem.natural_curvature else 0.0
     control = Control(natural, 0.0, 0.0, 0.0)
     at_start = [problem.start]
-    at_end = [] if problem.end is None else [_arc_end(problem.start, begin)]
+    at_end = [] if problem.end is None else [arc_end(problem.start, begin)]
     first = next((w.start for w in problem.path if w.start is not None), None)
     if first is not None:  # the path moves the start: begin where it is first said to be
         at_start = [first]
-        at_end = [] if problem.end is None else [_arc_end(first, begin)]
+        at_end = [] if problem.end is None else [arc_end(first, begin)]
     stages: list[Stage] = []
 
     def leg(
@@ -298,12 +346,27 @@ def _supports(
 
     if tie is not None:
         held[0][tie.nodes] = held[0][tie.partners]  # put in place with them
-    base = Supports.none(len(nodes)).hold(held[0] | held[1], "xyz", HELD)
-    edges: list[Edge] = []
+    base, edges = Supports.none(len(nodes)), list[Edge]()
     for k, (name, path) in enumerate((("start", start), ("end", end))):
-        edge = (
-            None if path is None else _edge(problem, k, name, path, np.flatnonzero(held[k]), nodes, rigid(held[k], k))
-        )
+        part = problem.ends[k]
+        if path is None or part == parts.NOTHING:
+            continue
+        if _pinned(problem, k) and tie is None:
+            at = np.flatnonzero(held[k])
+            at = at[np.argsort(nodes[at, 1])]
+            weights = middle_weights(nodes[at, 1], grid.nodal_shares(1))
+            base = base.hold(held[k], "xyz", HELD)
+            edges.append(FreeEdge(name, at, weights, path))
+            continue
+        if _pinned(problem, k):
+            point = np.zeros(len(nodes), dtype=bool)
+            point[_middle_node(grid, nodes, -k)] = True
+            base = base.hold(point, "xyz")
+            assert tie is not None
+            base = base.hold(np.isin(tie.owners(len(nodes)), np.flatnonzero(point)), "xyz")
+            continue
+        base = base.hold(held[k], "xyz", HELD)
+        edge = _edge(problem, k, name, path, np.flatnonzero(held[k]), nodes, rigid(held[k], k))
         edges += [] if edge is None else [edge]
     return Supports(base.translations, base.directors, placement, tuple(edges), tie)
 
@@ -331,14 +394,17 @@ def _edge(
     """
     slide = problem.slide[k]
     slides = np.zeros((0, 3)) if slide is None else np.array([slide])
+    if problem.holds[k] in (parts.POSITION, parts.SECTION):
+        anywhere = problem.holds[k] == parts.SECTION
+        return PivotEdge(name, at, nodes[at, 1], path, np.eye(3) if anywhere else slides)
+    if problem.holds[k] == parts.FRAME:
+        return RigidEdge(name, at, *rest, path, np.eye(3))
     if problem.sections[k] == "free":
         middle = np.flatnonzero(np.abs(nodes[at, 1]) < 1e-9)
         if not len(middle):
             remedy = "must have a node in the middle of a free section: use an even number of elements across"
             raise ShellInputError("elements", problem.elements, remedy)
         return FlatEdge(name, at, int(middle[0]), path, slides)
-    if problem.guided and k == 1:
-        return RigidEdge(name, at, *rest, path, np.eye(3))
     turns = problem.turns and k == 1
     if slide is None and not turns and not problem.transverse_curvature:
         return None
@@ -349,6 +415,21 @@ def _edge(
 def _middle(grid: Grid) -> tuple[int, int]:
     """Row and column of the node nearest the strip's middle."""
     return int(np.argmin(np.abs(grid.s_nodes - 0.5))), int(np.argmin(np.abs(grid.v_nodes)))
+
+
+def _pinned(problem: ShellProblem, k: int) -> bool:
+    """Whether the end at S = k is held at its middle node alone."""
+    return problem.ends[k] == parts.POSITION and problem.sections[k] == "free"
+
+
+def _middle_node(grid: Grid, nodes: np.ndarray, row: int) -> int:
+    """The node in the middle of the start (row 0) or of the end (row -1). ShellInputError where there is none."""
+    order = grid.order(nodes)
+    column = int(np.argmin(np.abs(grid.v_nodes)))
+    if abs(grid.v_nodes[column]) > 1e-9:
+        remedy = "must have a node in the middle of an edge that is held there: use an even number across"
+        raise ShellInputError("elements", grid.elements, remedy)
+    return int(order[row, column])
 
 
 def _isostatic(grid: Grid, nodes: np.ndarray) -> Supports:

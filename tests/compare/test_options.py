@@ -8,9 +8,9 @@ from collections import defaultdict
 import pytest
 
 from compare import commands
-from compare.cli import _parser
 from compare.commands.lists import ListOf, joined
 from compare.commands.parser import commands_of, options_of
+from compare.commands.parser import whole as _parser
 
 COMMANDS = commands_of(_parser())
 

@@ -229,7 +229,7 @@ def test_a_cyipopt_of_another_numpy(tmp_path):
     assert done.returncode == 3
     assert done.stderr.count("\n") == 1
     assert REBUILD in done.stderr
-    code = "from compare.doctor import probes; row, = probes.ipopt(); print(row['ok'], row['remedy'])"
+    code = "from compare.commands.installed import probes; row, = probes.ipopt(); print(row['ok'], row['remedy'])"
     done = run("-c", code, paths=[place])
     assert done.stdout.startswith("False " + REBUILD)
 

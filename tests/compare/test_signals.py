@@ -85,7 +85,7 @@ def test_a_signal_that_no_exception_can_pass_is_not_lost():
     """Raised in the callback of a weak reference, where Python drops exceptions."""
     script = """
 import os, signal, sys, time, weakref
-from compare import start
+from ribbonbench import start
 class Thing: pass
 def command():
     thing = Thing()
@@ -100,7 +100,7 @@ sys.exit(start.run(command))
 
 
 def test_nohup_stays_nohup():
-    script = "import os, signal, sys\nfrom compare import start\n" + (
+    script = "import os, signal, sys\nfrom ribbonbench import start\n" + (
         "signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
         "sys.exit(start.run(lambda: os.kill(os.getpid(), signal.SIGINT) or 7))\n"
     )
@@ -141,7 +141,7 @@ if __name__ == "__main__":
 PARENT = """
 import os, subprocess, sys
 environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-words = [sys.executable, "-m", "compare.start", str(os.getpid()), "waits", sys.argv[1]]
+words = [sys.executable, "-m", "ribbonbench.start", str(os.getpid()), "waits", sys.argv[1]]
 subprocess.Popen(words, env=environment).wait()
 """
 WAITS = """

@@ -100,6 +100,21 @@ def test_what_an_init_imports_belongs_to_it_alone(tmp_path):
     assert Sources(tmp_path).digest("ribbon.b") != before
 
 
+def test_what_a_package_hands_on_from_elsewhere(tmp_path):
+    """A name that a package hands on brings the module that it is from, not what the package imports beside; the
+    house's arrows go to the package, which is what is named."""
+    texts = {
+        "compare/deep/__init__.py": "from compare.names import x\ndef run():\n    from compare.heavy import y",
+        "compare/names.py": "x = 1",
+        "compare/heavy.py": "y = 1",
+        "compare/user.py": "from compare.deep import x",
+    }
+    found = tree(tmp_path, texts)
+    assert {"compare.names"} <= found.closure("compare.user").keys()
+    assert "compare.heavy" not in found.closure("compare.user")
+    assert found.imports("compare.user") == {"compare.deep"}
+
+
 def test_data_beside_a_module_belongs_to_it(tmp_path):
     texts = {"ribbon/a.py": "TABLE = Path(__file__).parent / 'table.toml'\nOTHER = 'absent.toml'", "ribbon/b.py": ""}
     known = tree(tmp_path, texts)

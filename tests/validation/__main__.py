@@ -1,7 +1,8 @@
 """Measurements under results/: `python -m tests.validation [--stale | --remake | --readme] [NAME ...]`.
 
 NAME ... makes these again, all where none is named; `--remake` those that are stale only, cheap ones first; `--stale`
-lists them and makes nothing; `--readme` renders the pages that take their numbers from the data (readme.py).
+lists them and makes nothing; `--readme` renders the pages that take their numbers from the data (readme.py). `--jobs 2`
+makes two at once of those that take no times; the others have the machine for themselves (`--stale` says which).
 """
 
 from __future__ import annotations
@@ -67,6 +68,7 @@ NAMES = (
     "hit_table",
     "which_model",
     "unseen",
+    "unseen_again",
     "sweep",
     "shell_cost",
     "shell_start",
@@ -115,11 +117,19 @@ def one(name: str) -> int:
     return stale.DONE
 
 
-def several(names: list[str], every: bool) -> int:
+def several(names: list[str], every: bool, jobs: int) -> int:
     """Makes the pages again, each in a process of its own; exit code 1 if one failed."""
-    outcomes = stale.remake(names, every)
+    outcomes = stale.remake(names, every, jobs=jobs)
     print(stale.summary(Pages(), outcomes), flush=True)
     return stale.FAILED if any(outcome.failed for outcome in outcomes.values()) else stale.DONE
+
+
+def rendered(failed: int) -> int:
+    """Renders the pages of prose and says what a template asks and nobody measured; then `failed`, else 0."""
+    problems = readme.write(Pages())
+    for line in problems:
+        print(f"finding: {line}", flush=True)
+    return failed if problems else stale.DONE
 
 
 def main(arguments: list[str]) -> int:
@@ -130,6 +140,7 @@ def main(arguments: list[str]) -> int:
     group = parser.add_mutually_exclusive_group()
     for option in ("stale", "remake", "readme"):
         group.add_argument(f"--{option}", action="store_true")
+    parser.add_argument("--jobs", type=int, choices=(1, 2), default=1)
     asked = parser.parse_args(arguments)
     unknown = [name for name in asked.names if name not in NAMES]
     if unknown:
@@ -137,15 +148,13 @@ def main(arguments: list[str]) -> int:
         return 2
     names = asked.names or list(NAMES)
     if asked.readme:
-        readme.write(Pages())
-        return stale.DONE
+        return rendered(stale.FAILED)
     if asked.stale:
         print(stale.listing(stale.statuses(Pages(), names)))
         return stale.DONE
     alone = len(names) == 1 and not asked.remake
-    code = one(names[0]) if alone else several(names, every=not asked.remake)
-    readme.write(Pages())
-    return code
+    code = one(names[0]) if alone else several(names, not asked.remake, asked.jobs)
+    return rendered(code if alone else stale.FAILED) or code
 
 
 if __name__ == "__main__":

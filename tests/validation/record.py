@@ -14,7 +14,9 @@ How a measurement keeps its numbers (tests/validation/*/NAME.py):
    belong to the key. `absent()`: what it needs from outside and is not here, in words, else None.
 4. What `run` keeps to go on after an interruption (a CSV, a JSON) is as good as the code that made it: keep it under
    `Pages().key(NAME)`, or in the store of cases, never by name alone.
-5. `nice -n 5 timeout 600 .venv/bin/python -m tests.validation NAME` from a committed tree. Then take NAME from WAITING
+5. A measurement that times anything, or lets other processes work for it, has the machine for itself: this is derived
+   from the words of its files (`Pages.alone`), and `ALONE = True` or `False` in the module says otherwise.
+6. `nice -n 5 timeout 600 .venv/bin/python -m tests.validation NAME` from a committed tree. Then take NAME from WAITING
    in tests/test_probes.py, put `{NAME.number}`, `{NAME.number.error}`, `{NAME.number:.1e}` and `{NAME.remade}` into its
    entry of results/README.md.in, `python -m tests.validation --readme`, and run tests/test_probes.py and
    tests/test_docs_results.py. A number that changed by more than its error is a finding: say why, on the page.
@@ -39,14 +41,18 @@ from typing import Any
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_json, read_json
 from ribbonbench import sources
+from tests.validation import written
 from tests.validation.number import Number
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Cores that others may keep busy while a measurement counts as quiet.
 QUIET = 0.1
 #: What measurements write, as git leaves it out.
-WRITTEN = (":!results", ":!docs/gallery", ":!docs/gallery.md")
+WRITTEN = (":!results", ":!docs/gallery", ":!docs/gallery.md", ":!docs/which_model.md*", ":!README.md*")
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
+#: Files that keep and never measure, and the words of those that take times or start processes.
+KEEPING = ("record.py", "pieces.py", "stale.py", "__main__.py")
+_TIMES = re.compile(r"\b(perf_counter|process_time|one_core|subprocess|ProcessPoolExecutor)\b")
 #: Words of a placeholder that are no number's name.
 RESERVED = ("day", "command", "remade", "seconds")
 
@@ -168,6 +174,15 @@ class Pages:
         found.update({f"results/{file}": self.results / file for file in self._reads(name)})
         return found
 
+    def alone(self, name: str) -> bool:
+        """Whether a measurement must have the machine for itself: its `ALONE`, else whether its files, or those of the
+        tests that it imports, take times or start processes."""
+        declared = re.search(r"^ALONE = (True|False)$", self.path(name).read_text(), re.M)
+        if declared is not None:
+            return declared[1] == "True"
+        own = [path for one, path in self.sources.closure(self.module(name)).items() if one.startswith("tests.")]
+        return any(_TIMES.search(path.read_text()) for path in own if path.name not in KEEPING)
+
     def _reads(self, name: str) -> tuple[str, ...]:
         """`READS` of a measurement's module, without importing it."""
         for node in ast.parse(self.path(name).read_text()).body:
@@ -197,10 +212,18 @@ class Pages:
         return Record.of(read_json(path)) if path.exists() else None
 
     def files(self) -> Iterator[Path]:
-        """What measurements may write: all under results/ but for records and the rendered page, and the gallery."""
+        """What measurements may write: all under results/ but for records and the rendered page, the gallery, and the
+        page on models."""
         own = {self.results / name for name in ("README.md", "README.md.in")}
         docs = self.root / "docs"
-        for path in sorted([*self.results.rglob("*"), *docs.glob("gallery.md"), *(docs / "gallery").glob("*")]):
+        for path in sorted(
+            [
+                *self.results.rglob("*"),
+                *docs.glob("gallery.md"),
+                *docs.glob("which_model.md.in"),
+                *(docs / "gallery").glob("*"),
+            ]
+        ):
             if path.is_file() and path.parent != self.results / "data" and path not in own:
                 yield path
 
@@ -216,17 +239,18 @@ class Pages:
 
     def measure(self, name: str, run: Callable[[Path], Any], command: str) -> Record:
         """Runs a measurement and keeps its record, whole or not at all; what `run` raises is passed on, and then the
-        record stays the old one. One at a time in a tree: another waits."""
-        with self._alone():
+        record stays the old one. One that has the machine for itself waits for all others in the tree, and they for
+        it; the rest run beside each other."""
+        with self._locked(fcntl.LOCK_EX if self.alone(name) else fcntl.LOCK_SH):
             return self._measure(name, run, command)
 
     @contextlib.contextmanager
-    def _alone(self) -> Iterator[None]:
-        """The lock of the tree's measurements."""
+    def _locked(self, kind: int) -> Iterator[None]:
+        """The lock of the tree's measurements, for one alone or shared."""
         place = self.root / "out" / "validate" / "lock"
         place.parent.mkdir(parents=True, exist_ok=True)
         with place.open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+            fcntl.flock(lock, kind)
             yield
 
     def _measure(self, name: str, run: Callable[[Path], Any], command: str) -> Record:
@@ -234,17 +258,20 @@ class Pages:
         key, modules, made, modified = self.key(name), self.modules(name), versions(), self.modified()
         stamps = {path: path.stat().st_mtime_ns for path in self.files()}
         load, busy, cpu, began = os.getloadavg()[0], _busy(), _own(), time.perf_counter()
-        numbers = checked(run(self.results))
+        with written.noted() as own:
+            numbers = checked(run(self.results))
         seconds, cpu = time.perf_counter() - began, _own() - cpu
         others = None if busy is None else max(0.0, ((_busy() or 0.0) - busy - cpu) / max(seconds, 1e-3))
         commit = None if made["git"] is None else made["git"]["commit"]
-        written = [path for path in self.files() if stamps.get(path) != path.stat().st_mtime_ns]
+        changed = [path for path in self.files() if stamps.get(path) != path.stat().st_mtime_ns]
+        if not self.alone(name):  # what a measurement beside it wrote meanwhile is not its own
+            changed = [path for path in changed if path.resolve() in own]
         record = Record(
             command, made["time"], commit, modified, key, made["python"], made["packages"],
             made["debian"], made["system"], made["cpu"], made["cores"], made["threads"], round(seconds, 2),
             round(cpu, 2), (round(load, 2), round(os.getloadavg()[0], 2)),
             None if others is None else round(others, 3), others is not None and others < QUIET, numbers,
-            {path.relative_to(self.root).as_posix(): self.digest(path) for path in written},
+            {path.relative_to(self.root).as_posix(): self.digest(path) for path in changed},
             None if old is None else Before(old.time, old.commit, old.numbers), modules,
         )  # fmt: skip
         atomic_write_json(self.data(name), asdict(record))

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 from tests.validation.record import Pages, Record
@@ -97,29 +98,45 @@ def remake(
     every: bool,
     make: Callable[[str], tuple[int, str]] = make,
     pages: Callable[[], Pages] = Pages,
+    jobs: int = 1,
 ) -> dict[str, Outcome]:
     """Makes the stale pages again (all where `every`), cheap ones first; what failed does not stop the others. A page
-    that reads another's files is made once more when these have changed. What is done is kept page by page: after an
-    interruption the same call goes on with the rest."""
+    that reads others' files is made after all that read none, and once more when these have changed. What is done is
+    kept page by page: after an interruption the same call goes on with the rest. With more `jobs` those that need not
+    have the machine for themselves go first, so many at once, then the others one by one."""
     outcomes = {name: Outcome() for name in names}
     tried: dict[str, str] = {}
+
+    def one(status: Status) -> None:
+        tried[status.name] = status.key
+        code, why = make(status.name)
+        made = pages().read(status.name)
+        if code == ABSENT:
+            outcomes[status.name] = Outcome(f"not here: {why}")
+        elif code != DONE or made is None:
+            outcomes[status.name] = Outcome(f"failed (exit code {code})", failed=True)
+        else:
+            outcomes[status.name] = Outcome(f"{made.seconds:.0f} s")
+
     while True:
+        now = pages()
         wanted = [
-            one for one in statuses(pages(), names)
-            if (one.stale or (every and one.name not in tried)) and tried.get(one.name) != one.key
+            each for each in statuses(now, names)
+            if (each.stale or (every and each.name not in tried)) and tried.get(each.name) != each.key
         ]  # fmt: skip
         if not wanted:
             return outcomes
-        for one in wanted:
-            tried[one.name] = one.key
-            code, why = make(one.name)
-            made = pages().read(one.name)
-            if code == ABSENT:
-                outcomes[one.name] = Outcome(f"not here: {why}")
-            elif code != DONE or made is None:
-                outcomes[one.name] = Outcome(f"failed (exit code {code})", failed=True)
-            else:
-                outcomes[one.name] = Outcome(f"{made.seconds:.0f} s")
+        # who reads others' files waits for them, unless nothing else is left to be made
+        first = [each for each in wanted if not now.has(each.name, "READS")]
+        wanted = first or wanted
+        together = [each for each in wanted if jobs > 1 and not now.alone(each.name)]
+        if together:
+            with ThreadPoolExecutor(jobs) as pool:
+                for done in [pool.submit(one, each) for each in together]:
+                    done.result()
+        for each in wanted:
+            if each not in together:
+                one(each)
 
 
 def age(record: Record | None, now: datetime.datetime | None = None) -> str:

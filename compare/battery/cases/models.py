@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import simpson
 
-from compare import registry
 from compare.battery import planar
 from compare.battery.case import Case, Check, Rung, ends_as, holds, near
-from compare.models import solve
+from compare.models import registry, solve
 from compare.models.base import State
 from compare.scene import load, shipped
 from compare.scene.scene import Scene

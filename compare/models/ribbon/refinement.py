@@ -72,7 +72,7 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
         return _in_the_limit(placed, state, last, scene)
     dense = e.problem.formulation == "chained" and not choose.by_recursion(e.problem)
     most = MOST_SEGMENTS if dense else MOST_SPARSE_SEGMENTS
-    grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)  # type: ignore[arg-type]
+    grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)
     shapes, chain = [grid.of(state.shape)], [e.numbers]
     tried = [*_all_tried(e)]
     why = "extrapolated from two and four times the segments"
@@ -255,7 +255,7 @@ def left(scene: Scene, state: State, say: Reporter | None, options: Options) -> 
 
 @dataclass(frozen=True)
 class _Wide:
-    """What `Grid.for_shape` asks of a scene: w / l."""
+    """w / l of a strip whose scene is not at hand (`compare.measure.grid.Wide`)."""
 
     width: float
 

@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.measure.states import Film, States, states_of
 from compare.measure.travel import watched
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.fields import fields
@@ -29,6 +28,7 @@ from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
 from compare.store.arrays import npz_bytes
 from compare.store.provenance import software
+from compare.store.states import Film, States, states_of
 from compare.store.store import atomic_write_bytes, case_key, jsonable
 from ribbon import Equilibrium, Status, archive, solve
 from ribbon.find.adaptive import refine_to_tolerance
@@ -293,7 +293,7 @@ def run_way(
     """The scene's equilibrium at the end of its path; segments by tolerance, where asked for, are placed there.
 
     folder: where the state of an unfinished run is kept and looked for; None: nowhere. on_step: called with every
-    accepted step's entry of the log. film: keep states along the way (`compare.measure.states`). A stage that fails
+    accepted step's entry of the log. film: keep states along the way (`compare.store.states`). A stage that fails
     stops the way: the result has its status. `BadInput` when the way leads through an impossible scene.
     """
     keeper = _Keeper(folder, "" if folder is None else run_key(scene, leave_saddle))

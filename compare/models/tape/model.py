@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
-from compare.measure.states import Film
 from compare.models import keys
 from compare.models.base import (
     Effect,
@@ -36,11 +35,12 @@ from compare.models.line import LineModel, Task
 from compare.models.quantities.tape import QUANTITIES
 from compare.models.tape.effects import switches
 from compare.models.tape.plane import holds, leaves, plane_of, unwound
+from compare.store.states import Film
 
 if TYPE_CHECKING:
-    from compare.measure.states import States
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
+    from compare.store.states import States
     from ribbon.tape.held import Hold
     from ribbon.tape.section import Section
     from ribbon.tape.solve import Mark, Tape

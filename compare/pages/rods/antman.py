@@ -55,7 +55,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     )
 
     def draw() -> None:
-        from compare.pictures.rod import rod_picture
+        from compare.pages.pictures.rod import rod_picture
 
         rod_picture(out / PICTURE, scene, state, along(Answered(scene, state)))
 

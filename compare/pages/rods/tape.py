@@ -53,7 +53,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         files[PATH] = "every point of the way: turns of the ends, force, moments, the fold"
 
     def draw() -> None:
-        from compare.pictures.tape import tape_picture
+        from compare.pages.pictures.tape import tape_picture
 
         tape_picture(out / PICTURE, scene, state)
 

@@ -15,7 +15,7 @@ from typing import Any
 from compare.errors import BadInput
 from compare.scene.data import SceneData
 from compare.scene.declare import FORCE, LENGTH, MOMENT, NONE, PER_LENGTH, Key, Known
-from compare.scene.keys import KEYS
+from compare.scene.keys import KEYS, SINGLE
 from compare.scene.loads import force_scale
 from compare.scene.spec import StripSpec
 
@@ -52,9 +52,7 @@ def _within(name: str, number: float) -> bool:
 
 def _sections(scene: SceneData) -> Iterator[tuple[str, str, Any]]:
     """How a section is called in this scene, how in the contract, and what it says (None: it is absent)."""
-    for name in ("strip", "tip", "gravity", "closure", "rod", "model", "seed", "shell", "uncertainty"):
-        yield name, name, getattr(scene, name)
-    for name in ("clamp.start", "clamp.end"):
+    for name in sorted(SINGLE, key=lambda section: section.startswith("clamp")):
         yield name, name, getattr(scene, name.replace(".", "_"))
     for index, wall in enumerate(scene.walls):
         yield f"wall.{index if wall.name is None else wall.name}", "wall", wall

@@ -8,9 +8,9 @@ import subprocess
 import pytest
 
 from compare import commands
-from compare.begin.completion import entries, script, values_of
-from compare.cli import _parser
 from compare.commands.parser import commands_of, options_of
+from compare.commands.parser import whole as _parser
+from compare.scene.begin.completion import entries, script, values_of
 from compare.scene.keys import KEYS
 from compare.scene.scene import shipped
 

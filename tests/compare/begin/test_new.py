@@ -14,14 +14,14 @@ import tomllib
 import numpy as np
 import pytest
 
-from compare.begin.materials import MATERIALS
-from compare.begin.quantities import UNITS, value_of
-from compare.begin.questions import answers
-from compare.begin.start import asked, checked, started
-from compare.begin.template import HELD
 from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
 from compare.models.scope import has_shell
+from compare.scene.begin.materials import MATERIALS
+from compare.scene.begin.quantities import UNITS, value_of
+from compare.scene.begin.questions import answers
+from compare.scene.begin.start import asked, checked, started
+from compare.scene.begin.template import HELD
 from compare.scene.keys import KEYS
 from compare.scene.scene import load, loads
 from tests.compare.scenes.test_scenes_shipped import UNITS as SAID
@@ -205,7 +205,7 @@ def test_questions_are_asked_again_until_the_answer_is_right():
 
 @pytest.mark.parametrize("si", [True, False])
 def test_every_question_has_a_default_that_is_right(si):
-    from compare.begin.start import default_of
+    from compare.scene.begin.start import default_of
 
     for ask in asked(si):
         assert checked(ask, default_of(ask, {})) is not None

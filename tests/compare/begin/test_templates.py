@@ -2,12 +2,12 @@
 
 import pytest
 
-from compare.begin.materials import MATERIALS
-from compare.begin.start import started
-from compare.begin.template import HELD
 from compare.models import solve
 from compare.models.base import Options
 from compare.pages.solve import answer
+from compare.scene.begin.materials import MATERIALS
+from compare.scene.begin.start import started
+from compare.scene.begin.template import HELD
 
 #: As the command solves a ribbon without a path.
 ASKED = Options(leave_saddle=True, error=True)

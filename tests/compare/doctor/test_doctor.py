@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from compare.doctor import doctor
-from compare.doctor import probes as doctor_probes
+from compare.commands.installed import doctor
+from compare.commands.installed import probes as doctor_probes
 
 PARTS = {
     "Python",

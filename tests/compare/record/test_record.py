@@ -110,7 +110,7 @@ GAP = """
 OF_A_ROW = """
 import numpy as np
 from compare.page.csv import as_csv
-from compare.page.pair import Row
+from compare.page.pair import Row, Times
 from compare.page.si import with_si
 from compare.page.table import Table
 from compare.pages import comparison
@@ -119,7 +119,7 @@ from compare.scene.scene import load
 from docs import tables
 scene = load("steel.toml")
 row = Row(100.0, "converged", True, "", 2e-3, None, 1e-5, 1e-4, True, None, None, None, None,
-          {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False, True, "", warm=True, searched=False)
+          Times(1.0, 2.0), (1, 1), 1, False, True, "", warm=True, searched=False)
 found = row_result(row, scene)
 print(found["gap"], found["si"]["gap"])
 table = Table.of("T", comparison.TABLE, [row])

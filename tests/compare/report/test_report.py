@@ -13,7 +13,6 @@ from matplotlib.image import imread
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.export.vtu import Sheet, write_vtu
-from compare.measure.states import FILE, MOST, Film, read_states
 from compare.page.drawing import save
 from compare.page.page import PAGE, Page, Picture, Surface, read_page, write_page
 from compare.page.table import Column, Table
@@ -21,6 +20,7 @@ from compare.page.verdict import Check, Verdict
 from compare.report import surfaces as report_surfaces
 from compare.report.folders import folders_of, read_part
 from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
+from compare.store.states import FILE, MOST, Film, read_states
 from compare.store.store import read_json
 
 EVIL = "<script>alert(1)</script> \"quoted\" & 'single' | `tick` [x](http://nowhere)"

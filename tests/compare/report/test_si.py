@@ -8,6 +8,7 @@ import pytest
 
 from compare.cli import main
 from compare.page.main_table import main_table
+from compare.page.pair import Times
 from compare.page.si import array_with_si, for_reader, with_si
 from compare.page.state import STATE
 from compare.page.table import Column, Table
@@ -82,7 +83,7 @@ def test_a_scene_with_gamma_has_no_numbers_in_si(tmp_path):
 
 def test_rows_of_a_comparison_have_their_distance_in_metres():
     row = Row(100.0, "converged", True, "", 2e-3, None, 1e-5, 1e-4, True, None, None,
-              {"position": [0.5, 0.0, -0.5], "frame": np.eye(3)}, None, {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1,
+              {"position": [0.5, 0.0, -0.5], "frame": np.eye(3)}, None, Times(1.0, 2.0), (1, 1), 1,
               False, True, "", warm=True, searched=False)  # fmt: skip
     si = row_result(row, loads(STEEL))["si"]
     assert si["hausdorff"] == pytest.approx(6e-4)

@@ -7,10 +7,10 @@ import os
 
 import pytest
 
-from compare.begin.materials import MATERIALS
-from compare.begin.start import started
 from compare.cli import main
 from compare.errors import BadInput
+from compare.scene.begin.materials import MATERIALS
+from compare.scene.begin.start import started
 from compare.scene.given.accepted import YES, accepting
 from compare.scene.given.plausible import HEAVIEST, certain, check_meant, implausible
 from compare.scene.scene import load, shipped

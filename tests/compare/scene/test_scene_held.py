@@ -407,12 +407,16 @@ BEYOND = [
 ]
 
 
+CORNERS = '[shell]\nclamp = "corners"\n'
+CURVED = {"strip.transverse_curvature": "20.0"}
+NO_FRAME = {"clamp.start.tangent": None, "clamp.start.normal": None}
 BEYOND_THE_SHELL = [
     ({"closure.kind": '"circle"'}, FLOOR, "wall", "no contact"),
     ({}, FLOOR, "wall", "no contact"),
-    ({"clamp.start.tangent": None, "clamp.start.normal": None}, "", "clamp.start", "leaves the frame free"),
-    (NO_START | WEIGHTLESS, "", "clamp.start", "the start is free"),
-    (END | {"clamp.end.tangent": None, "clamp.end.normal": None}, "", "clamp.end", "leaves the frame free"),
+    (NO_FRAME, CORNERS, "shell.clamp", "a part of the edge"),
+    (NO_FRAME | CURVED, "", "clamp.start", "leaves the frame of a curved section free"),
+    (NO_START | END | CURVED, "", "clamp.start", "the start of a curved section is free"),
+    (NO_FRAME | {"clamp.start.slide": "[1.0, 0.0, 0.0]"}, "", "clamp.start.slide", "a section that is free"),
 ]
 
 
@@ -424,6 +428,12 @@ def test_what_the_shell_cannot_hold_is_refused(change, extra, key, words):
         require_shell(scene)
     assert caught.value.key == key
     assert "ribbonbench solve" in caught.value.remedy
+
+
+def test_the_shell_takes_ends_of_which_a_part_is_held():
+    free = {"clamp.end.tangent": None, "clamp.end.normal": None}
+    for change in (NO_FRAME, NO_START | WEIGHTLESS, END | free, NO_START | END):
+        assert has_shell(loads(text(PLANAR, {"strip.thickness": "3e-4"}, change)))
 
 
 def test_the_shell_takes_two_clamps_and_weighs_its_surface():

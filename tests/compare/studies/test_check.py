@@ -11,16 +11,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from compare import check as checking
-from compare.check import Verdict, assert_agreement, cache_folder, check, judged, up
+from compare.check import Verdict, assert_agreement, cache_folder, check
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
 from compare.errors import BadInput
 from compare.models.base import Seconds
 from compare.models.scope import require_shell
+from compare.page.pair import Times
 from compare.scene.scene import load
 from compare.store.store import CaseStore
+from compare.studies.agreement import verdict as checking
+from compare.studies.agreement.pins import Pin, is_pins, read_pins
+from compare.studies.agreement.verdict import judged, up
 from compare.studies.compare import Row
-from compare.studies.pins import Pin, is_pins, read_pins
 from tests.compare.scene import held_scenes
 
 CHEAP = {"strip.poisson": 0.0, "shell.elements": [20, 2]}
@@ -31,7 +33,7 @@ def row(ratio=100.0, **changes):
         width_to_thickness=ratio, status="converged", stable=True, message="", hausdorff=0.02, centreline=0.02,
         ribbon_error=0.001, shell_error=0.002, claimed=True, energy=None,
         share={"bending": 0.98, "membrane": 0.015, "shear": 0.005}, shell_end=None, shell_middle=None,
-        seconds={"ribbon": 0.01, "shell": 9.0}, elements=(40, 4), newton_iterations=40, reused=False,
+        seconds=Times(0.01, 9.0), elements=(40, 4), newton_iterations=40, reused=False,
         same_state=True, same_why="", share_error=0.001, warm=True, searched=False,
     )  # fmt: skip
     return replace(plain, **changes)

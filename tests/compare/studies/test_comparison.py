@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compare.export.ribbon import centreline_csv
 from compare.measure.align import aligned
 from compare.measure.distance import centreline_distance
 from compare.measure.grid import Grid
@@ -25,12 +24,15 @@ from compare.models.shell_process import ShellCase, shell_problem
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
 from compare.page.page import read_page
+from compare.page.pair import Times
 from compare.pages import compare as report
 from compare.pages import comparison as tables
+from compare.pages import ribbon as ribbon_page
+from compare.pages.pictures import comparison as figures
+from compare.pages.pictures import ribbon as profile
 from compare.pages.result import comparison_result
 from compare.pages.written import write_fast
-from compare.pictures import comparison as figures
-from compare.pictures import ribbon as profile
+from compare.report.write import read_report, write_report
 from compare.scene.scene import Scene, load, loads
 from compare.scene.units import Units
 from compare.store.progress import Reporter
@@ -82,6 +84,12 @@ class Shells:
         return ShellCase(data, folder, False)
 
 
+def reported(out, found):
+    """report.md of what `ribbonbench compare` writes."""
+    report.write(out, found, "")
+    return write_report(out, read_report([out])).markdown
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Comparisons with such shells, each made once: they are not changed by what is written about them."""
@@ -111,7 +119,7 @@ def test_rows_carry_three_lengths_and_the_slope_is_found(made):
         assert row.ribbon_error == found.fast.error > 0
         assert row.claimed
         assert row.energy.elastic == pytest.approx(12.3 - 50.0)
-        assert row.seconds == {"ribbon": found.fast.seconds.warm, "shell": pytest.approx(5.0)}
+        assert row.seconds == Times(found.fast.seconds.warm, pytest.approx(5.0))
         assert row.warm == bool(found.fast.seconds.repeats)
     assert found.slope.value == pytest.approx(1.0, abs=0.05)
     assert found.slope.rows == 3
@@ -124,7 +132,7 @@ def test_a_failed_shell_is_a_row_with_its_status_and_stops_nothing(made, tmp_pat
     assert (failed.status, failed.hausdorff, failed.claimed) == ("not_converged", None, False)
     assert found.slope.rows == 2
     assert any("stopped at load 0.4" in sentence for sentence in tables.verdict(found))
-    page = report.write(tmp_path / "out", found, "")
+    page = reported(tmp_path / "out", found)
     assert "not_converged" in page.read_text()
     assert not (tmp_path / "out" / "shell_w20.vtu").exists()
 
@@ -165,7 +173,7 @@ def test_a_distance_within_the_errors_is_a_bound(made):
 
 def row(ratio, distance, claimed=True):
     return Row(ratio, "converged", True, "", distance, distance, 1e-5, 1e-5, claimed, None, None, None, None,
-               {"ribbon": 1.0, "shell": 2.0}, (1, 1), 1, False, True, "", warm=True, searched=False)  # fmt: skip
+               Times(1.0, 2.0), (1, 1), 1, False, True, "", warm=True, searched=False)  # fmt: skip
 
 
 def test_slope_uses_claimed_rows_only():
@@ -188,7 +196,7 @@ def test_slope_uses_claimed_rows_only():
 def test_the_factor_says_who_is_faster_and_where_the_shell_began(made, shell, start, words):
     """And tables of another model than the ribbon are not headed ribbon."""
     found = made()
-    seconds = {"ribbon": 1.0, "shell": shell}
+    seconds = Times(1.0, shell)
     errors = {"ribbon_error": 1e-4, "shell_error": 1e-4}
     rows = tuple(replace(r, seconds=seconds, start=start, warm=True, reused=False, **errors) for r in found.rows)
     fast = replace(found.fast, model="tape")
@@ -220,7 +228,7 @@ def test_the_factor_says_who_is_faster_and_where_the_shell_began(made, shell, st
 def test_times_are_compared_like_for_like_or_not_at_all(made, shell, errors, more, ratio):
     """Both warm, the faster one no less exact, no search that the other is spared: else both times, and no factor."""
     found = made()
-    keys = {"ribbon_error": errors[0], "shell_error": errors[1], "seconds": {"ribbon": 1.0, "shell": shell}}
+    keys = {"ribbon_error": errors[0], "shell_error": errors[1], "seconds": Times(1.0, shell)}
     rows = tuple(replace(r, **{**keys, "warm": True, "searched": False, **more}) for r in found.rows)
     assert [r.ratio for r in rows] == [ratio] * len(rows)
     said = [text for text in tables.verdict(replace(found, rows=rows)) if text.startswith("Time:")]
@@ -233,7 +241,7 @@ def test_a_ribbon_that_was_solved_once_has_no_ratio(tmp_path, monkeypatch):
     monkeypatch.setattr("compare.models.shell.run_shell", Shells(tmp_path))
     scene = load("curl_4_3").replace({"shell.width_to_thickness": [10, 20]})
     found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True), bare=True)
-    assert [(row.warm, row.ratio, row.seconds["ribbon"] > 0.0) for row in found.rows] == [(False, None, True)] * 2
+    assert [(row.warm, row.ratio, row.seconds.ribbon > 0.0) for row in found.rows] == [(False, None, True)] * 2
 
 
 def test_natural_constant():
@@ -274,7 +282,7 @@ def test_every_key_of_the_table_holds_what_it_says(made):
             "membrane_share": (row.share or {}).get("membrane"), "shear_share": (row.share or {}).get("shear"),
             **{name: row.energy and getattr(row.energy, name) for name in ("elastic", "gravity", "total")},
             **{f"{name}_error": row.shell_errors["energy"][name] for name in ("elastic", "gravity", "total")},
-            "seconds_ribbon": row.seconds["ribbon"], "seconds_shell": row.seconds["shell"], "ratio": row.ratio,
+            "seconds_ribbon": row.seconds.ribbon, "seconds_shell": row.seconds.shell, "ratio": row.ratio,
         }
         for row in found.rows
     ]  # fmt: skip
@@ -304,7 +312,7 @@ def test_result_json_keeps_the_contract(made):
 def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
     out = tmp_path / "out"
     found = made()
-    page = report.write(out, found, "").read_text()
+    page = reported(out, found).read_text()
     names = {path.name for path in out.iterdir()}
     wanted = {"report.md", "report.html", "page.json", "surfaces.png", "ribbon.npz", "result.json", "table.csv",
               "table.md", "convergence.png", "shapes.png", "ribbon.png",
@@ -341,7 +349,7 @@ def test_surfaces_read_back(made, tmp_path):
     on_axis = mesh.point_data["v"] == 0
     assert on_axis.sum() == found.grid.s.size
     assert np.abs(mesh.point_data["ruling_foot"][on_axis] - mesh.point_data["S"][on_axis]).max() < 1e-14
-    line = np.loadtxt(io.BytesIO(centreline_csv(found.fast.native, Units())), delimiter=",", skiprows=1)
+    line = np.loadtxt(io.BytesIO(ribbon_page.centreline_csv(found.fast.native, Units())), delimiter=",", skiprows=1)
     assert np.allclose(line[:, 1:4], found.fast.native.position(line[:, 0]), atol=1e-11)
 
 
@@ -396,7 +404,7 @@ def test_a_ribbon_on_a_saddle_claims_nothing(made, tmp_path):
     assert found.fast.error is None
     assert not any(r.claimed for r in found.rows)
     assert any("discretisation error is unknown" in sentence for sentence in tables.verdict(found))
-    assert report.write(tmp_path / "out", found, "").exists()
+    assert reported(tmp_path / "out", found).exists()
     assert comparison_result(found)["complete"] is False
 
 

@@ -16,6 +16,7 @@ from compare.models import solve
 from compare.models.base import Energy, Options
 from compare.models.scope import require_shell
 from compare.page.page import read_page
+from compare.page.pair import Times
 from compare.pages import converge as convergence_write
 from compare.scene.scene import load
 from compare.studies import converge_run as convergence_run
@@ -184,7 +185,7 @@ def row(ratio, hausdorff, shell_error=1e-5, ribbon_error=1e-5, x=-0.3, total=-54
     energy = Energy(elastic=total + 16.0, gravity=-16.0, constant=50.0)
     return Row(
         ratio, "converged", True, "fine", hausdorff, hausdorff, ribbon_error, shell_error, claimed, energy, None, place,
-        place, {"ribbon": 0.01, "shell": 2.0}, (20, 2), 40, False, True, "", warm=True, searched=False,
+        place, Times(0.01, 2.0), (20, 2), 40, False, True, "", warm=True, searched=False,
     )  # fmt: skip
 
 

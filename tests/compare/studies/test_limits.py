@@ -12,7 +12,7 @@ from compare.cli import BAD_INPUT, DONE, main
 from compare.errors import BadInput
 from compare.measure.grades import resolved
 from compare.page.page import read_page
-from compare.pictures.limits import varied
+from compare.pages.pictures.limits import varied
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore

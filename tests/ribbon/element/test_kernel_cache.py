@@ -79,12 +79,15 @@ def test_old_states_are_removed_but_never_the_present_one(tmp_path):
     for number in range(KEPT + 3):
         (tmp_path / f"ribbon-{number}").mkdir()
         os.utime(tmp_path / f"ribbon-{number}", (number, number))
-    (tmp_path / "shellref-0").mkdir()
-    os.utime(tmp_path / "shellref-0", (0, 0))
+    others = ("shellref-0", "mine", "0123456789abcde")
+    nameless = "0123456789abcdef"  # of a version that did not name packages
+    for name in (*others, nameless):
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (0, 0))
     CACHE.prune(tmp_path, "ribbon-0")
     left = {entry.name for entry in tmp_path.iterdir()}
     assert left == {
-        "shellref-0",
+        *others,
         "ribbon-0",
         *(f"ribbon-{number}" for number in range(KEPT + 3 - (KEPT - 1), KEPT + 3)),
     }

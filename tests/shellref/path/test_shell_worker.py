@@ -12,7 +12,6 @@ import pytest
 
 from shellref import ShellOptions, ShellProblem, ShellStatus, ShellSurface
 from shellref.path.begin import begun as solved
-from shellref.worker import distances
 from tests.patience import PATIENCE
 
 PROBLEM = {
@@ -43,7 +42,8 @@ def run(folder, request, environment=None):
         ({"problem": {**PROBLEM, "thickness": 0.0}}, "thickness"),
         ({"problem": PROBLEM, "option": {}}, "option"),
         ({"problem": PROBLEM, "options": {"kikc": True}}, "kikc"),
-        ({"problem": PROBLEM, "states_for_error": [[0, 1]]}, "elements"),
+        ({"problem": {**PROBLEM, "elements": [0, 1]}}, "elements"),
+        ({"problem": PROBLEM, "states_for_error": [[6, 1]]}, "states_for_error"),
         ('{"problem": {"width": NaN, "thickness": 1, "poisson": 0}}', "width"),
         ({"problem": PROBLEM, "start": "nowhere.npz"}, "nowhere.npz"),
         ({"problem": PROBLEM, "start": "request.json"}, "request.json"),
@@ -72,9 +72,9 @@ def test_missing_dolfinx_exits_with_3_and_the_remedy(tmp_path):
 
 
 @pytest.mark.shell
-def test_files_progress_and_states_for_error(tmp_path):
+def test_files_and_progress(tmp_path):
     pytest.importorskip("dolfinx")
-    done = run(tmp_path, {"problem": PROBLEM, "states_for_error": [[6, 1], [24, 2]]}, {"OMP_NUM_THREADS": "1"})
+    done = run(tmp_path, {"problem": PROBLEM}, {"OMP_NUM_THREADS": "1"})
     assert done.returncode == 0, done.stderr
     events = [json.loads(line) for line in done.stdout.splitlines()]
     assert events[0]["event"] == "start"
@@ -84,7 +84,7 @@ def test_files_progress_and_states_for_error(tmp_path):
     assert all({"stage", "load", "iterations", "accepted"} <= set(step) for step in steps)
     out = tmp_path / "out"
     names = {path.name for path in out.iterdir()}
-    assert names == {f"shell{tag}.{ext}" for tag in ("", "_6x1", "_24x2") for ext in ("json", "npz")}
+    assert names == {"shell.json", "shell.npz"}
     result = json.loads((out / "shell.json").read_text())
     surface = ShellSurface.load(out / "shell.npz")
     assert surface.points.shape == (25, 5, 3)
@@ -101,10 +101,6 @@ def test_files_progress_and_states_for_error(tmp_path):
     assert {"import", "compile", "first", "tangent", "factor", "total"} <= set(result["seconds"])
     frame = np.array(result["end"]["frame"])
     np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-12)
-    coarse, fine = (row["distance"]["largest"] for row in result["error_states"])
-    assert [row["elements"] for row in result["error_states"]] == [[6, 1], [24, 2]]
-    assert coarse > 3 * fine > 0
-    assert distances(surface, ShellSurface.load(out / "shell_6x1.npz"))["largest"] == coarse
 
 
 @pytest.mark.shell
@@ -146,7 +142,7 @@ def test_a_start_beside_the_request_is_settled_at_the_full_load(tmp_path):
     pytest.importorskip("dolfinx")
     flat_start(tmp_path / "start.npz")
     light = {**PROBLEM, "natural_curvature": [0.2, 0.1], "gamma": 0.3}
-    done = run(tmp_path, {"problem": light, "start": "start.npz", "states_for_error": [[6, 1]]})
+    done = run(tmp_path, {"problem": light, "start": "start.npz"})
     assert done.returncode == 0, done.stderr
     near = json.loads((tmp_path / "out" / "shell.json").read_text())
     assert (near["status"], near["start"]) == ("converged", "given")

@@ -110,7 +110,7 @@ def end_rows() -> list[list[str]]:
             out.append([
                 name, what, str(found.iterations), f"{1e3 * took:.3g}", f"{took / seconds:.2g}",
                 f"{problem.value(found.x):.6f}", f"{np.abs(problem.constraints(found.x)).max():.0e}",
-                "yes" if found.finished else found.message,
+                "yes" if found.finished else "acceptable only" if "acceptable" in found.message else "given up",
             ])  # fmt: skip
         print("  end rows", out[-2][1:], out[-1][1:], flush=True)
     return out
@@ -131,6 +131,18 @@ class InUnits:
     def size(self) -> int:
         """Number of unknowns."""
         return self.problem.size
+
+    @property
+    def rows(self) -> None:
+        """It has none."""
+
+    @property
+    def slack(self) -> None:
+        """Its end is free."""
+
+    @property
+    def strip(self) -> None:
+        """None: what is small is asked for in the units of these unknowns, not of the strip's forces."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Of x / scale."""

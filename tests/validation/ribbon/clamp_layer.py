@@ -15,6 +15,9 @@ from ribbon import Equilibrium, refine
 from tests.validation import page
 from tests.validation.number import Number
 
+#: Its times, or the workers it starts, want the machine.
+ALONE = True
+
 COUNTS = (10, 20, 40, 80)
 SCENE = load("curl_4_3")
 GRID = Grid.for_shape(SCENE, 15.0)

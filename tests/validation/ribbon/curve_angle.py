@@ -19,6 +19,9 @@ from tests.validation.number import Number
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+#: Its times, or the workers it starts, want the machine.
+ALONE = True
+
 FloatArray = NDArray[np.float64]
 #: The three rods: sqrt(y^2 + z^2) of the tip at Gamma, of a prototype by another method.
 TIPS = {20: 0.16360, 60: 0.20285, 100: 0.21369}

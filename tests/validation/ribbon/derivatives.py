@@ -15,6 +15,9 @@ from tests.ribbon.problems.test_chained import problem, state, twin
 from tests.validation import page
 from tests.validation.number import Number, rounding
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 PROMISED = 1e-9
 SEEDS = (11, 12, 13)
 

@@ -21,6 +21,9 @@ from tests.validation import page
 from tests.validation.number import Number, rounding
 from tests.validation.ribbon.hp_galerkin import Galerkin
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 FloatArray = NDArray[np.float64]
 
 #: Coils, and the segments on which the prototype of degree 1 is held against `ribbon.solve`.

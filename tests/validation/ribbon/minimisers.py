@@ -36,7 +36,7 @@ THESIS = {
 }
 THESIS_3_1 = (("IPOPT-HESS", "43", "87", "44", "43", "9.8"), ("IPOPT-L-BFGS", "> 1000", "15379", "1001", "0", "367.5"))
 #: The same for all methods; 5000 steps are ten times what the thesis allowed.
-LIMITS = Limits(tolerance=1e-6, steps=5000, seconds=6.0)
+LIMITS = Limits(tolerance=1e-6, steps=5000, seconds=3.0)
 #: Table 3.1: its limit of steps.
 LIMITS_3_1 = Limits(tolerance=1e-6, steps=1000, seconds=25.0)
 FINEST = 320

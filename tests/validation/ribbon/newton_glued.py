@@ -312,8 +312,12 @@ def _row(name: str, value: dict[str, Any]) -> list[str]:
 def _numbers(found: dict[int, dict[str, Any]], pieces: Pieces) -> dict[str, Number]:
     """What is told of scenes, random ones and many segments."""
     scenes = {name: pieces.get(name, dict) for name in SCENES}
+    _, same, energy, other = _parted(found)
+    missed = _missed(found)
     counts = {
-        "scenes": len(SCENES), "random": len(found), "random_same": sum(_is_same(v) for v in found.values()),
+        "scenes": len(SCENES), "random": len(found), "random_same": len(same), "random_other": len(other),
+        "random_lower": _lower(found, other), "random_neither": len(missed),
+        "no_equilibrium": sum(falls(random_arguments(seed)) for seed in missed),
     }  # fmt: skip
     numbers = {name: Number(count, 0, shown="d") for name, count in counts.items()}
     for name, v in scenes.items():
@@ -327,6 +331,7 @@ def _numbers(found: dict[int, dict[str, Any]], pieces: Pieces) -> dict[str, Numb
     return numbers | {
         "apart": rounding(max(v["apart"] for v in scenes.values()), "l", ".1e"),
         "nested_apart": rounding(max(long), "l", ".1e"),
+        "judged": rounding(_farthest(found, [*energy, *other]), "l", ".1e"),
         f"solve_{MANY}": Number(most, None, "s", ".2f", why=_TIME),
     }
 
@@ -383,7 +388,7 @@ def _nested_row(name: str, segments: int, v: dict[str, Any]) -> list[str]:
 
 def _neither(found: dict[int, dict[str, Any]], pieces: Pieces) -> str:
     """What those are that neither converges on."""
-    seeds = [seed for seed, v in found.items() if min(v["residuals"]) > RESIDUAL_TOLERANCE]
+    seeds = _missed(found)
     without = [seed for seed in seeds if falls(random_arguments(seed))]
     rest = [seed for seed in seeds if seed not in without]
     again = {seed: pieces.get(f"solve {seed}", lambda seed=seed: solved(seed)) for seed in rest}
@@ -406,17 +411,36 @@ def _many(v: dict[str, Any]) -> str:
     )
 
 
-def _words(found: dict[int, dict[str, Any]]) -> str:
+def _parted(found: dict[int, dict[str, Any]]) -> tuple[dict[int, dict[str, Any]], list[int], list[int], list[int]]:
+    """Where both converge; of these the same, those of the same energy, other minima."""
     good = {seed: v for seed, v in found.items() if max(v["residuals"]) <= RESIDUAL_TOLERANCE}
     same = [seed for seed, v in good.items() if _is_same(v)]
     energy = [seed for seed, v in good.items() if seed not in same and v["energy"] <= SAME]
-    other = [seed for seed in good if seed not in same and seed not in energy]
-    lower = sum(found[seed]["energies"][0] < found[seed]["energies"][1] for seed in other)
-    judged = max((found[seed]["judged"] for seed in [*energy, *other]), default=0.0)
+    return good, same, energy, [seed for seed in good if seed not in same and seed not in energy]
+
+
+def _lower(found: dict[int, dict[str, Any]], other: list[int]) -> int:
+    """In how many of other minima Newton's is the lower."""
+    return sum(found[seed]["energies"][0] < found[seed]["energies"][1] for seed in other)
+
+
+def _farthest(found: dict[int, dict[str, Any]], seeds: list[int]) -> float:
+    """How far Ipopt moves Newton's states."""
+    return max((float(found[seed]["judged"]) for seed in seeds), default=0.0)
+
+
+def _missed(found: dict[int, dict[str, Any]]) -> list[int]:
+    """Those on which neither converges."""
+    return [seed for seed, v in found.items() if min(v["residuals"]) > RESIDUAL_TOLERANCE]
+
+
+def _words(found: dict[int, dict[str, Any]]) -> str:
+    good, same, energy, other = _parted(found)
+    lower, judged = _lower(found, other), _farthest(found, [*energy, *other])
     only = [
         sum(v["residuals"][k] <= RESIDUAL_TOLERANCE < v["residuals"][1 - k] for v in found.values()) for k in (0, 1)
     ]
-    neither = sum(min(v["residuals"]) > RESIDUAL_TOLERANCE for v in found.values())
+    neither = len(_missed(found))
     ratios = [v["seconds"][1] / v["seconds"][0] for v in good.values()]
     return (
         f"{len(found)} random ones (clamps, pins, bands, tables; 8 to 29 segments; `random_arguments`): both converge "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from pathlib import Path
 from typing import Any
@@ -95,23 +96,54 @@ def _contacts(way: list[list[Any]]) -> list[list[str]]:
     return rows
 
 
+#: Few segments, on which a state is found within a second or two: the one in the plane.
+FEW = 30
+
+
+@functools.cache
+def _few() -> Equilibrium:
+    return found_on(FEW)
+
+
+PROBES = {
+    "few_energy": lambda: _few().energy.total,
+    "few_height": lambda: float(_few().position(np.linspace(0.0, 1.0, 401))[:, 1].max()),
+}
+
+
+def _numbers(states: dict[str, dict[str, Any]], limits: dict[str, Settled], way: list[list[Any]]) -> dict[str, Number]:
+    """Energies with their errors; energy and height of the state on `FEW` segments, with the change on twice as many;
+    plane contacts."""
+    many = [r for r in way if r[2] > 1]
+    found = {
+        f"energy_{name.replace(' ', '_').replace(',', '')}": of_settled(v.record("D w / l"))
+        for name, v in limits.items()
+    }
+    finer = halved(_few())
+    high = float(finer.position(np.linspace(0.0, 1.0, 401))[:, 1].max())
+    for word, value, unit in (("few_energy", finer.energy.total, "D w / l"), ("few_height", high, "l")):
+        first = PROBES[word]()
+        found[word] = Number(first, abs(value - first), unit, ".4f")
+    return found | {
+        "planes": Number(sum(r[3] == "plane" for r in many), 0, shown="d"),
+        "states": Number(len(many), 0, shown="d"),
+        "lowest_i": Number(way[-1][0], 0.5 * STEP, shown=".2f"),
+    }
+
+
 def run(out: Path) -> dict[str, Number]:
     """Measures what is not kept, writes the page; its numbers by name."""
     kept = Pieces("roman_states")
     states = {name: kept.get(f"state_{p}", lambda p=p: _state(p)) for name, p in STATES.items()}
     way = kept.get("lowered", _lowered)
     limits = _limits(states)
-    numbers = {
-        f"energy_{name.replace(' ', '_').replace(',', '')}": of_settled(v.record("D w / l"))
-        for name, v in limits.items()
-    }
     if not all(row[4] for state in states.values() for row in state["rows"]):
         raise AssertionError("a state of figure 6.11 is not stable")
     folder = out / "roman_states"
     folder.mkdir(parents=True, exist_ok=True)
     figure(folder / "states.png", states)
     write(folder / "README.md", states, limits, way)
-    return numbers
+    return _numbers(states, limits, way)
 
 
 def figure(path: Path, states: dict[str, dict[str, Any]]) -> None:

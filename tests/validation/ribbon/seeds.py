@@ -21,6 +21,9 @@ from ribbon.find.solve import build, solve_shape, starting_shapes
 from tests.validation import page
 from tests.validation.number import Number
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 PERTURBED = 10
 #: Size of the ten perturbations, relative to 1 + the largest |omega| l or to 1 for eta, growing from first to last.
 SIZES = np.geomspace(0.03, 0.3, PERTURBED)

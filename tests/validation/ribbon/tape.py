@@ -27,6 +27,9 @@ from tests.validation.number import Number
 from tests.validation.pieces import Pieces
 from tests.validation.ribbon import tape_fold
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 #: Of the shell's measurement: files under results/.
 READS = ("tape_shell/opposite.csv", "tape_shell/equal.csv", "tape_shell/cantilever.csv")
 ROOT = Path(__file__).resolve().parents[3]
@@ -321,7 +324,12 @@ def _numbers(ways: dict[str, dict[str, dict[str, Any]]], pieces: Pieces) -> dict
         for test, unit, form in (("equal", "N mm", ".2f"), ("cantilever", "N", ".4f")):
             top = top_of(ways[test][name]["rows"])[1]
             numbers[f"{test}_{name}"] = Number(top, 1e-3 * top, unit, form)
-    return numbers
+    shell = top_of([row for row in shell_rows("opposite") if np.isfinite(row[0])])[1]
+    off, error = numbers["opposite_enriched"].value / shell - 1.0, numbers["opposite_enriched"].error or 0.0
+    why = "the page tape_shell has the shell's own change from mesh to mesh"
+    return numbers | {
+        "off_shell": Number(100.0 * off, None, "%", "+.2f", f"the ribbon's is {error / shell:.0e}; {why}")
+    }
 
 
 def run(results: Path) -> dict[str, Number]:

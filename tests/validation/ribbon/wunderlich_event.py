@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from ribbon import Closure, Equilibrium, Strip, solve
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import switch
 from tests.validation import page
+from tests.validation.number import Number
 
 FloatArray = NDArray[np.float64]
 
@@ -99,7 +101,51 @@ def law(widths: FloatArray, sizes: FloatArray) -> tuple[float, float, float]:
     return linear, power, float(np.abs(linear * w / s - 1.0).max())
 
 
-def run(out: Path) -> None:
+#: A wide band, cheap to solve again, on its elements before they are halved.
+PROBED = 0.05
+
+
+@functools.cache
+def _coarse() -> dict[str, float]:
+    """Sizes over the width on that band."""
+    return {name: size / PROBED for name, size in edges(band(PROBED)).items()}
+
+
+PROBES = {f"coarse_{name}": lambda name=name: _coarse()[name] for name in ("cusp", "slowest", "ruling")}
+
+
+def _word(name: str, width: float | None = None) -> str:
+    """A number's name: of a definition, for a width."""
+    first = f"level_{name}" if name[0].isdigit() else name
+    return (first if width is None else f"{first}_{width:g}").replace(".", "p")
+
+
+def numbers(
+    sizes: Sequence[dict[str, float]], errors: Sequence[dict[str, float]], fits: dict[str, tuple[float, float, float]]
+) -> dict[str, Number]:
+    """Sizes over the widths with their change by the last halving, factors and misfits of the fits with what these
+    changes make of them; sizes of one band before its elements are halved."""
+    found = {}
+    for width, size, error in zip(WIDTHS, sizes, errors, strict=True):
+        for name in DEFINITIONS:
+            if np.isfinite(size[name]) and np.isfinite(error[name]):
+                key = _word(name, width)
+                found[key] = Number(size[name] / width, error[name] / width, "w", ".4f")
+    widths = np.array(WIDTHS)
+    for name, fit in fits.items():
+        rough = law(widths, np.array([size[name] + error[name] for size, error in zip(sizes, errors, strict=True)]))
+        key = _word(name)
+        found[f"factor_{key}"] = Number(fit[0], abs(rough[0] - fit[0]), "w", ".2f")
+        found[f"misfit_{key}"] = Number(100.0 * fit[2], 100.0 * abs(rough[2] - fit[2]), "%", ".0f")
+    for name, value in ((probe.removeprefix("coarse_"), make()) for probe, make in PROBES.items()):
+        fine = found[_word(name, PROBED)].value
+        found[f"coarse_{name}"] = Number(value, abs(fine - value), "w", ".4f")
+    narrowest = max(error[name] / WIDTHS[0] for error in errors[:1] for name in DEFINITIONS)
+    return found | {"narrowest_error": Number(narrowest, narrowest, "w", ".0e")}
+
+
+def run(out: Path) -> dict[str, Number]:
+    """Writes wunderlich_event.md and its picture; its numbers by name."""
     coarse = [band(width) for width in WIDTHS]
     fine = [halved(found) for found in coarse]
     for found in fine:
@@ -167,6 +213,7 @@ def run(out: Path) -> None:
         "- Which of these the thesis plots cannot be told from its text: it names the cusp, and says 'nearly linear'.",
         "![the event](wunderlich_event.png)",
     )  # fmt: skip
+    return numbers(sizes, errors, fits)
 
 
 def _ratio(size: dict[str, float], name: str) -> str:

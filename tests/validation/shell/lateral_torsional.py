@@ -26,6 +26,9 @@ from tests.validation.shell.lateral_models import LENGTHS, MODELS, Row, curve, s
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 FloatArray = NDArray[np.float64]
 
 EXPERIMENT = published.points("experiment")

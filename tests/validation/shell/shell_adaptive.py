@@ -195,6 +195,8 @@ def bend(name: str, ratio: float, mesh: tuple[int, int] = MESHES[0]) -> float:
     return float(np.linalg.norm(value(result, "end")))
 
 
+#: The scene whose races the summary of results quotes.
+QUOTED = "two_clamps_5_3_2"
 #: Scene and w/h of ends that `make test` computes again on the coarsest mesh.
 PROBED = (("curl_4_3", 100.0), ("cantilever", 1000.0))
 PROBES = {f"end_{name}": lambda name=name, ratio=ratio: bend(name, ratio) for name, ratio in PROBED}
@@ -215,6 +217,10 @@ def numbers(judged_rows: list[list[str]], rows: list[list[str]], sharp: list[flo
         at = f"{name}_{ratio}_{goal}_{way.replace(' ', '_')}_{k}"
         found[f"race_{at}"] = Number(float(row[11]), None, "l", ".1e", "one race; the page has the reference's error")
         found[f"cells_{at}"] = Number(int(cells), 0, shown="d")
+    for word, way in (("graded", "graded"), ("cut", "all cut")):  # the finest of each between two clamps
+        row = max((row for row in rows if row[0] == QUOTED and row[4] == way), key=lambda row: int(row[7]))
+        found[f"{word}_cells"] = Number(int(row[7]), 0, shown="d")
+        found[f"{word}_error"] = Number(float(row[11]), None, "l", ".1e", "the page has the reference's error")
     for word, number in (("least", min(sharp)), ("most", max(sharp)), ("middle", float(np.median(sharp)))):
         found[f"index_{word}"] = Number(number, number / FINER, shown=".2f")
     return found

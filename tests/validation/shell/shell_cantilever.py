@@ -13,6 +13,9 @@ from tests.reference.planar_naghdi import cantilever
 from tests.validation import page
 from tests.validation.number import Number
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 WIDTH = 0.05
 RATIOS = (10.0, 100.0, 1000.0, 10000.0)
 GAMMAS = (1.0, 100.0, 10000.0)

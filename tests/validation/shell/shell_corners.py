@@ -90,4 +90,8 @@ def _numbers(
             name = f"membrane_{names[kind]}_{mesh[0]}x{mesh[1]}"
             found[name] = Number(values[at], abs(like[at] - like[beside]), "%", ".3f")
         found[f"moved_{names[kind]}"] = Number(moved[kind], moved[kind], "l", ".1e")
-    return found
+    first, last = (f"{mesh[0]}x{mesh[1]}" for mesh in (MESHES[0], MESHES[-1]))
+    return found | {
+        "cells_coarsest": found[f"membrane_cells_{first}"], "cells_finest": found[f"membrane_cells_{last}"],
+        "squares": found[f"membrane_001_{last}"],
+    }  # fmt: skip

@@ -81,4 +81,8 @@ def run(out: Path) -> dict[str, Number]:
     )  # fmt: skip
     if len(missed) > 2:
         raise AssertionError(f"accuracy not reached: {', '.join(missed)}")
-    return numbers
+    most = max(number.value for name, number in numbers.items() if name.startswith("estimate_"))
+    change = max(number.error or 0.0 for name, number in numbers.items() if name.startswith("membrane_"))
+    return numbers | {
+        "estimate_most": Number(most, most, "l", ".1e"), "share_change": Number(change, change, "%", ".3f"),
+    }  # fmt: skip

@@ -13,6 +13,9 @@ from tests.reference import shell_bodies as bodies
 from tests.validation import page
 from tests.validation.number import Number
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 VALUES = (0.0, 1e-3, 1e-2, 1e-1, 1.0)
 CASES: tuple[tuple[Callable[[], bodies.Case], str], ...] = (
     (lambda: bodies.end_moment((32, 1)), "end moment"),

@@ -19,6 +19,9 @@ from shellref.path.solve import solve
 from tests.validation import page
 from tests.validation.number import Number
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 WIDTH, NU = 1 / 20, 0.3
 RATIOS = (50.0, 67.0, 83.0, 100.0, 200.0)
 MESHES = ((40, 4), (60, 6))

@@ -130,4 +130,5 @@ def run(out: Path, cases: tuple[tuple[str, float, tuple[int, int]], ...] = CASES
             numbers[f"{way}_{word}"] = Number(value, None, shown=".1f", why="processor times of one run")
     # two ways to one state: what is between their energies is what Newton leaves, on other processors so much more
     left = PROCESSORS * max(abs(energy("path") - energy("ribbon")), 1e-12)
+    numbers["cases"] = Number(len(cases), 0, shown="d")
     return numbers | {f"energy_{way}": Number(energy(way), left, "D w / l", ".8g") for way in ("path", "ribbon")}

@@ -22,6 +22,9 @@ from tests.validation.pieces import Pieces
 from tests.validation.shell import tape_parts as parts
 from tests.validation.shell.tape_parts import Case
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 #: Meshes of the parts; the last of each test is the one whose curve is written.
 CASES = {
     "opposite": (Case("opposite", 50, 4),),

@@ -22,6 +22,9 @@ from tests.validation import page
 from tests.validation.number import Number
 from tests.validation.pieces import key
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 POISSON = 0.4
 #: Width over thickness, and twist angle (rad) at which the infinitely long ribbon of that length would be critical.
 RATIO, TURNS = 20.0, 10.0

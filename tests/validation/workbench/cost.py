@@ -46,6 +46,26 @@ def _numbers(name: str, found: Cost) -> dict[str, Number]:
         if row.run.seconds:
             warm = 1e3 * statistics.median(row.run.seconds)
             numbers[f"ms_{at}"] = Number(warm, None, "ms", ".3g", "wall times of one run")
+    return numbers | _reached(name, found)
+
+
+def _reached(name: str, found: Cost) -> dict[str, Number]:
+    """What reaching each error of the discretisation takes by party, and over the ribbon; how far the ribbon stays from
+    the common reference."""
+    numbers: dict[str, Number] = {}
+    for kind, target, party, seconds, _, _, best in cost_write.reach_table(found).rows:
+        word = "_".join(re.findall(r"[a-z0-9]+", f"{name} {party}".lower()))
+        own = kind.startswith("discretisation")
+        if own and seconds:
+            at = f"{word}_{target:.0e}".replace("-0", "")
+            numbers[f"reach_{at}"] = Number(1e3 * seconds, None, "ms", ".3g", "wall times of one run")
+            ribbon = numbers.get(f"reach_{name}_ribbon_{target:.0e}".replace("-0", ""))
+            if ribbon is not None and party != "ribbon":
+                factor = 1e3 * seconds / ribbon.value
+                numbers[f"factor_{at}"] = Number(factor, None, "", ".3g", "wall times of one run")
+        if not own:
+            why = "a distance of models; the references have errors of their own"
+            numbers[f"apart_{word}"] = Number(best, None, "l", ".1e", why)
     return numbers
 
 

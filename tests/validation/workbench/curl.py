@@ -12,11 +12,15 @@ from compare.models.choice import beside_the_shell
 from compare.page.markdown import as_markdown
 from compare.pages import compare as report
 from compare.pages import comparison as tables
+from compare.report.write import read_report, write_report
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_text
 from compare.studies.compare import Comparison, compare
 from tests.validation.number import Number
+
+#: Its times, or the workers it starts, want the machine.
+ALONE = True
 
 NAMES = ("curl_4_3", "curl_4_3_down")
 KEPT = ("table.md", "table.csv", "convergence.png", "shapes.png")
@@ -69,6 +73,7 @@ def run(out: Path) -> dict[str, Number]:
         with Reporter(Console(stderr=True)) as reporter:
             found = compare(scene, CaseStore(work / name / "cases"), reporter)
         report.write(work / name, found, "python -m tests.validation curl")
+        write_report(work / name, read_report([work / name]))
         target = out / name
         target.mkdir(parents=True, exist_ok=True)
         for file in KEPT:

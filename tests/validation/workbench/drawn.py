@@ -1,5 +1,5 @@
-"""Scenes drawn at random, the same ones wherever this runs: forty of the table of hits, and a hundred `unseen` ones,
-which were drawn once when every constant stood as it does (`tests.validation.workbench.unseen`)."""
+"""Scenes drawn at random, the same ones wherever this runs: forty of the table of hits, a hundred `unseen` ones, which
+were drawn once when every constant stood as it does (`tests.validation.workbench.unseen`), and two hundred more."""
 
 from __future__ import annotations
 
@@ -46,11 +46,41 @@ TURN, LEAN = (-75.0, 75.0), (-25.0, 25.0)
 
 def unseen() -> tuple[tuple[str, Scene], ...]:
     """Names and scenes of a hundred: pose, width, thickness, Poisson's ratio, curl and weight drawn for each."""
-    rng = np.random.default_rng(UNSEEN_SEED)
-    found = [(f"held_{n:02d}", with_clamp(_held(rng, UNSEEN_RATIO), "edge")) for n in range(1, UNSEEN_HELD + 1)]
-    found += [(f"arch_{n:02d}", _arch(rng, UNSEEN_RATIO)) for n in range(1, UNSEEN_ARCHES + 1)]
-    found += [(f"turned_{n:02d}", _turned(rng)) for n in range(1, UNSEEN_TURNED + 1)]
-    return tuple(found)
+    return _unseen(UNSEEN_SEED, (UNSEEN_HELD, UNSEEN_ARCHES, UNSEEN_TURNED), 2)
+
+
+#: Two hundred more, drawn when the estimate had been mended with those hundred in view: others than these, of the same
+#: kinds, the kinds in turn, so that a run that was stopped has some of each.
+AGAIN_SEED = 2026_11_24
+AGAIN_HELD, AGAIN_ARCHES, AGAIN_TURNED = 100, 30, 70
+
+
+def unseen_again() -> tuple[tuple[str, Scene], ...]:
+    """Names and scenes of the two hundred, ten held at one end, three arches and seven turned ones in turn."""
+    counts = (AGAIN_HELD, AGAIN_ARCHES, AGAIN_TURNED)
+    found, rounds, mixed = list(_unseen(AGAIN_SEED, counts, 3)), counts[0] // 10, []
+    for k in range(rounds):
+        first = 0
+        for count in counts:
+            part = count // rounds
+            mixed += found[first + k * part : first + (k + 1) * part]
+            first += count
+    return tuple(mixed)
+
+
+def _unseen(seed: int, counts: tuple[int, int, int], digits: int) -> tuple[tuple[str, Scene], ...]:
+    """So many held at one end, arches, and scenes with a turned and shifted clamp; digits: of the numbers in names."""
+    rng = np.random.default_rng(seed)
+    draws = {
+        "held": lambda: with_clamp(_held(rng, UNSEEN_RATIO), "edge"),
+        "arch": lambda: _arch(rng, UNSEEN_RATIO),
+        "turned": lambda: _turned(rng),
+    }
+    return tuple(
+        (f"{kind}_{n:0{digits}d}", draw())
+        for (kind, draw), count in zip(draws.items(), counts, strict=True)
+        for n in range(1, count + 1)
+    )
 
 
 def _turned(rng: np.random.Generator) -> Scene:

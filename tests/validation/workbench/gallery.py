@@ -15,7 +15,7 @@ from compare.models import solve as solve_scene
 from compare.models.base import Options, State
 from compare.models.choice import chosen
 from compare.models.scope import beyond_the_ribbon, has_shell, require_shell
-from compare.pictures import ribbon as profile
+from compare.pages.pictures import ribbon as profile
 from compare.scene.scene import Scene, load, shipped
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_bytes, atomic_write_text

@@ -31,6 +31,9 @@ from tests.validation.workbench.hit_cases import GROUPS, LEFT_OUT, Case, Shell, 
 from tests.validation.workbench.hit_measure import Measured, all_measured, available
 from tests.validation.workbench.hit_solve import ELEMENTS, with_model
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 ACCURACY = 1e-2
 #: The energy whose distance `limits --quick` estimates, and thresholds of "good".
 QUICK = "wunderlich"
@@ -133,6 +136,10 @@ def estimate(name: str, elements: int = ELEMENTS) -> float:
     return 100.0 * found
 
 
+#: Cases that the summary of results quotes: a light strip, and a wide one that folds at its clamp.
+QUOTED = {"light": "7_3_edge_w0.05_g10", "fold": "7_3_edge_w0.2_g1000"}
+
+
 def _named(name: str) -> str:
     return f"estimate_{name}".replace(".", "")
 
@@ -150,6 +157,17 @@ def numbers(found: Sequence[Hit]) -> dict[str, Number]:
     for word, verdict_of in (("same", SAME), ("cautious", CAUTIOUS), ("bold", BOLD)):
         values[word] = Number(verdicts.count(verdict_of), 0, shown="d")
     values["scenes"] = Number(len(found), 0, shown="d")
+    for word, name in QUOTED.items():
+        (hit,) = (hit for hit in found if hit.case.name == name)
+        shell = 100.0 * (hit.shell.state.error or 0.0)
+        values[f"{word}_shell_error"] = Number(shell, shell, "%", ".2f")
+        for model_name in ("wunderlich", "finite"):
+            measured, distance = hit.models[model_name], hit.distances[model_name]
+            if distance is not None:
+                error = shell + 100.0 * (measured.change or 0.0)
+                values[f"{word}_{model_name}"] = Number(100.0 * distance, error, "%", ".2f")
+                change = 100.0 * (measured.change or 0.0)
+                values[f"{word}_{model_name}_change"] = Number(change, change, "%", ".2f")
     for model_name in ("wunderlich", "finite"):
         within = [hit.distances.get(model_name) for hit in found]
         values[f"within_{model_name}"] = Number(sum(d is not None and d <= ACCURACY for d in within), 0, shown="d")

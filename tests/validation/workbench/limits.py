@@ -14,7 +14,7 @@ from compare.models.shell_process import run_shell
 from compare.page.csv import as_csv
 from compare.page.markdown import as_markdown
 from compare.pages import limits as limits_results
-from compare.pictures import limits as limits_figures
+from compare.pages.pictures import limits as limits_figures
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_text
@@ -180,7 +180,8 @@ def run(out: Path) -> dict[str, Number]:
         '"good" (percent of l, and of the elastic energy). How far the shape moves is the distance to the strip with '
         'energy "finite" and what that one leaves out; what clamps do is fitted on rows of the grid and of '
         "[auto](../auto/README.md): two constants of the distance, two of the share. The other scenes (`others.csv`: "
-        "other nu, h, K, corners, scenes) had no part in that.",
+        "other nu, h, K, corners, scenes) were no rows of that fit, and were in view; "
+        "[unseen](../unseen.md) ones were not.",
         _hits({"grid, edge": grid["edge"], "grid, corners": grid["corners"], "other scenes": others}),
         _accuracy({"grid, edge": grid["edge"], "grid, corners": grid["corners"], "other scenes": others}),
         "(Ratios over cases whose shell has more than 0.1 % of it.)",

@@ -266,6 +266,8 @@ def numbers(rows: Sequence[Sequence[Any]], marks: dict[Any, dict[str, list[Mark]
             found[f"factor_{ratio:g}"] = Number(
                 at.seconds / ours.seconds, None, "", ".0f", "processor times of one run"
             )
+    most = max(error for error in errors.values() if error is not None)
+    found["shells_most"] = Number(most, most, "l", ".1e")
     for model in ("extensible", "finite"):
         found[f"slower_{model}"] = Number(times.worst(spent, model), None, "", ".1f", "processor times of one run")
     return found

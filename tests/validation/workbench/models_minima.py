@@ -14,6 +14,9 @@ from compare.scene.scene import load
 from tests.validation import one_core, page
 from tests.validation.number import Number
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 NAME = "two_clamps_5_3_2_twist"
 RATIO = 100.0
 SEEDS = 30
@@ -104,6 +107,7 @@ def run(out: Path) -> dict[str, Number]:
     found = one_core.call(measured, MODELS, ELEMENTS)
     rows, lowest = [line for line, _ in found], {(line[0], int(line[1])): energy for line, energy in found}
     heads = ["model", "elements", "stable states", "not stable or not found", "energies (seeds)", "farthest / l"]
+    told = ", ".join(line[2] for line in rows if line[0] == "wunderlich")
     page.write(
         out / "models_minima.md", "How many states a twisted strip has, by model",
         "python -m tests.validation models_minima",
@@ -113,8 +117,10 @@ def run(out: Path) -> dict[str, Number]:
         "the others' curvature and twist.",
         "With curvature and twist apart, extensible and finite have four states on any number of elements: a quarter "
         "of a turn one way (0.262 turns in the strip) or three quarters the other way (0.773), each bowed to one "
-        "side or the other, which weight tells apart. On curvature and ruling the strip has nearly as many as "
-        "there are seeds, and their energies go on falling with the elements.",
+        "side or the other, which weight tells apart. On curvature and ruling most minima are the elements' "
+        "own, and `solve` goes on from what it finds to the lowest that it meets beside it (`ribbon.find.minima`): "
+        f"{told} states are left on {', '.join(map(str, ELEMENTS))} elements. Their energies go on falling with the "
+        "elements.",
         page.table(heads, rows),
         "energies: total, in D w / l, lowest first, with the number of seeds that led there; farthest: largest "
         "distance of a stable state from the one of lowest energy.",
@@ -123,7 +129,10 @@ def run(out: Path) -> dict[str, Number]:
     for model in MODELS:
         for coarse, fine in pairwise(ELEMENTS):
             value = lowest[model, coarse]
-            numbers[f"lowest_{model}_{coarse}"] = Number(value, abs(lowest[model, fine] - value), "D w / l", ".5f")
+            error = abs(lowest[model, fine] - value)
+            numbers[f"lowest_{model}_{coarse}"] = Number(value, error, "D w / l", ".5f")
+        # the last change, which the next is below where energies settle with the elements
+        numbers[f"lowest_{model}_{fine}"] = Number(lowest[model, fine], error, "D w / l", ".5f")
     for model in ("finite", "extensible"):
         value = second(model, ELEMENTS[0])
         numbers[f"second_{model}_20"] = Number(value, abs(second(model, ELEMENTS[1]) - value), "D w / l", ".5f")

@@ -32,6 +32,9 @@ from tests.validation.workbench.on_edge_models import (
     sideways,
 )
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 WIDTHS = (0.005, 0.02, 0.05, 0.1)
 #: Widths at which elements are solved (a developable strip's search for its worst ruling takes long).
 SOLVED = (0.02, 0.1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,9 @@ from tests.validation.workbench.shift_sweeps import (
     sweep,
 )  # fmt: skip
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 #: Elements of the sweeps of height: placed at every state.
 SWEPT = Grading(0.01, 0.001, 0.1)
 CASES = (Case("wunderlich", step=STEP, grading=SWEPT), Case("finite", grading=SWEPT))
@@ -64,6 +67,28 @@ COLOURS = {"wunderlich": "tab:red", "finite": "tab:blue"}
 Rungs = list[dict[str, Any]]
 Swept = dict[Case, dict[str, Any]]
 Key = tuple[str, float, float]
+
+
+#: Critical shifts on the coarsest mesh of two ladders: number -> the ladder of one rung.
+COARSEST = {
+    "coarse_kirchhoff_20_50": replace(LADDERS[-1], rungs=1), "coarse_wunderlich_6": replace(LADDERS[2], rungs=1),
+}  # fmt: skip
+PROBES = {word: lambda ladder=ladder: float(climbed(ladder)[0]["shift"]) for word, ladder in COARSEST.items()}
+
+
+def _coarsest(ladders: dict[Ladder, Rungs]) -> dict[str, Number]:
+    """Of `COARSEST`, with the change to the next mesh and what each was located to."""
+    found = {}
+    for word, ladder in COARSEST.items():
+        first, second = ladders[replace(ladder, rungs=3)][:2]
+        error = abs(second["shift"] - first["shift"]) + first["located"]
+        found[word] = Number(first["shift"], error, "l", ".4f")
+    for ladder in EQUAL:
+        for rung in ladders[ladder]:
+            if rung["shift"] is not None:
+                word = f"equal_{ladder.case.energy}_{rung['p']}"
+                found[word] = Number(rung["shift"], None, "l", ".4f", "a number of these elements")
+    return found
 
 
 def run(out: Path) -> dict[str, Number]:
@@ -101,7 +126,7 @@ def finish(
     }
     limits |= {("shell", *key): limit(found, FINER) for key, found in shells.items()}
     numbers = {f"lost_{e}_{n:g}_{r:g}" if r else f"lost_{e}_{n:g}": of_settled(found.record("l"))
-               for (e, n, r), found in limits.items()}  # fmt: skip
+               for (e, n, r), found in limits.items()} | _coarsest(ladders)  # fmt: skip
     atomic_write_text(folder / "heights.csv", as_csv(swept, branch))
     arch_figure(folder / "arch.png", ladders)
     heights_figure(folder / "heights.png", swept, branch, limits)

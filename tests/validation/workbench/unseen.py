@@ -16,7 +16,7 @@ kept row by row under out/validate/unseen, so that a run that was stopped goes o
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,10 @@ from tests.validation.workbench.drawn import UNSEEN_SEED, unseen
 COMMAND = "python -m tests.validation unseen"
 SAME, CAUTIOUS, BOLD, FALSELY_SAFE, NO_SHELL = "same", "too cautious", "too bold", "falsely safe", "no shell"
 OUTCOMES = (SAME, CAUTIOUS, BOLD, FALSELY_SAFE, NO_SHELL)
+
+
+#: Draws names and scenes.
+Scenes = Callable[[], tuple[tuple[str, Scene], ...]]
 
 
 def outcome(estimated: str, measured: str | None) -> str:
@@ -74,9 +78,9 @@ def asked(name: str, scene: Scene, store: CaseStore, reporter: Reporter) -> dict
     }  # fmt: skip
 
 
-def estimated(name: str) -> float:
+def estimated(name: str, scenes: Scenes = unseen) -> float:
     """The estimated distance (l) of an unseen scene."""
-    (found,) = quick(dict(unseen())[name], Thresholds())
+    (found,) = quick(dict(scenes())[name], Thresholds())
     assert found.distance is not None
     return found.distance
 
@@ -86,30 +90,37 @@ PROBED, REPEATED = ("held_03", "held_10"), 1e-5
 PROBES = {f"estimate_{name}": partial(estimated, name) for name in PROBED}
 
 
-def numbers(rows: Sequence[Mapping[str, Any]]) -> dict[str, Number]:
-    """The counts, and the estimates of `PROBED`."""
+def numbers(rows: Sequence[Mapping[str, Any]], probed: Sequence[str] = PROBED) -> dict[str, Number]:
+    """The counts, and the estimates of `probed`."""
     found = {name.replace(" ", "_"): Number(count, 0.0, shown="d") for name, count in counted(rows).items()}
     return found | {
         f"estimate_{row['name']}": Number(row["estimate"], REPEATED * row["estimate"], "l", ".2e")
         for row in rows
-        if row["name"] in PROBED
+        if row["name"] in probed
     }
 
 
 def run(out: Path) -> dict[str, Number]:
-    place = out.parent / "out" / "validate" / "unseen"
+    """Writes unseen.md and unseen.json; its numbers by name."""
+    rows = measured(out, "unseen", unseen)
+    write(out, rows)
+    return numbers(rows)
+
+
+def measured(out: Path, name: str, scenes: Scenes, most: int | None = None) -> list[dict[str, Any]]:
+    """Both answers on the drawn scenes, on the first `most` of them: those that are kept are not asked again."""
+    place = out.parent / "out" / "validate" / name
     store = CaseStore(place / "cases")
     kept = place / f"rows_{case_key(software('compare.studies.limits', 'compare.pages.limits'))[:12]}"
     rows = []
     with Reporter() as reporter:
-        for name, scene in unseen():
-            reporter.step(name)
-            file = kept / f"{name}.json"
+        for scene_name, scene in scenes()[:most]:
+            reporter.step(scene_name)
+            file = kept / f"{scene_name}.json"
             if not file.is_file():
-                atomic_write_json(file, asked(name, scene, store, reporter))
+                atomic_write_json(file, asked(scene_name, scene, store, reporter))
             rows.append(read_json(file))
-    write(out, rows)
-    return numbers(rows)
+    return rows
 
 
 def counted(rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
@@ -130,9 +141,17 @@ def write(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         "K, Gamma; 60 held at one end, 15 arches, 25 between clamps that are shifted, turned and leaning. Each is "
         f"asked as a user asks, `limits --quick` and `limits`: grades of both first lines. Of {len(unseen())} drawn "
         f"{len(rows)} were run so far, in this order; none of these is left out.",
-        f"Falsely safe: {_named(rows, FALSELY_SAFE)}. Too bold: {_named(rows, BOLD)}. Scenes without a shell to "
+        f"Falsely safe: {named(rows, FALSELY_SAFE)}. Too bold: {named(rows, BOLD)}. Scenes without a shell to "
         "compare with: it rests in another state than the ribbon, as the answer then says, or its share is not known.",
         *_older(rows),
+        *tables(rows),
+    )
+
+
+def tables(rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """The counts, and every scene."""
+    count = counted(rows)
+    return (
         page.table(["", "scenes"], [[name, str(count[name])] for name in ("scenes", "judged", *OUTCOMES)]),
         "## Every scene",
         "Distances in % of l; doubts: checks of the estimate's verdict that keep it from being good.",
@@ -155,7 +174,7 @@ def _older(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def _named(rows: Sequence[Mapping[str, Any]], outcome: str) -> str:
+def named(rows: Sequence[Mapping[str, Any]], outcome: str) -> str:
     return ", ".join(row["name"] for row in rows if row["outcome"] == outcome) or "none"
 
 

@@ -1,6 +1,6 @@
 """The tables of docs/which_model.md that say which model is near the shell, from the data of the pages they link.
 
-Between `<!-- NAME -->` and `<!-- end -->` the page is written by `blocks()`; its test holds it to them.
+Between `<!-- NAME -->` and `<!-- end -->` the page's template is written by `blocks()`; its test holds it to them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,10 @@ from functools import cache
 from pathlib import Path
 
 from compare.store.store import atomic_write_text
+from tests.validation.number import Number
+from tests.validation.readme import template
 from tests.validation.record import Pages
+from tests.validation.workbench.on_edge import NAMED, straight
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = ROOT / "docs" / "which_model.md"
@@ -24,6 +27,11 @@ ON_EDGE = {
     "finite, straight": "finite, ruling straight",
 }  # fmt: skip
 _SHELL = "shell"
+#: What the page of limits calls its cases -> what this page does.
+HIT_CASES = {
+    "grid, edge": "7.3, whole edge held", "grid, corners": "7.3, two corners held",
+    "other scenes": "other scenes, in view too when two constants were set",
+}  # fmt: skip
 
 
 @cache
@@ -140,18 +148,41 @@ def cost() -> str:
     def cells(model: str) -> list[str]:
         return [f"{float(row[f'{model}_error']):.1e}", f"{float(row[f'seconds_{model}']):.{_SECONDS[model]}g}", curl]
 
+    # mesh: error and seconds, of "mesh, unknowns, status, error, membrane, Newton, factorisations, s, ..."
+    on_mesh = {row[0]: (row[3], row[7]) for row in _rows("shell_cost.md") if row[0].startswith("Q2 ")}
     page = (RESULTS / "moebius.md").read_text()
     band = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| adaptive |")][-1]
     rows = [
         ["ribbon, curl 4.3, 20 graded segments", *cells("ribbon")],
         ["shell, the same, w/h = 200", *cells("shell")],
-        ["shell, w/h = 100, Q2 25 x 2", "3.9e-03", "0.08", shells],
-        ["shell, w/h = 100, Q2 50 x 4", "5.6e-04", "0.30", shells],
-        ["shell, w/h = 100, Q2 150 x 12", "3.9e-06", "3.83", shells],
+        *([f"shell, w/h = 100, {mesh}", *on_mesh[mesh], shells] for mesh in ("Q2 25 x 2", "Q2 50 x 4", "Q2 150 x 12")),
         [f"Moebius band, w/l = 0.01, segments by a tolerance, p = {band[1]}", band[4], band[-1],
          "[moebius](../results/moebius.md)"],
     ]  # fmt: skip
     return table(["solver and scene", "error", "s", "where"], rows)
+
+
+def hits() -> str:
+    """How often the quick check is right, and the distances that it estimates, from the page of limits."""
+    where = "[limits](../results/limits/README.md)"
+    found = _rows("limits/README.md")
+    rows = []
+    for name, words in HIT_CASES.items():
+        (counts,) = (row[2:] for row in found if row[:2] == [name, "1 %"])
+        rows.append([words, *counts, where])
+    head = ["cases (limits: 1 % of l, 1 % of the energy)", "known", "good by the shell", "same level", "too cautious"]
+    (ratio,) = (row[1:3] for row in found if row[0] == "grid, edge" and " to " in row[2])
+    return (
+        table([*head, "too bold", "false safe", "where"], rows)
+        + f"\n\nOn the edge-held cases the estimated distance is {ratio[0]} times the shell's in the median, from "
+        f"{ratio[1]} times: it errs towards caution where a wide strip folds at its clamp."
+    )
+
+
+def _rows(file: str) -> list[list[str]]:
+    """The rows of all tables of a page under results/."""
+    lines = (RESULTS / file).read_text().splitlines()
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
 
 
 #: Digits of a time on the page of curl 4.3.
@@ -160,7 +191,7 @@ _SECONDS = {"ribbon": 2, "shell": 3}
 
 def blocks() -> dict[str, str]:
     """What stands on the page between its marks, by name."""
-    return {"distances": distances(), "frontier": frontier(), "cost": cost(), "in_one": in_one()}
+    return {"distances": distances(), "frontier": frontier(), "hits": hits(), "cost": cost(), "in_one": in_one()}
 
 
 def written(page: str) -> str:
@@ -171,6 +202,37 @@ def written(page: str) -> str:
     return page
 
 
-def run(out: Path) -> None:
-    """Writes the blocks into docs/which_model.md; `out`, the folder of results, is where they are read."""
-    atomic_write_text(PAGE, written(PAGE.read_text()))
+#: What the tables are made of.
+READS = (
+    "models_4_3/distances.csv", "on_edge/frontier.csv", "curl_4_3/table.csv", "moebius.md", "data/shell_bands.json",
+    "shell_cost.md", "limits/README.md",
+)  # fmt: skip
+#: The critical weights of `finite` that the page sets beside the shell's, computed again as the page `on_edge` does.
+PROBES = {
+    f"finite_{NAMED[width]}": lambda width=width: straight("finite, straight", width)
+    for width in map(float, WIDTHS[:2])
+}
+#: The frontiers are located to this (`on_edge`), relative.
+LOCATED = 5e-4
+
+
+def numbers() -> dict[str, Number]:
+    """What its tables say in words: critical weights of `finite`, their distance to the shell's, largest distances."""
+    found = {}
+    for width in WIDTHS:
+        value = _frontier()["finite, straight", float(width)]
+        found[f"finite_{NAMED[float(width)]}"] = Number(value, LOCATED * value, "D w / l^2", ".3f")
+    twist = max(abs(off("finite, straight", float(width))) for width in WIDTHS[1:])
+    found["twist"] = Number(100.0 * twist, 100.0 * LOCATED, "%", ".2f")
+    for ratio in ("20", "200"):
+        for model in ("finite", "wunderlich"):
+            value = max(distance(scene, ratio, model) for scene in ("curl_4_3", "curl_4_3_down"))
+            found[f"{model}_{ratio}"] = Number(value, None, "l", ".1e", "the page models_4_3 has the shells' errors")
+    return found
+
+
+def run(out: Path) -> dict[str, Number]:
+    """Writes the blocks into the template of docs/which_model.md, which is then rendered (readme.py)."""
+    place = template(PAGE)
+    atomic_write_text(place, written(place.read_text()))
+    return numbers()

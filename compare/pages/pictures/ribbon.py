@@ -38,8 +38,7 @@ _EDGE_ON = 1e-6
 def held(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray, Clamp]]:
     """Position (3,), frame (3, 3) and clamp of the ends that a clamp holds (wholly or in part), as they stand."""
     problem: Any = equilibrium.problem
-    start = getattr(problem, "clamp", None) if problem.formulation == "chained" else problem.start
-    end = getattr(problem, "end", None)
+    start, end = (problem.clamp, None) if problem.formulation == "chained" else (problem.start, problem.end)
     points, frames = equilibrium.joints
     return [(points[k], frames[k], clamp) for k, clamp in ((0, start), (-1, end)) if clamp is not None]
 
@@ -48,7 +47,7 @@ def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
     """A point (3,) in l and the normal (3,) of every wall, a pressure plate where it has moved to."""
     problem: Any = equilibrium.problem
     found = []
-    held = getattr(problem, "walls", ())
+    held = () if problem.formulation == "chained" else problem.walls
     heights = [exerted.height for exerted in equilibrium.walls] or [None] * len(held)  # of undetermined forces: none
     for wall, moved in zip(held, heights, strict=True):
         normal = np.asarray(wall.normal, dtype=float)

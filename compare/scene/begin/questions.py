@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from compare.begin.quantities import base_unit
-from compare.begin.start import Ask, asked, checked, default_of
 from compare.errors import BadInput
+from compare.scene.begin.quantities import base_unit
+from compare.scene.begin.start import Ask, asked, checked, default_of
 
 Asking = Callable[[str], str]
 """Shows a question and returns the line that is typed; EOFError: nothing more is typed."""
@@ -14,7 +14,8 @@ Saying = Callable[[str], object]
 
 
 def answers(si: bool, ask: Asking, say: Saying) -> dict[str, str]:
-    """Name -> what was typed, for `compare.begin.start.started`; an empty line, or the end of input, is the default.
+    """Name -> what was typed, for `started` (`compare.scene.begin.start`); an empty line, or the end of input, is the
+    default.
 
     The distance of the clamps is asked only where there are two.
     """

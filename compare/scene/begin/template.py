@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from compare.begin.materials import MATERIALS
-from compare.begin.sketch import commented
+from compare.scene.begin.materials import MATERIALS
+from compare.scene.begin.sketch import commented
 from compare.scene.declare import LENGTH, NONE, literal
 from compare.scene.keys import KEYS
 from compare.scene.spec import STANDARD_GRAVITY

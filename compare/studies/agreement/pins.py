@@ -16,7 +16,7 @@ from compare.errors import BadInput
 from compare.models.scope import require_shell
 from compare.scene.scene import Scene, load, shipped
 
-SHIPPED = Path(__file__).parent / "agreements.toml"
+SHIPPED = Path(__file__).parents[1] / "agreements.toml"
 """The pins of the shipped scenes."""
 
 #: Key of an [[agreement]] -> what it is.

@@ -1,6 +1,6 @@
 """What `ribbonbench doctor` runs in processes of their own: one probe, one process, one line of JSON.
 
-Run as a script (``python -P doctor_probes.py NAME``), never imported by the solvers; it imports nothing of this
+Run as a script (``python -P probes.py NAME``), never imported by the solvers; it imports nothing of this
 project, so that a probe loads exactly the library it looks at. Ipopt and dolfinx never meet in one process.
 Every probe yields rows {name, what, ok, remedy}.
 """

@@ -193,7 +193,7 @@ def end_with(parent: int, number: int = signal.SIGTERM) -> None:
 
 
 def main(arguments: list[str]) -> None:
-    """`python -m compare.start PARENT MODULE ...`: runs the module as `python -m` does, for as long as PARENT lives."""
+    """`python -m ribbonbench.start PARENT MODULE ...`: runs it as `python -m` does, for as long as PARENT lives."""
     import runpy
 
     end_with(int(arguments[0]))

@@ -1,6 +1,6 @@
 """`ribbonbench doctor`: which versions and which linear algebra are at work here, what is missing, what mends it.
 
-The libraries are looked at in processes of their own (`doctor_probes`), all at once and each with a time limit, so
+The libraries are looked at in processes of their own (`probes`), all at once and each with a time limit, so
 that a missing, broken, crashing or hanging one is a row of the table; Ipopt and dolfinx never share a process. A busy
 machine is slow, not ill: what does not answer in time is not known, and nothing is proposed for it.
 """
@@ -21,10 +21,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.doctor.probes import APT, ELASTICA, MARK, PICTURES, SETUP, SHELL
+from compare.commands.installed.probes import APT, ELASTICA, MARK, PICTURES, SETUP, SHELL
 from compare.errors import BadInput
-from compare.start import THREADS
 from compare.store.shared import STORE, shared_store
+from ribbonbench.start import THREADS
 
 TIMEOUT = 300.0
 """Seconds a probe may take; all run at the same time."""

@@ -1,0 +1,1 @@
+"""Agreement of ribbon and shell as a claim that can fail: the pins, and what is decided of them."""
