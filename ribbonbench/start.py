@@ -9,15 +9,17 @@ is imported here.
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import errno
 import os
-import resource
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from types import FrameType
 from typing import Any
+
+from ribbonbench import system
+from ribbonbench.system import end_with as end_with
+from ribbonbench.system import shielded as shielded
 
 #: 128 + the number of the signal, as a shell says it.
 INTERRUPTED = 128 + signal.SIGINT
@@ -25,8 +27,6 @@ TERMINATED = 128 + signal.SIGTERM
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _AGAIN = 0.02  # s until a signal that came inside an import is tried again
-_PR_SET_PDEATHSIG = 1
-
 
 #: Variables that limit threads; the first one is looked at by all but numba.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -88,33 +88,33 @@ class Signals:
         self._taken = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
         for number in self._taken:
             signal.signal(number, self._come)
-        signal.signal(signal.SIGALRM, self._later)
+        self._again = system.Later(self._later)
         sys.unraisablehook = self._unraisable
         return self
 
     def __exit__(self, *_: object) -> None:
         """What is left to do is the interpreter's end: a signal ends that at once, without a trace."""
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        self._again.forget()
         for number in self._taken:
             signal.signal(number, signal.SIG_DFL)
 
     def _come(self, number: int, frame: FrameType | None) -> None:
         first, self.seen = self.seen is None, Terminated() if number == signal.SIGTERM else KeyboardInterrupt()
-        if first and importing(frame):
-            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        if first and importing(frame) and system.TIMERS:
+            self._again.ask(_AGAIN)
             return
         raise self.seen
 
     def _later(self, _number: int, frame: FrameType | None) -> None:
         if importing(frame):
-            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+            self._again.ask(_AGAIN)
         elif self.seen is not None:
             raise self.seen
 
     def _unraisable(self, found: Any) -> None:
         """Raised where no exception can leave (a weak reference's callback, a finaliser): it is raised once more."""
-        if isinstance(found.exc_value, KeyboardInterrupt):
-            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        if isinstance(found.exc_value, KeyboardInterrupt) and system.TIMERS:
+            self._again.ask(_AGAIN)
         else:
             self._hook(found)
 
@@ -170,26 +170,7 @@ LEAST_MEMORY = 550_000_000
 
 def _room() -> bool:
     """Whether this process may have the least address space that the libraries need."""
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return limit == resource.RLIM_INFINITY or limit >= LEAST_MEMORY
-
-
-@contextlib.contextmanager
-def shielded() -> Iterator[None]:
-    """Processes started inside are not reached by ctrl-C while they load; ours comes through afterwards."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def end_with(parent: int, number: int = signal.SIGTERM) -> None:
-    """This process gets the signal `number` when its `parent` (a process id) ends, however that ends (Linux)."""
-    with contextlib.suppress(OSError, AttributeError):
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(number), 0, 0, 0)
-    if os.getppid() != parent:  # it ended before we asked
-        os.kill(os.getpid(), number)
+    return system.address_space() >= LEAST_MEMORY
 
 
 def main(arguments: list[str]) -> None:

@@ -104,10 +104,11 @@ def _absent_words(error: ImportError) -> str | None:
     """What is said of a library that is not there or does not fit; None for one that we do not know."""
     name = (error.name or "").partition(".")[0]
     if name == "cyipopt":
-        from compare.commands.installed.probes import APT, REBUILD
+        from compare.commands.installed.probes import APT, IPOPT, REBUILD
 
-        library = "" if getattr(error, "reason", "") == "numpy" else f"{APT} coinor-libipopt-dev pkg-config; "
-        return f"{error}, and Ipopt is needed here; {library}{REBUILD}"
+        if getattr(error, "reason", "") == "numpy":
+            return f"{error}, and Ipopt is needed here; {REBUILD}"
+        return f"{error}, and Ipopt is needed here; {APT} {IPOPT}; pip install 'ribbonbench[judge]'"
     if isinstance(error, ModuleNotFoundError) and name in _EXTRAS:
         return f"{error.name} is missing; pip install 'ribbonbench[{_EXTRAS[name]}]'"
     return None

@@ -88,9 +88,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 
 def _local(options: argparse.Namespace) -> Crew:
-    from compare.sweep.workers import LocalCrew, usable_cores
+    from compare.sweep.workers import LocalCrew
+    from ribbonbench.system import cores
 
-    return LocalCrew(options.workers or usable_cores())
+    return LocalCrew(options.workers or cores())
 
 
 def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]) -> int:

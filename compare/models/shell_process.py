@@ -7,7 +7,6 @@ import hashlib
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -23,6 +22,7 @@ from compare.errors import BadInput, Missing
 from compare.models.shell_build import DEFAULT_ELEMENTS, shell_elements, shell_options, shell_problem
 from compare.store.provenance import software
 from compare.store.store import CaseStore, Unfinished, case_key, read_json
+from ribbonbench import system
 from ribbonbench.start import THREADS
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -256,8 +256,7 @@ def _work(
                     _tell(line, progress)
                 code = process.wait()
             except BaseException:
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)
+                system.end_tree(process)
                 process.wait()
                 raise
             errors.seek(0)

@@ -12,7 +12,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from ribbonbench import sources
+from ribbonbench import sources, system
 from ribbonbench.start import THREADS
 
 # Packages whose version goes into a result's provenance (distribution names).
@@ -52,7 +52,7 @@ def versions() -> dict[str, Any]:
     return {
         **_fixed_versions(),
         "git": git,
-        "cores": len(os.sched_getaffinity(0)),
+        "cores": system.cores(),
         "threads": _threads(),
         "time": now(),
     }
@@ -98,7 +98,7 @@ def _fixed_versions() -> dict[str, Any]:
         "debian": _debian_versions(),
         "python": platform.python_version(),
         "system": _system(),
-        "cpu": _cpu(),
+        "cpu": system.processor(),
     }
 
 
@@ -118,16 +118,6 @@ def _system() -> str:
         return f"{platform.freedesktop_os_release()['PRETTY_NAME']}, {kernel}"
     except (OSError, KeyError):
         return kernel
-
-
-def _cpu() -> str:
-    """The processor's model name, or its architecture where the kernel does not tell."""
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
-            name, _, value = line.partition(":")
-            if name.strip() == "model name":
-                return value.strip()
-    return platform.machine()
 
 
 def _output(command: list[str], timeout: float = 10.0) -> str | None:

@@ -16,7 +16,6 @@ import contextlib
 import dataclasses
 import enum
 import errno
-import fcntl
 import hashlib
 import json
 import math
@@ -33,6 +32,7 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.store.provenance import now
+from ribbonbench import system
 
 MANIFEST = "case.json"
 """Name of the file that makes a case folder complete: key, time, and size and SHA-256 of every other file."""
@@ -354,15 +354,15 @@ class CaseStore:
         for entry in (self.root / _PARTIAL).iterdir():
             owner, _, pid = entry.name.rpartition(".")[0].rpartition("-")
             with contextlib.suppress(OSError, ValueError):
-                dead = not _alive(int(pid)) if owner == host else time.time() - entry.stat().st_mtime > _PARTIAL_AGE
-                if dead:
+                old = time.time() - entry.stat().st_mtime > _PARTIAL_AGE
+                if (not system.alive(int(pid))) if owner == host else old:
                     shutil.rmtree(entry, ignore_errors=True)
 
 
 def _remove_unlocked(folder: Path) -> None:
     """Removes an unfinished case unless somebody works on it (OSError)."""
     with (folder / _LOCK).open("a") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        system.lock(lock.fileno(), wait=False)
         shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -392,13 +392,13 @@ def _locked(folder: Path, waiting: Callable[[], object] | None) -> int:
     while True:
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666)
         except FileNotFoundError:
             continue
         try:
             while True:
                 try:
-                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    system.lock(handle, wait=False)
                     break
                 except BlockingIOError:
                     if waiting is not None:
@@ -423,17 +423,6 @@ def _host() -> str:
 def _owner() -> str:
     """Prefix of a partial folder: machine and process."""
     return f"{_host()}-{os.getpid()}"
-
-
-def _alive(pid: int) -> bool:
-    """Whether a process of this number exists here."""
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
 
 
 def _files(folder: Path) -> Iterable[Path]:

@@ -40,11 +40,6 @@ class Crew(Protocol):
         """Runs all tasks."""
 
 
-def usable_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0))
-
-
 class Died(Exception):
     """A worker ended without a record."""
 

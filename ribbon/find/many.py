@@ -8,7 +8,6 @@ the way of `ribbon.solve`, and ends in the same digits.
 from __future__ import annotations
 
 import contextlib
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -33,6 +32,7 @@ from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
 from ribbon.solvers.budget import within
 from ribbon.strip import Strip
+from ribbonbench.system import cores
 from ribbonbench.threads import alone
 
 FloatArray = NDArray[np.float64]
@@ -165,7 +165,7 @@ def solve_many(
     starts = [_start(number, problem, seeds) for number, problem in enumerate(problems)]
     cases = list(zip(problems, starts, strict=True))
     slices = [cases[i : i + TOGETHER] for i in range(0, len(cases), TOGETHER)]
-    workers = threads or len(os.sched_getaffinity(0))
+    workers = threads or cores()
     states: list[Equilibrium] = []
 
     def gather(part: list[Equilibrium]) -> None:

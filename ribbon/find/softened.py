@@ -6,6 +6,8 @@ gradient and its Hessian. Its minimum, warm started from the ribbon's, is a firs
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +17,8 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Matrix, Problem
 from ribbon.result import Energy, Equilibrium, Status
-from ribbon.solvers.ipopt import minimise
+from ribbon.solvers import newton_dense, newton_rows
+from ribbon.solvers.problem import Minimum
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -122,6 +125,10 @@ class _WithRows(SoftenedProblem):
         """(m,)."""
         return self.inner.constraints(x)
 
+    def elimination(self) -> tuple[IntArray, IntArray]:
+        """The order along the strip: of unknowns (n,) and rows (m,)."""
+        return self.inner.elimination()
+
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
         """Rows and columns of the Jacobian's entries."""
         return self.inner.jacobian_structure()
@@ -154,6 +161,12 @@ def softened(problem: Problem, thickness: float) -> _WithoutRows | _WithRows:
     return _WithoutRows(problem, thickness)
 
 
+def _minimum(problem: _WithoutRows | _WithRows, near: Equilibrium, options: dict[str, Any]) -> Minimum:
+    if isinstance(problem, _WithRows):
+        return newton_rows.minimise(problem, near.x, options, warm=(near.rows, near.multipliers))
+    return newton_dense.minimise(problem, near.x, options, warm=near.multipliers)
+
+
 def soften(equilibrium: Equilibrium, thickness: float) -> Equilibrium | None:
     """The ribbon at the minimum of its softened energy near `equilibrium`; None where it has not been found.
 
@@ -163,9 +176,8 @@ def soften(equilibrium: Equilibrium, thickness: float) -> Equilibrium | None:
     problem = equilibrium.problem
     if problem.formulation not in ("chained", "mixed") or (problem.formulation == "chained" and problem.row_count):
         return None
-    warm = (equilibrium.rows, equilibrium.multipliers)
     options = {"tol": _TOLERANCE, "max_iter": _MOST_ITERATIONS}
-    minimum = minimise(softened(problem, thickness), equilibrium.x, options, warm=warm)
+    minimum = _minimum(softened(problem, thickness), equilibrium, options)
     if not minimum.residual < 100.0 * _TOLERANCE:
         return None
     return Equilibrium(

@@ -1,7 +1,8 @@
 """Which minimiser a problem gets: Newton's iteration along the strip, or Ipopt, the judge of both.
 
 `using("ipopt")` around a solve makes Ipopt do all of it; "newton" lets nothing else have a try; "auto" is Newton's
-where there is one for the problem, and Ipopt where it does not arrive or is given options that it does not know.
+where there is one for the problem, and Ipopt where it does not arrive or is given options that it does not know. Ipopt
+is optional: where it is not installed Newton's answer stands, and says what was not tried.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import ipopt, newton, newton_rows
 from ribbon.solvers.budget import spent
+from ribbon.solvers.cyipopt_api import IpoptMissing
 from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArray, Minimum
 
 #: The minimisers that may be asked for.
@@ -62,7 +64,7 @@ def minimise(
 
     Problems without rows go to `newton` (how: its `near`, `rough`), those with rows that can be eliminated along the
     strip to `newton_rows`; where that finds no step, and for options that it does not know, Ipopt begins at the same
-    start, and the message says so.
+    start, and the message says so. Raises `IpoptMissing` where nothing but Ipopt can be asked and it is not there.
     """
     if isinstance(problem, ChainedProblem) and by_recursion(problem, options):
         found = newton.minimise(problem, start, options, progress, **how)
@@ -76,7 +78,10 @@ def minimise(
         arrived = found.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST)
     if arrived or _asked.get() == "newton":
         return found
-    other = ipopt.minimise(problem, start, options, progress, warm)
+    try:
+        other = ipopt.minimise(problem, start, options, progress, warm)
+    except IpoptMissing as missing:
+        return replace(found, message=f"{found.message} (Ipopt might: {missing})")
     if found.residual <= other.residual:
         return found
     return replace(

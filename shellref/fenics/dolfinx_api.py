@@ -9,7 +9,6 @@ Importing this module without dolfinx raises `DolfinxMissing` with the remedy.
 
 from __future__ import annotations
 
-import fcntl
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ribbonbench import system
 from shellref.fenics.cache import cache_folder
 
 REMEDY = "dolfinx is missing: run `apt-get install python3-dolfinx python3-slepc4py`, then `make setup`"
@@ -134,7 +134,7 @@ def _jit(comm: Any) -> Iterator[dict[str, Any]]:
         return
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with open(folder / "lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        system.lock(lock.fileno(), wait=True)
         for source in folder.glob("libffcx_*.c"):
             if not source.with_suffix(".c.cached").exists():
                 source.unlink()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ribbonbench import sources
+from ribbonbench import sources, system
 from shellref.holds import parts
 from shellref.shell.body import Control, Supports
 from shellref.shell.clamps import reactions
@@ -198,7 +197,7 @@ class Solver:
             energy_density=api.gather_rows(model.comm, energies.density),
             unknowns=equilibrium.unknowns,
             seconds=seconds,
-            memory_mb=api.sum_over(model.comm, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0),
+            memory_mb=api.sum_over(model.comm, system.peak_memory()),
             provenance={
                 "versions": api.versions(),
                 "linear_solver": equilibrium.linear.name,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import resource
 import shutil
 import signal
 import tempfile
@@ -152,7 +151,7 @@ def full(rung: Rung) -> Iterator[Check]:
     for command in ("solve", "sweep"):
         with _Room() as place:
             whole, cut = _room(place / "whole"), _room(place / "cut")
-            first = ran(WORDS[command], cut, before=_limit(resource.RLIMIT_FSIZE, size))
+            first = ran(WORDS[command], cut, before=_limit("RLIMIT_FSIZE", size))
             yield holds(f"{command}: one line", first.code == 3 and first.plain, f"{first.code}: {first.err}")
             yield holds(f"{command}: no damaged file", not damaged(cut), ", ".join(damaged(cut)))
             answer, last = ran(WORDS[command], whole), ran(WORDS[command], cut)
@@ -165,14 +164,16 @@ def starved(rung: Rung) -> Iterator[Check]:
     """Address space of so many MB."""
     size = int(rung) * 1_000_000
     with _Room() as place:
-        ended = ran(WORDS["solve"], place, before=_limit(resource.RLIMIT_AS, size))
+        ended = ran(WORDS["solve"], place, before=_limit("RLIMIT_AS", size))
         yield holds("an answer, or one line", ended.plain, f"{ended.code}: {ended.err[-2000:]}")
         yield holds("no damaged file", not damaged(place), ", ".join(damaged(place)))
 
 
-def _limit(what: int, value: int) -> Callable[[], None]:
+def _limit(what: str, value: int) -> Callable[[], None]:
     def before() -> None:
-        resource.setrlimit(what, (value, value))
+        import resource  # POSIX: these cases have no other way to take something away from a process
+
+        resource.setrlimit(getattr(resource, what), (value, value))
 
     return before
 

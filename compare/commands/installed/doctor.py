@@ -11,7 +11,6 @@ import contextlib
 import json
 import os
 import platform
-import signal
 import subprocess
 import sys
 import tempfile
@@ -21,9 +20,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.commands.installed.probes import APT, ELASTICA, MARK, PICTURES, SETUP, SHELL
+from compare.commands.installed.probes import APT, ELASTICA, IPOPT, JUDGE, MARK, PICTURES, SETUP, SHELL
 from compare.errors import BadInput
 from compare.store.shared import STORE, shared_store
+from ribbonbench import system
 from ribbonbench.start import THREADS
 
 TIMEOUT = 300.0
@@ -41,7 +41,7 @@ _PROBES = {
     "python": ("Python packages", SETUP),
     "ipopt": (
         "cyipopt, Ipopt",
-        f"sudo apt-get install --no-install-recommends coinor-libipopt-dev pkg-config; {SETUP}",
+        f"{APT} {IPOPT}; {SETUP}",
     ),
     "dolfinx": (
         "dolfinx, PETSc, SLEPc",
@@ -60,6 +60,7 @@ _OPTIONAL = {
         "pip: it has no dolfinx; conda-forge has (fenics-dolfinx, slepc4py): pip install ribbonbench there",
     ),
     PICTURES: ("pip install 'ribbonbench[plot]', in the project: " + SETUP,),
+    JUDGE: (f"{APT} {IPOPT}; pip install 'ribbonbench[judge]', in the project: {SETUP}",),
     ELASTICA: ("pip install 'ribbonbench[elastica]', in the project: " + SETUP,),
 }
 
@@ -207,8 +208,7 @@ class _Running:
 
     def __exit__(self, *_: object) -> None:
         if self._process is not None and self.works():
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, signal.SIGKILL)
+            system.end_tree(self._process)
             self._process.wait()
         for file in self._files:
             file.close()
@@ -276,7 +276,7 @@ def _interpreter() -> Row:
 def _cores() -> Row:
     """Cores this process may use, and the variables that limit threads."""
     limits = [f"{name}={os.environ[name]}" for name in THREADS if name in os.environ]
-    return Row("cores", ", ".join([str(len(os.sched_getaffinity(0))), *limits]), True)
+    return Row("cores", ", ".join([str(system.cores()), *limits]), True)
 
 
 def _caches() -> Iterator[Row]:

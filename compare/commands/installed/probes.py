@@ -28,6 +28,8 @@ MARK = "@doctor@ "
 
 SETUP = "make setup"
 APT = "sudo apt-get install --no-install-recommends"
+IPOPT = "coinor-libipopt-dev pkg-config gcc libc6-dev python3-dev"
+"""Debian's packages that cyipopt is built with."""
 REBUILD = "pip install --force-reinstall --no-cache-dir --no-binary cyipopt cyipopt --no-deps"
 """Mends a cyipopt that was built for another NumPy: built anew, past the one that pip keeps, and nothing else moved."""
 
@@ -53,7 +55,7 @@ def broken(name: str, error: BaseException, remedy: str, without: str = "") -> R
 
 
 #: What is not there without an optional part.
-SHELL, PICTURES, ELASTICA = "the shell", "pictures", "the elastica"
+SHELL, PICTURES, ELASTICA, JUDGE = "the shell", "pictures", "the elastica", "Ipopt as a judge, curve-angle rods"
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -61,7 +63,9 @@ SHELL, PICTURES, ELASTICA = "the shell", "pictures", "the elastica"
 
 
 def loaded_libraries() -> list[Path]:
-    """Real paths of the shared objects mapped into this process."""
+    """Real paths of the shared objects mapped into this process (Linux; elsewhere none is known)."""
+    if not os.path.exists("/proc/self/maps"):
+        return []
     with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
         found = {line.split(maxsplit=5)[5].strip() for line in maps if line.count("/") and ".so" in line}
     return sorted(Path(name) for name in found if name.startswith("/"))
@@ -127,14 +131,14 @@ def cyipopt_broken(error: BaseException, remedy: str) -> Row:
     """The row of a cyipopt that cannot be loaded; one that was built for another NumPy is built anew."""
     words = str(error).lower()
     if isinstance(error, ModuleNotFoundError) or not any(part in words for part in ("numpy", "multiarray", "api ver")):
-        return broken("cyipopt", error, remedy)
+        return broken("cyipopt", error, remedy, JUDGE)
     numpy = importlib.metadata.version("numpy")
     return row("cyipopt", f"was built for another NumPy than {numpy} ({str(error).partition(' (')[0]})", False, REBUILD)
 
 
 def ipopt() -> Iterator[Row]:
     """cyipopt, the Ipopt library behind it, the linear solvers it can use, and its BLAS."""
-    remedy = f"{APT} coinor-libipopt-dev pkg-config; {SETUP}"
+    remedy = f"{APT} {IPOPT}; {SETUP}"
     try:
         import cyipopt
         import numpy as np
