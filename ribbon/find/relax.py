@@ -19,7 +19,7 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.problems.transfer import merged, resample, transferred
-from ribbon.solvers import budget, choose
+from ribbon.solvers import budget, choose, cyipopt_api, newton_rows
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 
 FloatArray = NDArray[np.float64]
@@ -163,6 +163,8 @@ def from_far(
     best: Minimum | None = None
     iterations, seconds = 0, 0.0
     for attempt in ATTEMPTS:
+        if best is not None and not (set(attempt) <= set(newton_rows.OPTIONS) or cyipopt_api.is_there()):
+            continue  # one that only Ipopt knows
         point = once(problem, x, {**attempt, "max_iter": _ATTEMPT_ITERATIONS, **(options or {})}, progress)
         iterations += point.iterations
         seconds += point.seconds

@@ -45,6 +45,15 @@ def wrapper() -> Any:
     return found
 
 
+def is_there() -> bool:
+    """Whether Ipopt can be used."""
+    try:
+        wrapper()
+    except IpoptMissing:
+        return False
+    return True
+
+
 def _why(error: Exception) -> IpoptMissing:
     if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("cyipopt"):
         return IpoptMissing("absent", "cyipopt is not installed")

@@ -9,7 +9,8 @@ import pytest
 
 from ribbon import Clamp, Closure, Gravity, RibbonInputError, Strip, Wall, solve
 from ribbon.find.relax import transferred
-from ribbon.solvers import choose, ipopt, newton_rows
+from ribbon.solvers import choose, cyipopt_api, ipopt, newton_rows
+from ribbon.solvers.cyipopt_api import IpoptMissing
 
 STRIP = Strip(1.0, 0.05, 0.4, gamma=10.0)
 END = Clamp((0.1, 0.2, 0.7), (0, 0.6, 0.8), (0, 0.8, -0.6))
@@ -110,3 +111,23 @@ def test_the_message_says_where_ipopt_found_it(monkeypatch):
     assert (e.solver, e.ok) == ("Ipopt", True)
     assert e.message.endswith("found by Ipopt") or "found by Ipopt;" in e.message
     assert "found by" not in found("two clamps", "ipopt").message
+
+
+def test_without_ipopt_newtons_answer_stands_and_says_what_was_not_tried(monkeypatch):
+    good = newton_rows.minimise
+
+    def gives_up(*arguments, **how):
+        return replace(good(*arguments, **how), code=newton_rows.NO_STEP, residual=1.0, finished=False)
+
+    def absent():
+        raise IpoptMissing("absent", "cyipopt is not installed")
+
+    monkeypatch.setattr(ipopt, "wrapper", absent)
+    monkeypatch.setattr(cyipopt_api, "wrapper", absent)
+    assert found("two clamps", "auto").ok  # nothing asks for it
+    monkeypatch.setattr(newton_rows, "minimise", gives_up)
+    e = found("two clamps", "auto")
+    assert (e.solver, e.ok, e.stable) == ("Newton", False, None)
+    assert "cyipopt is not installed" in e.message
+    with pytest.raises(IpoptMissing):
+        found("two clamps", "ipopt")
