@@ -45,9 +45,9 @@ def _numbers(text: str) -> list[float]:
 
 
 def _unseen(shown: str, said: str) -> list[float]:
-    """Numbers shown on a page that the command did not say, within 5 %."""
+    """Numbers shown on a page that the command did not say, within half a percent."""
     there = _numbers(said)
-    return [x for x in _numbers(shown) if not any(abs(x - y) <= 0.05 * abs(x) for y in there)]
+    return [x for x in _numbers(shown) if not any(abs(x - y) <= 0.005 * abs(x) for y in there)]
 
 
 def _console(block: Block, has_shell: bool, heard: Callable[[], str] = str) -> None:
