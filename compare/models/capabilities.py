@@ -240,9 +240,9 @@ class Evaluates(Protocol):
 class Rests(Protocol):
     """A model that can say where it comes to rest from another model's shape; a model need not."""
 
-    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
-        """The state of the scene, on the elements of `state`, that is reached from `near`, whether or not it is
-        `state` again; None where none is found."""
+    def rests(self, scene: Scene, state: State, near: Shape, finer: int = 1) -> State | None:
+        """The state of the scene, on the elements of `state` cut into `finer` parts each, that is reached from `near`,
+        whether or not it is `state` again; None where none is found."""
 
 
 @runtime_checkable

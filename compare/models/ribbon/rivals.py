@@ -142,14 +142,17 @@ def _ruled(omega: FloatArray, twist: FloatArray) -> tuple[FloatArray, FloatArray
     return omega, np.clip(twist / bent, -_STEEPEST, _STEEPEST)
 
 
-def near(found: Equilibrium, shape: Shape) -> Equilibrium:
-    """Where the strip of `found`, on its own segments, comes to rest from another model's shape; whatever its status.
+def near(found: Equilibrium, shape: Shape, finer: int = 1) -> Equilibrium:
+    """Where the strip of `found`, on its own segments cut into `finer` parts each, comes to rest from another model's
+    shape; whatever its status.
 
     The start has the shape's curvature and twist at the joints (`compare.measure.curvatures`), nothing else of it.
     """
     from ribbon.find.solve import solve_shape
 
-    problem = found.problem
+    problem: Any = found.problem
+    if finer > 1:
+        problem = problem.with_changes(lengths=np.repeat(problem.lengths / finer, finer))
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     s[-1] = 1.0
     kappa = curvatures(shape.frames, s)

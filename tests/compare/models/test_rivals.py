@@ -150,6 +150,23 @@ def test_a_shell_far_away_in_the_ribbons_own_state_is_not(ruled):
             assert (found.counterpart is None) == (found.answer is True)
 
 
+def test_a_fold_that_is_shorter_than_the_ribbons_elements_is_another_state(unseen):
+    """The state of this scene's shell: curvature of the other sign on the first 0.03 l. The 40 segments of the ribbon,
+    of 0.014 l there, do not hold it: begun there the ribbon moves by a quarter of the distance, and was said to come
+    back."""
+    scene = with_energy(unseen, "finite").replace({"model.elements": 40, "model.grading": "clamp"})
+    state = model("ribbon").solve(scene, options=Options(error=True))
+    fine = state.native.problem.with_changes(lengths=np.repeat(state.native.problem.lengths / 6.0, 6))
+    s = np.minimum(np.concatenate([[0.0], np.cumsum(fine.lengths)]), 1.0)
+    omega, twist = state.native.omega(s), state.native.tau(s)
+    folded = solve_shape(fine, np.where(s < 2.0 * scene.width, -1.0, 1.0) * omega, twist)
+    assert folded.ok
+    grid = Grid.for_shape(scene, state.shape.bend)
+    found = same_state(RibbonModel(), scene, state, shell_at(state, folded, "path"), grid)
+    assert found.answer is False
+    assert found.counterpart.energy == pytest.approx(folded.energy.total, abs=1.0)
+
+
 def test_a_model_that_cannot_begin_there_does_not_know(ruled):
     scene, state = ruled
     softer = model("ribbon").solve(scene.replace({"strip.gamma": 300.0}))
