@@ -8,6 +8,7 @@ once (`Batches`). Units: as `compare.models.base`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -79,6 +80,23 @@ class Rival:
 
 
 @dataclass(frozen=True)
+class Sides:
+    """Two stable states of the strip of finite thickness, one on either side of the model's own: in which of them a
+    shell rests is not known.
+
+    energies: of both (total, D w / l); distances: estimated between the model and a shell in either (Hausdorff / l,
+    None where it is not known); first that of which everything else is told, the worse one.
+    """
+
+    energies: tuple[float, float]
+    distances: tuple[float | None, float | None]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in result.json."""
+        return {"energies": list(self.energies), "distances": list(self.distances)}
+
+
+@dataclass(frozen=True)
 class Estimate:
     """What a model says about the shell of this w/h without solving one.
 
@@ -87,11 +105,13 @@ class Estimate:
     thickness was not found; rival: a lower state that was seen beside its own, with which nothing here is sure, None
     where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which the model has
     in its own energy; passages: by how much more of the elastic energy it may stretch where its curvature passes zero
-    (`compare.models.ribbon.beyond.passages`); scale: z of the strip's edges at the mean curvature (below about 2 the
-    layers of both edges meet); seconds: for the estimate, its own solve not included; why: why nothing can be said, ""
-    where it can; there are then no parts; bends: whether the strip does, so that there is an elastic energy to have a
-    share of: the shares of one that hangs straight down, and is stretched by its weight alone, are of the weight's
-    energy.
+    (`compare.models.ribbon.beyond.passages`); crowded: the same beside its clamps, where its rulings all but meet
+    (`compare.models.ribbon.beyond.crowded_energy`); sides: where the thin strip has a state on either side of its own
+    (`compare.models.ribbon.rivals.either_side`), None where one was seen or none looked for; scale: z of the strip's
+    edges at the mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, its own solve
+    not included; why: why nothing can be said, "" where it can; there are then no parts; bends: whether the strip does,
+    so that there is an elastic energy to have a share of: the shares of one that hangs straight down, and is stretched
+    by its weight alone, are of the weight's energy.
     """
 
     width_to_thickness: float
@@ -104,6 +124,19 @@ class Estimate:
     why: str = ""
     bends: bool = True
     passages: float = 0.0
+    crowded: float = 0.0
+    sides: Sides | None = None
+
+    @property
+    def more(self) -> float:
+        """By how much the share may be too small in all."""
+        return self.passages + self.crowded
+
+    @property
+    def worst(self) -> float:
+        """The larger of distance and share that is missing, with what it may be more; infinite where the first is not
+        known. Both have the same bounds for a grade."""
+        return math.inf if self.distance is None else max(self.distance, self.missing + self.more)
 
     @property
     def missing(self) -> float:
@@ -207,9 +240,9 @@ class Evaluates(Protocol):
 class Rests(Protocol):
     """A model that can say where it comes to rest from another model's shape; a model need not."""
 
-    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
-        """The state of the scene, on the elements of `state`, that is reached from `near`, whether or not it is
-        `state` again; None where none is found."""
+    def rests(self, scene: Scene, state: State, near: Shape, finer: int = 1) -> State | None:
+        """The state of the scene, on the elements of `state` cut into `finer` parts each, that is reached from `near`,
+        whether or not it is `state` again; None where none is found."""
 
 
 @runtime_checkable

@@ -2,9 +2,9 @@
 
 A shell that rests near by, within `APART`, is taken to be in the ribbon's state, wherever it began. Where it is farther
 the question is asked the other way round, which costs one solve of the ribbon: it begins at the shell's shape (its
-curvature and twist), on its own elements. It may
+curvature and twist), on its own elements, and where that does not decide on finer ones. It may
 
-- come back to its own state: both are in one state, however far the models are from each other;
+- come back to its own state, within `APART`: both are in one state, however far the models are from each other;
 - rest in another state of its own, whose distance to the shell is less than half of that of the first: the shell is in
   that one, and how far it is from the ribbon's first state says nothing about the models;
 - rest anywhere else, or nowhere: not known.
@@ -32,8 +32,12 @@ if TYPE_CHECKING:
 #: Distance (Hausdorff / l) up to which two models are taken to be in one state: states that differ by less are no
 #: matter to the grades, whose `good` ends there.
 APART = GOOD_UP_TO["distance"]
-#: Part of the distance between ribbon and shell below which the ribbon has not moved, and a nearer state is nearer.
+#: Part of the distance between ribbon and shell below which the ribbon has not moved (nor by `APART`), and a nearer
+#: state is nearer.
 HALF = 0.5
+#: Into how many parts the ribbon's elements are cut for it, one after the other until it is decided: a fold beside a
+#: clamp may be shorter than they are.
+FINER = (1, 4)
 #: How a start is called that was believed and from which the shell went directly (`compare.models.shell.START`).
 SETTLED = (BESIDE, f"{BESIDE} (as the coarse path)")
 
@@ -72,17 +76,20 @@ def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Gri
         if settled:
             return Same(True, f"the shell settled from the surface of the {fast.model}")
         return Same(None, f"not checked: the {fast.model} cannot begin at the shell's shape")
-    back = beside.rests(scene, fast, shell.shape)
-    if back is None or back.shape is None:
-        return Same(None, f"the {fast.model} finds no stable state from the shell's shape")
-    moved = _apart(back, grid.of(fast.shape), grid, motions)
-    if moved <= max(HALF * apart, fast.error or 0.0):
-        return Same(True, f"begun at the shell's shape the {fast.model} comes back to its own state")
-    nearer = _apart(back, there, grid, motions)
-    found = Counterpart(None if back.energy is None else back.energy.total, nearer)
-    if nearer <= HALF * apart:
-        return Same(False, f"begun at the shell's shape the {fast.model} rests there, in another state", found)
-    return Same(None, f"begun at the shell's shape the {fast.model} rests in a third state", found)
+    found = Same(None, f"the {fast.model} finds no stable state from the shell's shape")
+    for finer in FINER:
+        back = beside.rests(scene, fast, shell.shape, finer)
+        if back is None or back.shape is None:
+            continue
+        moved = _apart(back, grid.of(fast.shape), grid, motions)
+        if moved <= max(min(HALF * apart, APART), fast.error or 0.0):
+            return Same(True, f"begun at the shell's shape the {fast.model} comes back to its own state")
+        nearer = _apart(back, there, grid, motions)
+        known = Counterpart(None if back.energy is None else back.energy.total, nearer)
+        if nearer <= HALF * apart:
+            return Same(False, f"begun at the shell's shape the {fast.model} rests there, in another state", known)
+        found = Same(None, f"begun at the shell's shape the {fast.model} rests in a third state", known)
+    return found
 
 
 def _apart(state: State, there: NDArray[np.float64], grid: Grid, motions: Motions | None) -> float:

@@ -22,7 +22,7 @@ from compare.scene.units import Units
 from compare.store.store import jsonable
 from compare.studies.checks import of_rows, of_state, worst_of
 from compare.studies.compare import Comparison
-from compare.studies.limits import Finding, Thresholds, doubted_share, hits, what_is_held
+from compare.studies.limits import Finding, Thresholds, doubted_share, doubted_where, hits, other_side, what_is_held
 
 #: The command whose verdict is of estimates alone.
 QUICK = "limits --quick"
@@ -60,6 +60,11 @@ def _rival(finding: Finding) -> Any:
     return None if rival is None else rival.to_dict()
 
 
+def _sides(finding: Finding) -> Any:
+    sides = finding.estimate.sides
+    return None if sides is None else sides.to_dict()
+
+
 def _why(finding: Finding) -> Any:
     return finding.estimate.why or ABSENT
 
@@ -86,6 +91,8 @@ _FOUND: tuple[Quantity[Finding], ...] = (
     Quantity("estimate.share_why", kind=DATA, of=_why),
     Quantity("estimate.distance_why", kind=DATA, of=_why),
     Quantity("estimate.passages", kind=DATA, of=lambda f: f.estimate.passages),
+    Quantity("estimate.crowded", kind=DATA, of=lambda f: f.estimate.crowded),
+    Quantity("estimate.sides", kind=DATA, of=_sides),
     Quantity("estimate.parts", kind=DATA, of=lambda f: f.estimate.parts),
     Quantity("estimate.level", "estimated level", kind="word", rank=3,
              note="the level by estimate from the ribbon alone", of=lambda f: f.estimated_level),
@@ -232,10 +239,13 @@ def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
     told = Units.of(first.scene) if units is None else units
     by = "By estimate the" if first.row is None else "The"
     energy = f"{percent(first.left_out or 0.0)} of the energy"
-    if first.row is None and doubted_share(first.estimate):
-        whole = percent((first.left_out or 0.0) + first.estimate.passages)
-        energy += f", or up to {whole} where its curvature passes zero,"
+    where = doubted_where(first.estimate) if first.row is None else ""
+    if where:
+        whole = percent((first.left_out or 0.0) + first.estimate.more)
+        energy += f", or up to {whole} {where},"
     off = f"off by {length(told, first.distance)} and {energy}"
+    if first.row is None and first.estimate.sides is not None:
+        off += f", or by {length(told, first.estimate.sides.distances[1])} on its other side,"
     if len(findings) == 1:
         text = f"{by} {first.words} is {off} at w/h = {first.width_to_thickness:g}"
     else:
@@ -257,6 +267,8 @@ def _checks(finding: Finding, command: str) -> list[Check]:
         said = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
         if name == "share" and finding.row is None:
             said += doubted_share(finding.estimate).removesuffix(".")
+        if name == "distance" and finding.row is None:
+            said += other_side(finding.estimate).removesuffix(".")
         found[name] = Check(name, finding.grades.get(name, UNKNOWN) if sure else UNKNOWN, said, value)
     return list(found.values())
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
-from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
+from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
 from compare.models import RICHEST
 from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
@@ -63,7 +63,7 @@ class Thresholds:
     ) -> str | None:
         """The level of a distance and a share; None when one of them is not known and the other is not beyond. errors:
         of both, by which a measured one may not be known (`compare.measure.grades.resolved`); more: by how much an
-        estimated share may be too small: it is good with that, or fair."""
+        estimated share may be too small, with which it is graded."""
         found = worst(*self.grades(distance, share, errors, more).values())
         return None if found == UNKNOWN else found
 
@@ -74,8 +74,8 @@ class Thresholds:
         values = {"distance": (distance, self.distance), "share": (share, self.share)}
         if errors is None:
             found = {name: graded(value, most) for name, (value, most) in values.items()}
-            if found["share"] == GOOD and graded(share + more, self.share) != GOOD:  # type: ignore[operator]
-                found["share"] = FAIR
+            if share is not None:
+                found["share"] = graded(share + more, self.share)
             return found
         own = dict(zip(values, errors, strict=True))
         return {name: resolved(value, own[name], most) for name, (value, most) in values.items()}
@@ -211,8 +211,8 @@ def _estimated(
     assert isinstance(beside, Estimates)  # require_limits
     found = beside.estimate(scene, ribbon, ratio, say)
     sure = ribbon.ok and found.rival is None and not found.why
-    grades = thresholds.grades(found.distance, found.missing, more=found.passages) if sure else {}
-    level = thresholds.level(found.distance, found.missing, more=found.passages) if sure else None
+    grades = thresholds.grades(found.distance, found.missing, more=found.more) if sure else {}
+    level = thresholds.level(found.distance, found.missing, more=found.more) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,
@@ -382,7 +382,7 @@ def _doubt(finding: Finding) -> str:
     if row is None and finding.estimate.rival is not None:
         return f" Not sure: {finding.estimate.rival.text}."
     if row is None:
-        return doubted_share(finding.estimate)
+        return doubted_share(finding.estimate) + other_side(finding.estimate)
     if row.hausdorff is None:
         return ""
     said = ""
@@ -403,11 +403,32 @@ def _doubt(finding: Finding) -> str:
 
 def doubted_share(found: Estimate) -> str:
     """How much more the strip may stretch than is estimated, where that is as much as a tenth of it; "" elsewhere."""
-    if not found.passages > _TOLD * found.share:
+    where = doubted_where(found)
+    if not where:
         return ""
+    return f" {where[0].upper() + where[1:]} the strip may stretch instead of bending sharply: up to " + (
+        f"{percent(found.share + found.more)} of energy in all."
+    )
+
+
+def doubted_where(found: Estimate) -> str:
+    """Where that is; "" where it is not as much."""
+    if not found.more > _TOLD * found.share:
+        return ""
+    places = {"where its curvature passes zero": found.passages, "where its rulings crowd at a clamp": found.crowded}
+    return " and ".join(name for name, value in places.items() if value > _TOLD * found.more)
+
+
+def other_side(found: Estimate) -> str:
+    """That the shell may rest on either side of the ribbon, with both energies; "" where there is one."""
+    if found.sides is None:
+        return ""
+    energies = " and ".join(f"{energy:.6g}" for energy in found.sides.energies)
+    apart = found.sides.distances[1]
+    distance = "not known" if apart is None else f"{percent(apart)} of l"
     return (
-        f" Where its curvature passes zero the strip may stretch instead of bending sharply: up to "
-        f"{percent(found.share + found.passages)} of energy in all."
+        f" A shell may rest on either side of the ribbon (total energies {energies} D w / l), which is not known; on "
+        f"the other side the distance is {distance}."
     )
 
 

@@ -49,7 +49,7 @@ IN_PLANE = "in_plane"
 PLAIN = "extensible"
 _SAMPLES = np.linspace(0.0, 1.0, 2001)
 #: Points of a mean along the strip.
-_POINTS = 8000
+_POINTS = (np.arange(8000) + 0.5) / 8000
 _ALONG = np.linspace(0.0, 1.0, 401)
 
 
@@ -116,10 +116,6 @@ def passages(scene: Scene, found: Equilibrium) -> float:
     saves. Counted within w of every such place (rulings crowd over lengths that go with w), without what is within w/2
     of a held end, whose crowding the clamps have.
     """
-    from ribbon.analysis.parts import line_density, line_density_of
-
-    thickness = relative_thickness(scene)
-    assert thickness is not None, "the energy needs it"
     width, lengths = scene.width, found.problem.lengths
     joints = np.concatenate([[0.0], np.cumsum(lengths)])
     omega, _ = found.problem.joint_values(found.x)
@@ -127,13 +123,34 @@ def passages(scene: Scene, found: Equilibrium) -> float:
     if not at.size:
         return 0.0
     places = joints[at] + lengths[at] * omega[at] / (omega[at] - omega[at + 1])
-    s = (np.arange(_POINTS) + 0.5) / _POINTS
-    near = np.any(np.abs(s[:, None] - places) < width, axis=1)
+    near = np.any(np.abs(_POINTS[:, None] - places) < width, axis=1)
     for end in held_ends(scene):
-        near &= np.abs(s - end) >= 0.5 * width
-    s = s[near]
+        near &= np.abs(_POINTS - end) >= 0.5 * width
+    return _bent_sharply(scene, found, near)
+
+
+def crowded_energy(scene: Scene, found: Equilibrium) -> float:
+    """Energy (D w / l) that a strip with energy "finite" has beyond `extensible` within w/2 of its held edges.
+
+    There its rulings crowd, and what the shell does about it is estimated by a formula that has a pole where they meet.
+    By the argument of `passages` it stretches by no more than this. 0 where corners are held: their rulings are free.
+    """
+    ends = () if scene.shell.clamp == "corners" else held_ends(scene)
+    near = np.zeros(_POINTS.size, dtype=bool)
+    for end in ends:
+        near |= np.abs(_POINTS - end) < 0.5 * scene.width
+    return _bent_sharply(scene, found, near)
+
+
+def _bent_sharply(scene: Scene, found: Equilibrium, near: NDArray[np.bool_]) -> float:
+    """Energy (D w / l) that a strip with energy "finite" has beyond `extensible` on the points `near`."""
+    from ribbon.analysis.parts import line_density, line_density_of
+
+    thickness = relative_thickness(scene)
+    assert thickness is not None, "the energy needs it"
+    s = _POINTS[near]
     more = line_density(found, s) - line_density_of(PLAIN, found, s, thickness)
-    return max(float(more.sum()) / _POINTS, 0.0)
+    return max(float(more.sum()) / _POINTS.size, 0.0)
 
 
 def crowded(found: Equilibrium, dropped: Dropped, ends: tuple[float, ...]) -> float:
@@ -176,7 +193,7 @@ def beside(scene: Scene, found: Equilibrium, ratio: float | None = None) -> Equi
     omega, eta = found.problem.joint_values(found.x)
     twist = eta if found.problem.fields.free else eta * omega
     there = solve_from(problem, problem.state(omega, twist), leave_saddle=True)
-    if there.ok and _inflections(there) <= _inflections(found):
+    if there.ok and inflections(there) <= inflections(found):
         return there
     keys = {"segments": found.problem.lengths, "formulation": "mixed", "leave_saddle": True}
     again = solve(**{**ribbon_arguments(own), **keys})
@@ -184,7 +201,7 @@ def beside(scene: Scene, found: Equilibrium, ratio: float | None = None) -> Equi
     return again if better else there
 
 
-def _inflections(found: Equilibrium) -> int:
+def inflections(found: Equilibrium) -> int:
     """How often the curvature at the joints changes its sign."""
     signs = np.sign(found.problem.joint_values(found.x)[0])
     return int(np.count_nonzero(np.diff(signs[signs != 0.0])))

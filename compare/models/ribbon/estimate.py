@@ -25,16 +25,27 @@ An energy with a free twist has some of this itself (`compare.models.ribbon.rema
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
-from compare.models.capabilities import Estimate
-from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, passages, thin, to_shell
-from compare.models.ribbon.rivals import RULED, probe
+from compare.models.capabilities import Estimate, Sides
+from compare.models.ribbon.beyond import (
+    FOLD,
+    beside,
+    corner_turn,
+    crowded_energy,
+    crowding,
+    held_ends,
+    passages,
+    thin,
+    to_shell,
+)
+from compare.models.ribbon.rivals import RULED, either_side, probe
 from compare.models.ribbon.taut import taut
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
@@ -49,6 +60,8 @@ FloatArray = NDArray[np.float64]
 #: sqrt(w h) / c, c the size of the held corners, f the share of the bending energy within w / 2 of the clamp.
 EDGE_CLAMP = 3e-4
 CORNER_CLAMP = 2.4e-2
+#: x from which EDGE_CLAMP x / (1 - x) is too near its pole to be told without a bound: 0.01 in x changes it by a fifth.
+POLE = 0.95
 #: Elastic energy over the weight below which a strip is straight.
 _STRAIGHT = 1e-9
 _SAMPLES = 1000
@@ -74,14 +87,39 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     clock = time.perf_counter()
     if equilibrium.forces_why:
         return of_a_straight_strip(scene, equilibrium, width_to_thickness)
-    h = scene.width / width_to_thickness
-    nu = scene.strip.poisson
-    section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
-    softened = soften(equilibrium, h)
-    there = softened if softened is not None else equilibrium
-    state = local_state(scene, there)
+    softened = soften(equilibrium, scene.width / width_to_thickness)
     ruled = equilibrium.problem.energy in RULED
     best = beside(scene, equilibrium, width_to_thickness) if ruled and equilibrium.ok else None
+    near = (best,) if best is None or not best.ok else either_side(scene, equilibrium, best)
+    each = [_estimated(scene, equilibrium, softened, one, width_to_thickness) for one in near]
+    found = max(each, key=lambda one: one.worst)
+    rival = probe(scene, equilibrium)
+    return replace(found, rival=rival, sides=sides(near, each), seconds=time.perf_counter() - clock)
+
+
+def sides(near: Sequence[Equilibrium | None], each: Sequence[Estimate]) -> Sides | None:
+    """Both sides, the worse one first; None where there is one."""
+    first, *rest = sorted(zip(near, each, strict=True), key=lambda one: -one[1].worst)
+    if not rest:
+        return None
+    (there, estimated), (other, also) = first, rest[0]
+    assert there is not None
+    assert other is not None
+    return Sides((there.energy.total, other.energy.total), (estimated.distance, also.distance))
+
+
+def _estimated(
+    scene: Scene,
+    equilibrium: Equilibrium,
+    softened: Equilibrium | None,
+    best: Equilibrium | None,
+    width_to_thickness: float,
+) -> Estimate:
+    """The estimate by way of a neighbour with energy "finite", `best` (None: it has none)."""
+    h, nu = scene.width / width_to_thickness, scene.strip.poisson
+    section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
+    there = softened if softened is not None else equilibrium
+    state = local_state(scene, there)
     if best is not None and best.ok:
         held = own_parts(best)
         elastic = float(best.energy.elastic) + natural_constant(scene.curvature)
@@ -108,15 +146,20 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
         "tension": float(tension.mean()) / whole,
         "clamps": clamps / whole,
     }
-    if ruled:
+    if equilibrium.problem.energy in RULED:
         distance = to_shell(scene, equilibrium, best, width_to_thickness)
     else:
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
-    mean = float(np.sqrt(np.mean(state.omega**2)))
-    scale, rival = section.scale * mean**0.5, probe(scene, equilibrium)
-    more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
-    spent = time.perf_counter() - clock
-    return Estimate(width_to_thickness, parts, distance, scale, spent, rival, bends=bends, passages=more)
+    scale = section.scale * float(np.sqrt(np.mean(state.omega**2))) ** 0.5
+    more = crowd = 0.0
+    if best is not None and best.ok:
+        own = thin(scene, width_to_thickness)
+        more = passages(own, best) / whole
+        if _steepest(scene, there, *held_ends(scene)) > POLE:
+            crowd = max(crowded_energy(own, best) - clamps, 0.0) / whole
+    return Estimate(
+        width_to_thickness, parts, distance, scale, 0.0, None, bends=bends, passages=more, crowded=crowd
+    )  # fmt: skip
 
 
 def of_a_straight_strip(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:

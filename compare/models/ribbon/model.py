@@ -231,14 +231,14 @@ class RibbonModel(Model):
         with compiling(say):
             return found(scene, state.native, width_to_thickness)
 
-    def rests(self, scene: Scene, state: State, near: Shape) -> State | None:
+    def rests(self, scene: Scene, state: State, near: Shape, finer: int = 1) -> State | None:
         """Where the ribbon comes to rest from another model's shape (`compare.models.capabilities.Rests`)."""
         from compare.models.ribbon import rivals
         from ribbon.solvers import choose
         from ribbon.solvers.budget import within
 
         with self._admitted(scene), within(scene.model.budget), choose.using(scene.model.solver):
-            found = rivals.near(state.native, near)
+            found = rivals.near(state.native, near, finer)
         return state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values()))) if found.ok else None
 
     @property

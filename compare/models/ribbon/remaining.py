@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,9 @@ from numpy.typing import NDArray
 from compare.models.base import natural_constant
 from compare.models.capabilities import Estimate
 from compare.models.ribbon.beyond import PLAIN, beside, passages, thin, to_shell
-from compare.models.ribbon.estimate import in_plane_density, local_state, of_a_straight_strip, tension_density
+from compare.models.ribbon.estimate import in_plane_density, local_state, of_a_straight_strip, sides, tension_density
 from compare.models.ribbon.free import FINITE
-from compare.models.ribbon.rivals import probe
+from compare.models.ribbon.rivals import either_side, probe
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis import parts as own
@@ -58,8 +59,11 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     scale = (3.0 * (1.0 - nu * nu)) ** 0.25 * scene.width / math.sqrt(h) * float(np.mean(state.omega**2)) ** 0.25
     known = (held["membrane"] + held["shear"]) / whole
     best = e if e.problem.energy == FINITE else beside(scene, e, width_to_thickness)
-    distance = to_shell(scene, e, best, width_to_thickness)
+    near = (best,) if best is None or best is e or not best.ok else either_side(scene, e, best)
+    each = [to_shell(scene, e, one, width_to_thickness) for one in near]
     rival = probe(scene, e)
     more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
-    spent = time.perf_counter() - clock
-    return Estimate(width_to_thickness, parts, distance, scale, spent, rival, known, passages=more)
+    found = Estimate(width_to_thickness, parts, each[0], scale, 0.0, rival, known, passages=more)
+    told = sides(near, [replace(found, distance=one) for one in each])
+    distance = each[0] if told is None else told.distances[0]
+    return replace(found, distance=distance, sides=told, seconds=time.perf_counter() - clock)

@@ -44,6 +44,8 @@ TRIES = len(LAYERS) + 1
 #: which one is lower.
 APART = GOOD_UP_TO["distance"]
 _LOWER = 1e-6
+#: Times as far from the ribbon as the state on its one side may be the one on the other.
+FARTHER = 2.0
 #: Least curvature (1/l) by which a twist is divided to make a ruling, and largest ruling (eta) of a start.
 _BENT, _STEEPEST = 0.3, 1.5
 _ALONG, _ACROSS = 200, 2
@@ -79,6 +81,35 @@ def probe(scene: Scene, found: Equilibrium) -> Rival | None:
     return best
 
 
+def either_side(scene: Scene, found: Equilibrium, best: Equilibrium) -> tuple[Equilibrium, ...]:
+    """`best`, the strip with energy "finite" that was found from the ribbon `found` (`compare.models.ribbon.beyond.
+    beside`), and where there is one the state on the ribbon's other side.
+
+    A ribbon without thickness may rest between two states of the strip that has some, as a column between both sides to
+    which it buckles: a shell that begins at the ribbon's surface goes to one of them, and the strip with energy
+    "finite" to the other. So it is begun once more where curvature and twist lie as far on the other side of the
+    ribbon's. What it comes to counts when it stays on that side, no more than `FARTHER` times as far, without new
+    inflections; not looked for where the first is so near that neither keeps a distance from being good.
+    """
+    from compare.measure.grid import Grid
+    from compare.models.ribbon.beyond import apart, inflections
+    from ribbon.find.solve import solve_from
+
+    grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 401))).max()))
+    moved = apart(found, best, grid)
+    if FARTHER * moved <= APART:
+        return (best,)
+    omega, eta = found.problem.joint_values(found.x)
+    twist = eta if found.problem.fields.free else eta * omega
+    there = best.problem.joint_values(best.x)
+    problem: Any = best.problem
+    other = solve_from(problem, problem.state(2.0 * omega - there[0], 2.0 * twist - there[1]), leave_saddle=True)
+    if not other.ok or inflections(other) > max(inflections(found), inflections(best)):
+        return (best,)
+    beside = moved < apart(best, other, grid) and apart(found, other, grid) <= FARTHER * moved
+    return (best, other) if beside else (best,)
+
+
 def _starts(found: Equilibrium, width: float) -> Iterator[tuple[FloatArray, FloatArray]]:
     """omega and eta (p + 1,) of the starts: a flip beside the clamp, the twist reversed."""
     s = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
@@ -111,14 +142,17 @@ def _ruled(omega: FloatArray, twist: FloatArray) -> tuple[FloatArray, FloatArray
     return omega, np.clip(twist / bent, -_STEEPEST, _STEEPEST)
 
 
-def near(found: Equilibrium, shape: Shape) -> Equilibrium:
-    """Where the strip of `found`, on its own segments, comes to rest from another model's shape; whatever its status.
+def near(found: Equilibrium, shape: Shape, finer: int = 1) -> Equilibrium:
+    """Where the strip of `found`, on its own segments cut into `finer` parts each, comes to rest from another model's
+    shape; whatever its status.
 
     The start has the shape's curvature and twist at the joints (`compare.measure.curvatures`), nothing else of it.
     """
     from ribbon.find.solve import solve_shape
 
-    problem = found.problem
+    problem: Any = found.problem
+    if finer > 1:
+        problem = problem.with_changes(lengths=np.repeat(problem.lengths / finer, finer))
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     s[-1] = 1.0
     kappa = curvatures(shape.frames, s)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from compare.measure.curvatures import curvatures
+from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import Options, State, Status, Variant
 from compare.models.ribbon import rivals
@@ -148,6 +149,46 @@ def test_a_shell_far_away_in_the_ribbons_own_state_is_not(ruled):
             found = same_state(RibbonModel(), scene, state, shell_at(state, softer.native, start), grid)
             assert found.answer in answers
             assert (found.counterpart is None) == (found.answer is True)
+
+
+def test_a_fold_that_is_shorter_than_the_ribbons_elements_is_another_state(unseen):
+    """The state of this scene's shell: curvature of the other sign on the first 0.03 l. The 40 segments of the ribbon,
+    of 0.014 l there, do not hold it, and left it undecided."""
+    scene = with_energy(unseen, "finite").replace({"model.elements": 40, "model.grading": "clamp"})
+    state = model("ribbon").solve(scene, options=Options(error=True))
+    fine = state.native.problem.with_changes(lengths=np.repeat(state.native.problem.lengths / 6.0, 6))
+    s = np.minimum(np.concatenate([[0.0], np.cumsum(fine.lengths)]), 1.0)
+    omega, twist = state.native.omega(s), state.native.tau(s)
+    folded = solve_shape(fine, np.where(s < 2.0 * scene.width, -1.0, 1.0) * omega, twist)
+    assert folded.ok
+    grid = Grid.for_shape(scene, state.shape.bend)
+    found = same_state(RibbonModel(), scene, state, shell_at(state, folded, "path"), grid)
+    assert found.answer is False
+    assert found.counterpart.energy == pytest.approx(folded.energy.total, abs=2.0)
+
+
+@dataclass
+class Comes:
+    """Stands for the ribbon: where it comes to rest, wherever it begins."""
+
+    back: State
+
+    def rests(self, scene, state, near, finer=1):
+        return self.back
+
+
+def test_a_ribbon_that_moves_by_as_much_as_states_are_apart_does_not_come_back(ruled):
+    """A quarter of the way to the shell was "its own state" (another_state.toml: 1.6 % of 6 % of l)."""
+    scene, state = ruled
+    back, far = (model("ribbon").solve(scene.replace({"strip.gamma": gamma})) for gamma in (430.0, 250.0))
+    grid = Grid.for_shape(scene, state.shape.bend)
+    moved, apart = (grid_hausdorff(grid.of(one.shape), grid.of(state.shape)) for one in (back, far))
+    assert 0.01 < moved < 0.5 * apart
+    shell = shell_at(state, far.native, "path")
+    found = same_state(Comes(back), scene, state, shell, grid)
+    assert found.answer is None
+    assert found.counterpart.distance > 0.5 * apart
+    assert same_state(Comes(state), scene, state, shell, grid).answer is True
 
 
 def test_a_model_that_cannot_begin_there_does_not_know(ruled):
