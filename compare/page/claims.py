@@ -69,8 +69,14 @@ CLAIMS: Mapping[str, tuple[Claim, ...]] = {
     "compare": (*_STATE, _SHELL, _SAME, _DISTANCE),
     "limits --quick": (
         *_STATE,
-        Claim("distance", "the estimated distance to the shell is small", "estimate from the ribbon alone"),
-        Claim("share", "the estimated stretching is small", "the same, with what passages of zero curvature may add"),
+        Claim(
+            "distance", "the estimated distance to the shell is small",
+            "estimate from the ribbon alone, the worse one where the thin strip has a state on either side of it",
+        ),
+        Claim(
+            "share", "the estimated stretching is small",
+            "the same, with what passages of zero curvature and crowded clamps may add",
+        ),
     ),
     "limits": (
         *_STATE, _SHELL, _SAME, _DISTANCE,

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from compare.measure.grades import GRADES, UNKNOWN
+from compare.measure.grades import GRADES, UNKNOWN, worst
 from compare.page.page import Picture, Surface
 from compare.page.pair import PAIR, Times
 from compare.page.si import with_si
@@ -269,7 +269,10 @@ def _checks(finding: Finding, command: str) -> list[Check]:
             said += doubted_share(finding.estimate).removesuffix(".")
         if name == "distance" and finding.row is None:
             said += other_side(finding.estimate).removesuffix(".")
-        found[name] = Check(name, finding.grades.get(name, UNKNOWN) if sure else UNKNOWN, said, value)
+        grade = UNKNOWN if value is None or not sure else finding.grades.get(name, UNKNOWN)
+        if name in found:  # the shell's row has its own word about it
+            grade = worst(grade, found[name].grade)
+        found[name] = Check(name, grade, said, value)
     return list(found.values())
 
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
-from compare.measure.grades import GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
+from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
 from compare.models import RICHEST
 from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
@@ -59,23 +59,36 @@ class Thresholds:
     share: float = GOOD_UP_TO["share"]
 
     def level(
-        self, distance: float | None, share: float | None, errors: Errors | None = None, more: float = 0.0
+        self,
+        distance: float | None,
+        share: float | None,
+        errors: Errors | None = None,
+        more: float = 0.0,
+        crowded: float = 0.0,
     ) -> str | None:
         """The level of a distance and a share; None when one of them is not known and the other is not beyond. errors:
         of both, by which a measured one may not be known (`compare.measure.grades.resolved`); more: by how much an
-        estimated share may be too small, with which it is graded."""
-        found = worst(*self.grades(distance, share, errors, more).values())
+        estimated share may be too small: it is good with that, or fair; crowded: the same where it rests on a formula
+        near its pole: it is graded with that."""
+        found = worst(*self.grades(distance, share, errors, more, crowded).values())
         return None if found == UNKNOWN else found
 
     def grades(
-        self, distance: float | None, share: float | None, errors: Errors | None = None, more: float = 0.0
+        self,
+        distance: float | None,
+        share: float | None,
+        errors: Errors | None = None,
+        more: float = 0.0,
+        crowded: float = 0.0,
     ) -> dict[str, str]:
         """The grade of each of them."""
         values = {"distance": (distance, self.distance), "share": (share, self.share)}
         if errors is None:
             found = {name: graded(value, most) for name, (value, most) in values.items()}
             if share is not None:
-                found["share"] = graded(share + more, self.share)
+                found["share"] = graded(share + crowded, self.share)
+                if found["share"] == GOOD and graded(share + crowded + more, self.share) != GOOD:
+                    found["share"] = FAIR
             return found
         own = dict(zip(values, errors, strict=True))
         return {name: resolved(value, own[name], most) for name, (value, most) in values.items()}
@@ -211,8 +224,9 @@ def _estimated(
     assert isinstance(beside, Estimates)  # require_limits
     found = beside.estimate(scene, ribbon, ratio, say)
     sure = ribbon.ok and found.rival is None and not found.why
-    grades = thresholds.grades(found.distance, found.missing, more=found.more) if sure else {}
-    level = thresholds.level(found.distance, found.missing, more=found.more) if sure else None
+    asked = {"more": found.passages, "crowded": found.crowded}
+    grades = thresholds.grades(found.distance, found.missing, **asked) if sure else {}
+    level = thresholds.level(found.distance, found.missing, **asked) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,13 +12,22 @@ from hypothesis import strategies as st
 
 from compare.measure.balance import Push, Wrench, unbalanced
 from compare.measure.grades import FAIR, GOOD, GRADES, POOR, UNKNOWN, worst
+from compare.measure.grid import Grid
 from compare.models import solve
 from compare.models.base import Energy, Force, Options, Status
+from compare.models.ribbon.model import RibbonModel
 from compare.page.claims import CLAIMS
+from compare.page.pair import Row, Times
 from compare.page.verdict import Check, Verdict, nothing
+from compare.pages import comparison, converge, explain, limits
 from compare.pages.solve import answer
 from compare.scene.scene import load, loads
 from compare.studies.checks import of_state
+from compare.studies.compare import Comparison
+from compare.studies.effects import Explanation
+from compare.studies.effects_measured import Solves
+from compare.studies.limits import Thresholds, quick
+from tests.validation.workbench import drawn
 
 SCENES = ("figure_4_1", "roman_6_2", "daisy_5g")
 
@@ -96,6 +106,14 @@ BROKEN = {
     "convexity": [lambda state: replace(state, nonconvex=1e-9), lambda state: replace(state, nonconvex=1.0)],
     "elements": [lambda state: replace(state, error=None), lambda state: replace(state, error=2e-3)],
     "stability": [lambda state: replace(state, stable=None), lambda state: replace(state, stable=False)],
+    "quadrature": [
+        lambda state: replace(state, quadrature=1e-7), lambda state: replace(state, quadrature=float("nan")),
+    ],
+    "forces": [
+        lambda state: replace(state, errors={**state.errors, "forces": {}}),
+        lambda state: replace(state, errors={**state.errors, "moments": {}}),
+    ],
+    "branch": [lambda state: replace(state, branch="another"), lambda state: replace(state, branch="slid")],
     "model": [lambda state: replace(state, numbers={**state.numbers, "auto": {"enough": False, "accuracy": 0.01}})],
 }  # fmt: skip
 
@@ -111,6 +129,74 @@ def test_a_broken_fact_turns_its_check_and_the_verdict(claim, name, states):
         after = {check.name: check for check in of_state(scene, broken)}
         assert after[claim].grade != GOOD
         assert answer(scene, broken).grade != GOOD
+
+
+#: A row that keeps no verdict from being good, and what does, by the claim that is no longer good.
+ROW = Row(
+    100.0, "converged", True, "", 2e-3, 2e-3, 1e-5, 1e-5, True, None, None, None, None, Times(None, None), (8, 2), 3,
+    reused=False, same_state=True, same_why="", warm=True, searched=False,
+)  # fmt: skip
+OTHER_ROWS = {
+    "shell": ({"status": "failed"}, {"stable": False}, {"stable": None}, {"shell_error": None}),
+    "same": ({"same_state": None}, {"same_state": False}),
+    "distance": (
+        {"hausdorff": None},
+        {"hausdorff": 0.02},
+        {"ribbon_error": None},
+        {"claimed": False, "hausdorff": 0.1},
+    ),
+}
+
+
+def _compared(scene, state, row):
+    return Comparison(scene, state, None, None, (row,), (state,), Grid.for_shape(scene, 10.0), None)
+
+
+def _converged(scene, state, row):
+    limit = SimpleNamespace(d0=SimpleNamespace(both=(-1e-5, 1e-5)))
+    return converge.answer([SimpleNamespace(comparison=_compared(scene, state, row), limit=limit, model="ribbon")])
+
+
+def _limited(scene, state, row):
+    (found,) = quick(scene, Thresholds())
+    distance = found.distance if row is None else row.hausdorff
+    return limits.answer([replace(found, ribbon=state, row=row, share=0.0, distance=distance)])
+
+
+#: Command -> its answer on a state, beside a shell's row where it has one.
+ANSWERS = {
+    "solve": lambda scene, state, row: answer(scene, state),
+    "shell": lambda scene, state, row: answer(scene, state, command="shell"),
+    "explain": lambda scene, state, row: explain.answer(
+        scene, Explanation("ribbon", (), None, "", ""), Solves(state, Grid.for_shape(scene, 10.0), True, 0.5, {})
+    ),
+    "compare": lambda scene, state, row: comparison.answer(_compared(scene, state, row)),
+    "converge": _converged,
+    "limits": _limited,
+    "limits --quick": lambda scene, state, row: _limited(scene, state, None),
+}
+
+
+@pytest.fixture(scope="module")
+def held():
+    """A strip of which every command is sure."""
+    scene = dict(drawn.unseen())["held_07"]
+    return scene, RibbonModel().solve(scene, options=Options(error=True))
+
+
+@pytest.mark.parametrize("command", sorted(ANSWERS))
+def test_no_command_is_good_when_a_fact_behind_one_of_its_claims_is_broken(command, held):
+    scene, state = held
+    claims = {claim.name for claim in CLAIMS[command]}
+    assert ANSWERS[command](scene, state, ROW).grade == GOOD
+    for claim in claims & set(BROKEN):
+        for breaks in BROKEN[claim]:
+            found = ANSWERS[command](scene, breaks(state), ROW)
+            assert found.grade != GOOD, claim
+            assert {check.name: check.grade for check in found.checks}[claim] != GOOD
+    for claim in claims & set(OTHER_ROWS) if command != "limits --quick" else ():
+        for changes in OTHER_ROWS[claim]:
+            assert ANSWERS[command](scene, state, replace(ROW, **changes)).grade != GOOD, (claim, changes)
 
 
 TURNED = f"""
