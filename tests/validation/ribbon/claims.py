@@ -180,6 +180,8 @@ def _shares() -> list[list[str]]:
     return out
 
 
+#: Tables of the measurement `curl`.
+READS = ("curl_4_3/table.csv", "curl_4_3_down/table.csv")
 #: The parts of the page; each is kept when it is done, so that an interrupted run goes on.
 PARTS = {
     "rows": end_rows, "units": units, "flat": _flat_seed, "cantilevers": _cantilevers, "edge": _on_edge,
