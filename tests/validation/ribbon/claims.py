@@ -27,6 +27,9 @@ from tests.validation.number import Number
 from tests.validation.pieces import Pieces
 from tests.validation.ribbon.claims_form import end_rows, units
 
+#: Its times say tens and hundreds of times, which a second measurement beside it leaves.
+ALONE = False
+
 # -- JFIG 5.1: the curl of 50 cm from a flat seed ----------------------------------------------------------------------
 
 

@@ -92,9 +92,8 @@ def _state(first: int, seed: tuple[float, ...], ruling: float) -> dict[str, Any]
 def nearest(found: Equilibrium) -> float:
     """Least distance (l) between parts of the surface whose rulings are more than three widths apart along the strip:
     a strip that touches itself has none."""
-    along, across = 401, 9
-    grid = found.surface(along, across).grid.reshape(-1, 3)
-    s = np.repeat(np.linspace(0.0, 1.0, along), across)
+    surface = found.surface(400, 8).grid
+    grid, s = surface.reshape(-1, 3), np.repeat(np.linspace(0.0, 1.0, surface.shape[0]), surface.shape[1])
     tree, least = KDTree(grid), math.inf
     for place, at in zip(grid, s, strict=True):
         near = np.array(tree.query_ball_point(place, min(least, 3.0 * WIDTH)))
