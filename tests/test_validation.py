@@ -195,17 +195,39 @@ def _python(code: str) -> list[str]:
     return [sys.executable, "-c", code]
 
 
-def test_a_measurement_is_ended_with_its_own_processes_when_its_time_is_over(tmp_path):
+def test_a_measurement_is_ended_with_its_own_processes(tmp_path):
     """The child of the child writes its number and sleeps: it is gone with its parent."""
     mark = tmp_path / "child"
-    inner = f"import os, time; open({str(mark)!r}, 'w').write(str(os.getpid())); time.sleep(60)"
+    inner = f"import os, time; open({str(mark)!r}, 'w').write(str(os.getpid()) + '.'); time.sleep(600)"
     outer = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {inner!r}])"
-    work = remake.Processes(time.monotonic() + 1.5)
-    code, why = work.run(_python(outer), os.environ)
+    work = remake.Processes()
+    ended: list[tuple[int, str]] = []
+    thread = threading.Thread(target=lambda: ended.append(work.run(_python(outer), os.environ)))
+    thread.start()
+    while not (mark.exists() and mark.read_text().endswith(".")):
+        assert thread.is_alive()
+        time.sleep(0.05)
+    work.stop()
+    thread.join()
+    assert [code < 0 for code, _ in ended] == [True]
+    assert _gone(int(mark.read_text().removesuffix(".")))
+
+
+def test_a_measurement_whose_time_is_over_is_ended_and_says_so():
+    work = remake.Processes(time.monotonic() + 0.2)
+    code, why = work.run(_python("import time; time.sleep(600)"), os.environ)
     assert code < 0
     assert why == "no time left"
-    assert not _alive(int(mark.read_text()))
     assert work.left <= 0.0
+
+
+def _gone(pid: int) -> bool:
+    """Whether a process that was told to end does so; it may take a moment to be cleared away."""
+    for _ in range(600):
+        if not _alive(pid):
+            return True
+        time.sleep(0.05)
+    return False
 
 
 def _alive(pid: int) -> bool:
