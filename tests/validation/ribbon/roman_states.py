@@ -1,4 +1,4 @@
-"""Roman's strip that leaves its plane (thesis, figure 6.11), over meshes, and its contacts down to i = 2.28 (6.14)."""
+"""Roman's strip that leaves its plane (thesis, figure 6.11), over meshes, and its contacts down to i = 2.3 (6.14)."""
 
 from __future__ import annotations
 
@@ -47,8 +47,10 @@ PLACED = Grading(longest=0.02, least=0.004, growth=0.1, ends=False)
 MESHES = 4
 #: Energies are minima to this.
 LOCATED = 1e-6
-#: Algorithm 3: step of the exponent, its last value (2.3 in the thesis), segments at full height.
+#: Algorithm 3: step of the exponent, its last value, segments at full height.
 STEP, LAST, SEGMENTS = 0.02, 2.28, 60
+#: The last stretch, to the thesis's i = 2.3: equal folds from a wave, on how many segments, first and last exponent.
+FOLDS, FINE, FROM, TO = 8, 480, 2.26, 2.3
 
 
 def arguments(segments: int) -> dict[str, Any]:
@@ -142,6 +144,19 @@ def _lowered() -> list[list[Any]]:
     return out
 
 
+def _last_stretch(top: float) -> list[list[Any]]:
+    """(i, H, N, contact, F, stable) of `FOLDS` equal folds under a roof that sinks to the thesis's last height."""
+    experiment, out = roman.Experiment(segments=SEGMENTS), []
+    heights = [(i, top * math.exp(-i)) for i in np.linspace(FROM, TO, round((TO - FROM) / (0.5 * STEP)) + 1)]
+    found = experiment.folded(FOLDS, heights[0][1], FINE)
+    for k, (i, height) in enumerate(heights):
+        found = switch(experiment.problem(height, FINE), found) if k else found
+        own = roman.folds(found, height)
+        out.append([float(i), height, own.count, own.kind(1.01 / FINE), roman.press(found), bool(found.ok)])
+        print("  6.14:", out[-1], flush=True)
+    return out
+
+
 def _limits(states: dict[str, dict[str, Any]], of: int = 1, located: float = LOCATED) -> dict[str, Settled]:
     """Limits over the meshes of what stands in a column of `seen`."""
     return {name: settled([row[of] for row in state["rows"]], located) for name, state in states.items()}
@@ -177,11 +192,13 @@ PROBES = {
 
 
 def _numbers(
-    states: dict[str, dict[str, Any]], limits: dict[str, Settled], placed: Settled, way: list[list[Any]]
-) -> dict[str, Number]:
+    states: dict[str, dict[str, Any]], limits: dict[str, Settled], placed: Settled,
+    ways: tuple[list[list[Any]], list[list[Any]]],
+) -> dict[str, Number]:  # fmt: skip
     """Energies with their errors, the lowest on placed elements too; energy and height of the state on `FEW` segments,
     with the change on twice as many;
     plane contacts."""
+    way, last = ways
     many = [r for r in way if r[2] > 1]
     found = {
         f"energy_{name.replace(' ', '_').replace(',', '')}": of_settled(v.record("D w / l"))
@@ -199,7 +216,8 @@ def _numbers(
     return found | {
         "planes": Number(sum(r[3] == "plane" for r in many), 0, shown="d"),
         "states": Number(len(many), 0, shown="d"),
-        "lowest_i": Number(way[-1][0], 0.5 * STEP, shown=".2f"),
+        "lowest_i": Number(last[-1][0], 0.5 * STEP, shown=".2f"),
+        "planes_last": Number(sum(row[3] == "plane" for row in last), 0, shown="d"),
     }
 
 
@@ -212,6 +230,9 @@ def run(out: Path) -> dict[str, Number]:
     placed = kept.get("placed", lambda: _placed(*STATES["aside, symmetrical"]))
     ends = {p: kept.get(f"ends_{p}", lambda p=p: _ends(p)) for p in ON}
     way = kept.get("lowered", _lowered)
+    last = kept.get("last", lambda: _last_stretch(way[0][1] * math.exp(way[0][0])))
+    if not all(row[5] and row[2] == FOLDS and row[3] == "plane" for row in last):
+        raise AssertionError(f"the last stretch of figure 6.14: {last}")
     limits = _limits(states)
     on_placed = settled([row[1] for row in placed], LOCATED)
     if not all(row[4] for state in (*states.values(), {"rows": placed}) for row in state["rows"]):
@@ -222,8 +243,8 @@ def run(out: Path) -> dict[str, Number]:
     folder = out / "roman_states"
     folder.mkdir(parents=True, exist_ok=True)
     figure(folder / "states.png", states)
-    write(folder / "README.md", states, (limits, on_placed), placed, ends, way)
-    return _numbers(states, limits, on_placed, way)
+    write(folder / "README.md", states, (limits, on_placed), placed, ends, (way, last))
+    return _numbers(states, limits, on_placed, (way, last))
 
 
 def figure(path: Path, states: dict[str, dict[str, Any]]) -> None:
@@ -248,9 +269,10 @@ def figure(path: Path, states: dict[str, dict[str, Any]]) -> None:
 
 def write(
     path: Path, states: dict[str, Any], energies: tuple[dict[str, Settled], Settled], placed: list[list[Any]],
-    ends: dict[int, list[list[Any]]], way: list[list[Any]],
+    ends: dict[int, list[list[Any]]], ways: tuple[list[list[Any]], list[list[Any]]],
 ) -> None:  # fmt: skip
     """The page."""
+    way, last = ways
     limits, on_placed = energies
     lows = _limits(states, 3, 1e-4)
     counts = {p: counted(one, states, p) for p, one in ends.items()}
@@ -268,7 +290,7 @@ def write(
     lowest = min(limits, key=lambda name: limits[name].value)
     told = "; ".join(f"{name} {found.text}" for name, found in limits.items())
     page.write(
-        path, "Roman's strip: states aside of its plane, and contacts down to i = 2.28 (thesis 6.2.2)",
+        path, "Roman's strip: states aside of its plane, and contacts down to i = 2.3 (thesis 6.2.2)",
         "python -m tests.validation roman_states",
         f"Energies over D w / l at Delta = {DELTA:g}, H = {HEIGHT:g}: {told}. The lowest is {lowest}. Plane contacts "
         f"are there for every number of folds, in {planes} of {len(many)} states with two folds or more.",
@@ -294,10 +316,9 @@ def write(
             [[str(p), *(str(n) for n in by.values())] for p, by in counts.items()],
         ),
         "`aside.toml` beside this page is the scene of the lowest (`ribbonbench solve aside.toml`).",
-        f"## Figure 6.14: down to i = {LAST:g}\n\n"
+        f"## Figure 6.14: down to i = {TO:g}\n\n"
         f"Algorithm 3 with Delta = {roman.DELTA:g}, i by {STEP:g}, {SEGMENTS} segments at full height, doubled as H "
-        "halves; the thesis's last state, i = 2.3, is not reached (the step to it, with eight folds, was stopped after "
-        "eight minutes). Counted: states in which a fold hangs free, all touch along lines, or one lies on a plate "
+        "halves. Counted: states in which a fold hangs free, all touch along lines, or one lies on a plate "
         "(longer than one segment). The thesis finds that plane contacts hardly appear from two waves on. Followed on "
         "a branch they do, for every number of folds, from H N = 0.17 to 0.18 on as for one fold (F / N^3 near 115, "
         "where the elastica has them), until the strip snaps; how many states there are before a snap depends on the "
@@ -305,5 +326,14 @@ def write(
         + page.table(
             ["N", "i", "hanging", "line", "plane", "H N of the first plane", "F / N^3 there", "H N of the last"],
             _contacts(way),
+        ),
+        f"The way down is followed to i = {LAST:g}; the last stretch to the thesis's i = {TO:g} from {FOLDS} equal "
+        f"folds on {FINE} segments, in steps of {0.5 * STEP:g}: all are stable and touch along planes.\n\n"
+        + page.table(
+            ["i", "H N", "N", "contact", "F / N^3", "stable"],
+            [
+                [f"{i:.2f}", f"{h * n:.4f}", str(n), kind, f"{f / n**3:.1f}", "yes" if ok else "no"]
+                for i, h, n, kind, f, ok in last
+            ],
         ),
     )  # fmt: skip
