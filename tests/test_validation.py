@@ -95,6 +95,21 @@ def test_a_change_of_what_a_page_depends_on_makes_it_stale_and_no_other(root, fi
     assert found.stale == bool(moved)
 
 
+def test_what_only_writes_a_page_is_in_no_key(root):
+    (root / "tests/validation/page.py").write_text("import ribbon.other\n")
+    first = root / "tests/validation/room/first.py"
+    first.write_text("from tests.validation import page\n" + first.read_text())
+    measure(root, "first")
+    assert "tests.validation.page" not in Pages(root).modules("first")
+    for file in ("tests/validation/page.py", "ribbon/other.py"):
+        (root / file).write_text("X = 7\n")
+        assert not stale.status(Pages(root), "first").stale
+    first.write_text("import ribbon.other\n" + first.read_text())
+    measure(root, "first")
+    (root / "ribbon/other.py").write_text("X = 8\n")
+    assert stale.status(Pages(root), "first").moved == ("ribbon.other",)
+
+
 def test_what_a_page_reads_of_another_and_its_own_files_count(root):
     measure(root, "second")
     (root / "results/first.csv").write_text("2\n")

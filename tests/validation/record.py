@@ -52,6 +52,8 @@ WRITTEN = (":!results", ":!docs/gallery", ":!docs/gallery.md", ":!docs/which_mod
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 #: Files that keep and never measure, and the words of those that take times or start processes.
 KEEPING = ("record.py", "pieces.py", "stale.py", "remake.py", "__main__.py")
+#: Modules that write and keep what was measured, and give no number: they and what only they import are in no key.
+WRITING = tuple(f"tests.validation.{name}" for name in ("page", "pieces", "record", "written"))
 _TIMES = re.compile(r"\b(perf_counter|process_time|one_core|subprocess|ProcessPoolExecutor)\b")
 #: Words of a placeholder that are no number's name.
 RESERVED = ("day", "command", "remade", "seconds")
@@ -161,9 +163,9 @@ class Pages:
         return re.search(rf"^(def )?{what}\b", self.path(name).read_text(), re.M) is not None
 
     def depends(self, name: str) -> dict[str, Path]:
-        """What a page depends on: import closure of its module, shipped scenes and sweeps that are named in it, and
-        what it reads of other measurements (`READS`)."""
-        found = self.sources.closure(self.module(name))
+        """What a page depends on: import closure of its module but for what only writes it (`WRITING`), shipped scenes
+        and sweeps that are named in it, and what it reads of other measurements (`READS`)."""
+        found = self.sources.closure(self.module(name), without=WRITING)
         quoted = {word for path in found.values() if path.suffix == ".py" for word in self._words(path)}
         tests = [path for dotted, path in found.items() if dotted.startswith("tests.") and path.suffix == ".py"]
         every = any(one.endswith(":shipped") for path in tests for one in self.sources.module(path).imports)
