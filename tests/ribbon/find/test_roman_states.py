@@ -9,6 +9,7 @@ from compare.measure.balance import Push, Wrench, abscissae, unbalanced
 from compare.models import solve
 from compare.scene.scene import load
 from ribbon.find.branch.passages import settled as on_passages
+from tests.validation.ribbon import roman
 from tests.validation.ribbon.roman_states import PLACED, halved, nearest
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -71,3 +72,18 @@ def test_elements_at_its_passages_say_the_same(coarse):
     assert 52.540 < fine.energy.total < rough.energy.total < coarse.energy.total
     assert fine.energy.total - 52.540 < 0.4 * (rough.energy.total - 52.540)
     assert nearest(fine) > 0.1  # it does not touch itself
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.validate)])
+def test_plane_contacts_of_two_folds_and_more(count):
+    """Thesis, figure 6.14, has hardly any from two waves on. At H N = 0.17 every fold lies on its plates, stable, under
+    the force of the elastica with flat parts; at 0.19 it touches along lines."""
+    experiment = roman.Experiment(gamma=0.0)
+    for scaled, kind in ((0.17, "plane"), (0.19, "line")):
+        found = experiment.folded(count, scaled / count, 60)
+        seen = roman.folds(found, scaled / count)
+        assert found.ok
+        assert (seen.count, seen.kind(1.01 / 60)) == (count, kind)
+        if kind == "plane":
+            force = count * roman.plane_contact(scaled / count, roman.DELTA, count).force
+            assert roman.press(found) == pytest.approx(force, rel=2e-2)
