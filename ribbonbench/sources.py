@@ -139,34 +139,35 @@ class Sources:
     def __init__(self, root: Path | None = None, packages: Sequence[str] = PACKAGES) -> None:
         self._memo = _Memo()
         self._texts: dict[str, Module] = {}
-        self._closures: dict[tuple[bool, tuple[str, ...]], dict[str, Path]] = {}
+        self._closures: dict[tuple[bool, tuple[str, ...], tuple[str, ...]], dict[str, Path]] = {}
         self._edges: dict[tuple[str, bool], tuple[set[str], dict[str, Path]]] = {}
         self._folders: dict[Path, frozenset[str]] = {}
         self._tops = {name: (_folder(name) or ROOT) if root is None else root for name in packages}
 
-    def closure(self, *entries: str, statements: bool = False) -> dict[str, Path]:
+    def closure(self, *entries: str, statements: bool = False, without: Sequence[str] = ()) -> dict[str, Path]:
         """Dotted name -> file of the entry modules and of all that belongs to them; data by its path ("a/b.toml").
 
-        statements: what stands in import statements only, which is all that a compiled kernel is made from. Raises
-        ModuleNotFoundError for an entry that is not there.
+        statements: what stands in import statements only, which is all that a compiled kernel is made from. without:
+        modules that do not belong, nor what only they import. Raises ModuleNotFoundError for an entry that is not
+        there.
         """
-        key = statements, tuple(sorted(set(entries)))
+        key = statements, tuple(sorted(set(entries))), tuple(sorted(set(without)))
         if key not in self._closures:
             for entry in entries:
                 self._admit(entry)
                 if self.file(entry) is None:
                     raise ModuleNotFoundError(f"No module named {entry!r}", name=entry)
-            self._closures[key] = self._closure(entries, statements)
+            self._closures[key] = self._closure(entries, statements, frozenset(without))
             self._memo.keep()
         return dict(self._closures[key])
 
-    def _closure(self, entries: Sequence[str], statements: bool) -> dict[str, Path]:
+    def _closure(self, entries: Sequence[str], statements: bool, without: frozenset[str]) -> dict[str, Path]:
         found: dict[str, Path] = {}
         wanted = list(entries)
         while wanted:
             name = wanted.pop()
             path = self.file(name)
-            if name in found or path is None:
+            if name in found or name in without or path is None:
                 continue
             found[name] = path
             if (name, statements) not in self._edges:

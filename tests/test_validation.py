@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
 
-from tests.validation import readme, stale
+from tests.validation import readme, remake, stale
 from tests.validation.__main__ import main
 from tests.validation.number import Number
 from tests.validation.record import Pages, checked
@@ -93,6 +95,21 @@ def test_a_change_of_what_a_page_depends_on_makes_it_stale_and_no_other(root, fi
     assert found.stale == bool(moved)
 
 
+def test_what_only_writes_a_page_is_in_no_key(root):
+    (root / "tests/validation/page.py").write_text("import ribbon.other\n")
+    first = root / "tests/validation/room/first.py"
+    first.write_text("from tests.validation import page\n" + first.read_text())
+    measure(root, "first")
+    assert "tests.validation.page" not in Pages(root).modules("first")
+    for file in ("tests/validation/page.py", "ribbon/other.py"):
+        (root / file).write_text("X = 7\n")
+        assert not stale.status(Pages(root), "first").stale
+    first.write_text("import ribbon.other\n" + first.read_text())
+    measure(root, "first")
+    (root / "ribbon/other.py").write_text("X = 8\n")
+    assert stale.status(Pages(root), "first").moved == ("ribbon.other",)
+
+
 def test_what_a_page_reads_of_another_and_its_own_files_count(root):
     measure(root, "second")
     (root / "results/first.csv").write_text("2\n")
@@ -137,30 +154,154 @@ def test_only_stale_pages_are_made_cheap_ones_first_and_a_failure_stops_no_other
     measure(root, "first", seconds=50.0)
     measure(root, "second", seconds=2.0)
     made: list[str] = []
-    outcomes = stale.remake(NAMES, False, again(root, made), lambda: Pages(root))
+    outcomes = remake.remake(NAMES, False, again(root, made), lambda: Pages(root))
     assert made == ["third"]
     assert outcomes["first"].done == ""
     made.clear()
     for name in NAMES:
         (root / f"tests/validation/room/{name}.py").write_text(FILES[f"tests/validation/room/{name}.py"] + "X = 2\n")
-    outcomes = stale.remake(NAMES, False, again(root, made, failing="third"), lambda: Pages(root))
+    outcomes = remake.remake(NAMES, False, again(root, made, failing="third"), lambda: Pages(root))
     assert made == ["third", "first", "second"]  # the second reads a file of another, so it waits
     assert {name: outcome.failed for name, outcome in outcomes.items()} == {
         "first": False, "second": False, "third": True,
     }  # fmt: skip
     made.clear()
-    stale.remake(NAMES, True, again(root, made), lambda: Pages(root))
+    remake.remake(NAMES, True, again(root, made), lambda: Pages(root))
     assert sorted(made) == sorted(NAMES)
 
 
 def test_after_an_interruption_it_goes_on_with_the_rest(root):
     made: list[str] = []
     with pytest.raises(KeyboardInterrupt):
-        stale.remake(NAMES, False, again(root, made, stopped="third"), lambda: Pages(root))
+        remake.remake(NAMES, False, again(root, made, stopped="third"), lambda: Pages(root))
     assert made == ["first", "third"]
     made.clear()
-    stale.remake(NAMES, False, again(root, made), lambda: Pages(root))
-    assert made == ["third", "second"]
+    remake.remake(NAMES, False, again(root, made), lambda: Pages(root))
+    assert made == ["second", "third"]  # what the second reads is there
+
+
+def test_cheap_tiers_go_first_and_in_them_what_the_front_pages_quote(root):
+    names = ("first", "third", "fourth", "fifth")
+    for name, seconds in zip(names, (19.0, 2.0, 30.0, 21.0), strict=True):
+        (root / f"tests/validation/room/{name}.py").write_text("import ribbon.law\n\n\ndef run(out):\n    pass\n")
+        measure(root, name, seconds=seconds)
+    (root / "ribbon/law.py").write_text("MODULUS = 4.0\n")
+    made: list[str] = []
+    remake.remake(names, False, again(root, made), lambda: Pages(root))
+    assert made == ["first", "third", "fifth", "fourth"]  # README takes a number of the first
+
+
+def test_what_would_not_be_done_in_time_is_not_begun(root):
+    for name in NAMES:
+        measure(root, name, seconds={"first": 90.0}.get(name, 1.0))
+        (root / f"tests/validation/room/{name}.py").write_text("X = 2\n\n\ndef run(out):\n    pass\n")
+    made: list[str] = []
+    outcomes = remake.remake(NAMES, False, again(root, made), lambda: Pages(root), left=lambda: 60.0)
+    assert made == ["second", "third"]
+    assert outcomes["first"].done == "no time left: 90 s"
+    assert not outcomes["first"].failed
+    made.clear()
+    outcomes = remake.remake(NAMES, True, again(root, made), lambda: Pages(root), left=lambda: 0.0)
+    assert made == []
+    assert {outcome.done.partition(":")[0] for outcome in outcomes.values()} == {"no time left"}
+
+
+def _python(code: str) -> list[str]:
+    return [sys.executable, "-c", code]
+
+
+def test_a_measurement_is_ended_with_its_own_processes(tmp_path):
+    """The child of the child writes its number and sleeps: it is gone with its parent."""
+    mark = tmp_path / "child"
+    inner = f"import os, time; open({str(mark)!r}, 'w').write(str(os.getpid()) + '.'); time.sleep(600)"
+    outer = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {inner!r}])"
+    work = remake.Processes()
+    ended: list[tuple[int, str]] = []
+    thread = threading.Thread(target=lambda: ended.append(work.run(_python(outer), os.environ)))
+    thread.start()
+    while not (mark.exists() and mark.read_text().endswith(".")):
+        assert thread.is_alive()
+        time.sleep(0.05)
+    work.stop()
+    thread.join()
+    assert [code < 0 for code, _ in ended] == [True]
+    assert _gone(int(mark.read_text().removesuffix(".")))
+
+
+def test_a_measurement_whose_time_is_over_is_ended_and_says_so():
+    work = remake.Processes(time.monotonic() + 0.2)
+    code, why = work.run(_python("import time; time.sleep(600)"), os.environ)
+    assert code < 0
+    assert why == "no time left"
+    assert work.left <= 0.0
+
+
+def _gone(pid: int) -> bool:
+    """Whether a process that was told to end does so; it may take a moment to be cleared away."""
+    for _ in range(600):
+        if not _alive(pid):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def _alive(pid: int) -> bool:
+    """Whether a process runs; one that is dead and not yet waited for does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
+def test_an_interruption_ends_what_runs_and_begins_nothing_more(root):
+    """Two at once, four to be made: the second is interrupted while the first runs."""
+    names = ("first", "third", "fourth", "fifth")
+    for name in names:
+        (root / f"tests/validation/room/{name}.py").write_text("def run(out):\n    pass\n")
+    begun: list[str] = []
+    ended: list[int] = []
+    running = threading.Event()
+
+    class Made(remake.Processes):
+        def __call__(self, name: str) -> tuple[int, str]:
+            begun.append(name)
+            if len(begun) == 1:
+                running.set()
+                code, why = self.run(_python("import time; time.sleep(60)"), os.environ)
+                ended.append(code)
+                return code, why
+            assert running.wait(20.0)
+            time.sleep(0.5)
+            raise KeyboardInterrupt
+
+    work = Made()
+    outcomes: dict[str, remake.Outcome] = {}
+    with pytest.raises(KeyboardInterrupt):
+        remake.remake(names, False, work, lambda: Pages(root), jobs=2, outcomes=outcomes)
+    for _ in range(200):
+        if ended:
+            break
+        time.sleep(0.05)
+    assert [code < 0 for code in ended] == [True]
+    assert len(begun) == 2
+    assert set(outcomes) == set(names)
+    assert work.run(_python("print(1)"), os.environ)[0] < 0
+
+
+def test_a_failing_page_in_a_process_says_its_exit_code(root):
+    work = remake.Processes()
+    assert work.run(_python("raise SystemExit(7)"), os.environ) == (7, "")
+    said = f"print({stale.MISSING + 'no auto-07p'!r}); raise SystemExit({stale.ABSENT})"
+    assert work.run(_python(said), os.environ) == (stale.ABSENT, "no auto-07p")
+
+
+def test_a_page_waits_for_those_alone_that_write_what_it_reads(root):
+    measure(root, "third")
+    pages = Pages(root)
+    assert remake.sources_of(pages, "second", NAMES) == {"first"}
+    assert remake.sources_of(pages, "first", NAMES) == set()
+    (root / "tests/validation/room/second.py").write_text('READS = ("third.md", "data/first.json")\n')
+    assert remake.sources_of(Pages(root), "second", NAMES) == {"first", "third"}
 
 
 def test_a_page_that_reads_a_page_is_made_after_it(root):
@@ -176,12 +317,12 @@ def test_a_page_that_reads_a_page_is_made_after_it(root):
     for name in NAMES:
         measure(root, name, seconds={"first": 9.0}.get(name, 1.0))
     (root / "ribbon/law.py").write_text("MODULUS = 5.0\n")
-    stale.remake(NAMES, False, make, lambda: Pages(root))
+    remake.remake(NAMES, False, make, lambda: Pages(root))
     assert made == ["first", "second"]
 
 
 def test_what_is_not_here_is_named_with_its_reason(root):
-    outcomes = stale.remake(("third",), False, lambda name: (stale.ABSENT, "no auto-07p"), lambda: Pages(root))
+    outcomes = remake.remake(("third",), False, lambda name: (stale.ABSENT, "no auto-07p"), lambda: Pages(root))
     assert outcomes["third"].done == "not here: no auto-07p"
     assert not outcomes["third"].failed
 
@@ -199,7 +340,7 @@ def test_a_change_above_its_error_is_a_finding(root):
     assert "first.modulus: 3.00 -> 3.05" in said
     record = Pages(root).measure("first", lambda out: {"count": Number(8, 0)}, "")
     assert len(stale.findings("first", record)) == 2
-    table = stale.summary(Pages(root), {"first": stale.Outcome("1 s"), "third": stale.Outcome()})
+    table = stale.summary(Pages(root), {"first": "1 s", "third": ""})
     assert table.count("finding: ") == 2
     assert table.splitlines()[1].startswith("first")
 
@@ -297,7 +438,7 @@ def test_pages_that_take_no_times_are_made_two_at_once_and_the_others_alone(root
         running.discard(name)
         return stale.DONE, ""
 
-    outcomes = stale.remake(NAMES, False, make, lambda: Pages(root), jobs=2)
+    outcomes = remake.remake(NAMES, False, make, lambda: Pages(root), jobs=2)
     assert most == {"first": 2, "second": 1, "third": 2}
     assert not any(outcome.failed for outcome in outcomes.values())
 

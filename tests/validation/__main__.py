@@ -1,18 +1,23 @@
 """Measurements under results/: `python -m tests.validation [--stale | --remake | --readme] [NAME ...]`.
 
-NAME ... makes these again, all where none is named; `--remake` those that are stale only, cheap ones first; `--stale`
-lists them and makes nothing; `--readme` renders the pages that take their numbers from the data (readme.py). `--jobs 2`
-makes two at once of those that take no times; the others have the machine for themselves (`--stale` says which).
+NAME ... makes these again, all where none is named; `--remake` those that are stale only, cheap ones first (remake.py);
+`--stale` lists them with what they will take and makes nothing; `--readme` renders the pages that take their numbers
+from the data (readme.py). `--jobs 2` makes two at once of those that take no times; the others have the machine for
+themselves. `--minutes M` begins nothing that would not be done in time, and ends what is not. An interrupted run ends
+what it began, says what was done, and goes on where it was when it is called again.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import math
+import signal
 import sys
+import time
 
 from ribbonbench import sources
-from tests.validation import readme, stale
+from tests.validation import readme, remake, stale
 from tests.validation.record import Pages
 
 NAMES = (
@@ -117,11 +122,21 @@ def one(name: str) -> int:
     return stale.DONE
 
 
-def several(names: list[str], every: bool, jobs: int) -> int:
-    """Makes the pages again, each in a process of its own; exit code 1 if one failed."""
-    outcomes = stale.remake(names, every, jobs=jobs)
-    print(stale.summary(Pages(), outcomes), flush=True)
-    return stale.FAILED if any(outcome.failed for outcome in outcomes.values()) else stale.DONE
+def several(names: list[str], every: bool, jobs: int, minutes: float = math.inf) -> int:
+    """Makes the pages again, each in a process of its own, and says at the end what was done, also where it is
+    interrupted; exit code 1 if one failed, 130 for an interruption."""
+    work = remake.Processes(time.monotonic() + 60.0 * minutes)
+    outcomes: dict[str, remake.Outcome] = {}
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        remake.remake(names, every, work, jobs=jobs, outcomes=outcomes, left=lambda: work.left)
+        code = stale.FAILED if any(outcome.failed for outcome in outcomes.values()) else stale.DONE
+    except KeyboardInterrupt:
+        code = 130
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        print(stale.summary(Pages(), {name: outcome.done for name, outcome in outcomes.items()}), flush=True)
+    return code
 
 
 def rendered(failed: int) -> int:
@@ -141,6 +156,7 @@ def main(arguments: list[str]) -> int:
     for option in ("stale", "remake", "readme"):
         group.add_argument(f"--{option}", action="store_true")
     parser.add_argument("--jobs", type=int, choices=(1, 2), default=1)
+    parser.add_argument("--minutes", type=float, default=math.inf)
     asked = parser.parse_args(arguments)
     unknown = [name for name in asked.names if name not in NAMES]
     if unknown:
@@ -150,10 +166,10 @@ def main(arguments: list[str]) -> int:
     if asked.readme:
         return rendered(stale.FAILED)
     if asked.stale:
-        print(stale.listing(stale.statuses(Pages(), names)))
+        print(stale.listing(sorted(stale.statuses(Pages(), names), key=remake.expected), remake.expected))
         return stale.DONE
     alone = len(names) == 1 and not asked.remake
-    code = one(names[0]) if alone else several(names, not asked.remake, asked.jobs)
+    code = one(names[0]) if alone else several(names, not asked.remake, asked.jobs, asked.minutes)
     return rendered(code if alone else stale.FAILED) or code
 
 

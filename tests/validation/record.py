@@ -51,7 +51,9 @@ QUIET = 0.1
 WRITTEN = (":!results", ":!docs/gallery", ":!docs/gallery.md", ":!docs/which_model.md*", ":!README.md*")
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 #: Files that keep and never measure, and the words of those that take times or start processes.
-KEEPING = ("record.py", "pieces.py", "stale.py", "__main__.py")
+KEEPING = ("record.py", "pieces.py", "stale.py", "remake.py", "__main__.py")
+#: Modules that write and keep what was measured, and give no number: they and what only they import are in no key.
+WRITING = tuple(f"tests.validation.{name}" for name in ("page", "pieces", "record", "written"))
 _TIMES = re.compile(r"\b(perf_counter|process_time|one_core|subprocess|ProcessPoolExecutor)\b")
 #: Words of a placeholder that are no number's name.
 RESERVED = ("day", "command", "remade", "seconds")
@@ -161,9 +163,9 @@ class Pages:
         return re.search(rf"^(def )?{what}\b", self.path(name).read_text(), re.M) is not None
 
     def depends(self, name: str) -> dict[str, Path]:
-        """What a page depends on: import closure of its module, shipped scenes and sweeps that are named in it, and
-        what it reads of other measurements (`READS`)."""
-        found = self.sources.closure(self.module(name))
+        """What a page depends on: import closure of its module but for what only writes it (`WRITING`), shipped scenes
+        and sweeps that are named in it, and what it reads of other measurements (`READS`)."""
+        found = self.sources.closure(self.module(name), without=WRITING)
         quoted = {word for path in found.values() if path.suffix == ".py" for word in self._words(path)}
         tests = [path for dotted, path in found.items() if dotted.startswith("tests.") and path.suffix == ".py"]
         every = any(one.endswith(":shipped") for path in tests for one in self.sources.module(path).imports)
@@ -171,7 +173,7 @@ class Pages:
             for path in sorted((self.root / "compare" / folder).glob("*.toml")):
                 if every or path.stem in quoted:
                     found[f"compare/{folder}/{path.name}"] = path
-        found.update({f"results/{file}": self.results / file for file in self._reads(name)})
+        found.update({f"results/{file}": self.results / file for file in self.reads(name)})
         return found
 
     def alone(self, name: str) -> bool:
@@ -183,7 +185,7 @@ class Pages:
         own = [path for one, path in self.sources.closure(self.module(name)).items() if one.startswith("tests.")]
         return any(_TIMES.search(path.read_text()) for path in own if path.name not in KEEPING)
 
-    def _reads(self, name: str) -> tuple[str, ...]:
+    def reads(self, name: str) -> tuple[str, ...]:
         """`READS` of a measurement's module, without importing it."""
         for node in ast.parse(self.path(name).read_text()).body:
             if isinstance(node, ast.Assign) and [getattr(one, "id", "") for one in node.targets] == ["READS"]:

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import datetime
 import math
-import os
-import subprocess
-import sys
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from tests.validation.record import Pages, Record
 
@@ -52,14 +48,6 @@ class Status:
         return "; ".join(parts)
 
 
-@dataclass
-class Outcome:
-    """What was done about a page: "12 s", "failed", "not here: why"; "" where nothing was."""
-
-    done: str = ""
-    failed: bool = field(default=False)
-
-
 def status(pages: Pages, name: str) -> Status:
     """How the page of a measurement stands to the code of its tree."""
     record, modules = pages.read(name), pages.modules(name)
@@ -78,65 +66,6 @@ def status(pages: Pages, name: str) -> Status:
 def statuses(pages: Pages, names: Iterable[str]) -> list[Status]:
     """Those of all `names`, cheap ones first, the unknown last."""
     return sorted((status(pages, name) for name in names), key=lambda one: one.seconds)
-
-
-def make(name: str) -> tuple[int, str]:
-    """A measurement in a process of its own, its words passed on: (exit code, why it cannot be made here or "")."""
-    command = [sys.executable, "-m", "tests.validation", name]
-    environment, why = {**os.environ, "PYTHONUNBUFFERED": "1"}, ""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment, cwd=Pages().root) as process:
-        assert process.stdout is not None
-        for line in process.stdout:
-            print(line, end="", flush=True)
-            if MISSING in line:
-                why = line.partition(MISSING)[2].strip()
-    return process.returncode, why
-
-
-def remake(
-    names: Sequence[str],
-    every: bool,
-    make: Callable[[str], tuple[int, str]] = make,
-    pages: Callable[[], Pages] = Pages,
-    jobs: int = 1,
-) -> dict[str, Outcome]:
-    """Makes the stale pages again (all where `every`), cheap ones first; what failed does not stop the others. A page
-    that reads others' files is made after all that read none, and once more when these have changed. What is done is
-    kept page by page: after an interruption the same call goes on with the rest. With more `jobs` those that need not
-    have the machine for themselves go first, so many at once, then the others one by one."""
-    outcomes = {name: Outcome() for name in names}
-    tried: dict[str, str] = {}
-
-    def one(status: Status) -> None:
-        tried[status.name] = status.key
-        code, why = make(status.name)
-        made = pages().read(status.name)
-        if code == ABSENT:
-            outcomes[status.name] = Outcome(f"not here: {why}")
-        elif code != DONE or made is None:
-            outcomes[status.name] = Outcome(f"failed (exit code {code})", failed=True)
-        else:
-            outcomes[status.name] = Outcome(f"{made.seconds:.0f} s")
-
-    while True:
-        now = pages()
-        wanted = [
-            each for each in statuses(now, names)
-            if (each.stale or (every and each.name not in tried)) and tried.get(each.name) != each.key
-        ]  # fmt: skip
-        if not wanted:
-            return outcomes
-        # who reads others' files waits for them, unless nothing else is left to be made
-        first = [each for each in wanted if not now.has(each.name, "READS")]
-        wanted = first or wanted
-        together = [each for each in wanted if jobs > 1 and not now.alone(each.name)]
-        if together:
-            with ThreadPoolExecutor(jobs) as pool:
-                for done in [pool.submit(one, each) for each in together]:
-                    done.result()
-        for each in wanted:
-            if each not in together:
-                one(each)
 
 
 def age(record: Record | None, now: datetime.datetime | None = None) -> str:
@@ -177,22 +106,26 @@ def findings(name: str, record: Record | None) -> list[str]:
     return found + [f"{name}.{one}: {old[one]} -> no longer measured" for one in old if one not in record.numbers]
 
 
-def listing(found: Sequence[Status]) -> str:
-    """The stale pages with their age, what they took last, and what moved; how many stand."""
+def listing(found: Sequence[Status], expected: Callable[[Status], float]) -> str:
+    """The stale pages with their age, what they will take by `expected` (s), and what moved; how many stand."""
     stale = [one for one in found if one.stale]
     rows = [
-        [one.name, age(one.record), "?" if one.record is None else f"{one.seconds:.0f} s", one.why()] for one in stale
+        [one.name, age(one.record), "?" if math.isinf(expected(one)) else f"{expected(one):.0f} s", one.why()]
+        for one in stale
     ]
-    lines = columns(["page", "age", "took", "why"], rows) if rows else []
-    return "\n".join([*lines, f"{len(stale)} of {len(found)} pages are stale"])
+    lines = columns(["page", "age", "takes", "why"], rows) if rows else []
+    total = sum(expected(one) for one in stale if math.isfinite(expected(one)))
+    said = f"{len(stale)} of {len(found)} pages are stale; those whose time is known take {total:.0f} s"
+    return "\n".join([*lines, said])
 
 
-def summary(pages: Pages, outcomes: dict[str, Outcome]) -> str:
-    """The closing table: page, age, remade, largest change in units of its stated error; then the findings."""
+def summary(pages: Pages, done: Mapping[str, str]) -> str:
+    """The closing table: page, age, remade (`done`: page -> in words), largest change in units of its stated error;
+    then the findings."""
     rows, said = [], []
-    for name, outcome in outcomes.items():
+    for name, words in done.items():
         record = pages.read(name)
-        rows.append([name, age(record), outcome.done, largest(record)])
+        rows.append([name, age(record), words, largest(record)])
         said += [f"finding: {line}" for line in findings(name, record)]
     return "\n".join([*columns(["page", "age", "remade", "largest change / error"], rows), *said])
 

@@ -1,10 +1,18 @@
 """Roman's strip aside of its plane (thesis, figure 6.11): a state of the strip, whose energy settles over meshes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from compare.measure.balance import Push, Wrench, abscissae, unbalanced
-from tests.validation.ribbon.roman_states import found_on, halved
+from compare.models import solve
+from compare.scene.scene import load
+from ribbon.find.branch.passages import settled as on_passages
+from tests.validation.ribbon import roman
+from tests.validation.ribbon.roman_states import PLACED, halved, nearest
+
+ROOT = Path(__file__).resolve().parents[3]
 
 #: The fold that leans over in the plane, on 120 to 960 segments (results/roman_states).
 PLANAR = 96.038
@@ -12,8 +20,8 @@ PLANAR = 96.038
 
 @pytest.fixture(scope="module")
 def coarse():
-    """The strip aside on 80 segments."""
-    return found_on(80)
+    """The strip aside on 80 segments: the scene beside the page."""
+    return solve(load(ROOT / "results" / "roman_states" / "aside.toml"), "ribbon").native
 
 
 def test_the_strip_aside_is_a_stable_state_far_below_the_planar_one(coarse):
@@ -52,3 +60,30 @@ def test_the_walls_push_where_its_slanting_rulings_end(coarse):
         for push, there in zip(pushes, np.split(r + across * frames[:, :, 0], cuts), strict=True)
     ]
     assert unbalanced(clamps, weight, centre, square) > 1e-5
+
+
+def test_elements_at_its_passages_say_the_same(coarse):
+    """On elements graded to where its curvature passes zero, 115 and 228 of them: less energy on more, towards 52.540,
+    which halved equal segments tend to from above too (results/roman_states)."""
+    rough = on_passages(coarse.problem, coarse, PLACED)
+    fine = on_passages(coarse.problem, rough, PLACED.finer())
+    assert rough.ok
+    assert fine.ok
+    assert 52.540 < fine.energy.total < rough.energy.total < coarse.energy.total
+    assert fine.energy.total - 52.540 < 0.4 * (rough.energy.total - 52.540)
+    assert nearest(fine) > 0.1  # it does not touch itself
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.validate)])
+def test_plane_contacts_of_two_folds_and_more(count):
+    """Thesis, figure 6.14, has hardly any from two waves on. At H N = 0.17 every fold lies on its plates, stable, under
+    the force of the elastica with flat parts; at 0.19 it touches along lines."""
+    experiment = roman.Experiment(gamma=0.0)
+    for scaled, kind in ((0.17, "plane"), (0.19, "line")):
+        found = experiment.folded(count, scaled / count, 60)
+        seen = roman.folds(found, scaled / count)
+        assert found.ok
+        assert (seen.count, seen.kind(1.01 / 60)) == (count, kind)
+        if kind == "plane":
+            force = count * roman.plane_contact(scaled / count, roman.DELTA, count).force
+            assert roman.press(found) == pytest.approx(force, rel=2e-2)

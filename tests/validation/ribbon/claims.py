@@ -27,6 +27,9 @@ from tests.validation.number import Number
 from tests.validation.pieces import Pieces
 from tests.validation.ribbon.claims_form import end_rows, units
 
+#: Its times say tens and hundreds of times, which a second measurement beside it leaves.
+ALONE = False
+
 # -- JFIG 5.1: the curl of 50 cm from a flat seed ----------------------------------------------------------------------
 
 
@@ -180,6 +183,8 @@ def _shares() -> list[list[str]]:
     return out
 
 
+#: Tables of the measurement `curl`.
+READS = ("curl_4_3/table.csv", "curl_4_3_down/table.csv")
 #: The parts of the page; each is kept when it is done, so that an interrupted run goes on.
 PARTS = {
     "rows": end_rows, "units": units, "flat": _flat_seed, "cantilevers": _cantilevers, "edge": _on_edge,

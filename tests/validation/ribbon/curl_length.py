@@ -12,13 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
+from compare.measure.settled import Settled, settled
 from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
 from ribbon.find.continuation import StepRecord, follow
 from ribbon.find.solve import Problem, build, solve_from
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers.problem import FloatArray, polish
 from tests.validation import page
-from tests.validation.number import Number, rounding
+from tests.validation.number import Number, of_settled, rounding
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -27,6 +28,8 @@ import matplotlib.pyplot as plt
 WIDTH, THICKNESS, YOUNG, DENSITY, POISSON, NATURAL = 0.01, 1e-4, 1.8e9, 1000.0, 0.5, 60.0
 SEGMENTS = 20
 THESIS = 0.29
+#: Segments on which a critical length is found, and to what on each (cm).
+MESHES, LOCATED = (20, 40, 80), 1e-4
 
 #: How the clamp stands -> the direction of up (the clamp's t_z = e_z, t_y = e_y) and the sign of K.
 CLAMPS = {
@@ -137,14 +140,21 @@ def _table(curls: list[Curl], lengths: Lengths) -> str:
     rows = []
     for curl in curls:
         row = [curl.clamp, curl.energy, curl.ruling]
-        for segments in (20, 40, 80):
+        for segments in MESHES:
             length, held = lengths[Curl(curl.clamp, curl.energy, curl.ruling, segments)]
             row.append(f"{length * 100:.2f}")
+        row.append(_limit(curl, lengths).text)
         s = np.linspace(0.0, 1.0, 401)
         row.append(f"{np.abs(held.omega(s)).min() / (length * NATURAL):.3f}")
         rows.append(row)
-    heads = ["clamp", "energy", "ruling at the clamp", "p = 20", "p = 40", "p = 80", "least omega / K there"]
+    heads = ["clamp", "energy", "ruling at the clamp", *(f"p = {p}" for p in MESHES), "limit", "least omega / K there"]
     return page.table(heads, rows)
+
+
+def _limit(curl: Curl, lengths: Lengths) -> Settled:
+    """The critical length (cm) of the strip, from its three meshes."""
+    found = [100.0 * lengths[Curl(curl.clamp, curl.energy, curl.ruling, p)][0] for p in MESHES]
+    return settled(found, LOCATED)
 
 
 #: Critical length (m) and the last stable planar equilibrium.
@@ -222,15 +232,24 @@ PROBES = {
 }
 
 
+def _first_line(curls: list[Curl], lengths: Lengths) -> str:
+    """The critical length that the thesis has, with its error, and which of the table do not settle."""
+    one = _limit(Curl(), lengths)
+    open_ones = [curl for curl in curls if not _limit(curl, lengths).settles]
+    names = "; ".join(f"{curl.clamp}, {curl.energy}, {curl.ruling}" for curl in open_ones)
+    rest = f"{len(open_ones)} of {len(curls)} do not settle: {names}." if open_ones else "All of the table settle."
+    return f"Wunderlich's curl with a free ruling is planar up to {one.text} cm (thesis: {100 * THESIS:.0f}). {rest}"
+
+
 def _numbers(lengths: Lengths) -> dict[str, Number]:
     """Critical lengths (cm) of the clamp that fits: on a number of segments to the bisection, and the finest with its
     change from half as many."""
     found: dict[str, Number] = {}
     for energy, ruling in itertools.product(("sadowsky", "wunderlich"), ("free", "straight")):
-        at = {p: 100.0 * lengths[Curl(HORIZONTAL, energy, ruling, p)][0] for p in (20, 40, 80)}
+        at = {p: 100.0 * lengths[Curl(HORIZONTAL, energy, ruling, p)][0] for p in MESHES}
         for p, value in at.items():
             found[f"{energy}_{ruling}_{p}"] = Number(value, 2e-4, "cm", ".2f")
-        found[f"{energy}_{ruling}"] = Number(at[80], abs(at[80] - at[40]) + 2e-4, "cm", ".2f")
+        found[f"{energy}_{ruling}"] = of_settled(_limit(Curl(HORIZONTAL, energy, ruling), lengths).record("cm"), ".2f")
     these = sorted(
         (n for name, n in found.items() if name[-1].isdigit()), key=lambda number: number.value
     )  # fmt: skip
@@ -240,7 +259,7 @@ def _numbers(lengths: Lengths) -> dict[str, Number]:
 def run(out: Path) -> dict[str, Number]:
     curls = [Curl(c, e, r) for c in CLAMPS for e in ("sadowsky", "wunderlich") for r in ("free", "straight")]
     lengths = {}
-    for curl, segments in itertools.product(curls, (20, 40, 80)):
+    for curl, segments in itertools.product(curls, MESHES):
         one = Curl(curl.clamp, curl.energy, curl.ruling, segments)
         lengths[one] = one.critical()
     branches: dict[str, list[tuple[float, float]]] = {}
@@ -278,6 +297,7 @@ def run(out: Path) -> dict[str, Number]:
     _draw(out / "curl_length.png", branches, lengths)
     page.write(
         out / "curl_length.md", "The curl of growing length (4.4)", "python -m tests.validation curl_length",
+        _first_line(curls, lengths),
         "Thesis, 4.4, figure 4.4: w = 1 cm, h = 0.1 mm, rho = 1000 kg/m^3, Y = 1.8 GPa, nu = 0.5, natural curvature "
         "60 /m, l from 1 to 50 cm, 20 segments, seed straight and horizontal; planar up to 29 cm, then out of the "
         "plane. Here: the planar equilibrium is followed in l, stable or not, and the length at which the lowest "

@@ -23,9 +23,9 @@ from tests.validation.number import Number
 ALONE = False
 
 WIDTH, NU = 1 / 20, 0.3
-RATIOS = (50.0, 67.0, 83.0, 100.0, 200.0)
+#: Above w/h = 100 creases travel along the tilted branch element by element: 40 x 4 loses it, 60 x 6 takes an hour.
+RATIOS = (50.0, 67.0, 83.0, 100.0)
 MESHES = ((40, 4), (60, 6))
-TWICE = 100.0  # above this w/h the finer mesh takes an hour: creases travel along the tilted branch element by element
 FRAME = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # t_x = e_y, t_y = e_z, t_z = e_x
 FIRST, LAST = 0.01, 0.6
 COARSE = 83.0  # above this w/h the coarser mesh holds the arch stable too long: its pitchfork is no estimate
@@ -80,7 +80,7 @@ def height(mesh: tuple[int, int], ratio: float = RATIOS[0]) -> float:
 
 PROBES = {
     "height_50_40x4": lambda: height(MESHES[0]),
-    "height_200_40x4": lambda: height(MESHES[0], RATIOS[-1]),
+    "height_100_40x4": lambda: height(MESHES[0], RATIOS[-1]),
 }
 
 
@@ -168,7 +168,7 @@ def run(out: Path) -> dict[str, Number]:
     rows, kept = [], {}
     worst = 0.0
     for ratio in RATIOS:
-        for mesh in MESHES if ratio <= TWICE else MESHES[:1]:
+        for mesh in MESHES:
             b = kept[ratio, mesh] = follow(ratio, mesh)
             print(f"  w/h = {ratio:g}, {mesh}: {b.seconds:.0f} s", flush=True)
             change = ""
@@ -185,6 +185,8 @@ def run(out: Path) -> dict[str, Number]:
     figure(out / "shell_shift.png", kept)
     page.write(
         out / "shell_shift.md", "Clamps shifted sideways (thesis 7.2)", "python -m tests.validation shell_shift",
+        "On these two meshes no kink settles by itself: *change* is what the finer one moves it by, and no bound. "
+        "Where the arch is lost on three meshes, with limit, error and order, stands in [7.2](shift/README.md). "
         f"w/l = 1/20, nu = {NU:g} (the thesis gives none), weightless, both edges held, clamps l/2 apart. H: "
         "height of the "
         "strip's middle over the clamps' plane; Delta W: the shift. The arch (U) is followed by arc length from "
@@ -207,9 +209,8 @@ def run(out: Path) -> dict[str, Number]:
         "remain, no more than the change with the mesh: not resolved. The coarser mesh invents a hysteresis: at w/h "
         "= 83 and 100 it keeps the arch stable for too long (its pitchfork moves by 9e-3 and 3e-2 with the mesh) "
         "and makes the tilted branch fold, creases jumping from element to element. The inextensible ribbon's "
-        "hysteresis (thesis, figure 7.6) looks like that of the coarse mesh. At w/h = 200 the mesh of 40 x 4 is too "
-        "coarse to follow the tilted branch to its end (nan; its curve in the figure is no result). Discretisation "
-        "error of the kinks on 60 x 6: below the change column.",
+        "hysteresis (thesis, figure 7.6) looks like that of the coarse mesh. Thinner shells are not followed beyond "
+        "their pitchfork.",
     )  # fmt: skip
     if not worst < CONVERGED:
         raise AssertionError(f"a kink still moves by {worst:.1e} between the meshes")

@@ -18,6 +18,9 @@ from compare.studies import converge_run as convergence_run
 from tests.validation import one_core, page
 from tests.validation.number import Number
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 #: What the ribbons of the two curls have, computed again by `make test`.
 PROBED = (0, 1)
 RATIOS = (10.0, 20.0, 50.0, 100.0, 200.0, 400.0)

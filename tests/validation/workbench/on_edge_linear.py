@@ -11,6 +11,7 @@ over ``int e``. Nothing is shared with `ribbon`: no elements, no derivatives of 
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +45,7 @@ def michell(bending: float, twist: float, count: int = 400) -> float:
     return smooth(bending, twist, count=count)
 
 
+@functools.cache
 def smooth(bending: float, twist: float, warping: float = 0.0, held: bool = False, first: float = 0.02,
            count: int = 400) -> float:  # fmt: skip
     """Gamma_c of e = bending kappa^2 / 2 + twist tau^2 / 2 + warping tau'^2 / 2.

@@ -15,6 +15,8 @@ kept row by row under out/validate/unseen, so that a run that was stopped goes o
 
 from __future__ import annotations
 
+import math
+import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -107,8 +109,16 @@ def run(out: Path) -> dict[str, Number]:
     return numbers(rows)
 
 
-def measured(out: Path, name: str, scenes: Scenes, most: int | None = None) -> list[dict[str, Any]]:
-    """Both answers on the drawn scenes, on the first `most` of them: those that are kept are not asked again."""
+#: Scenes that are asked whatever time it takes: those of the probes among them.
+LEAST = 3
+
+
+def measured(
+    out: Path, name: str, scenes: Scenes, most: int | None = None, seconds: float = math.inf
+) -> list[dict[str, Any]]:
+    """Both answers on the drawn scenes, on the first `most` of them: those that are kept are not asked again, and none
+    is begun when `seconds` have passed."""
+    until = time.monotonic() + seconds
     place = out.parent / "out" / "validate" / name
     store = CaseStore(place / "cases")
     kept = place / f"rows_{case_key(software('compare.studies.limits', 'compare.pages.limits'))[:12]}"
@@ -118,6 +128,8 @@ def measured(out: Path, name: str, scenes: Scenes, most: int | None = None) -> l
             reporter.step(scene_name)
             file = kept / f"{scene_name}.json"
             if not file.is_file():
+                if len(rows) >= LEAST and time.monotonic() > until:
+                    break
                 atomic_write_json(file, asked(scene_name, scene, store, reporter))
             rows.append(read_json(file))
     return rows

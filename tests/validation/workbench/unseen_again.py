@@ -22,9 +22,13 @@ PROBED = ("held_002", "held_003")
 PROBES = {f"estimate_{name}": partial(unseen.estimated, name, unseen_again) for name in PROBED}
 
 
+#: No scene is begun when a run has taken so long (s): the next goes on with the rest.
+SECONDS = 600.0
+
+
 def run(out: Path, most: int | None = None) -> dict[str, Number]:
     """Writes unseen_again.md; its numbers by name. most: scenes to run, all by default."""
-    rows = unseen.measured(out, "unseen_again", unseen_again, most)
+    rows = unseen.measured(out, "unseen_again", unseen_again, most, SECONDS)
     write(out, rows)
     drawn = {"drawn": Number(len(unseen_again()), 0, shown="d")}
     return unseen.numbers(rows, PROBED) | drawn

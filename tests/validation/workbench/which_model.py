@@ -16,6 +16,9 @@ from tests.validation.readme import template
 from tests.validation.record import Pages
 from tests.validation.workbench.on_edge import NAMED, straight
 
+#: It takes no times that its page rests on.
+ALONE = False
+
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = ROOT / "docs" / "which_model.md"
 RESULTS = ROOT / "results"
