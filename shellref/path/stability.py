@@ -129,7 +129,8 @@ def _energy(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: flo
     """Elastic energy minus the work of the loads that act."""
     model = equilibrium.model
     model.set_control(stage.at(load))
-    return model.energies(state).total
+    plates = 0.0 if equilibrium.contact is None else equilibrium.contact.energy
+    return model.energies(state).total + plates
 
 
 def _descend(
@@ -146,6 +147,8 @@ def _descend(
     kick = kick * np.array([equilibrium.length] * 3 + [1.0] * 3)
     stress, state = model.stress(state, kick), retract(state, kick)
     shift, correction = 2.0 * scale, np.inf
+    if equilibrium.contact is not None:
+        equilibrium.contact.begin(state, equilibrium.wall_offsets())
     for iteration in range(1, max_iterations + 1):
         residual, force = model.residual(state), model.force(state, stress)
         equilibrium.iterations += 1
@@ -153,7 +156,7 @@ def _descend(
             bases = equilibrium.factor(state, stress, force, shift)
             if equilibrium.factors.inertia()[0] > 0:
                 raise petsc.FactorisationFailed("not positive definite")
-            step = -equilibrium.back(residual, bases)
+            step, changed = equilibrium.correction(state, residual, np.zeros_like(state), bases)
         except petsc.FactorisationFailed:
             shift = max(4.0 * shift, scale)
             if shift > MOST_SHIFT:
@@ -163,7 +166,7 @@ def _descend(
         if not correction < LARGEST_CORRECTION:
             return Attempt(False, state, stress, iteration, correction, None, load)
         stress, state = model.stress(state, step), retract(state, step)
-        if shift == 0.0 and correction < 1e-3:
+        if shift == 0.0 and correction < 1e-3 and not changed:
             attempt = equilibrium.solve(state, stress, stage, load)
             attempt.iterations += iteration
             return attempt

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shellref.contact.walls import WallPath
 from shellref.holds import motions as free_motions
 from shellref.holds import parts
-from shellref.inputs import ShellInputError
+from shellref.inputs import ShellInputError, Vector
 from shellref.seam import gauge
 from shellref.seam.ties import Tie, turned
 from shellref.shell.body import Body, Control, Stage, Supports, line_force
@@ -57,7 +58,10 @@ class Strip:
         """What holds a strip that may move as a whole, or a closed one along itself, near a state (n, 6) of its nodes:
         the body's supports, and one component of a position for each of these motions; None: there are none."""
         problem = self.problem
-        if (self.start is not None and not problem.partly_held) or (self.start is None and not problem.closed):
+        rests = self.start is None and problem.rests
+        if (self.start is not None and not problem.partly_held) or (
+            self.start is None and not problem.closed and not rests
+        ):
             return None  # a strip that nothing holds is held by the body's own supports, in its middle
         base = Supports.none(len(nodes)) if self.start is None else self.body.supports(self.body.grid, nodes)
         tie = _tie(problem, self.body.grid, nodes)
@@ -86,9 +90,10 @@ class Strip:
         problem, grid = self.problem, self.body.grid
         order = grid.order(nodes)
         sign = turned(problem.half_turns or 0)
-        uniform = problem.slides and not gauge.turns(state[order], grid.degree, sign)
+        uniform = problem.slides and (bool(problem.walls) or not gauge.turns(state[order], grid.degree, sign))
         dead = ((problem.up, problem.loaded), (problem.tip, problem.pulled))
         loads = [np.array(x) / np.linalg.norm(np.array(x)) for x, acts in dead if acts]
+        loads += [np.array(wall.normal) for wall in problem.walls]  # nor does a motion along all of them change a gap
         corners = [order[row, [0, -1]] for row in (0, -1)]
         if problem.closed and _pinned(problem, 0):
             corners[0] = np.array([_middle_node(grid, nodes, 0)])
@@ -216,7 +221,7 @@ def build_strip(
     """The body, the stages and the clamps of a strip; grid: another one than the problem's own, cut in `refine`."""
     grid = strip_grid(problem, refine) if grid is None else grid
     begin = _start_curvature(problem, options)
-    start, end, stages = _stages(problem, begin)
+    start, end, walls, stages = _stages(problem, begin)
 
     def law(ends: tuple[float, float]):
         def natural(s: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -243,6 +248,7 @@ def build_strip(
         weight=weight,  # type: ignore[arg-type]
         forces=line_force(0, 1.0, problem.tip or (0.0, 0.0, 0.0)) if problem.pulled else None,
         bends_along=True,
+        walls=walls,
     )
     return Strip(problem, body, stages, begin, start, end)
 
@@ -259,8 +265,8 @@ def strip_corner_knots(problem: ShellProblem, refine: tuple[int, int]) -> tuple[
 
 def _stages(
     problem: ShellProblem, begin: tuple[float, float]
-) -> tuple[PosePath | None, PosePath | None, tuple[Stage, ...]]:
-    """Poses of both clamps at every knot of the path, and the stages between the knots."""
+) -> tuple[PosePath | None, PosePath | None, WallPath | None, tuple[Stage, ...]]:
+    """Poses of both clamps and places of the walls at every knot of the path, and the stages between the knots."""
     natural = 1.0 if begin == problem.natural_curvature else 0.0
     control = Control(natural, 0.0, 0.0, 0.0)
     at_start = [problem.start]
@@ -269,6 +275,8 @@ def _stages(
     if first is not None:  # the path moves the start: begin where it is first said to be
         at_start = [first]
         at_end = [] if problem.end is None else [arc_end(first, begin)]
+    own = tuple(wall.point for wall in problem.walls)
+    at_walls = [next((w.walls for w in problem.path if w.walls is not None), own)]
     stages: list[Stage] = []
 
     def leg(
@@ -278,10 +286,11 @@ def _stages(
         start: Pose | None = None,
         end: Pose | None = None,
         tip: float | None = None,
+        walls: tuple[Vector, ...] | None = None,
     ) -> None:
         nonlocal control
         place, other = start or at_start[-1], (end or at_end[-1]) if at_end else None
-        moves = place != at_start[-1] or (at_end and other != at_end[-1])
+        moves = place != at_start[-1] or (at_end and other != at_end[-1]) or (walls or at_walls[-1]) != at_walls[-1]
         target = Control(
             control.natural if natural is None else natural,
             control.weight if gravity is None else gravity,
@@ -290,6 +299,7 @@ def _stages(
         )
         if moves:
             at_start.append(place)
+            at_walls.append(walls or at_walls[-1])
             if other is not None:
                 at_end.append(other)
         target = target._replace(leg=max(math.ceil(target.move) - 1.0, 0.0))
@@ -300,14 +310,20 @@ def _stages(
     if not problem.path:
         leg("natural", natural=1.0)
     for waypoint in problem.path:
-        leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end, waypoint.tip)
-    leg("clamps", start=problem.start, end=problem.end)
+        leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end, waypoint.tip,
+            waypoint.walls)  # fmt: skip
+    leg("walls" if own != at_walls[-1] else "clamps", start=problem.start, end=problem.end, walls=own)
     leg("natural", natural=1.0)
     last = "gravity" if not problem.pulled else "gravity and tip" if problem.loaded else "tip"
     leg(last, gravity=1.0 if problem.loaded else 0.0, tip=1.0 if problem.pulled else 0.0)
+    walls = None
+    if problem.walls:
+        normals = np.array([wall.normal for wall in problem.walls])
+        offsets = np.einsum("mki,ki->mk", np.array(at_walls), normals)
+        walls = WallPath(normals, tuple(wall.stiffness for wall in problem.walls), offsets, problem.contact)
     if problem.clamp == "free":
-        return None, None, tuple(stages)
-    return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, tuple(stages)
+        return None, None, walls, tuple(stages)
+    return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, walls, tuple(stages)
 
 
 def _supports(
@@ -320,6 +336,8 @@ def _supports(
 ) -> Supports:
     """What is held of a strip and how it moves."""
     tie = _tie(problem, grid, nodes)
+    if start is None and problem.rests:
+        return dataclasses.replace(Supports.none(len(nodes)), tie=tie)
     if start is None:
         return dataclasses.replace(_isostatic(grid, nodes), tie=tie)
     half = 0.5 * problem.width

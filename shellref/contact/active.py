@@ -1,0 +1,173 @@
+"""Which places of a shell push on their walls: a primal-dual active set within Newton's iteration. NumPy and SciPy.
+
+At an equilibrium, with r = dE/du, gaps g and pushes lambda of all places (docs/theory.md, eq. (7.26)),
+
+    P^T (r - sum b lambda) = 0 ,   g >= 0 ,   lambda >= 0 ,   lambda g = 0 .
+
+The last three are lambda = max(0, lambda - c g) for any c > 0, which Newton's iteration solves though it has corners
+(semi-smooth: Hintermueller, Ito and Kunisch 2002, doi:10.1137/S1052623401383558): a step keeps the gaps of the active
+places at zero and takes no push at the others; then places that would go through become active, and those that pull
+are let go. It ends where the set no longer changes: no penalty, no tolerance of a contact law is in the answer.
+
+Where a set comes back the steps go round in a circle; from there on only the place that is worst changes, one at a
+time, those that go through before those that pull.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from shellref.contact.rows import Rows, independent, movable
+from shellref.contact.saddle import Saddle
+
+#: Gap (over l) below which a place touches where nothing is known of it yet; and where walls alone carry the strip and
+#: nothing touches so, the same above the lowest place.
+TOUCHES, LOWEST = 1e-6, 1e-4
+#: Gap (l) and push (of the largest one, at least 1 D w / l^2) within which a place is on its wall, and does not pull.
+THROUGH, PULLS = 1e-11, 1e-9
+#: Push over the largest one below which a place that touches does so weakly (strict complementarity fails there).
+WEAKLY = 1e-6
+
+
+class Snapshot(NamedTuple):
+    """What a contact is at a state."""
+
+    active: np.ndarray
+    pushes: np.ndarray
+    heights: np.ndarray
+    known: bool
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Complementarity of a state: deepest gap below zero at a place (l), largest pull and the largest |lambda g| over
+    the largest push, and the number of places that touch weakly."""
+
+    through: float
+    pull: float
+    product: float
+    weakly: int
+
+
+class Contact:
+    """Rows of a shell with the active ones, their pushes (m,) in D w / l^2 and the ways (walls,) of plates in l."""
+
+    def __init__(self, rows: Rows, comm: Any, unknowns: int, own: int, projection: Any, carries: bool):
+        """own: the first unknowns, each of a node of its own; projection: P (6 n, unknowns); carries: nothing but
+        walls holds the strip along some of their normals."""
+        self._n = projection.shape[0] // 6
+        where = movable(rows, projection)
+        self.rows = Rows(rows.nodes[where], rows.walls[where], rows.sides[where], rows.lever, rows.path)
+        self._own, self._carries = own, carries
+        self.saddle = Saddle(comm, unknowns)
+        count, m = len(rows.path.normals), len(self.rows)
+        self.springs = np.array([0.0 if c is None else c for c in rows.path.stiffness])
+        self._plates = np.flatnonzero(self.springs)
+        self.active, self.pushes, self.heights = np.zeros(m, dtype=bool), np.zeros(m), np.zeros(count)
+        self._known = False
+        self._held = np.zeros(0, dtype=int)  # numbers of the rows of the factors last made
+        self._seen: set[bytes] = set()
+        self._slowly = False
+
+    def snapshot(self) -> Snapshot:
+        """To come back to."""
+        return Snapshot(self.active.copy(), self.pushes.copy(), self.heights.copy(), self._known)
+
+    def restore(self, of: Snapshot) -> None:
+        """Back to a snapshot."""
+        self.active, self.pushes, self.heights = of.active.copy(), of.pushes.copy(), of.heights.copy()
+        self._known = of.known
+
+    def begin(self, state: np.ndarray, offsets: np.ndarray) -> None:
+        """A new iteration at a state (n, 6): the active set of the last one, or of what touches."""
+        self._seen, self._slowly = set(), False
+        if self._known:
+            return
+        gaps = self.rows.gaps(state, offsets, self.heights)
+        self.active = gaps <= TOUCHES
+        if self._carries and len(gaps):
+            least = np.array([np.min(gaps[self.rows.walls == k], initial=np.inf) for k in range(len(self.springs))])
+            nearest = gaps <= least[self.rows.walls] + LOWEST
+            self.active |= nearest & (np.min(least) == least)[self.rows.walls] & (np.min(least) > TOUCHES)
+        self.pushes[:] = 0.0
+        self._known = True
+
+    def forces(self) -> np.ndarray:
+        """(n, 6): what the walls exert on the nodes."""
+        return self.rows.forces(self.pushes, self._n)
+
+    @property
+    def energy(self) -> float:
+        """Of the plates' springs, D w / l."""
+        return float(0.5 * np.sum(self.springs * self.heights**2))
+
+    def factor(self, tangent: Any, projection: Any) -> None:
+        """Factorise the tangent (PETSc) on what keeps the active places on their walls; projection: P (6 n, unknowns).
+
+        Raises petsc_api.FactorisationFailed.
+        """
+        held = np.flatnonzero(self.active)
+        rows = (self.rows.matrix(held, self._n) @ projection).tocsr()
+        if self._own < rows.shape[1] and len(held):
+            keep = independent(rows, self._own)
+            held, rows = held[keep], rows[keep]
+        self._held = held
+        on = csr_matrix((len(held), len(self._plates)))
+        if len(self._plates):
+            place = np.searchsorted(self._plates, self.rows.walls[held])
+            springy = self.springs[self.rows.walls[held]] > 0.0
+            at = np.flatnonzero(springy)
+            on = csr_matrix((np.ones(len(at)), (at, place[springy])), shape=(len(held), len(self._plates)))
+        self.saddle.factor(tangent, rows, self.springs[self._plates], on)
+
+    def solve(self, right: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """du (unknowns,) with K du + ... = right and b . du = rates (m,) at the active places, with the last factors:
+        plates give way."""
+        return self.saddle.solve_all(right, np.zeros(len(self._plates)), rates[self._held])[0]
+
+    def correct(self, right: np.ndarray, gaps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(du (unknowns,), dq (walls,)) of a Newton step, right = -P^T r, gaps (m,) where held nodes are put; takes
+        the pushes that belong to it and moves the plates."""
+        plates = self._plates
+        moved = np.zeros(len(self.springs))
+        on_plates = -self.springs[plates] * self.heights[plates]
+        step, moved[plates], found = self.saddle.solve_all(right, on_plates, -gaps[self._held])
+        self.pushes[:] = 0.0
+        self.pushes[self._held] = found
+        self.heights += moved
+        return step, moved
+
+    def update(self, gaps: np.ndarray) -> int:
+        """The active set after a step that leads to these gaps (m,); how many places changed."""
+        size = max(1.0, float(np.max(np.abs(self.pushes), initial=0.0)))
+        through = ~self.active & (gaps < -THROUGH)
+        pulls = self.active & (self.pushes < -PULLS * size)
+        changed = through | pulls
+        if not changed.any():
+            return 0
+        key = np.packbits(self.active ^ changed).tobytes()
+        self._slowly = self._slowly or key in self._seen
+        self._seen.add(key)
+        if self._slowly:
+            worst = np.where(through, gaps, np.inf) if through.any() else np.where(pulls, self.pushes, np.inf)
+            changed = np.zeros_like(changed)
+            changed[int(np.argmin(worst))] = True
+        self.active ^= changed
+        self.pushes[~self.active] = 0.0
+        return int(changed.sum())
+
+    def judged(self, state: np.ndarray, offsets: np.ndarray) -> Judged:
+        """How well a state (n, 6) with the present pushes fulfils the conditions, at every place."""
+        gaps = self.rows.gaps(state, offsets, self.heights)
+        most = float(np.max(self.pushes, initial=0.0))
+        size = max(most, 1e-300)
+        return Judged(
+            through=float(max(0.0, -np.min(gaps, initial=0.0))),
+            pull=float(max(0.0, -np.min(self.pushes, initial=0.0)) / size),
+            product=float(np.max(np.abs(self.pushes * gaps), initial=0.0) / size),
+            weakly=int(np.sum((gaps <= TOUCHES) & (self.pushes <= WEAKLY * most))) if most else 0,
+        )
