@@ -9,8 +9,14 @@ The last three are lambda = max(0, lambda - c g) for any c > 0, which Newton's i
 places at zero and takes no push at the others; then places that would go through become active, and those that pull
 are let go. It ends where the set no longer changes: no penalty, no tolerance of a contact law is in the answer.
 
-Where a set comes back the steps go round in a circle; from there on only the place that is worst changes, one at a
-time, those that go through before those that pull.
+A plate's compliance is not that of a membrane: from a set that is far off, full steps of this kind chatter. Then the
+walls are soft for a while (lambda = -stiffness g, the system's lower block -1/stiffness): that settles within a few
+steps, and the walls are made stiffer (`STIFFER`) until they are rigid again, from a set that is nearly right. The answer
+knows nothing of that.
+
+Where a set comes back the steps go round in a circle. From there on places that go through come first, all of them,
+and where there are none those that pull most are let go (`HARD` of the worst); where that goes round too, one place
+changes at a time.
 """
 
 from __future__ import annotations
@@ -29,6 +35,14 @@ from shellref.contact.saddle import Saddle
 TOUCHES, LOWEST = 1e-6, 1e-4
 #: Gap (l) and push (of the largest one, at least 1 D w / l^2) within which a place is on its wall, and does not pull.
 THROUGH, PULLS = 1e-11, 1e-9
+#: Stiffness of walls that are soft for a while, D / l^4, over the largest pressure there is (at least 1 D / l^3), and of
+#: the iterations with changes after which, and of places more than which at once, they become so.
+STIFFER = (1e4, 1e6, 1e8)
+PATIENCE, MANY = 2, 4
+#: Part of what is behind soft walls that may still change when they are made stiffer; iterations with them, at most.
+FEW, MOST_SOFT = 0.1, 40
+#: Part of the hardest pull from which places are let go, where all at once went round in a circle.
+HARD = 0.3
 #: Push over the largest one below which a place that touches does so weakly (strict complementarity fails there).
 WEAKLY = 1e-6
 
@@ -56,12 +70,15 @@ class Judged:
 class Contact:
     """Rows of a shell with the active ones, their pushes (m,) in D w / l^2 and the ways (walls,) of plates in l."""
 
-    def __init__(self, rows: Rows, comm: Any, unknowns: int, own: int, projection: Any, carries: bool):
-        """own: the first unknowns, each of a node of its own; projection: P (6 n, unknowns); carries: nothing but
+    def __init__(
+        self, rows: Rows, comm: Any, unknowns: int, own: int, projection: Any, areas: np.ndarray, carries: bool
+    ):
+        """own: the first unknowns, each of a node of its own; projection: P (6 n, unknowns); areas (n,): of nodes; carries: nothing but
         walls holds the strip along some of their normals."""
         self._n = projection.shape[0] // 6
         where = movable(rows, projection)
         self.rows = Rows(rows.nodes[where], rows.walls[where], rows.sides[where], rows.lever, rows.path)
+        self._areas = areas[self.rows.nodes]
         self._own, self._carries = own, carries
         self.saddle = Saddle(comm, unknowns)
         count, m = len(rows.path.normals), len(self.rows)
@@ -71,7 +88,8 @@ class Contact:
         self._known = False
         self._held = np.zeros(0, dtype=int)  # numbers of the rows of the factors last made
         self._seen: set[bytes] = set()
-        self._slowly = False
+        self._care = self._tries = self._hardness = 0
+        self._may_soften = True
 
     def snapshot(self) -> Snapshot:
         """To come back to."""
@@ -84,7 +102,9 @@ class Contact:
 
     def begin(self, state: np.ndarray, offsets: np.ndarray) -> None:
         """A new iteration at a state (n, 6): the active set of the last one, or of what touches."""
-        self._seen, self._slowly = set(), False
+        self._seen = set()
+        self._care = self._tries = self._hardness = 0
+        self._may_soften = True
         if self._known:
             return
         gaps = self.rows.gaps(state, offsets, self.heights)
@@ -122,7 +142,11 @@ class Contact:
             springy = self.springs[self.rows.walls[held]] > 0.0
             at = np.flatnonzero(springy)
             on = csr_matrix((np.ones(len(at)), (at, place[springy])), shape=(len(held), len(self._plates)))
-        self.saddle.factor(tangent, rows, self.springs[self._plates], on)
+        give = np.zeros(len(held))
+        if self._hardness:
+            pressure = max(1.0, float(np.max(self.pushes / self._areas, initial=0.0)))
+            give = 1.0 / (pressure * STIFFER[self._hardness - 1] * self._areas[held])
+        self.saddle.factor(tangent, rows, self.springs[self._plates], on, give)
 
     def solve(self, right: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """du (unknowns,) with K du + ... = right and b . du = rates (m,) at the active places, with the last factors:
@@ -147,18 +171,45 @@ class Contact:
         through = ~self.active & (gaps < -THROUGH)
         pulls = self.active & (self.pushes < -PULLS * size)
         changed = through | pulls
+        if self._hardness:
+            return self._while_soft(gaps)
         if not changed.any():
             return 0
+        self._tries += 1
+        if self._tries > PATIENCE and np.sum(changed) > MANY and self._may_soften:
+            self._hardness, self._may_soften = 1, False
+        changed = self._careful(through, pulls, gaps)
         key = np.packbits(self.active ^ changed).tobytes()
-        self._slowly = self._slowly or key in self._seen
+        if key in self._seen and self._care < 2:
+            self._care, self._seen = self._care + 1, set()
+            changed = self._careful(through, pulls, gaps)
+            key = np.packbits(self.active ^ changed).tobytes()
         self._seen.add(key)
-        if self._slowly:
-            worst = np.where(through, gaps, np.inf) if through.any() else np.where(pulls, self.pushes, np.inf)
-            changed = np.zeros_like(changed)
-            changed[int(np.argmin(worst))] = True
         self.active ^= changed
         self.pushes[~self.active] = 0.0
         return int(changed.sum())
+
+    def _while_soft(self, gaps: np.ndarray) -> int:
+        """The set where walls are soft: what is behind them; stiffer ones when that has settled."""
+        behind = gaps < 0.0
+        changed = behind ^ self.active
+        if np.sum(changed) <= max(MANY, FEW * np.sum(behind)) or self._tries > MOST_SOFT:
+            self._hardness = (self._hardness + 1) % (len(STIFFER) + 1)
+        self._tries += 1
+        self.active = behind
+        self.pushes[~behind] = 0.0
+        return max(1, int(changed.sum()))
+
+    def _careful(self, through: np.ndarray, pulls: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+        """Mask (m,) of the places to change of those that go through and those that pull."""
+        if self._care == 0:
+            return through | pulls
+        some = through if through.any() else pulls & (self.pushes <= HARD * np.min(self.pushes))
+        if self._care == 1:
+            return some
+        one = np.zeros_like(some)
+        one[int(np.argmin(np.where(some, gaps if through.any() else self.pushes, np.inf)))] = True
+        return one
 
     def judged(self, state: np.ndarray, offsets: np.ndarray) -> Judged:
         """How well a state (n, 6) with the present pushes fulfils the conditions, at every place."""

@@ -7,7 +7,7 @@ ones: the active rows of each plate),
     |     c   -A^T | | dq      | = | -r_q|        r_q = c q
     | B   -A    0  | | -lambda |   | -g  |
 
-(docs/theory.md, eq. (7.27)). Its inertia is that of the tangent on the null space of (B, -A) with m more negative and
+(docs/theory.md, eq. (7.27)); with -1/stiffness of walls that are soft for a while in the place of the 0. Its inertia is that of the tangent on the null space of (B, -A) with m more negative and
 m more positive eigenvalues, m rows of full rank (Gould 1985, doi:10.1007/BF01585672): stability needs no basis of that
 space.
 """
@@ -33,8 +33,9 @@ class Saddle:
         self._pattern: tuple[np.ndarray, np.ndarray] | None = None
         self._rows = self._plates = 0
 
-    def factor(self, tangent: Any, rows: Any, springs: np.ndarray, on_plates: Any) -> None:
-        """Factorise. tangent: K (PETSc); rows (m, unknowns), on_plates (m, plates) scipy.sparse; springs (plates,).
+    def factor(self, tangent: Any, rows: Any, springs: np.ndarray, on_plates: Any, give: np.ndarray) -> None:
+        """Factorise. tangent: K (PETSc); rows (m, unknowns), on_plates (m, plates) scipy.sparse; springs (plates,);
+        give (m,): 1 / stiffness of soft walls, 0 of rigid ones.
 
         Raises petsc_api.FactorisationFailed.
         """
@@ -45,9 +46,9 @@ class Saddle:
             matrix = bmat([[matrix, None], [None, diags(springs)]], format="csr")
             rows = bmat([[rows, -on_plates]], format="csr")
         if self._rows:
-            count = self._rows  # entries on the diagonal, of value 0: a factor wants them
-            nothing = csr_matrix((np.zeros(count), np.arange(count), np.arange(count + 1)), shape=(count, count))
-            matrix = bmat([[matrix, rows.T], [rows, nothing]], format="csr")
+            count = self._rows  # entries on the diagonal, of value 0 too: a factor wants them
+            lower = csr_matrix((-give, np.arange(count), np.arange(count + 1)), shape=(count, count))
+            matrix = bmat([[matrix, rows.T], [rows, lower]], format="csr")
         matrix = matrix.tocsr()
         matrix.sort_indices()
         csr = matrix.indptr, matrix.indices, matrix.data

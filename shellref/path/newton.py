@@ -139,7 +139,8 @@ class Equilibrium:
         own = self.unknowns - sum(edge.unknowns for edge in held.edges)
         floating = np.zeros_like(held.translations) if held.floating is None else held.floating
         carries = not held.edges and not np.any(held.translations & ~floating)
-        return Contact(rows, self.model.comm, self.unknowns, own, self._projection(bases), carries)
+        projection, areas = self._projection(bases), self.model.nodal_areas
+        return Contact(rows, self.model.comm, self.unknowns, own, projection, areas, carries)
 
     def _projection(self, bases: Bases) -> Any:
         """P (6 nodes, unknowns), scipy.sparse; one process."""
