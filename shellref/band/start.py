@@ -44,7 +44,7 @@ def opened(problem: ShellProblem) -> ShellProblem:
         for own, least, most in zip(problem.elements, LEAST, MOST, strict=True)
     )
     return dataclasses.replace(
-        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, elements=(along, across),
+        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, walls=(), elements=(along, across),
         grading=(1.0, problem.grading[1]),
         path=(Waypoint(natural=1.0, name="natural"), *(Waypoint(end=end, name="turn") for end in ends[1:])),
     )  # fmt: skip

@@ -15,6 +15,7 @@ from shellref.shell.naghdi import NaghdiModel
 
 MOST_SHIFT = 1e12
 MOST_DESCENT = 120  # iterations of all kicks together
+FALL = 100.0  # first shift for a strip that falls onto walls, D / (areal mass l^4)
 KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)  # over the size of the surface
 
 
@@ -113,7 +114,10 @@ def leave_saddle(
     if mode.value is None:
         return Attempt(False, state, model.stress(state), 0, np.inf, None, load, "no critical mode was found")
     energy, spent, correction = _energy(equilibrium, state, stage, load), 0, np.inf
+    touching = None if equilibrium.contact is None else equilibrium.contact.snapshot()
     for size in KICKS:
+        if equilibrium.contact is not None and touching is not None:
+            equilibrium.contact.restore(touching)
         attempt = _descend(equilibrium, state, size * mode.vector, abs(mode.value), stage, load, max_iterations)
         spent, correction = spent + attempt.iterations, attempt.correction
         lower = attempt.converged and _energy(equilibrium, attempt.state, stage, load) < energy
@@ -122,7 +126,23 @@ def leave_saddle(
             return attempt
         if spent > MOST_DESCENT:
             break
+    if equilibrium.contact is not None and touching is not None:
+        equilibrium.contact.restore(touching)
     return Attempt(False, state, model.stress(state), spent, correction, None, load)
+
+
+def settled(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
+    """Where a strip that walls carry comes to from a state (nodes, 6) that is no equilibrium: downwards, with the
+    tangent shifted as `leave_saddle` does; the state itself where that does not end."""
+    contact = equilibrium.contact
+    assert contact is not None
+    before = contact.snapshot()
+    equilibrium.model.set_control(stage.at(load))
+    attempt = _descend(equilibrium, state, np.zeros_like(state), FALL, stage, load, MOST_DESCENT, unstressed=True)
+    if attempt.converged:
+        return attempt.state
+    contact.restore(before)
+    return state
 
 
 def _energy(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> float:
@@ -141,11 +161,13 @@ def _descend(
     stage: Stage,
     load: float,
     max_iterations: int,
+    unstressed: bool = False,
 ) -> Attempt:
-    """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton."""
+    """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton. unstressed: the
+    iteration begins without the stress of its first state."""
     model = equilibrium.model
     kick = kick * np.array([equilibrium.length] * 3 + [1.0] * 3)
-    stress, state = model.stress(state, kick), retract(state, kick)
+    stress, state = model.no_stress() if unstressed else model.stress(state, kick), retract(state, kick)
     shift, correction = 2.0 * scale, np.inf
     if equilibrium.contact is not None:
         equilibrium.contact.begin(state, equilibrium.wall_offsets())

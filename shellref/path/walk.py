@@ -18,7 +18,7 @@ from shellref.path.arc import follow, switch
 from shellref.path.newton import PASSING, Attempt, Equilibrium
 from shellref.path.point import Journal, Point, Walk
 from shellref.path.predictor import Predicted, hasty, jumped, next_step, predicted
-from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
+from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode, settled
 from shellref.shell.body import Control, Stage
 from shellref.shell.edges import FreeEdge, PivotEdge
 from shellref.shell.naghdi import MEMBRANE, Stress
@@ -113,6 +113,9 @@ class Walker:
             attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
             stress = attempt.stress if attempt.converged else None
             walk.point.state = attempt.state if attempt.converged else walk.point.state
+        if self.equilibrium.contact is not None and supports.floating is not None:
+            # a strip that walls carry may stand on one place: without stress it falls over in the first step
+            walk.point.state = settled(self.equilibrium, walk.point.state, self._stage(walk), load)
         self._begin(walk, load, "no equilibrium near the given start in {} iterations", stress)
 
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shellref.contact.walls import WallPath
+from shellref.contact.walls import FACES, Wall, WallPath, depth
 from shellref.holds import motions as free_motions
 from shellref.holds import parts
 from shellref.inputs import ShellInputError, Vector
@@ -25,6 +25,9 @@ from shellref.shell.options import ShellOptions
 from shellref.shell.problem import Pose, ShellProblem
 
 LAYER_ELEMENTS = 2  # elements in an edge layer
+#: How far (l) a path's first shape may be behind a wall that then is where it is; how much farther than needed it
+#: goes out of the way otherwise.
+BEHIND, CLEARANCE = 1e-5, 0.05
 Motions = Callable[[np.ndarray], np.ndarray]
 
 
@@ -44,7 +47,9 @@ class Strip:
         p = self.problem
         s, v = nodes.T
         if self.start is None and p.closed:
-            return np.hstack(natural_strip(s, v, np.zeros(3), np.eye(3), self.start_curvature))
+            return self._on_walls(np.hstack(natural_strip(s, v, np.zeros(3), np.eye(3), self.start_curvature)))
+        if self.start is None and p.rests:
+            return self._on_walls(np.hstack(natural_strip(s, v, np.zeros(3), self._lying(), self.start_curvature)))
         if self.start is None:
             return self._at_rest(s, v)
         pose = self.start.poses[0]
@@ -53,6 +58,30 @@ class Strip:
             points, directors = Cylinder(curvature_across=p.transverse_curvature).place(s, v)
             return np.hstack([position + points @ frame.T, directors @ frame.T])
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
+
+    def _carrying(self) -> Wall:
+        """The wall that carries most of the weight; the first one of a strip without weight."""
+        p = self.problem
+        up = np.array(p.up or p.walls[0].normal)
+        return max(p.walls, key=lambda wall: float(up @ np.array(wall.normal)))
+
+    def _lying(self) -> np.ndarray:
+        """A frame whose normal is the carrying wall's."""
+        normal = np.array(self._carrying().normal)
+        across = np.eye(3)[int(np.argmin(np.abs(normal)))]
+        tangent = np.cross(across, normal) / np.linalg.norm(np.cross(across, normal))
+        return np.stack([np.cross(normal, tangent), normal, tangent], axis=1)
+
+    def _on_walls(self, state: np.ndarray) -> np.ndarray:
+        """The state (n, 6) moved along its carrying wall's normal until it touches that; of a strip with no walls, as
+        it is."""
+        p = self.problem
+        if not p.rests:
+            return state
+        wall = self._carrying()
+        lever = 0.5 * p.thickness if p.contact == FACES else 0.0
+        faces = [state[:, :3] + side * lever * state[:, 3:] for side in (1.0, -1.0)]
+        return state + np.append(depth(wall, np.vstack(faces)) * np.array(wall.normal), np.zeros(3))
 
     def supports_near(self, state: np.ndarray, nodes: np.ndarray) -> Supports | None:
         """What holds a strip that may move as a whole, or a closed one along itself, near a state (n, 6) of its nodes:
@@ -276,7 +305,8 @@ def _stages(
         at_start = [first]
         at_end = [] if problem.end is None else [arc_end(first, begin)]
     own = tuple(wall.point for wall in problem.walls)
-    at_walls = [next((w.walls for w in problem.path if w.walls is not None), own)]
+    out_of_the_way = _before(problem, at_start[0], begin)
+    at_walls = [next((w.walls for w in problem.path if w.walls is not None), out_of_the_way)]
     stages: list[Stage] = []
 
     def leg(
@@ -312,10 +342,11 @@ def _stages(
     for waypoint in problem.path:
         leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end, waypoint.tip,
             waypoint.walls)  # fmt: skip
-    leg("walls" if own != at_walls[-1] else "clamps", start=problem.start, end=problem.end, walls=own)
+    leg("clamps", start=problem.start, end=problem.end)
     leg("natural", natural=1.0)
     last = "gravity" if not problem.pulled else "gravity and tip" if problem.loaded else "tip"
     leg(last, gravity=1.0 if problem.loaded else 0.0, tip=1.0 if problem.pulled else 0.0)
+    leg("walls", walls=own)
     walls = None
     if problem.walls:
         normals = np.array([wall.normal for wall in problem.walls])
@@ -324,6 +355,23 @@ def _stages(
     if problem.clamp == "free":
         return None, None, walls, tuple(stages)
     return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, walls, tuple(stages)
+
+
+def _before(problem: ShellProblem, pose: Pose, begin: tuple[float, float]) -> tuple[Vector, ...]:
+    """Points of the walls where the path begins: where they are, or as far back as leaves them clear of the shape that
+    it begins with; where walls alone carry the strip, where they are."""
+    own = tuple(wall.point for wall in problem.walls)
+    if problem.rests or problem.transverse_curvature or not own:
+        return own
+    s, v = (x.ravel() for x in np.meshgrid(np.linspace(0.0, 1.0, 201), 0.5 * problem.width * np.array([-1.0, 1.0])))
+    points, directors = natural_strip(s, v, np.array(pose.position), np.array(pose.frame), begin)
+    faces = np.vstack([points + side * 0.5 * problem.thickness * directors for side in (1.0, -1.0)])
+    found = []
+    for wall in problem.walls:
+        behind = depth(wall, faces if problem.contact == FACES else points)
+        back = 0.0 if behind <= BEHIND else (1.0 + CLEARANCE) * behind
+        found.append(tuple(x - back * n for x, n in zip(wall.point, wall.normal, strict=True)))
+    return tuple(found)  # type: ignore[arg-type]
 
 
 def _supports(
