@@ -467,7 +467,7 @@ def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:
 
 
 def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a wall exerts, as a ribbon's is told; lines: first and last abscissa of what it pushes in one piece."""
+    """What a wall exerts, as a ribbon's is told, with its moment about the origin and the nearest node's gap."""
     name = scene.walls[number].name
     contacts = np.asarray(found["contacts"], dtype=float).reshape(-1, 2)
     return {
@@ -476,7 +476,7 @@ def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]
         "moment": np.asarray(found["moment"], dtype=float),
         "gap": found["gap"],
         "contacts": np.unique(contacts[:, 0]),
-        "lines": np.empty((0, 2)),
+        "lines": np.asarray(found["lines"], dtype=float).reshape(-1, 2),
         "points": np.asarray(found["points"], dtype=float).reshape(-1, 3),
         "height": found["height"],
     }

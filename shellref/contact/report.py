@@ -11,6 +11,8 @@ from shellref.contact.active import Contact
 
 #: Points of an element, each way, at which the surface is looked at between its nodes.
 BETWEEN = 8
+#: Digits to which nodes of one row have one abscissa.
+DIGITS = 10
 
 
 class Surface(Protocol):
@@ -61,9 +63,19 @@ def walls(
             "gap": float(np.min(gaps[own], initial=np.inf)) if own.any() else None,
             "height": None if rows.path.stiffness[k] is None else float(contact.heights[k]),
             "contacts": nodes[rows.nodes[at]],
+            "lines": lines(nodes[:, 0], nodes[rows.nodes[at], 0]),
             "points": points[at],
             "pressure": pushes[at] / areas[rows.nodes[at]],
         }
+
+
+def lines(everywhere: np.ndarray, touched: np.ndarray) -> np.ndarray:
+    """(n, 2) first and last abscissa of the rows of nodes that touch without a gap between them; everywhere, touched:
+    abscissae of all nodes, and of those that a wall pushes."""
+    rows = np.unique(np.round(everywhere, DIGITS))
+    on = np.isin(rows, np.round(touched, DIGITS))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
+    return np.column_stack([rows[edges[::2]], rows[edges[1::2] - 1]])
 
 
 def contact(

@@ -72,6 +72,7 @@ class Attempt:
     negative: int | None
     load: float = 0.0
     reason: str = ""  # why it failed, when more is known than that it did not converge
+    changes: int = 0  # iterations that changed what touches a wall
 
 
 def stress_rate(model: NaghdiModel, state: np.ndarray, sway: np.ndarray, stage: Stage, load: float) -> Stress:
@@ -400,7 +401,7 @@ class Equilibrium:
             if not changed and (correction <= tolerance or (passing and _remaining(before, correction) <= enough)):
                 state = self._settled(state, stage, load)
                 self._found = (state, bases)
-                return Attempt(True, state, stress, iteration, correction, negative, load)
+                return Attempt(True, state, stress, iteration, correction, negative, load, changes=changes)
         reason = "what touches a wall did not settle" if changed else ""
         return Attempt(False, state, stress, iteration, correction, negative, load, reason)
 

@@ -197,7 +197,7 @@ class Walker:
                     self._stuck(walk, attempt)
                 continue
             step = load - walk.point.load
-            misled = off > self.equilibrium.largest(attempt.state - walk.point.state)
+            misled = attempt.changes > 0 or off > self.equilibrium.largest(attempt.state - walk.point.state)
             self.accept(walk, "load", attempt)
             if walk.status is None:
                 step = min(o.max_step, next_step(step, off, begin.order, o.growth, o.cut))
@@ -241,7 +241,7 @@ class Walker:
             return 0.0
         e, here = self.equilibrium, walk.point.state
         moved, foreseen = e.largest(attempt.state - here), e.largest(begin.state - here)
-        if jumped(moved, foreseen, begin.order):
+        if not attempt.changes and jumped(moved, foreseen, begin.order):  # no rate knows of a wall before it is met
             attempt.converged = False
             attempt.reason = f"it moved by {moved:.2g} where {foreseen:.2g} was foreseen: another branch"
         return e.largest(attempt.state - begin.state)
