@@ -111,9 +111,9 @@ class Solver:
         walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
         if walk is None:
             walk = Walk(Point(0.0, state, None))  # type: ignore[arg-type]
-            if start is None:
+            if start is None and not self.strip.problem.rests:
                 walker.start(walk)
-            else:
+            else:  # what only lies on walls has no place without its weight
                 walker.settle_at_end(walk)
             first = time.perf_counter() - begin
         else:

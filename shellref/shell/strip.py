@@ -59,29 +59,15 @@ class Strip:
             return np.hstack([position + points @ frame.T, directors @ frame.T])
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
 
-    def _carrying(self) -> Wall:
-        """The wall that carries most of the weight; the first one of a strip without weight."""
-        p = self.problem
-        up = np.array(p.up or p.walls[0].normal)
-        return max(p.walls, key=lambda wall: float(up @ np.array(wall.normal)))
-
     def _lying(self) -> np.ndarray:
         """A frame whose normal is the carrying wall's."""
-        normal = np.array(self._carrying().normal)
+        normal = np.array(carrying(self.problem).normal)
         across = np.eye(3)[int(np.argmin(np.abs(normal)))]
         tangent = np.cross(across, normal) / np.linalg.norm(np.cross(across, normal))
         return np.stack([np.cross(normal, tangent), normal, tangent], axis=1)
 
     def _on_walls(self, state: np.ndarray) -> np.ndarray:
-        """The state (n, 6) moved along its carrying wall's normal until it touches that; of a strip with no walls, as
-        it is."""
-        p = self.problem
-        if not p.rests:
-            return state
-        wall = self._carrying()
-        lever = 0.5 * p.thickness if p.contact == FACES else 0.0
-        faces = [state[:, :3] + side * lever * state[:, 3:] for side in (1.0, -1.0)]
-        return state + np.append(depth(wall, np.vstack(faces)) * np.array(wall.normal), np.zeros(3))
+        return state + np.append(lifted(self.problem, state[:, :3], state[:, 3:]), np.zeros(3))
 
     def supports_near(self, state: np.ndarray, nodes: np.ndarray) -> Supports | None:
         """What holds a strip that may move as a whole, or a closed one along itself, near a state (n, 6) of its nodes:
@@ -163,6 +149,23 @@ class Strip:
         centre, ahead = natural_strip(nodes[row : row + 2], np.zeros(2), np.zeros(3), np.eye(3), law)[0]
         back = _turned(np.eye(3), -math.atan2(centre[1] - ahead[1], ahead[2] - centre[2]))
         return np.hstack([(points - centre) @ back.T + [0.0, 0.0, nodes[row]], directors @ back.T])
+
+
+def carrying(problem: ShellProblem) -> Wall:
+    """The wall that carries most of the weight; the first one of a strip without weight."""
+    up = np.array(problem.up or problem.walls[0].normal)
+    return max(problem.walls, key=lambda wall: float(up @ np.array(wall.normal)))
+
+
+def lifted(problem: ShellProblem, points: np.ndarray, directors: np.ndarray) -> np.ndarray:
+    """The way (3,) along its carrying wall's normal that brings a strip of points and directors (n, 3) onto that wall;
+    none where something else holds it."""
+    if not problem.rests:
+        return np.zeros(3)
+    wall = carrying(problem)
+    lever = 0.5 * problem.thickness if problem.contact == FACES else 0.0
+    faces = [points + side * lever * directors for side in (1.0, -1.0)]
+    return np.asarray(depth(wall, np.vstack(faces)) * np.array(wall.normal))
 
 
 def layer_width(problem: ShellProblem) -> float:
