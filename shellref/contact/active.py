@@ -47,6 +47,10 @@ HARD = 0.3
 WEAKLY = 1e-6
 
 
+#: Cosine of director and normal below which both faces of a node may be on a wall at once (a strip on edge).
+ACROSS = 0.1
+
+
 class Snapshot(NamedTuple):
     """What a contact is at a state."""
 
@@ -67,6 +71,14 @@ class Judged:
     weakly: int
 
 
+def other_faces(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (p,) of the rows of upper faces, and (p,) of the lower face of the same node and wall."""
+    key = rows.walls.astype(np.int64) * (int(rows.nodes.max(initial=0)) + 1) + rows.nodes
+    upper, lower = np.flatnonzero(rows.sides > 0.0), np.flatnonzero(rows.sides < 0.0)
+    _, a, b = np.intersect1d(key[upper], key[lower], assume_unique=True, return_indices=True)
+    return upper[a], lower[b]
+
+
 class Contact:
     """Rows of a shell with the active ones, their pushes (m,) in D w / l^2 and the ways (walls,) of plates in l."""
 
@@ -79,6 +91,7 @@ class Contact:
         where = movable(rows, projection)
         self.rows = Rows(rows.nodes[where], rows.walls[where], rows.sides[where], rows.lever, rows.path)
         self._areas = areas[self.rows.nodes]
+        self._others = other_faces(self.rows)
         self._own, self._carries = own, carries
         self.saddle = Saddle(comm, unknowns)
         count, m = len(rows.path.normals), len(self.rows)
@@ -113,6 +126,7 @@ class Contact:
             least = np.array([np.min(gaps[self.rows.walls == k], initial=np.inf) for k in range(len(self.springs))])
             nearest = gaps <= least[self.rows.walls] + LOWEST
             self.active |= nearest & (np.min(least) == least)[self.rows.walls] & (np.min(least) > TOUCHES)
+        self.active = self._one_face(self.active, gaps)
         self.pushes[:] = 0.0
         self._known = True
 
@@ -185,7 +199,9 @@ class Contact:
             changed = self._careful(through, pulls, gaps)
             key = np.packbits(self.active ^ changed).tobytes()
         self._seen.add(key)
-        self.active ^= changed
+        before = self.active.copy()
+        self.active = self._one_face(self.active ^ changed, gaps)
+        changed = self.active ^ before
         self.pushes[~self.active] = 0.0
         return int(changed.sum())
 
@@ -196,9 +212,18 @@ class Contact:
         if np.sum(changed) <= max(MANY, FEW * np.sum(behind)) or self._tries > MOST_SOFT:
             self._hardness = (self._hardness + 1) % (len(STIFFER) + 1)
         self._tries += 1
-        self.active = behind
-        self.pushes[~behind] = 0.0
+        self.active = self._one_face(behind, gaps)
+        self.pushes[~self.active] = 0.0
         return max(1, int(changed.sum()))
+
+    def _one_face(self, active: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+        """The set (m,) with one face of each node on a wall, the nearer one: both, n . d = (g+ - g-) / h, are the same
+        row where the director is along the normal, and touch together only where it is across."""
+        first, second = self._others
+        both = active[first] & active[second] & (np.abs(gaps[first] - gaps[second]) > 2.0 * ACROSS * self.rows.lever)
+        active = active.copy()
+        active[np.where(gaps[first] > gaps[second], first, second)[both]] = False
+        return active
 
     def _careful(self, through: np.ndarray, pulls: np.ndarray, gaps: np.ndarray) -> np.ndarray:
         """Mask (m,) of the places to change of those that go through and those that pull."""
