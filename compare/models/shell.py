@@ -414,7 +414,9 @@ def motions_of(scene: Scene) -> Motions | None:
     if scene.walls:  # the table's plane, and turns about its normal
         rigid = shell_holds.motions_of(scene)
         none = np.zeros((0, 3))
-        return Motions(none if rigid is None else rigid.translations, none if rigid is None else rigid.axes, None, seam, mirror)
+        return Motions(
+            none if rigid is None else rigid.translations, none if rigid is None else rigid.axes, None, seam, mirror
+        )
     return Motions(np.eye(3), np.eye(3), None, seam, mirror)
 
 

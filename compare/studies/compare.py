@@ -271,7 +271,7 @@ def _walls(state: State) -> tuple[dict[str, Any], ...]:
     """What each wall exerts on a shell, each number with its error; moments are about the origin, in D w / l."""
     found = []
     for k, wall in enumerate(state.supports.walls):
-        entry: dict[str, Any] = {"name": wall["name"], "contacts": int(len(wall["points"])), "height": wall["height"]}
+        entry: dict[str, Any] = {"name": wall["name"], "contacts": len(wall["points"]), "height": wall["height"]}
         for kind in ("force", "moment", "gap"):
             known = (state.errors.get(f"{kind}s") or {}).get("walls") or ()
             entry |= {kind: wall[kind], f"{kind}_error": known[k] if k < len(known) else None}

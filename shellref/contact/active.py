@@ -11,8 +11,8 @@ are let go. It ends where the set no longer changes: no penalty, no tolerance of
 
 A plate's compliance is not that of a membrane: from a set that is far off, full steps of this kind chatter. Then the
 walls are soft for a while (lambda = -stiffness g, the system's lower block -1/stiffness): that settles within a few
-steps, and the walls are made stiffer (`STIFFER`) until they are rigid again, from a set that is nearly right. The answer
-knows nothing of that.
+steps, and the walls are made stiffer (`STIFFER`) until they are rigid again, from a set that is nearly right. The
+answer knows nothing of that.
 
 Where a set comes back the steps go round in a circle. From there on places that go through come first, all of them,
 and where there are none those that pull most are let go (`HARD` of the worst); where that goes round too, one place
@@ -35,8 +35,8 @@ from shellref.contact.saddle import Saddle
 TOUCHES, LOWEST = 1e-6, 1e-4
 #: Gap (l) and push (of the largest one, at least 1 D w / l^2) within which a place is on its wall, and does not pull.
 THROUGH, PULLS = 1e-11, 1e-9
-#: Stiffness of walls that are soft for a while, D / l^4, over the largest pressure there is (at least 1 D / l^3), and of
-#: the iterations with changes after which, and of places more than which at once, they become so.
+#: Stiffness of walls that are soft for a while, D / l^4, over the largest pressure there is (at least 1 D / l^3); after
+#: how many iterations with changes, and more than how many places at once, they become so.
 STIFFER = (1e4, 1e6, 1e8)
 PATIENCE, MANY = 2, 4
 #: Part of what is behind soft walls that may still change when they are made stiffer; iterations with them, at most.
@@ -85,8 +85,8 @@ class Contact:
     def __init__(
         self, rows: Rows, comm: Any, unknowns: int, own: int, projection: Any, areas: np.ndarray, carries: bool
     ):
-        """own: the first unknowns, each of a node of its own; projection: P (6 n, unknowns); areas (n,): of nodes; carries: nothing but
-        walls holds the strip along some of their normals."""
+        """own: the first unknowns, each of a node of its own; projection: P (6 n, unknowns); areas (n,): of nodes;
+        carries: nothing but walls holds the strip along some of their normals."""
         self._n = projection.shape[0] // 6
         where = movable(rows, projection)
         self.rows = Rows(rows.nodes[where], rows.walls[where], rows.sides[where], rows.lever, rows.path)

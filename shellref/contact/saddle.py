@@ -7,9 +7,9 @@ ones: the active rows of each plate),
     |     c   -A^T | | dq      | = | -r_q|        r_q = c q
     | B   -A    0  | | -lambda |   | -g  |
 
-(docs/theory.md, eq. (7.27)); with -1/stiffness of walls that are soft for a while in the place of the 0. Its inertia is that of the tangent on the null space of (B, -A) with m more negative and
-m more positive eigenvalues, m rows of full rank (Gould 1985, doi:10.1007/BF01585672): stability needs no basis of that
-space.
+(docs/theory.md, eq. (7.27)); with -1/stiffness of walls that are soft for a while in the place of the 0. Its inertia is
+that of the tangent on the null space of (B, -A) with m more negative and m more positive eigenvalues, m rows of full
+rank (Gould 1985, doi:10.1007/BF01585672): stability needs no basis of that space.
 """
 
 from __future__ import annotations

@@ -198,10 +198,12 @@ class Solver:
                 "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
             },
             clamps=clamps,
-            walls=() if touch is None else tuple(
-                contact_report.walls(touch, state, equilibrium.wall_offsets(), model.nodes, model.nodal_areas)
-            ),
-            contact=None if touch is None else contact_report.contact(
+            walls=()
+            if touch is None
+            else tuple(contact_report.walls(touch, state, equilibrium.wall_offsets(), model.nodes, model.nodal_areas)),
+            contact=None
+            if touch is None
+            else contact_report.contact(
                 touch, state, equilibrium.wall_offsets(), contact_report.sampled(surface), problem.thickness
             ),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),

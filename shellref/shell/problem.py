@@ -243,20 +243,24 @@ class ShellProblem:
             return
         lever = 0.5 * self.thickness if self.contact == FACES else 0.0
         for part, pose in zip(self.ends, (self.start, self.end), strict=True):
-            if pose is None or part != parts.ALL or self.closed and pose is self.end:
+            if pose is None or part != parts.ALL or (self.closed and pose is self.end):
                 continue
             axes, place = list(zip(*pose.frame, strict=True)), pose.position
             corners = [
                 [x + a * 0.5 * self.width * t + b * lever * n for x, t, n in zip(place, axes[0], axes[1], strict=True)]
                 for a in (-1.0, 1.0) for b in (-1.0, 1.0)
             ]  # fmt: skip
-            for number, wall in enumerate(self.walls):
+            for k, wall in enumerate(self.walls):
                 behind = depth(wall, corners)
                 if wall.stiffness is None and behind > statics.BEHIND_WALL:
                     what = "face of a held edge" if lever else "held edge"
                     remedy = f"cuts a clamp: a {what} is {behind:.3g} l behind it; move one of them"
-                    raise ShellInputError(f"walls[{number}].point", wall.point, remedy)
-        if self.clamp == "free" and self.loaded and not statics.is_carried([w.normal for w in self.walls], self.up or ()):
+                    raise ShellInputError(f"walls[{k}].point", wall.point, remedy)
+        if (
+            self.clamp == "free"
+            and self.loaded
+            and not statics.is_carried([w.normal for w in self.walls], self.up or ())
+        ):
             remedy = "no clamp holds the strip and its walls do not carry it: it falls or slides away for ever"
             raise ShellInputError("up", self.up, remedy)
 

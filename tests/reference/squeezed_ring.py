@@ -1,13 +1,13 @@
-r"""A ring between two frictionless plates, an elastica, by shooting: force, energy and where it touches. NumPy and SciPy.
+r"""A ring between two frictionless plates, an elastica, by shooting: force, energy, where it touches. NumPy and SciPy.
 
 A closed strip of length 1 without thickness, naturally flat or a circle (the closure makes both the same), symmetric up
 and down and to both sides. From the lower plate, s = 0 the first place that is off it, theta the tangent's angle,
 
     theta' = kappa ,  kappa' = (P/2) cos theta ,  x' = cos theta ,  y' = sin theta
 
-in units of l and D w: at the sides, theta = pi/2, the section carries P/2 and no horizontal force. A quarter is l/4 long
-and H/2 high. Where the ring touches at one place kappa(0) > 0 is free; from kappa(0) = 0 on it is flat on both plates
-along 2 a, where no force acts (the plates push at the ends of what is flat alone), and a is free.
+in units of l and D w: at the sides, theta = pi/2, the section carries P/2 and no horizontal force. A quarter is l/4
+long and H/2 high. Where the ring touches at one place kappa(0) > 0 is free; from kappa(0) = 0 on it is flat on both
+plates along 2 a, where no force acts (the plates push at the ends of what is flat alone), and a is free.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def test_nothing_goes_through_and_nothing_pulls(gap, contact):
 
 @pytest.mark.parametrize("gap", [0.28, 0.2])
 def test_faces_are_half_a_thickness_before_the_midsurface(gap):
-    """Between plates `gap` apart with its faces the ring is that between plates one h nearer with its middle surface."""
+    """Between plates with its faces the ring is that between plates one h nearer with its middle surface."""
     faces, middle = squeezed(gap, contact="faces"), squeezed(gap - 1e-3)
     np.testing.assert_allclose(faces.walls[1]["force"], middle.walls[1]["force"], rtol=1e-3)
     np.testing.assert_allclose(faces.energy["total"], middle.energy["total"], rtol=1e-5)
