@@ -111,14 +111,14 @@ def rings(numbers: dict[str, Number]) -> list[str]:
     force, gap = spreads()
     return [
         "## A ring between plates",
-        f"nu = 0, w/l = 0.1, h/l = {THICKNESS:g}, two elements across, held where its tangent is upright (the clamp carries "
-        f"nothing). The elastica by shooting (tests/reference/squeezed_ring.py): from H = {gap:.4f}, P = {force:.3f} "
+        f"nu = 0, w/l = 0.1, h/l = {THICKNESS:g}, two elements across, held where its tangent is upright (the clamp "
+        f"carries nothing). The elastica by shooting (tests/reference/squeezed_ring.py): from H = {gap:.4f}, P = {force:.3f} "
         "D w / l^2, on it is flat on the plates along 2 a. Relative errors of force and energy, change of the force to "
         "the finest mesh (of that, to the one before), deepest node and deepest point behind a plate (l), places that "
         "touch and hardly push.",
         page.table(
-            ["H", "elements", "force", "shell's off by", "change", "energy", "shell's off by", "a", "shell's a", "stable",
-             "nodes through", "penetration", "weakly", "Newton"],
+            ["H", "elements", "force", "shell's off by", "change", "energy", "shell's off by", "a", "shell's a",
+             "stable", "nodes through", "penetration", "weakly", "Newton"],
             rows,
         ),
         f"Order of the energy, from 40 and 80 elements to 160: {said}. The place where contact begins falls between "
