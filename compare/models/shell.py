@@ -453,7 +453,7 @@ def _number(value: Any) -> float | None:
 def _beyond_walls(data: Mapping[str, Any]) -> dict[str, float]:
     """How far the shell reaches beyond a wall, over l, between nodes too, where there are walls."""
     contact = data.get("contact")
-    return {} if contact is None else {"penetration": float(contact["penetration"])}
+    return {} if contact is None else {"penetration_between": float(contact["penetration"])}
 
 
 def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:

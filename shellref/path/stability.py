@@ -131,18 +131,18 @@ def leave_saddle(
     return Attempt(False, state, model.stress(state), spent, correction, None, load)
 
 
-def settled(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> np.ndarray:
+def settled(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> Attempt | None:
     """Where a strip that walls carry comes to from a state (nodes, 6) that is no equilibrium: downwards, with the
-    tangent shifted as `leave_saddle` does; the state itself where that does not end."""
+    tangent shifted as `leave_saddle` does; None where that does not end."""
     contact = equilibrium.contact
     assert contact is not None
     before = contact.snapshot()
     equilibrium.model.set_control(stage.at(load))
     attempt = _descend(equilibrium, state, np.zeros_like(state), FALL, stage, load, MOST_DESCENT, unstressed=True)
     if attempt.converged:
-        return attempt.state
+        return attempt
     contact.restore(before)
-    return state
+    return None
 
 
 def _energy(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> float:

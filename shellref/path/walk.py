@@ -115,7 +115,9 @@ class Walker:
             walk.point.state = attempt.state if attempt.converged else walk.point.state
         if self.equilibrium.contact is not None and supports.floating is not None:
             # a strip that walls carry may stand on one place: without stress it falls over in the first step
-            walk.point.state = settled(self.equilibrium, walk.point.state, self._stage(walk), load)
+            found = settled(self.equilibrium, walk.point.state, self._stage(walk), load)
+            if found is not None:
+                walk.point.state, stress = found.state, found.stress
         self._begin(walk, load, "no equilibrium near the given start in {} iterations", stress)
 
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:

@@ -112,7 +112,8 @@ def rings(numbers: dict[str, Number]) -> list[str]:
     return [
         "## A ring between plates",
         f"nu = 0, w/l = 0.1, h/l = {THICKNESS:g}, two elements across, held where its tangent is upright (the clamp "
-        f"carries nothing). The elastica by shooting (tests/reference/squeezed_ring.py): from H = {gap:.4f}, P = {force:.3f} "
+        f"carries nothing). The elastica by shooting (tests/reference/squeezed_ring.py): from H = {gap:.4f}, P "
+        f"= {force:.3f} "
         "D w / l^2, on it is flat on the plates along 2 a. Relative errors of force and energy, change of the force to "
         "the finest mesh (of that, to the one before), deepest node and deepest point behind a plate (l), places that "
         "touch and hardly push.",
@@ -138,7 +139,8 @@ def faces(numbers: dict[str, Number]) -> list[str]:
                      f"{ours / same - 1.0:+.2%}", f"{slope:+.2%}"])  # fmt: skip
     return [
         "## Faces and middle surface",
-        "The same ring, h/l = 1e-3, whose faces meet plates H apart, beside one whose middle surface meets plates H - h "
+        "The same ring, h/l = 1e-3, whose faces meet plates H apart, beside one whose middle surface meets "
+        "plates H - h "
         "apart; over the middle surface between plates H apart, and what the elastica says of that.",
         page.table(["H", "faces", "middle surface, H - h", "apart", "over middle surface, H", "elastica"], rows),
     ]
@@ -161,9 +163,11 @@ def tables(numbers: dict[str, Number]) -> list[str]:
                      "yes" if result.stable else "no", f"{result.lowest_eigenvalue:.4g}"])  # fmt: skip
     return [
         "## A strip on a table",
-        "Nothing holds it but the table: three motions are taken out. Gamma = 20, w/l = 0.1, w/h = 50, nu = 0.3, 20 x 2 "
+        "Nothing holds it but the table: three motions are taken out. Gamma = 20, w/l = 0.1, w/h = 50, nu = "
+        "0.3, 20 x 2 "
         "elements; the table's force (20), places that it pushes, least and largest pressure (D / l^3; of the flat "
-        "strip the weight per area, 20, everywhere; the curled ones stand on their ends and on their middle), lowest and "
+        "strip the weight per area, 20, everywhere; the curled ones stand on their ends and on their middle), "
+        "lowest and "
         "highest point.",
         page.table(
             ["strip", "force", "places", "least pressure", "largest", "lowest", "highest", "stable", "eigenvalue"], rows
@@ -183,7 +187,8 @@ def romans(numbers: dict[str, Number]) -> list[str]:
                          f"{float(one.walls[0]['force'][1]):.3g}", "yes" if one.stable else "no"])  # fmt: skip
     return [
         "## Roman's strip",
-        f"roman_6_2 with nu = 0: force of the roof at H = 0.185, by the shell's own path (a planar arc, clamps, weight, "
+        f"roman_6_2 with nu = 0: force of the roof at H = 0.185, by the shell's own path (a planar arc, clamps, "
+        f"weight, "
         f"then the roof comes down), beside that of Roman's elastica with weight, {ELASTICA} D w / l^2 "
         "([roman](roman.md)).",
         page.table(["w/h", "elements", "roof", "off by", "floor", "stable"], rows),
