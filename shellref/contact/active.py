@@ -242,8 +242,8 @@ class Contact:
         most = float(np.max(self.pushes, initial=0.0))
         size = max(most, 1e-300)
         return Judged(
-            through=float(max(0.0, -np.min(gaps, initial=0.0))),
-            pull=float(max(0.0, -np.min(self.pushes, initial=0.0)) / size),
+            through=max(0.0, -float(np.min(gaps, initial=0.0))),
+            pull=max(0.0, -float(np.min(self.pushes, initial=0.0))) / size,
             product=float(np.max(np.abs(self.pushes * gaps), initial=0.0) / size),
             weakly=int(np.sum((gaps <= TOUCHES) & (self.pushes <= WEAKLY * most))) if most else 0,
         )
