@@ -86,6 +86,11 @@ class Waypoint:
         if not isinstance(self.name, str):
             raise ShellInputError("path.name", self.name, "must be a text")
 
+    @property
+    def for_walls(self) -> bool:
+        """Whether it moves walls alone."""
+        return self.natural is self.gravity is self.start is self.end is self.tip is None
+
     @classmethod
     def read(cls, value: Any) -> Waypoint:
         """A waypoint from itself or from a mapping of its fields."""
@@ -271,7 +276,7 @@ class ShellProblem:
         for key, given in (
             ("end", self.end is not None), ("tip", self.pulled), ("slide", any(x is not None for x in self.slide)),
             ("sections", "free" in self.sections and not self.partly_held),
-            ("path", any(waypoint.start or waypoint.end for waypoint in self.path)),
+            ("path", any(waypoint.walls is None or not waypoint.for_walls for waypoint in self.path)),
         ):  # fmt: skip
             if given:
                 raise ShellInputError(key, getattr(self, key), "a closed strip has no end of its own: remove it")
