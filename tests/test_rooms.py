@@ -32,7 +32,7 @@ LEVELS = (
     ("shellref", "shellref.path"),
     ("shellref.band",),
     ("shellref.shell",),
-    ("shellref.seam", "shellref.holds"),
+    ("shellref.seam", "shellref.holds", "shellref.contact"),
     ("shellref.kernels",),
     ("shellref.elastica", "shellref.holds", "shellref.rod"),
     ("shellref.fenics", "shellref.inputs"),

@@ -48,8 +48,6 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     beyond = _of_rods(scene)
     if beyond is not None:
         return beyond[0], f"is given, and the shell {beyond[1]}"
-    if scene.walls:
-        return "wall", "confines the strip, and the shell has no contact"
     if scene.closure is not None and scene.strip.transverse_curvature:
         return "strip.transverse_curvature", "curves the section, and the shell joins flat ones"
     for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):

@@ -160,7 +160,7 @@ class ShellModel(Model):
     presenter = "compare.pages.shell:PRESENTER"
     reads = (
         keys.STRIP | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
-        | keys.CLOSED | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
+        | keys.CLOSED | keys.WALLS | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,
@@ -385,7 +385,7 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
         residual=(data.get("residual") or {}).get("relative"),
         iterations=data.get("newton_iterations"),
         lowest_eigenvalue=_number(data.get("lowest_eigenvalue")),
-        supports=_supports(data),
+        supports=_supports(scene, data),
         error=discretisation.get("estimate") if discretisation.get("goal", "surface") == "surface" else None,
         errors=nested((discretisation.get("meshes") or [{}])[-1].get("errors") or {}) if discretisation else {},
         error_why="by the meshes that were refined" if discretisation else "",
@@ -395,6 +395,7 @@ def state_of(scene: Scene, case: ShellCase, wall: float | None = None) -> State:
             "elements": " x ".join(str(number) for number in mesh),
             "share": data.get("share"),
             "share_error": _share_error(discretisation),
+            **_beyond_walls(data),
         },
         start=START[case.start or "path"],
         motions=motions_of(scene),
@@ -409,7 +410,14 @@ def motions_of(scene: Scene) -> Motions | None:
         return shell_holds.motions_of(scene)
     sign = -1 if HALF_TURNS[scene.closure.kind] % 2 else 1
     seam = sign if even_along(scene.curvature, sign) else 0
-    return Motions(np.eye(3), np.eye(3), None, seam, bool(seam) and not any(scene.curvature))
+    mirror = bool(seam) and not any(scene.curvature)
+    if scene.walls:  # the table's plane, and turns about its normal
+        rigid = shell_holds.motions_of(scene)
+        none = np.zeros((0, 3))
+        return Motions(
+            none if rigid is None else rigid.translations, none if rigid is None else rigid.axes, None, seam, mirror
+        )
+    return Motions(np.eye(3), np.eye(3), None, seam, mirror)
 
 
 def _share_error(discretisation: Mapping[str, Any]) -> float | None:
@@ -432,18 +440,45 @@ def energy_of(scene: Scene, data: Mapping[str, Any]) -> Energy | None:
     parts = {name: float(energy[name]) for name in PARTS if name in energy}
     elastic = float(energy["elastic"]) - constant if natural_reached(data) else None
     tip = _number(energy.get("tip"))
-    return Energy(elastic=elastic, gravity=float(energy["gravity"]), tip=tip, constant=constant, parts=parts)
+    plates = _number(energy.get("plates")) if any(wall.stiffness is not None for wall in scene.walls) else None
+    return Energy(
+        elastic=elastic, gravity=float(energy["gravity"]), tip=tip, plates=plates, constant=constant, parts=parts
+    )
 
 
 def _number(value: Any) -> float | None:
     return None if value is None else float(value)
 
 
-def _supports(data: Mapping[str, Any]) -> Supports:
+def _beyond_walls(data: Mapping[str, Any]) -> dict[str, float]:
+    """How far the shell reaches beyond a wall, over l, between nodes too, where there are walls."""
+    contact = data.get("contact")
+    return {} if contact is None else {"penetration_between": float(contact["penetration"])}
+
+
+def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:
     clamps = data.get("clamps") or {}
 
     def force(name: str) -> Force | None:
         found = clamps.get(name)
         return None if found is None else Force(np.asarray(found["force"]), np.asarray(found["moment"]))
 
-    return Supports(force("start"), force("end"))
+    found = data.get("walls") or ()
+    walls = tuple(_wall(scene, number, wall) for number, wall in enumerate(found))
+    return Supports(force("start"), force("end"), walls)
+
+
+def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]:
+    """What a wall exerts, as a ribbon's is told, with its moment about the origin and the nearest node's gap."""
+    name = scene.walls[number].name
+    contacts = np.asarray(found["contacts"], dtype=float).reshape(-1, 2)
+    return {
+        "name": str(number) if name is None else name,
+        "force": np.asarray(found["force"], dtype=float),
+        "moment": np.asarray(found["moment"], dtype=float),
+        "gap": found["gap"],
+        "contacts": np.unique(contacts[:, 0]),
+        "lines": np.asarray(found["lines"], dtype=float).reshape(-1, 2),
+        "points": np.asarray(found["points"], dtype=float).reshape(-1, 3),
+        "height": found["height"],
+    }

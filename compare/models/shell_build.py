@@ -19,7 +19,8 @@ from compare.scene.data import unit
 from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec, ShellSpec
 from compare.scene.stages import stage_name
-from shellref.inputs import ShellInputError
+from shellref.contact.walls import Wall
+from shellref.inputs import ShellInputError, Vector
 from shellref.path.begin import coarse_meshes
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import IDENTITY, Pose, ShellProblem, Waypoint
@@ -117,11 +118,24 @@ def shell_problem(
             edge_layer=scene.shell_edge_layer,
             start_curvature=curvature,
             half_turns=None if scene.closure is None else HALF_TURNS[scene.closure.kind],
+            walls=shell_walls(scene),
+            contact=shell.contact,
         )
         _check_goal(shell, problem)
         return with_way(scene, problem) if way else problem
     except ShellInputError as error:
         raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
+
+
+def shell_walls(scene: Scene) -> tuple[Wall, ...]:
+    """The walls, points in units of l, stiffness in D w / l^3."""
+    placed = zip(scene.walls, wall_points(scene), scene.wall_normals, strict=True)
+    return tuple(Wall(point, tuple(normal.tolist()), wall.stiffness) for wall, point, normal in placed)
+
+
+def wall_points(scene: Scene) -> tuple[Vector, ...]:
+    """A point of every wall, in units of l."""
+    return tuple(tuple(point) for point in scene.wall_points.tolist())
 
 
 def end_poses(scene: Scene, curvature: float | None) -> tuple[Pose, Pose | None]:
@@ -216,6 +230,9 @@ def shell_words(scene: Scene) -> str:
     if shell.tolerance is not None:
         mesh += f" at first, refined to {shell.tolerance:g} {ASKED[shell.goal]}"
     words = [_holds(scene, what, where), mesh]
+    if scene.walls:
+        met = "the middle surface meets the walls" if shell.contact == "midsurface" else "both faces meet the walls"
+        words.insert(1, f"{met}, without friction")
     try:
         problem = shell_problem(scene, require_shell(scene)[0])
     except BadInput as refusal:
@@ -235,6 +252,7 @@ def shell_words(scene: Scene) -> str:
         names += [] if problem.path or not any(scene.curvature) or begin == "its natural shape" else ["natural"]
         names += ["gravity"] if problem.loaded else []
         names += ["tip"] if problem.pulled else []
+        names += ["walls"] if any(stage.walls for stage in problem.path) else []
         way = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
     start = shell.start
     if start in ("auto", "ribbon"):
@@ -351,6 +369,8 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
             ("clamp.start", shell_holds.holds(stage)[0] != shell_holds.holds(scene)[0]),
             ("clamp.end", shell_holds.holds(stage)[1] != shell_holds.holds(scene)[1]),
             ("tip", not _along(stage.tip_force, scene.tip_force)),
+            ("wall.normal", not np.array_equal(stage.wall_normals, scene.wall_normals)),
+            ("wall.stiffness", [w.stiffness for w in stage.walls] != [w.stiffness for w in scene.walls]),
         ):
             if differs:
                 raise _cannot_follow(number, key)
@@ -362,8 +382,8 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
 
 def _cannot_follow(number: int, key: str) -> BadInput:
     return BadInput(
-        stage_name(number, key), None, "is not what the shell's path can change: poses of the clamps, fractions of the "
-        "scene's own weight, of its own force at the tip, its natural curvature",
+        stage_name(number, key), None, "is not what the shell's path can change: poses of the clamps, places of the "
+        "walls, fractions of the scene's own weight, of its own force at the tip, its natural curvature",
         "leave the stage out (--set path=[])",
     )  # fmt: skip
 
@@ -373,7 +393,9 @@ def _waypoint(stage: Scene, scene: Scene, begin: tuple[float, float], name: str)
     gravity = stage.gamma / scene.gamma if scene.gamma else None
     size = float(scene.tip_force @ scene.tip_force)
     tip = float(stage.tip_force @ scene.tip_force) / size if size else None
-    return Waypoint(_fraction(stage, scene, begin), gravity, start_pose(stage), end_pose(stage), name, tip)
+    walls = wall_points(stage) if scene.walls else None
+    start = None if scene.clamp_start is None else start_pose(stage)
+    return Waypoint(_fraction(stage, scene, begin), gravity, start, end_pose(stage), name, tip, walls)
 
 
 def _along(force: FloatArray, whole: FloatArray) -> bool:

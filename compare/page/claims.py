@@ -65,7 +65,7 @@ _DISTANCE = Claim("distance", "the models are near each other", "Hausdorff dista
 
 CLAIMS: Mapping[str, tuple[Claim, ...]] = {
     "solve": _STATE,
-    "shell": (_FINITE, _RESIDUAL, _BALANCE, _ELEMENTS, _FORCES, _STABLE),
+    "shell": (_FINITE, _RESIDUAL, _BALANCE, _ELEMENTS, _FORCES, _STABLE, _WALLS),
     "compare": (*_STATE, _SHELL, _SAME, _DISTANCE),
     "limits --quick": (
         *_STATE,

@@ -35,7 +35,9 @@ class Row:
     same_state: whether the shell rests in the state that is beside it, None: not known, or no shell; same_why: how that
     was found; counterpart: where the model beside comes to rest from the shell's shape, where that is another state
     than its own; shell_errors: of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`);
-    `claimed` is of one state only; laid: how the ribbon was moved before distances were taken, where nothing resists
+    shell_walls: what each wall
+    exerts on the shell, force, moment about the origin, gap, each with its error (None: not known); `claimed` is of one
+    state only; laid: how the ribbon was moved before distances were taken, where nothing resists
     that; warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports
     and compilation; searched: it holds a search for segments.
     """
@@ -62,6 +64,7 @@ class Row:
     counterpart: Counterpart | None = None
     shell_forces: Mapping[str, Any] = field(default_factory=dict)
     shell_moments: Mapping[str, Any] = field(default_factory=dict)
+    shell_walls: tuple[Mapping[str, Any], ...] = ()
     shell_errors: Mapping[str, Any] = field(default_factory=dict)
     elastica: float | None = None
     start: str = "path"
@@ -132,6 +135,7 @@ PAIR: tuple[Quantity[Row], ...] = (
     Quantity("shell_middle", unit="l", kind=DATA, of=lambda r: r.shell_middle),
     Quantity("shell_forces", unit=FORCE, kind=DATA, of=lambda r: r.shell_forces),
     Quantity("shell_moments", unit=MOMENT, kind=DATA, of=lambda r: r.shell_moments),
+    Quantity("shell_walls", kind=DATA, of=lambda r: list(r.shell_walls)),
     Quantity("seconds.ribbon", "ribbon s", "s", "seconds:2", name="seconds_ribbon", note="a warm solve",
              of=lambda r: r.seconds.ribbon),
     Quantity("seconds.shell", "shell s", "s", "seconds:3", 4, name="seconds_shell", note="a solve, compilation apart",

@@ -49,7 +49,7 @@ def _error(a: Answered) -> Any:
 
 _ALL = joined(STATE, QUANTITIES)
 #: What a result says once of all its shells, and what a shell has not.
-_ONCE = {"scene", "title", "provenance", "refinements", "branch", "left_saddle", "walls"}
+_ONCE = {"scene", "title", "provenance", "refinements", "branch", "left_saddle"}
 _ONCE |= {quantity.key for quantity in DIMENSIONS} - {"width_to_thickness"}
 SHELL: tuple[Quantity[Answered], ...] = tuple(quantity for quantity in _ALL if quantity.key not in _ONCE)
 _COLUMNS: tuple[Quantity[Answered], ...] = (

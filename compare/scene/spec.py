@@ -517,6 +517,12 @@ class ShellSpec:
                  "coarse": "at the end of the path on a coarse mesh", "path": "with the path on the mesh itself"},
         default="auto", newer=True
     )
+    contact: str = key(
+        Kind.CHOICE, "what of the shell meets the walls", example='"faces"',
+        choices={"midsurface": "its middle surface, as the ribbon, which has no thickness: both meet the same walls",
+                 "faces": "both faces, at half the thickness from it"},
+        default="midsurface", newer=True
+    )
     start_curvature: float | None = key(
         Kind.NUMBER, "curvature of the unstressed planar arc where the shell's path begins", PER_LENGTH,
         example="0.0", default=None, newer=True,

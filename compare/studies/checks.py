@@ -251,6 +251,10 @@ def walls(scene: Scene, state: State) -> Check:
     """How far beyond a wall the surface is."""
     if not scene.walls:
         return nothing("walls", "there is no wall")
+    between = state.numbers.get("penetration_between")
+    if between is not None:  # of nodes that are not behind a wall: an error of the mesh
+        said = f"deepest point beyond a wall, between nodes, {between:.1e} l"
+        return Check("walls", grade("error", float(between)), said, float(between), GOOD_UP_TO["error"])
     deepest = state.numbers.get("penetration")
     if deepest is None:
         return unchecked("walls", "how far it is beyond a wall is not known")

@@ -241,6 +241,7 @@ def _row(
         shell_middle=_pose(state, 0.5),
         shell_forces=_held(state, "force"),
         shell_moments=_held(state, "moment"),
+        shell_walls=_walls(state),
         seconds=Times(fast.seconds.warm, None if math.isnan(seconds) else seconds),
         elements=mesh,  # type: ignore[arg-type]
         newton_iterations=state.iterations,
@@ -264,6 +265,18 @@ def _held(state: State, kind: str) -> dict[str, FloatArray | None]:
     are those of result.json."""
     ends = {"start": state.supports.start, "end": state.supports.end}
     return {name: None if found is None else getattr(found, kind) for name, found in ends.items()}
+
+
+def _walls(state: State) -> tuple[dict[str, Any], ...]:
+    """What each wall exerts on a shell, each number with its error; moments are about the origin, in D w / l."""
+    found = []
+    for k, wall in enumerate(state.supports.walls):
+        entry: dict[str, Any] = {"name": wall["name"], "contacts": len(wall["points"]), "height": wall["height"]}
+        for kind in ("force", "moment", "gap"):
+            known = (state.errors.get(f"{kind}s") or {}).get("walls") or ()
+            entry |= {kind: wall[kind], f"{kind}_error": known[k] if k < len(known) else None}
+        found.append(entry)
+    return tuple(found)
 
 
 def _pose(state: State, at: float) -> dict[str, Any] | None:

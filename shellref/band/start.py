@@ -22,7 +22,7 @@ import numpy as np
 from shellref.shell.clamps import rotation
 from shellref.shell.midsurface import natural_strip
 from shellref.shell.problem import Matrix, Pose, ShellProblem, Waypoint
-from shellref.shell.strip import strip_grid
+from shellref.shell.strip import lifted, strip_grid
 from shellref.shell.surface import ShellSurface
 
 #: Largest turn (radians) of the end on one leg of its way.
@@ -44,10 +44,16 @@ def opened(problem: ShellProblem) -> ShellProblem:
         for own, least, most in zip(problem.elements, LEAST, MOST, strict=True)
     )
     return dataclasses.replace(
-        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, elements=(along, across),
+        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, walls=(), elements=(along, across),
         grading=(1.0, problem.grading[1]),
         path=(Waypoint(natural=1.0, name="natural"), *(Waypoint(end=end, name="turn") for end in ends[1:])),
     )  # fmt: skip
+
+
+def laid(problem: ShellProblem, surface: ShellSurface) -> ShellSurface:
+    """The surface brought onto the wall that carries the band; as it is where something else holds it."""
+    way = lifted(problem, surface.points.reshape(-1, 3), surface.directors.reshape(-1, 3))
+    return dataclasses.replace(surface, points=surface.points + way)
 
 
 def _matrix(frame: np.ndarray) -> Matrix:

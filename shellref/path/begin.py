@@ -191,18 +191,19 @@ class Beginning:
 
     def turned(self, how: str) -> Begun:
         """The band near the open strip whose end was turned, or near the twisted circle, see shellref.band.start."""
-        from shellref.band.start import opened, twisted
+        from shellref.band.start import laid, opened, twisted
 
         found: ShellResult | None = None
         if abs(self.problem.half_turns or 0) > 1:
-            found, _ = self.given(twisted(self.problem))
+            found, _ = self.given(laid(self.problem, twisted(self.problem)))
         if found is None:
             problem = opened(self.problem)
             self.say({"event": "coarse", "elements": list(problem.elements)})
             open_strip = self.solve(problem=problem, accuracy=None, stability=False)
-            found, _ = self.given(open_strip.surface)
+            start = laid(self.problem, open_strip.surface)
+            found, _ = self.given(start)
             if found is None:
-                found = self.solve(open_strip.surface)
+                found = self.solve(start)
             found = _after(open_strip, found)
         return Begun(found, how, self.notes)
 

@@ -15,6 +15,9 @@ follows its clamps within the first linear solve.
 Arc length (Riks 1979, doi:10.1016/0020-7683(79)90081-7): the load t is one more unknown and the state stays on the
 plane through the predictor (u*, t*) normal to the tangent (v, r):  <v, u - u*> + r (t - t*) = 0, where <a, b> is the
 mean over the surface of the product of positions (docs/theory.md, eq. (7.11)). Two solves with the same factors.
+
+Walls (shellref.contact): active places stay on them in every linear solve, whose tangent is that on the increments that
+keep them there, and its inertia too; the active set changes between steps, and must have settled at the end.
 """
 
 from __future__ import annotations
@@ -25,12 +28,14 @@ from typing import Any
 
 import numpy as np
 
+from shellref.contact.active import Contact
+from shellref.contact.rows import Rows
 from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
 from shellref.path.linear import Linear, linear_system
 from shellref.shell.body import Control, Stage, Supports
 from shellref.shell.director import Bases, Increments, retract
-from shellref.shell.edges import FreeEdge
+from shellref.shell.edges import FreeEdge, PivotEdge, RigidEdge
 from shellref.shell.naghdi import NaghdiModel, Stress
 from shellref.shell.options import ShellOptions
 
@@ -41,6 +46,7 @@ WIDE = 0.1  # growing corrections above this are those of a lost iteration
 QUADRATIC = 0.1  # a correction below this part of the one before it, and below NEAR, is in the quadratic regime
 NEAR = 1e-3
 PASSING = 1e-6  # what may be left of a state on the way, by quadratic convergence (positions in l, directors)
+MOST_CHANGES = 60  # iterations of a solve that change what touches a wall, beside those of `max_newton`
 LARGEST_CORRECTION = 3.0  # a larger component (in the length of the surface, or radians) is a failed solve
 
 
@@ -66,6 +72,7 @@ class Attempt:
     negative: int | None
     load: float = 0.0
     reason: str = ""  # why it failed, when more is known than that it did not converge
+    changes: int = 0  # iterations that changed what touches a wall
 
 
 def stress_rate(model: NaghdiModel, state: np.ndarray, sway: np.ndarray, stage: Stage, load: float) -> Stress:
@@ -113,6 +120,41 @@ class Equilibrium:
             translation = edge.lumped(translation) if isinstance(edge, FreeEdge) else translation
         self._inertia = translation, model.body.thickness**2 / 12.0 * model.nodal_areas
         self.mass = self.increments.nodal(*self._inertia, model.reference)
+        self.contact = self._contact()
+
+    def _contact(self) -> Contact | None:
+        """What may touch the body's walls; None: there are none."""
+        path, held = self.model.body.walls, self.supports
+        if path is None:
+            return None
+        places = np.ones(len(self.model.reference), dtype=bool)
+        if held.tie is not None:
+            places[held.tie.nodes] = False
+        for edge in held.edges:
+            flat = isinstance(edge, PivotEdge) or (isinstance(edge, RigidEdge) and not np.any(edge.arms[:, 1:]))
+            if flat:  # a straight edge is before a plane where its corners are
+                across = self.model.nodes[edge.nodes, 1]
+                places[edge.nodes] = (across == across.min()) | (across == across.max())
+        rows = Rows.of(path, np.flatnonzero(places), self.model.body.thickness)
+        bases = self._bases(self.model.reference)
+        own = self.unknowns - sum(edge.unknowns for edge in held.edges)
+        floating = np.zeros_like(held.translations) if held.floating is None else held.floating
+        carries = not held.edges and not np.any(held.translations & ~floating)
+        projection, areas = self._projection(bases), self.model.nodal_areas
+        return Contact(rows, self.model.comm, self.unknowns, own, projection, areas, carries)
+
+    def _projection(self, bases: Bases) -> Any:
+        """P (6 nodes, unknowns), scipy.sparse; one process."""
+        from scipy.sparse import csr_matrix
+
+        indptr, indices, values = self.increments.projection(bases)
+        return csr_matrix((values, indices, indptr), shape=(len(indptr) - 1, self.unknowns))
+
+    def wall_offsets(self) -> np.ndarray:
+        """Where the walls are (walls,) at the model's control."""
+        assert self.model.body.walls is not None
+        control = self.model.control
+        return self.model.body.walls.at(control.move, int(control.leg))
 
     def moving_mass(self, state: np.ndarray) -> np.ndarray | None:
         """C (unknowns, k): M - C C^T is the mass of a shell that is free to move as `Supports.motions` says, on the
@@ -196,8 +238,12 @@ class Equilibrium:
         return rate if self.supports.tie is None else self.supports.tie.placed(rate)
 
     def reduced_residual(self, state: np.ndarray) -> np.ndarray:
-        """P^T dE/du on the free increments (unknowns of this process,)."""
-        return self.increments.reduce(self.model.residual(state), self._bases(state))
+        """P^T (dE/du - what the walls exert) on the free increments (unknowns of this process,)."""
+        return self.increments.reduce(self.less_walls(self.model.residual(state)), self._bases(state))
+
+    def less_walls(self, force: np.ndarray) -> np.ndarray:
+        """Nodal forces (n, 6) without what the walls exert, which balances them at active places."""
+        return force if self.contact is None else force - self.contact.forces()
 
     def _bases(self, state: np.ndarray) -> Bases:
         return self.increments.bases(state, self.model.control)
@@ -208,7 +254,12 @@ class Equilibrium:
         Returns the bases of its unknowns. Raises petsc_api.FactorisationFailed.
         """
         bases = self.assemble(state, stress, force, shift)
-        self.linear.factor()
+        if self.contact is None:
+            self.linear.factor()
+        else:
+            start = time.perf_counter()
+            self.contact.factor(self.linear.matrix, self._projection(bases))
+            self.linear.spend("factor", start)
         self.factorisations += 1
         return bases
 
@@ -223,6 +274,7 @@ class Equilibrium:
         """The reduced tangent, not factored; as `factor`. bases: other tangent vectors than usual."""
         self._found = (None, self.last_bases)
         bases = self._bases(state) if bases is None else bases
+        force = self.less_walls(force)
         diagonal = self.increments.constraint_curvature(state, force, self.model.control)
         blocks = self.increments.couplings(state, force, self.model.control)
         self.linear.assemble(state, stress, bases, diagonal + shift * self.mass, blocks)
@@ -240,12 +292,27 @@ class Equilibrium:
 
     @property
     def factors(self) -> Any:
-        """Its factors (petsc_api.Factor)."""
-        return self.linear.factors
+        """Its factors (petsc_api.Factor), on what keeps active places on their walls where there are some."""
+        return self.linear.factors if self.contact is None else self.contact.saddle
 
     def back(self, full: np.ndarray, bases: Bases) -> np.ndarray:
-        """Nodal increments (nodes, 6) = P K^-1 P^T full."""
+        """Nodal increments (nodes, 6) = P K^-1 P^T full, active places staying where they are."""
         return self.expand(self.factors.solve(self.increments.reduce(full, bases)), bases)
+
+    def correction(self, state: np.ndarray, right: np.ndarray, gap: np.ndarray, bases: Bases) -> tuple[np.ndarray, int]:
+        """A Newton step (nodes, 6) with the last factors, and how many places have come to a wall or left one by it.
+
+        right (nodes, 6): what is out of balance, with gap (nodes, 6), the way of what is held, in it.
+        """
+        contact = self.contact
+        if contact is None:
+            return gap - self.back(right, bases), 0
+        offsets = self.wall_offsets()
+        before = contact.rows.gaps(state, offsets, contact.heights) + contact.rows.applied(gap)
+        reduced, moved = contact.correct(-self.increments.reduce(right, bases), before)
+        step = self.expand(reduced, bases)
+        ahead = before + contact.rows.applied(step) - moved[contact.rows.walls]
+        return gap + step, contact.update(ahead)
 
     def expand(self, reduced: np.ndarray, bases: Bases) -> np.ndarray:
         """P q on all local nodes, ghosts included (nodes, 6)."""
@@ -267,11 +334,15 @@ class Equilibrium:
         passing: on the way, where the state counts as found as soon as the next correction would be below `PASSING` by
         quadratic convergence, and as lost when wide corrections grow.
         """
+        before = None if self.contact is None else self.contact.snapshot()
         try:
-            return self._solve(state, stress, stage, load, plane, passing)
+            attempt = self._solve(state, stress, stage, load, plane, passing)
         except petsc.FactorisationFailed as error:
             self.trouble = str(error) + self.thin()
-            return Attempt(False, state, stress or self.model.stress(state), 1, np.inf, None, load, self.trouble)
+            attempt = Attempt(False, state, stress or self.model.stress(state), 1, np.inf, None, load, self.trouble)
+        if self.contact is not None and before is not None and not attempt.converged:
+            self.contact.restore(before)
+        return attempt
 
     def thin(self) -> str:
         """A word on shells so thin that their tangent is singular to rounding."""
@@ -288,7 +359,11 @@ class Equilibrium:
         stress = stress or model.stress(state)
         negative, correction = None, np.inf
         enough = PASSING if mixed else self.options.tolerance  # a state's own stress needs it to the tolerance
-        for iteration in range(1, self.options.max_newton + 1):
+        if self.contact is not None:
+            self.contact.begin(state, self.wall_offsets())
+        iteration, changes, changed = 0, 0, 0
+        while iteration < self.options.max_newton + min(changes, MOST_CHANGES):
+            iteration += 1
             start = time.perf_counter()
             control = stage.at(load)
             model.set_control(control)
@@ -302,7 +377,8 @@ class Equilibrium:
             self.iterations += 1
             moving = self.largest(gap) > 0.0
             right = residual + (self.linear.stiff(gap) if moving else 0.0)
-            step = gap - self.back(right, bases)
+            step, changed = self.correction(state, right, gap, bases)
+            changes += changed > 0
             change = 0.0
             if plane is not None:
                 sway = self.last_sway = self._sway(state, stage, load, bases)
@@ -313,7 +389,7 @@ class Equilibrium:
                 change = -miss / across
                 step = step + change * sway
             before, correction = correction, max(self.largest(step), abs(change))
-            lost = passing and iteration > 2 and correction > max(before, WIDE)
+            lost = passing and iteration > 2 and not changed and correction > max(before, WIDE)
             if lost or not correction <= LARGEST_CORRECTION:
                 return Attempt(False, state, stress, iteration, correction, negative, load)
             if change:
@@ -322,11 +398,12 @@ class Equilibrium:
             state = retract(state, step)
             load += change
             tolerance = self.options.tolerance
-            if correction <= tolerance or (passing and _remaining(before, correction) <= enough):
+            if not changed and (correction <= tolerance or (passing and _remaining(before, correction) <= enough)):
                 state = self._settled(state, stage, load)
                 self._found = (state, bases)
-                return Attempt(True, state, stress, iteration, correction, negative, load)
-        return Attempt(False, state, stress, self.options.max_newton, correction, negative, load)
+                return Attempt(True, state, stress, iteration, correction, negative, load, changes=changes)
+        reason = "what touches a wall did not settle" if changed else ""
+        return Attempt(False, state, stress, iteration, correction, negative, load, reason)
 
     def rate(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, Stress] | None:
         """(du/dload (nodes, 6), dstress/dload) at the equilibrium found last, with its factors; None at any other."""
@@ -354,7 +431,12 @@ class Equilibrium:
         if rate.move:
             step = self._held_rate(state, stage, load)
             force = force + self.linear.stiff(step)
-        return step - self.back(force, bases)
+        if self.contact is None:
+            return step - self.back(force, bases)
+        assert self.model.body.walls is not None
+        moved = rate.move * self.model.body.walls.rate(int(self.model.control.leg))
+        rates = moved[self.contact.rows.walls] - self.contact.rows.applied(step)
+        return step + self.expand(self.contact.solve(-self.increments.reduce(force, bases), rates), bases)
 
     def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray | None, int | None]:
         """(du/dload (nodes, 6), number of negative eigenvalues) at an equilibrium; None for what cannot be had.

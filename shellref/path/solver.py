@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ribbonbench import sources, system
+from shellref.contact import report as contact_report
 from shellref.holds import parts
 from shellref.shell.body import Control, Supports
 from shellref.shell.clamps import reactions
@@ -109,9 +110,9 @@ class Solver:
         walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
         if walk is None:
             walk = Walk(Point(0.0, state, None))  # type: ignore[arg-type]
-            if start is None:
+            if start is None and not self.strip.problem.rests:
                 walker.start(walk)
-            else:
+            else:  # what only lies on walls has no place without its weight
                 walker.settle_at_end(walk)
             first = time.perf_counter() - begin
         else:
@@ -135,7 +136,7 @@ class Solver:
             at = min(walk.stage, len(stages) - 1)
             model.set_control(stages[at].at(walk.point.load if walk.stage == at else 1.0))
         control = model.control
-        residual = model.residual(state)
+        residual = equilibrium.less_walls(model.residual(state))
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
         floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
         held = np.where(self._clamped, residual, 0.0)
@@ -156,6 +157,8 @@ class Solver:
         parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
         elastic, stored = energies.elastic, sum(parts.values())
         clamps = self.carried(state, residual)
+        touch = equilibrium.contact
+        plates = 0.0 if touch is None else touch.energy
         return ShellResult(
             problem=problem,
             options=self.options,
@@ -183,7 +186,8 @@ class Solver:
                 "elastic": elastic,
                 "gravity": energies.gravity,
                 **({} if problem.tip is None else {"tip": energies.tip}),
-                "total": energies.total,
+                **({} if touch is None else {"plates": plates}),
+                "total": energies.total + plates,
             },
             share={name: part / stored if stored > 0 else 0.0 for name, part in parts.items()},
             stabilisation={
@@ -193,6 +197,14 @@ class Solver:
                 "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
             },
             clamps=clamps,
+            walls=()
+            if touch is None
+            else tuple(contact_report.walls(touch, state, equilibrium.wall_offsets(), model.nodes, model.nodal_areas)),
+            contact=None
+            if touch is None
+            else contact_report.contact(
+                touch, state, equilibrium.wall_offsets(), contact_report.sampled(surface), problem.thickness
+            ),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),
             energy_density=api.gather_rows(model.comm, energies.density),
             unknowns=equilibrium.unknowns,
@@ -219,7 +231,7 @@ class Solver:
 
         residual (nodes, 6): of the state at the present control, when known.
         """
-        residual = self.model.residual(state) if residual is None else residual
+        residual = self.equilibrium.less_walls(self.model.residual(state)) if residual is None else residual
         control, held = self.model.control, self._clamped.astype(float)
         origins = {edge.name: edge.point(state) for edge in self.equilibrium.supports.edges}
         fields = [self.model.on_grid(field).reshape(-1, 6) for field in (state, residual, held)]

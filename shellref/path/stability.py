@@ -15,6 +15,7 @@ from shellref.shell.naghdi import NaghdiModel
 
 MOST_SHIFT = 1e12
 MOST_DESCENT = 120  # iterations of all kicks together
+FALL = 100.0  # first shift for a strip that falls onto walls, D / (areal mass l^4)
 KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)  # over the size of the surface
 
 
@@ -113,7 +114,10 @@ def leave_saddle(
     if mode.value is None:
         return Attempt(False, state, model.stress(state), 0, np.inf, None, load, "no critical mode was found")
     energy, spent, correction = _energy(equilibrium, state, stage, load), 0, np.inf
+    touching = None if equilibrium.contact is None else equilibrium.contact.snapshot()
     for size in KICKS:
+        if equilibrium.contact is not None and touching is not None:
+            equilibrium.contact.restore(touching)
         attempt = _descend(equilibrium, state, size * mode.vector, abs(mode.value), stage, load, max_iterations)
         spent, correction = spent + attempt.iterations, attempt.correction
         lower = attempt.converged and _energy(equilibrium, attempt.state, stage, load) < energy
@@ -122,14 +126,31 @@ def leave_saddle(
             return attempt
         if spent > MOST_DESCENT:
             break
+    if equilibrium.contact is not None and touching is not None:
+        equilibrium.contact.restore(touching)
     return Attempt(False, state, model.stress(state), spent, correction, None, load)
+
+
+def settled(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> Attempt | None:
+    """Where a strip that walls carry comes to from a state (nodes, 6) that is no equilibrium: downwards, with the
+    tangent shifted as `leave_saddle` does; None where that does not end."""
+    contact = equilibrium.contact
+    assert contact is not None
+    before = contact.snapshot()
+    equilibrium.model.set_control(stage.at(load))
+    attempt = _descend(equilibrium, state, np.zeros_like(state), FALL, stage, load, MOST_DESCENT, unstressed=True)
+    if attempt.converged:
+        return attempt
+    contact.restore(before)
+    return None
 
 
 def _energy(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> float:
     """Elastic energy minus the work of the loads that act."""
     model = equilibrium.model
     model.set_control(stage.at(load))
-    return model.energies(state).total
+    plates = 0.0 if equilibrium.contact is None else equilibrium.contact.energy
+    return model.energies(state).total + plates
 
 
 def _descend(
@@ -140,12 +161,16 @@ def _descend(
     stage: Stage,
     load: float,
     max_iterations: int,
+    unstressed: bool = False,
 ) -> Attempt:
-    """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton."""
+    """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton. unstressed: the
+    iteration begins without the stress of its first state."""
     model = equilibrium.model
     kick = kick * np.array([equilibrium.length] * 3 + [1.0] * 3)
-    stress, state = model.stress(state, kick), retract(state, kick)
+    stress, state = model.no_stress() if unstressed else model.stress(state, kick), retract(state, kick)
     shift, correction = 2.0 * scale, np.inf
+    if equilibrium.contact is not None:
+        equilibrium.contact.begin(state, equilibrium.wall_offsets())
     for iteration in range(1, max_iterations + 1):
         residual, force = model.residual(state), model.force(state, stress)
         equilibrium.iterations += 1
@@ -153,7 +178,7 @@ def _descend(
             bases = equilibrium.factor(state, stress, force, shift)
             if equilibrium.factors.inertia()[0] > 0:
                 raise petsc.FactorisationFailed("not positive definite")
-            step = -equilibrium.back(residual, bases)
+            step, changed = equilibrium.correction(state, residual, np.zeros_like(state), bases)
         except petsc.FactorisationFailed:
             shift = max(4.0 * shift, scale)
             if shift > MOST_SHIFT:
@@ -163,7 +188,7 @@ def _descend(
         if not correction < LARGEST_CORRECTION:
             return Attempt(False, state, stress, iteration, correction, None, load)
         stress, state = model.stress(state, step), retract(state, step)
-        if shift == 0.0 and correction < 1e-3:
+        if shift == 0.0 and correction < 1e-3 and not changed:
             attempt = equilibrium.solve(state, stress, stage, load)
             attempt.iterations += iteration
             return attempt

@@ -18,7 +18,7 @@ from shellref.path.arc import follow, switch
 from shellref.path.newton import PASSING, Attempt, Equilibrium
 from shellref.path.point import Journal, Point, Walk
 from shellref.path.predictor import Predicted, hasty, jumped, next_step, predicted
-from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode
+from shellref.path.stability import hourglass_hint, leave_saddle, lowest_mode, settled
 from shellref.shell.body import Control, Stage
 from shellref.shell.edges import FreeEdge, PivotEdge
 from shellref.shell.naghdi import MEMBRANE, Stress
@@ -113,6 +113,11 @@ class Walker:
             attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
             stress = attempt.stress if attempt.converged else None
             walk.point.state = attempt.state if attempt.converged else walk.point.state
+        if self.equilibrium.contact is not None and supports.floating is not None:
+            # a strip that walls carry may stand on one place: without stress it falls over in the first step
+            found = settled(self.equilibrium, walk.point.state, self._stage(walk), load)
+            if found is not None:
+                walk.point.state, stress = found.state, found.stress
         self._begin(walk, load, "no equilibrium near the given start in {} iterations", stress)
 
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:
@@ -194,7 +199,7 @@ class Walker:
                     self._stuck(walk, attempt)
                 continue
             step = load - walk.point.load
-            misled = off > self.equilibrium.largest(attempt.state - walk.point.state)
+            misled = attempt.changes > 0 or off > self.equilibrium.largest(attempt.state - walk.point.state)
             self.accept(walk, "load", attempt)
             if walk.status is None:
                 step = min(o.max_step, next_step(step, off, begin.order, o.growth, o.cut))
@@ -238,7 +243,7 @@ class Walker:
             return 0.0
         e, here = self.equilibrium, walk.point.state
         moved, foreseen = e.largest(attempt.state - here), e.largest(begin.state - here)
-        if jumped(moved, foreseen, begin.order):
+        if not attempt.changes and jumped(moved, foreseen, begin.order):  # no rate knows of a wall before it is met
             attempt.converged = False
             attempt.reason = f"it moved by {moved:.2g} where {foreseen:.2g} was foreseen: another branch"
         return e.largest(attempt.state - begin.state)

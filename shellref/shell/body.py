@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shellref.contact.walls import WallPath
 from shellref.seam.ties import Tie
 from shellref.shell.clamps import Control
 from shellref.shell.director import FREE, HELD, Edge
@@ -97,6 +98,7 @@ class Body:
     weight: tuple[float, float, float] | None = None
     forces: Callable[[Grid, np.ndarray], np.ndarray] | None = None
     couples: Callable[[Grid, np.ndarray], np.ndarray] | None = None
+    walls: WallPath | None = None  # planes that it may touch; one process only
     bends_along: bool = False  # h_e of the stabilisation: an element's length along S; else the root of its area
 
 

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ribbonbench import statics
+from shellref.contact.walls import FACES, MIDSURFACE, SURFACES, Wall, depth
 from shellref.holds import parts
 from shellref.inputs import (
     FRAME_TOLERANCE,
@@ -60,7 +62,8 @@ class Waypoint:
 
     natural, gravity, tip: fractions of the natural curvature (0: that of the start), of the weight and of the force at
     the end. start, end: poses of the clamps, reached on straight lines with frames turning about a fixed axis. Where
-    waypoints move the clamp at S = 0, the path begins at the first pose that they give it.
+    waypoints move the clamp at S = 0, the path begins at the first pose that they give it. walls: points of all walls,
+    reached on straight lines; where waypoints move walls, the path begins where the first of them has them.
     """
 
     natural: float | None = None
@@ -69,6 +72,7 @@ class Waypoint:
     end: Pose | None = None
     name: str = "path"
     tip: float | None = None
+    walls: tuple[Vector, ...] | None = None
 
     def __post_init__(self) -> None:
         for key in ("natural", "gravity", "tip"):
@@ -77,8 +81,15 @@ class Waypoint:
                 object.__setattr__(self, key, number(f"path.{key}", value))
         for key in ("start", "end"):
             object.__setattr__(self, key, Pose.read(f"path.{key}", getattr(self, key)))
+        if self.walls is not None:
+            object.__setattr__(self, "walls", tuple(numbers("path.walls", point, 3) for point in self.walls))
         if not isinstance(self.name, str):
             raise ShellInputError("path.name", self.name, "must be a text")
+
+    @property
+    def for_walls(self) -> bool:
+        """Whether it moves walls alone."""
+        return self.natural is self.gravity is self.start is self.end is self.tip is None
 
     @classmethod
     def read(cls, value: Any) -> Waypoint:
@@ -118,6 +129,8 @@ class ShellProblem:
     beginning has it. The section of "position" is `sections`: "undeformed" is a straight edge that turns, "free" one of
     which the middle is held. Rigid motions that nothing resists are taken out.
     path: waypoints before the problem's own state.
+    walls: planes that it cannot cross (shellref.contact.walls.Wall; one process only); contact: what of it meets them,
+    its "midsurface" or both "faces". A strip that nothing holds may have weight where walls carry it.
     elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
     the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
     edge_layer: width of the layer (over l) that gets two elements at clamps and edges instead of `grading`; "auto":
@@ -149,6 +162,8 @@ class ShellProblem:
     sections: tuple[str, str] = ("undeformed", "undeformed")
     half_turns: int | None = None
     holds: tuple[str, str] = (parts.ALL, parts.ALL)
+    walls: tuple[Wall, ...] = ()
+    contact: str = MIDSURFACE
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -190,6 +205,7 @@ class ShellProblem:
             raise ShellInputError(
                 "tip", self.tip, "pulls at an end that `end` holds: leave one of them out, or guide it"
             )
+        self._check_walls(put)
         self._check_path(put)
         self._check_mesh(put)
         if self.half_turns is not None:
@@ -219,8 +235,39 @@ class ShellProblem:
             raise ShellInputError("holds", self.holds, 'a closed strip is held at its seam, or use clamp = "free"')
         if self.closed and self.holds[0] == parts.POSITION and self.sections[0] != "free":
             raise ShellInputError("sections", self.sections, "must be free where a closed strip is held at a point")
-        if (self.loaded or self.pulled) and not any(map(parts.at_a_point, self.ends)):
+        if (self.loaded or self.pulled) and not any(map(parts.at_a_point, self.ends)) and not self.walls:
             raise ShellInputError("holds", self.holds, "a strip with loads flies away: hold a position")
+
+    def _check_walls(self, put: Any) -> None:
+        """Walls that leave the clamps alone, and carry a strip that nothing else holds."""
+        if isinstance(self.walls, (str, bytes, Mapping)) or not hasattr(self.walls, "__iter__"):
+            raise ShellInputError("walls", self.walls, "must be a list of walls")
+        put("walls", tuple(Wall.read(item) for item in self.walls))
+        put("contact", choice("contact", self.contact, SURFACES))
+        if not self.walls:
+            return
+        lever = 0.5 * self.thickness if self.contact == FACES else 0.0
+        for part, pose in zip(self.ends, (self.start, self.end), strict=True):
+            if pose is None or part != parts.ALL or (self.closed and pose is self.end):
+                continue
+            axes, place = list(zip(*pose.frame, strict=True)), pose.position
+            corners = [
+                [x + a * 0.5 * self.width * t + b * lever * n for x, t, n in zip(place, axes[0], axes[1], strict=True)]
+                for a in (-1.0, 1.0) for b in (-1.0, 1.0)
+            ]  # fmt: skip
+            for k, wall in enumerate(self.walls):
+                behind = depth(wall, corners)
+                if wall.stiffness is None and behind > statics.BEHIND_WALL:
+                    what = "face of a held edge" if lever else "held edge"
+                    remedy = f"cuts a clamp: a {what} is {behind:.3g} l behind it; move one of them"
+                    raise ShellInputError(f"walls[{k}].point", wall.point, remedy)
+        if (
+            self.clamp == "free"
+            and self.loaded
+            and not statics.is_carried([w.normal for w in self.walls], self.up or ())
+        ):
+            remedy = "no clamp holds the strip and its walls do not carry it: it falls or slides away for ever"
+            raise ShellInputError("up", self.up, remedy)
 
     def _check_closed(self, put: Any) -> None:
         """A strip whose ends are one."""
@@ -228,7 +275,8 @@ class ShellProblem:
             raise ShellInputError("half_turns", self.half_turns, "must be a whole number, or None for an open strip")
         for key, given in (
             ("end", self.end is not None), ("tip", self.pulled), ("slide", any(x is not None for x in self.slide)),
-            ("sections", "free" in self.sections and not self.partly_held), ("path", bool(self.path)),
+            ("sections", "free" in self.sections and not self.partly_held),
+            ("path", any(waypoint.walls is None or not waypoint.for_walls for waypoint in self.path)),
         ):  # fmt: skip
             if given:
                 raise ShellInputError(key, getattr(self, key), "a closed strip has no end of its own: remove it")
@@ -284,10 +332,15 @@ class ShellProblem:
             raise ShellInputError("path", self.path, "must be a list of waypoints")
         put("path", tuple(Waypoint.read(item) for item in self.path))
         if self.clamp == "free":
-            if self.loaded or self.pulled:
+            if (self.loaded and not self.walls) or self.pulled:
                 raise ShellInputError("clamp", "free", "a strip with loads flies away: clamp it, or leave them out")
-            if self.end is not None or self.path or self.clamp_position != (0.0,) * 3 or self.clamp_frame != IDENTITY:
+            moved = bool(self.path) and not all(waypoint.start is waypoint.end is None for waypoint in self.path)
+            if self.end is not None or moved or self.clamp_position != (0.0,) * 3 or self.clamp_frame != IDENTITY:
                 raise ShellInputError("clamp", "free", "a strip held nowhere has no clamps, poses or path")
+        for waypoint in self.path:
+            if waypoint.walls is not None and len(waypoint.walls) != len(self.walls):
+                remedy = f"must have a point of each of the {len(self.walls)} walls"
+                raise ShellInputError("path.walls", waypoint.walls, remedy)
         if self.end is None:
             for waypoint in self.path:
                 if waypoint.end is not None:
@@ -346,6 +399,11 @@ class ShellProblem:
         return self.holds[0] != parts.ALL or self.holds[1] not in (parts.ALL, parts.FRAME)
 
     @property
+    def rests(self) -> bool:
+        """Whether walls are all that holds it."""
+        return self.clamp == "free" and bool(self.walls)
+
+    @property
     def released(self) -> bool:
         """True when a held edge has freedoms of its own."""
         rigid = any(part in (parts.FRAME, parts.SECTION, parts.POSITION) for part in self.holds)
@@ -355,6 +413,8 @@ class ShellProblem:
         """Why the mesh cannot be refined for this goal (shellref.path.weighted); None: it can."""
         if goal == "surface":
             return None
+        if self.walls:
+            return "is not known where walls push"
         if self.partly_held:
             return "is not known where a part of an end is held"
         if self.released:

@@ -88,6 +88,10 @@ class ShellResult:
     load_factor, natural_factor: fractions of weight (without one: of the end's force) and natural curvature at
     this state; path_factor: of the stages.
     clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
+    walls: what each wall exerts on the strip: force (3,), moment (3,) about the origin, gap (l) of the nearest place
+    (node), height (l) of a plate above its place at rest (None: rigid), places that it pushes: contacts (k, 2), their S
+    and v, lines (m, 2), first and last S of what touches in one piece, points (k, 3), pressure (k,) in D / l^3.
+    contact: how well the conditions of contact hold (shellref.contact.report).
     residual: `absolute` 2-norm of dE/du on the free unknowns (5 per node), `relative` the same over the 2-norm of the
     nodal weight and clamp reactions (at least 1); of a band that slides along itself `sliding`, the force in D w / l^2
     with which the mesh, and nothing else, resists that.
@@ -123,6 +127,8 @@ class ShellResult:
     memory_mb: float
     provenance: dict[str, Any]
     discretisation: dict[str, Any] | None = None
+    walls: tuple[dict[str, Any], ...] = ()
+    contact: dict[str, Any] | None = None
 
     @property
     def clamp_force(self) -> np.ndarray:

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shellref.contact.walls import FACES, Wall, WallPath, depth
 from shellref.holds import motions as free_motions
 from shellref.holds import parts
-from shellref.inputs import ShellInputError
+from shellref.inputs import ShellInputError, Vector
 from shellref.seam import gauge
 from shellref.seam.ties import Tie, turned
 from shellref.shell.body import Body, Control, Stage, Supports, line_force
@@ -24,6 +25,9 @@ from shellref.shell.options import ShellOptions
 from shellref.shell.problem import Pose, ShellProblem
 
 LAYER_ELEMENTS = 2  # elements in an edge layer
+#: How far (l) a path's first shape may be behind a wall that then is where it is; how much farther than needed it
+#: goes out of the way otherwise.
+BEHIND, CLEARANCE = 1e-5, 0.05
 Motions = Callable[[np.ndarray], np.ndarray]
 
 
@@ -43,7 +47,9 @@ class Strip:
         p = self.problem
         s, v = nodes.T
         if self.start is None and p.closed:
-            return np.hstack(natural_strip(s, v, np.zeros(3), np.eye(3), self.start_curvature))
+            return self._on_walls(np.hstack(natural_strip(s, v, np.zeros(3), np.eye(3), self.start_curvature)))
+        if self.start is None and p.rests:
+            return self._on_walls(np.hstack(natural_strip(s, v, np.zeros(3), self._lying(), self.start_curvature)))
         if self.start is None:
             return self._at_rest(s, v)
         pose = self.start.poses[0]
@@ -53,11 +59,24 @@ class Strip:
             return np.hstack([position + points @ frame.T, directors @ frame.T])
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
 
+    def _lying(self) -> np.ndarray:
+        """A frame whose normal is the carrying wall's."""
+        normal = np.array(carrying(self.problem).normal)
+        across = np.eye(3)[int(np.argmin(np.abs(normal)))]
+        tangent = np.cross(across, normal) / np.linalg.norm(np.cross(across, normal))
+        return np.stack([np.cross(normal, tangent), normal, tangent], axis=1)
+
+    def _on_walls(self, state: np.ndarray) -> np.ndarray:
+        return state + np.append(lifted(self.problem, state[:, :3], state[:, 3:]), np.zeros(3))
+
     def supports_near(self, state: np.ndarray, nodes: np.ndarray) -> Supports | None:
         """What holds a strip that may move as a whole, or a closed one along itself, near a state (n, 6) of its nodes:
         the body's supports, and one component of a position for each of these motions; None: there are none."""
         problem = self.problem
-        if (self.start is not None and not problem.partly_held) or (self.start is None and not problem.closed):
+        rests = self.start is None and problem.rests
+        if (self.start is not None and not problem.partly_held) or (
+            self.start is None and not problem.closed and not rests
+        ):
             return None  # a strip that nothing holds is held by the body's own supports, in its middle
         base = Supports.none(len(nodes)) if self.start is None else self.body.supports(self.body.grid, nodes)
         tie = _tie(problem, self.body.grid, nodes)
@@ -86,9 +105,10 @@ class Strip:
         problem, grid = self.problem, self.body.grid
         order = grid.order(nodes)
         sign = turned(problem.half_turns or 0)
-        uniform = problem.slides and not gauge.turns(state[order], grid.degree, sign)
+        uniform = problem.slides and (bool(problem.walls) or not gauge.turns(state[order], grid.degree, sign))
         dead = ((problem.up, problem.loaded), (problem.tip, problem.pulled))
         loads = [np.array(x) / np.linalg.norm(np.array(x)) for x, acts in dead if acts]
+        loads += [np.array(wall.normal) for wall in problem.walls]  # nor does a motion along all of them change a gap
         corners = [order[row, [0, -1]] for row in (0, -1)]
         if problem.closed and _pinned(problem, 0):
             corners[0] = np.array([_middle_node(grid, nodes, 0)])
@@ -129,6 +149,23 @@ class Strip:
         centre, ahead = natural_strip(nodes[row : row + 2], np.zeros(2), np.zeros(3), np.eye(3), law)[0]
         back = _turned(np.eye(3), -math.atan2(centre[1] - ahead[1], ahead[2] - centre[2]))
         return np.hstack([(points - centre) @ back.T + [0.0, 0.0, nodes[row]], directors @ back.T])
+
+
+def carrying(problem: ShellProblem) -> Wall:
+    """The wall that carries most of the weight; the first one of a strip without weight."""
+    up = np.array(problem.up or problem.walls[0].normal)
+    return max(problem.walls, key=lambda wall: float(up @ np.array(wall.normal)))
+
+
+def lifted(problem: ShellProblem, points: np.ndarray, directors: np.ndarray) -> np.ndarray:
+    """The way (3,) along its carrying wall's normal that brings a strip of points and directors (n, 3) onto that wall;
+    none where something else holds it."""
+    if not problem.rests:
+        return np.zeros(3)
+    wall = carrying(problem)
+    lever = 0.5 * problem.thickness if problem.contact == FACES else 0.0
+    faces = [points + side * lever * directors for side in (1.0, -1.0)]
+    return np.asarray(depth(wall, np.vstack(faces)) * np.array(wall.normal))
 
 
 def layer_width(problem: ShellProblem) -> float:
@@ -216,7 +253,7 @@ def build_strip(
     """The body, the stages and the clamps of a strip; grid: another one than the problem's own, cut in `refine`."""
     grid = strip_grid(problem, refine) if grid is None else grid
     begin = _start_curvature(problem, options)
-    start, end, stages = _stages(problem, begin)
+    start, end, walls, stages = _stages(problem, begin)
 
     def law(ends: tuple[float, float]):
         def natural(s: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -243,6 +280,7 @@ def build_strip(
         weight=weight,  # type: ignore[arg-type]
         forces=line_force(0, 1.0, problem.tip or (0.0, 0.0, 0.0)) if problem.pulled else None,
         bends_along=True,
+        walls=walls,
     )
     return Strip(problem, body, stages, begin, start, end)
 
@@ -259,8 +297,8 @@ def strip_corner_knots(problem: ShellProblem, refine: tuple[int, int]) -> tuple[
 
 def _stages(
     problem: ShellProblem, begin: tuple[float, float]
-) -> tuple[PosePath | None, PosePath | None, tuple[Stage, ...]]:
-    """Poses of both clamps at every knot of the path, and the stages between the knots."""
+) -> tuple[PosePath | None, PosePath | None, WallPath | None, tuple[Stage, ...]]:
+    """Poses of both clamps and places of the walls at every knot of the path, and the stages between the knots."""
     natural = 1.0 if begin == problem.natural_curvature else 0.0
     control = Control(natural, 0.0, 0.0, 0.0)
     at_start = [problem.start]
@@ -269,6 +307,9 @@ def _stages(
     if first is not None:  # the path moves the start: begin where it is first said to be
         at_start = [first]
         at_end = [] if problem.end is None else [arc_end(first, begin)]
+    own = tuple(wall.point for wall in problem.walls)
+    out_of_the_way = _before(problem, at_start[0], begin)
+    at_walls = [next((w.walls for w in problem.path if w.walls is not None), out_of_the_way)]
     stages: list[Stage] = []
 
     def leg(
@@ -278,10 +319,11 @@ def _stages(
         start: Pose | None = None,
         end: Pose | None = None,
         tip: float | None = None,
+        walls: tuple[Vector, ...] | None = None,
     ) -> None:
         nonlocal control
         place, other = start or at_start[-1], (end or at_end[-1]) if at_end else None
-        moves = place != at_start[-1] or (at_end and other != at_end[-1])
+        moves = place != at_start[-1] or (at_end and other != at_end[-1]) or (walls or at_walls[-1]) != at_walls[-1]
         target = Control(
             control.natural if natural is None else natural,
             control.weight if gravity is None else gravity,
@@ -290,6 +332,7 @@ def _stages(
         )
         if moves:
             at_start.append(place)
+            at_walls.append(walls or at_walls[-1])
             if other is not None:
                 at_end.append(other)
         target = target._replace(leg=max(math.ceil(target.move) - 1.0, 0.0))
@@ -300,14 +343,38 @@ def _stages(
     if not problem.path:
         leg("natural", natural=1.0)
     for waypoint in problem.path:
-        leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end, waypoint.tip)
+        leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end, waypoint.tip,
+            waypoint.walls)  # fmt: skip
     leg("clamps", start=problem.start, end=problem.end)
     leg("natural", natural=1.0)
     last = "gravity" if not problem.pulled else "gravity and tip" if problem.loaded else "tip"
     leg(last, gravity=1.0 if problem.loaded else 0.0, tip=1.0 if problem.pulled else 0.0)
+    leg("walls", walls=own)
+    walls = None
+    if problem.walls:
+        normals = np.array([wall.normal for wall in problem.walls])
+        offsets = np.einsum("mki,ki->mk", np.array(at_walls), normals)
+        walls = WallPath(normals, tuple(wall.stiffness for wall in problem.walls), offsets, problem.contact)
     if problem.clamp == "free":
-        return None, None, tuple(stages)
-    return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, tuple(stages)
+        return None, None, walls, tuple(stages)
+    return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, walls, tuple(stages)
+
+
+def _before(problem: ShellProblem, pose: Pose, begin: tuple[float, float]) -> tuple[Vector, ...]:
+    """Points of the walls where the path begins: where they are, or as far back as leaves them clear of the shape that
+    it begins with; where walls alone carry the strip, where they are."""
+    own = tuple(wall.point for wall in problem.walls)
+    if problem.rests or problem.transverse_curvature or not own:
+        return own
+    s, v = (x.ravel() for x in np.meshgrid(np.linspace(0.0, 1.0, 201), 0.5 * problem.width * np.array([-1.0, 1.0])))
+    points, directors = natural_strip(s, v, np.array(pose.position), np.array(pose.frame), begin)
+    faces = np.vstack([points + side * 0.5 * problem.thickness * directors for side in (1.0, -1.0)])
+    found = []
+    for wall in problem.walls:
+        behind = depth(wall, faces if problem.contact == FACES else points)
+        back = 0.0 if behind <= BEHIND else (1.0 + CLEARANCE) * behind
+        found.append(tuple(x - back * n for x, n in zip(wall.point, wall.normal, strict=True)))
+    return tuple(found)  # type: ignore[arg-type]
 
 
 def _supports(
@@ -320,6 +387,8 @@ def _supports(
 ) -> Supports:
     """What is held of a strip and how it moves."""
     tie = _tie(problem, grid, nodes)
+    if start is None and problem.rests:
+        return dataclasses.replace(Supports.none(len(nodes)), tie=tie)
     if start is None:
         return dataclasses.replace(_isostatic(grid, nodes), tie=tie)
     half = 0.5 * problem.width

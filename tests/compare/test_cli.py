@@ -253,10 +253,10 @@ def test_a_tolerance_places_the_segments(solved):
 
 def test_compare_refuses_what_the_shell_cannot_do(capsys, tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(held_scenes.FLOOR)
+    path.write_text(held_scenes.FLOOR.replace("[strip]", "[strip]\nsecond_moment = 1e-12"))
     code, _, err = run(capsys, "compare", path, "--out", tmp_path / "o")
     assert code == BAD_INPUT
-    assert "no contact" in err
+    assert "second_moment" in err
     assert not (tmp_path / "o").exists()
 
 

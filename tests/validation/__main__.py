@@ -77,6 +77,7 @@ NAMES = (
     "sweep",
     "shell_cost",
     "shell_start",
+    "shell_walls",
     "shell_adaptive",
     "shell_size",
     "cost",

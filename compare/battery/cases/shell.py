@@ -187,6 +187,60 @@ def _work(rung: Rung) -> Iterator[Check]:
     yield near("dE / dGamma against the height of the centre (l)", slope, height, 2e-5)
 
 
+def _walls(rung: Rung) -> Iterator[Check]:
+    """A strip held above a table, which pushes what the weight lays on it: judged from the shape alone."""
+    from shellref.contact.walls import Wall
+
+    table, gamma = Wall((0.0, -0.05, 0.0), (0.0, 1.0, 0.0)), float(rung)
+    result = _solved(gamma=gamma, up=(0.0, 1.0, 0.0), poisson=0.3, walls=(table,), elements=(24, 2))
+    (wall,) = result.walls
+    yield from _complementary(result)
+    points, surface = wall["points"], result.surface
+    pushed = float(wall["force"][1]) + float(result.clamps["start"]["force"][1])
+    yield near("table and clamp over the weight", pushed / gamma, 1.0, 1e-8)
+    clamp = result.clamps["start"]
+    centre = thin.centre(surface)
+    moment = clamp["moment"] + wall["moment"] + np.cross(centre, [0.0, -gamma, 0.0])
+    yield Check("moments left over (of the weight's)", float(np.abs(moment).max()) / gamma, 1e-6)
+    yield holds("stable, and lies on the table", result.stable is True and len(points) > 0, result.message)
+
+
+def _plates(rung: Rung) -> Iterator[Check]:
+    """A ring between plates, nu = 0: both push alike, and by virtual work as its energy falls with their gap."""
+    from shellref.contact.walls import Wall
+
+    upright = ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+
+    def ring(gap: float) -> Any:
+        walls = tuple(Wall((0.0, side * 0.5 * gap, 0.0), (0.0, -side, 0.0)) for side in (-1.0, 1.0))
+        return _solved(
+            clamp_frame=upright, half_turns=0, start_curvature=-2.0 * math.pi, elements=(80, 2), grading=(1.0, 1.0),
+            walls=walls,
+        )  # fmt: skip
+
+    gap, change = float(rung), 2e-4
+    below, at, above = (ring(gap + x) for x in (-change, 0.0, change))
+    yield from _complementary(at)
+    lower, upper = (float(wall["force"][1]) for wall in at.walls)
+    yield near("lower plate over the upper one", -lower / upper, 1.0, 1e-6)
+    slope = (above.energy["total"] - below.energy["total"]) / (2.0 * change)
+    yield near("dE / dH over minus the force", slope / upper, 1.0, 5e-3)
+
+
+def _complementary(result: Any) -> Iterator[Check]:
+    """Gaps and pushes of a shell's nodes, from its surface and the walls."""
+    through = product = pull = 0.0
+    for wall, found in zip(result.problem.walls, result.walls, strict=True):
+        normal, place = np.asarray(wall.normal), np.asarray(wall.point)
+        through = max(through, -float(np.min((result.surface.points - place) @ normal)))
+        if len(found["points"]):
+            product = max(product, float(np.abs((found["points"] - place) @ normal).max()))
+            pull = max(pull, -float(found["pressure"].min()) / float(found["pressure"].max()))
+    yield Check("nodes behind a wall (l)", through, 1e-9)
+    yield Check("gap where a wall pushes (l)", product, 1e-9)
+    yield Check("pull over the largest push", pull, 1e-9)
+
+
 CASES = (
     Case(
         "shell/thin", "the membrane is (w / h)^2 times stiffer than the bending",
@@ -221,5 +275,14 @@ CASES = (
     Case(
         "shell/work", "energies along a path", "dE / dGamma is the height of the centre of weight", "Gamma", _work,
         (), (1.0, 20.0, 400.0),
+    ),
+    Case(
+        "shell/table", "contact appears and spreads under a strip that a table stops",
+        "no node behind it, no pull, a push only where the gap is zero; table, clamp and weight in balance", "Gamma",
+        _walls, (10.0,), (3.0, 30.0, 100.0, 300.0),
+    ),
+    Case(
+        "shell/plates", "a ring pressed flat between two plates", "the same, and dE / dH is the force", "gap (l)",
+        _plates, (), (0.3, 0.25, 0.2, 0.15, 0.1),
     ),
 )  # fmt: skip

@@ -25,7 +25,8 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         off: dict[str, Any] = weightless(scene) if key == "gravity" else {key: None}
         if scene.path:
             off["path"] = stages_without(scene.path, (key,)) or None
-        return Effect(name, "a load of its path" if key != "clamp.end" else "a clamp of its path", True, why, off)
+        costs = {"clamp.end": "a clamp of its path", "wall": "an active set, and a saddle system by MUMPS"}
+        return Effect(name, costs.get(key, "a load of its path"), True, why, off)
 
     return (
         _itself(scene),
@@ -38,6 +39,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
             "strip.transverse_curvature",
             "strip.transverse_curvature",
         ),
+        either("contact", bool(scene.walls), "[[wall]]" if scene.walls else "no [[wall]]", "wall"),
         either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),
     )
 

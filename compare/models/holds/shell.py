@@ -146,6 +146,7 @@ def motions_of(scene: Scene) -> Motions | None:
     ]  # fmt: skip
     loads = [scene.up] if scene.gamma and scene.up is not None else []
     loads += [unit(scene.tip_force)] if scene.tip_force.any() else []
+    loads += list(scene.wall_normals)  # nor does a motion along a wall change a gap
     pivot = next((held.point for held in supports if held.point is not None), None)
     found = motions.free(supports, loads, np.zeros(3) if pivot is None else pivot)
     if not len(found):

@@ -48,8 +48,11 @@ _QUANTITIES: tuple[Quantity[Answered], ...] = (
         Part("position", "middle", "middle / l", rank=7),)),
     Quantity("end", unit="l", kind="decimals:5", of=lambda a: _report(a).end, parts=(
         Part("position", "end", "end / l", rank=6),)),
-    Quantity("forces", unit="D w / l^2", kind=DATA, of=lambda a: {**_held(a, "force"), "walls": []}),
+    Quantity("forces", unit="D w / l^2", kind=DATA, of=lambda a: {
+        **_held(a, "force"), "walls": [wall["force"] for wall in a.state.supports.walls]}),
     Quantity("moments", unit="moment", kind=DATA, of=lambda a: _held(a, "moment")),
+    Quantity("walls", kind=DATA, of=lambda a: list(a.state.supports.walls)),
+    Quantity("contact", kind=DATA, of=lambda a: a.state.native.data.get("contact", ABSENT) or ABSENT),
     Quantity("load_factor", kind=DATA, of=lambda a: _report(a).load_factor),
     Quantity("path_factor", kind=DATA, of=lambda a: _report(a).path_factor),
     Quantity("discretisation", kind=DATA, of=lambda a: _report(a).discretisation),

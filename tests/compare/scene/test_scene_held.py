@@ -411,8 +411,6 @@ CORNERS = '[shell]\nclamp = "corners"\n'
 CURVED = {"strip.transverse_curvature": "20.0"}
 NO_FRAME = {"clamp.start.tangent": None, "clamp.start.normal": None}
 BEYOND_THE_SHELL = [
-    ({"closure.kind": '"circle"'}, FLOOR, "wall", "no contact"),
-    ({}, FLOOR, "wall", "no contact"),
     (NO_FRAME, CORNERS, "shell.clamp", "a part of the edge"),
     (NO_FRAME | CURVED, "", "clamp.start", "leaves the frame of a curved section free"),
     (NO_START | END | CURVED, "", "clamp.start", "the start of a curved section is free"),
@@ -434,6 +432,11 @@ def test_the_shell_takes_ends_of_which_a_part_is_held():
     free = {"clamp.end.tangent": None, "clamp.end.normal": None}
     for change in (NO_FRAME, NO_START | WEIGHTLESS, END | free, NO_START | END):
         assert has_shell(loads(text(PLANAR, {"strip.thickness": "3e-4"}, change)))
+
+
+def test_the_shell_takes_walls():
+    for change in ({"closure.kind": '"circle"'}, {}):
+        assert has_shell(loads(text(PLANAR, {"strip.thickness": "3e-4"}, change, extra=FLOOR)))
 
 
 def test_the_shell_takes_two_clamps_and_weighs_its_surface():

@@ -1,0 +1,249 @@
+"""Which places of a shell push on their walls: a primal-dual active set within Newton's iteration. NumPy and SciPy.
+
+At an equilibrium, with r = dE/du, gaps g and pushes lambda of all places (docs/theory.md, eq. (7.26)),
+
+    P^T (r - sum b lambda) = 0 ,   g >= 0 ,   lambda >= 0 ,   lambda g = 0 .
+
+The last three are lambda = max(0, lambda - c g) for any c > 0, which Newton's iteration solves though it has corners
+(semi-smooth: Hintermueller, Ito and Kunisch 2002, doi:10.1137/S1052623401383558): a step keeps the gaps of the active
+places at zero and takes no push at the others; then places that would go through become active, and those that pull
+are let go. It ends where the set no longer changes: no penalty, no tolerance of a contact law is in the answer.
+
+A plate's compliance is not that of a membrane: from a set that is far off, full steps of this kind chatter. Then the
+walls are soft for a while (lambda = -stiffness g, the system's lower block -1/stiffness): that settles within a few
+steps, and the walls are made stiffer (`STIFFER`) until they are rigid again, from a set that is nearly right. The
+answer knows nothing of that.
+
+Where a set comes back the steps go round in a circle. From there on places that go through come first, all of them,
+and where there are none those that pull most are let go (`HARD` of the worst); where that goes round too, one place
+changes at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from shellref.contact.rows import Rows, independent, movable
+from shellref.contact.saddle import Saddle
+
+#: Gap (over l) below which a place touches where nothing is known of it yet; and where walls alone carry the strip and
+#: nothing touches so, the same above the lowest place.
+TOUCHES, LOWEST = 1e-6, 1e-4
+#: Gap (l) and push (of the largest one, at least 1 D w / l^2) within which a place is on its wall, and does not pull.
+THROUGH, PULLS = 1e-11, 1e-9
+#: Stiffness of walls that are soft for a while, D / l^4, over the largest pressure there is (at least 1 D / l^3); after
+#: how many iterations with changes, and more than how many places at once, they become so.
+STIFFER = (1e4, 1e6, 1e8)
+PATIENCE, MANY = 2, 4
+#: Part of what is behind soft walls that may still change when they are made stiffer; iterations with them, at most.
+FEW, MOST_SOFT = 0.1, 40
+#: Part of the hardest pull from which places are let go, where all at once went round in a circle.
+HARD = 0.3
+#: Push over the largest one below which a place that touches does so weakly (strict complementarity fails there).
+WEAKLY = 1e-6
+
+
+#: Cosine of director and normal below which both faces of a node may be on a wall at once (a strip on edge).
+ACROSS = 0.1
+
+
+class Snapshot(NamedTuple):
+    """What a contact is at a state."""
+
+    active: np.ndarray
+    pushes: np.ndarray
+    heights: np.ndarray
+    known: bool
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Complementarity of a state: deepest gap below zero at a place (l), largest pull and the largest |lambda g| over
+    the largest push, and the number of places that touch weakly."""
+
+    through: float
+    pull: float
+    product: float
+    weakly: int
+
+
+def other_faces(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (p,) of the rows of upper faces, and (p,) of the lower face of the same node and wall."""
+    key = rows.walls.astype(np.int64) * (int(rows.nodes.max(initial=0)) + 1) + rows.nodes
+    upper, lower = np.flatnonzero(rows.sides > 0.0), np.flatnonzero(rows.sides < 0.0)
+    _, a, b = np.intersect1d(key[upper], key[lower], assume_unique=True, return_indices=True)
+    return upper[a], lower[b]
+
+
+class Contact:
+    """Rows of a shell with the active ones, their pushes (m,) in D w / l^2 and the ways (walls,) of plates in l."""
+
+    def __init__(
+        self, rows: Rows, comm: Any, unknowns: int, own: int, projection: Any, areas: np.ndarray, carries: bool
+    ):
+        """own: the first unknowns, each of a node of its own; projection: P (6 n, unknowns); areas (n,): of nodes;
+        carries: nothing but walls holds the strip along some of their normals."""
+        self._n = projection.shape[0] // 6
+        where = movable(rows, projection)
+        self.rows = Rows(rows.nodes[where], rows.walls[where], rows.sides[where], rows.lever, rows.path)
+        self._areas = areas[self.rows.nodes]
+        self._others = other_faces(self.rows)
+        self._own, self._carries = own, carries
+        self.saddle = Saddle(comm, unknowns)
+        count, m = len(rows.path.normals), len(self.rows)
+        self.springs = np.array([0.0 if c is None else c for c in rows.path.stiffness])
+        self._plates = np.flatnonzero(self.springs)
+        self.active, self.pushes, self.heights = np.zeros(m, dtype=bool), np.zeros(m), np.zeros(count)
+        self._known = False
+        self._held = np.zeros(0, dtype=int)  # numbers of the rows of the factors last made
+        self._seen: set[bytes] = set()
+        self._care = self._tries = self._hardness = 0
+        self._may_soften = True
+
+    def snapshot(self) -> Snapshot:
+        """To come back to."""
+        return Snapshot(self.active.copy(), self.pushes.copy(), self.heights.copy(), self._known)
+
+    def restore(self, of: Snapshot) -> None:
+        """Back to a snapshot."""
+        self.active, self.pushes, self.heights = of.active.copy(), of.pushes.copy(), of.heights.copy()
+        self._known = of.known
+
+    def begin(self, state: np.ndarray, offsets: np.ndarray) -> None:
+        """A new iteration at a state (n, 6): the active set of the last one, or of what touches."""
+        self._seen = set()
+        self._care = self._tries = self._hardness = 0
+        self._may_soften = True
+        if self._known:
+            return
+        gaps = self.rows.gaps(state, offsets, self.heights)
+        self.active = gaps <= TOUCHES
+        if self._carries and len(gaps):
+            least = np.array([np.min(gaps[self.rows.walls == k], initial=np.inf) for k in range(len(self.springs))])
+            nearest = gaps <= least[self.rows.walls] + LOWEST
+            self.active |= nearest & (np.min(least) == least)[self.rows.walls] & (np.min(least) > TOUCHES)
+        self.active = self._one_face(self.active, gaps)
+        self.pushes[:] = 0.0
+        self._known = True
+
+    def forces(self) -> np.ndarray:
+        """(n, 6): what the walls exert on the nodes."""
+        return self.rows.forces(self.pushes, self._n)
+
+    @property
+    def energy(self) -> float:
+        """Of the plates' springs, D w / l."""
+        return float(0.5 * np.sum(self.springs * self.heights**2))
+
+    def factor(self, tangent: Any, projection: Any) -> None:
+        """Factorise the tangent (PETSc) on what keeps the active places on their walls; projection: P (6 n, unknowns).
+
+        Raises petsc_api.FactorisationFailed.
+        """
+        held = np.flatnonzero(self.active)
+        rows = (self.rows.matrix(held, self._n) @ projection).tocsr()
+        if self._own < rows.shape[1] and len(held):
+            keep = independent(rows, self._own)
+            held, rows = held[keep], rows[keep]
+        self._held = held
+        on = csr_matrix((len(held), len(self._plates)))
+        if len(self._plates):
+            place = np.searchsorted(self._plates, self.rows.walls[held])
+            springy = self.springs[self.rows.walls[held]] > 0.0
+            at = np.flatnonzero(springy)
+            on = csr_matrix((np.ones(len(at)), (at, place[springy])), shape=(len(held), len(self._plates)))
+        give = np.zeros(len(held))
+        if self._hardness:
+            pressure = max(1.0, float(np.max(self.pushes / self._areas, initial=0.0)))
+            give = 1.0 / (pressure * STIFFER[self._hardness - 1] * self._areas[held])
+        self.saddle.factor(tangent, rows, self.springs[self._plates], on, give)
+
+    def solve(self, right: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """du (unknowns,) with K du + ... = right and b . du = rates (m,) at the active places, with the last factors:
+        plates give way."""
+        return self.saddle.solve_all(right, np.zeros(len(self._plates)), rates[self._held])[0]
+
+    def correct(self, right: np.ndarray, gaps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(du (unknowns,), dq (walls,)) of a Newton step, right = -P^T r, gaps (m,) where held nodes are put; takes
+        the pushes that belong to it and moves the plates."""
+        plates = self._plates
+        moved = np.zeros(len(self.springs))
+        on_plates = -self.springs[plates] * self.heights[plates]
+        step, moved[plates], found = self.saddle.solve_all(right, on_plates, -gaps[self._held])
+        self.pushes[:] = 0.0
+        self.pushes[self._held] = found
+        self.heights += moved
+        return step, moved
+
+    def update(self, gaps: np.ndarray) -> int:
+        """The active set after a step that leads to these gaps (m,); how many places changed."""
+        size = max(1.0, float(np.max(np.abs(self.pushes), initial=0.0)))
+        through = ~self.active & (gaps < -THROUGH)
+        pulls = self.active & (self.pushes < -PULLS * size)
+        changed = through | pulls
+        if self._hardness:
+            return self._while_soft(gaps)
+        if not changed.any():
+            return 0
+        self._tries += 1
+        if self._tries > PATIENCE and np.sum(changed) > MANY and self._may_soften:
+            self._hardness, self._may_soften = 1, False
+        changed = self._careful(through, pulls, gaps)
+        key = np.packbits(self.active ^ changed).tobytes()
+        if key in self._seen and self._care < 2:
+            self._care, self._seen = self._care + 1, set()
+            changed = self._careful(through, pulls, gaps)
+            key = np.packbits(self.active ^ changed).tobytes()
+        self._seen.add(key)
+        before = self.active.copy()
+        self.active = self._one_face(self.active ^ changed, gaps)
+        changed = self.active ^ before
+        self.pushes[~self.active] = 0.0
+        return int(changed.sum())
+
+    def _while_soft(self, gaps: np.ndarray) -> int:
+        """The set where walls are soft: what is behind them; stiffer ones when that has settled."""
+        behind = gaps < 0.0
+        changed = behind ^ self.active
+        if np.sum(changed) <= max(MANY, FEW * np.sum(behind)) or self._tries > MOST_SOFT:
+            self._hardness = (self._hardness + 1) % (len(STIFFER) + 1)
+        self._tries += 1
+        self.active = self._one_face(behind, gaps)
+        self.pushes[~self.active] = 0.0
+        return max(1, int(changed.sum()))
+
+    def _one_face(self, active: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+        """The set (m,) with one face of each node on a wall, the nearer one: both, n . d = (g+ - g-) / h, are the same
+        row where the director is along the normal, and touch together only where it is across."""
+        first, second = self._others
+        both = active[first] & active[second] & (np.abs(gaps[first] - gaps[second]) > 2.0 * ACROSS * self.rows.lever)
+        active = active.copy()
+        active[np.where(gaps[first] > gaps[second], first, second)[both]] = False
+        return active
+
+    def _careful(self, through: np.ndarray, pulls: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+        """Mask (m,) of the places to change of those that go through and those that pull."""
+        if self._care == 0:
+            return through | pulls
+        some = through if through.any() else pulls & (self.pushes <= HARD * np.min(self.pushes))
+        if self._care == 1:
+            return some
+        one = np.zeros_like(some)
+        one[int(np.argmin(np.where(some, gaps if through.any() else self.pushes, np.inf)))] = True
+        return one
+
+    def judged(self, state: np.ndarray, offsets: np.ndarray) -> Judged:
+        """How well a state (n, 6) with the present pushes fulfils the conditions, at every place."""
+        gaps = self.rows.gaps(state, offsets, self.heights)
+        most = float(np.max(self.pushes, initial=0.0))
+        size = max(most, 1e-300)
+        return Judged(
+            through=max(0.0, -float(np.min(gaps, initial=0.0))),
+            pull=max(0.0, -float(np.min(self.pushes, initial=0.0))) / size,
+            product=float(np.max(np.abs(self.pushes * gaps), initial=0.0) / size),
+            weakly=int(np.sum((gaps <= TOUCHES) & (self.pushes <= WEAKLY * most))) if most else 0,
+        )

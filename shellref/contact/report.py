@@ -1,0 +1,101 @@
+"""What walls exert, and how well a state keeps the conditions of contact, between its nodes too. NumPy only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+import numpy as np
+
+from shellref.contact.active import Contact
+
+#: Points of an element, each way, at which the surface is looked at between its nodes.
+BETWEEN = 8
+#: Digits to which nodes of one row have one abscissa.
+DIGITS = 10
+
+
+class Surface(Protocol):
+    """A surface with directors, of elements of a degree on nodes (as `shellref.shell.surface.ShellSurface`)."""
+
+    s_nodes: np.ndarray
+    v_nodes: np.ndarray
+    degree: int
+
+    def grid(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Positions (m, k, 3)."""
+        ...
+
+    def director(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Unit directors, of the shape of s and v broadcast."""
+        ...
+
+
+def sampled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and directors (n, 3) at `BETWEEN` steps of every element each way, its nodes among them where its
+    degree divides that."""
+
+    def fine(ends: np.ndarray) -> np.ndarray:
+        steps = np.arange(BETWEEN) / BETWEEN
+        return np.append((ends[:-1, None] + np.diff(ends)[:, None] * steps).ravel(), ends[-1])
+
+    s, v = fine(surface.s_nodes[:: surface.degree]), fine(surface.v_nodes[:: surface.degree])
+    return surface.grid(s, v).reshape(-1, 3), surface.director(s[:, None], v[None, :]).reshape(-1, 3)
+
+
+def walls(
+    contact: Contact, state: np.ndarray, offsets: np.ndarray, nodes: np.ndarray, areas: np.ndarray
+) -> Iterator[dict[str, Any]]:
+    """Of each wall what `ShellResult.walls` says; state (n, 6), offsets (walls,), nodes (n, 2) in material coordinates,
+    areas (n,) of the nodes over the width.
+
+    The moment is exact for the discrete balance: a face's push acts at the face.
+    """
+    rows, pushes = contact.rows, contact.pushes
+    gaps, points = rows.gaps(state, offsets, contact.heights), rows.points(state)
+    for k, normal in enumerate(rows.path.normals):
+        own = rows.walls == k
+        at = np.flatnonzero(own & contact.active)
+        force = pushes[at, None] * normal
+        yield {
+            "force": force.sum(axis=0),
+            "moment": np.cross(points[at], force).sum(axis=0),
+            "gap": float(np.min(gaps[own], initial=np.inf)) if own.any() else None,
+            "height": None if rows.path.stiffness[k] is None else float(contact.heights[k]),
+            "contacts": nodes[rows.nodes[at]],
+            "lines": lines(nodes[:, 0], nodes[rows.nodes[at], 0]),
+            "points": points[at],
+            "pressure": pushes[at] / areas[rows.nodes[at]],
+        }
+
+
+def lines(everywhere: np.ndarray, touched: np.ndarray) -> np.ndarray:
+    """(n, 2) first and last abscissa of the rows of nodes that touch without a gap between them; everywhere, touched:
+    abscissae of all nodes, and of those that a wall pushes."""
+    rows = np.unique(np.round(everywhere, DIGITS))
+    on = np.isin(rows, np.round(touched, DIGITS))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
+    return np.column_stack([rows[edges[::2]], rows[edges[1::2] - 1]])
+
+
+def contact(
+    contact: Contact, state: np.ndarray, offsets: np.ndarray, between: tuple[np.ndarray, np.ndarray], thickness: float
+) -> dict[str, Any]:
+    """{"surface", "through": deepest of the places behind its wall (l), "pull" and "product": largest pull and largest
+    |lambda g| over the largest push, "weakly": places that touch and hardly push, "penetration": the deepest behind a
+    wall anywhere (l), 0 where nothing is}; between: positions and directors (n, 3) of the surface, see `sampled`.
+    """
+    judged = contact.judged(state, offsets)
+    path = contact.rows.path
+    points, directors = between
+    heights = (points @ path.normals.T) - offsets - contact.heights
+    if contact.rows.lever and np.any(contact.rows.sides):
+        heights = heights - 0.5 * thickness * np.abs(directors @ path.normals.T)
+    return {
+        "surface": path.surface,
+        "through": judged.through,
+        "pull": judged.pull,
+        "product": judged.product,
+        "weakly": judged.weakly,
+        "penetration": float(max(0.0, -np.min(heights))),
+    }

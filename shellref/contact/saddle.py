@@ -1,0 +1,85 @@
+"""The tangent on the increments that keep active places on their walls: a saddle system, factored by MUMPS.
+
+With the reduced tangent K, the active rows B over the free increments, and plates (ways q with springs c, and A of
+ones: the active rows of each plate),
+
+    | K        B^T | | du      |   | -r  |
+    |     c   -A^T | | dq      | = | -r_q|        r_q = c q
+    | B   -A    0  | | -lambda |   | -g  |
+
+(docs/theory.md, eq. (7.27)); with -1/stiffness of walls that are soft for a while in the place of the 0. Its inertia is
+that of the tangent on the null space of (B, -A) with m more negative and m more positive eigenvalues, m rows of full
+rank (Gould 1985, doi:10.1007/BF01585672): stability needs no basis of that space.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.sparse import bmat, csr_matrix, diags
+
+from shellref.fenics import petsc_api as petsc
+
+
+class Saddle:
+    """Factors of the saddle system; solves with the tangent on the null space of the rows as petsc_api.SymmetricFactor
+    does with a matrix. unknowns: of K."""
+
+    def __init__(self, comm: Any, unknowns: int):
+        self._comm, self.unknowns = comm, unknowns
+        self.matrix: Any = None  # of K alone (PETSc): what its eigenvalues' rounding is told from
+        self._factor: Any = None
+        self._pattern: tuple[np.ndarray, np.ndarray] | None = None
+        self._rows = self._plates = 0
+
+    def factor(self, tangent: Any, rows: Any, springs: np.ndarray, on_plates: Any, give: np.ndarray) -> None:
+        """Factorise. tangent: K (PETSc); rows (m, unknowns), on_plates (m, plates) scipy.sparse; springs (plates,);
+        give (m,): 1 / stiffness of soft walls, 0 of rigid ones.
+
+        Raises petsc_api.FactorisationFailed.
+        """
+        self.matrix = tangent
+        self._rows, self._plates = rows.shape[0], len(springs)
+        matrix = petsc.to_scipy(tangent)
+        if self._plates:
+            matrix = bmat([[matrix, None], [None, diags(springs)]], format="csr")
+            rows = bmat([[rows, -on_plates]], format="csr")
+        if self._rows:
+            count = self._rows  # entries on the diagonal, of value 0 too: a factor wants them
+            lower = csr_matrix((-give, np.arange(count), np.arange(count + 1)), shape=(count, count))
+            matrix = bmat([[matrix, rows.T], [rows, lower]], format="csr")
+        matrix = matrix.tocsr()
+        matrix.sort_indices()
+        csr = matrix.indptr, matrix.indices, matrix.data
+        known = self._pattern
+        if known is not None and all(np.array_equal(a, b) for a, b in zip(known, csr[:2], strict=True)):
+            petsc.refill(self._factor.matrix, csr)
+        else:
+            if self._factor is not None:
+                self._factor.destroy()
+                self._factor.matrix.destroy()
+            self._factor = petsc.SymmetricFactor(petsc.sparse_matrix(self._comm, (matrix.shape[0],) * 2, csr))
+            self._pattern = matrix.indptr.copy(), matrix.indices.copy()
+        self._factor.factor()
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """The inverse on the null space of the rows, times right (unknowns,)."""
+        return self.solve_all(right, np.zeros(self._plates), np.zeros(self._rows))[0]
+
+    def solve_all(
+        self, right: np.ndarray, on_plates: np.ndarray, gaps: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(du, dq, multipliers lambda (m,)) of right sides (unknowns,), (plates,) and (m,)."""
+        found = self._factor.solve(np.concatenate([right, on_plates, gaps]))
+        first, then = self.unknowns, self.unknowns + self._plates
+        return found[:first], found[first:then], -found[then:]
+
+    def inertia(self) -> tuple[int, int, int]:
+        """Numbers of negative, zero and positive eigenvalues on the null space of the rows."""
+        negative, zero, positive = self._factor.inertia()
+        return negative - self._rows, zero, positive - self._rows
+
+    def memory_mb(self) -> int:
+        """Megabytes that MUMPS allocated."""
+        return int(self._factor.memory_mb())
