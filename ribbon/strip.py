@@ -15,7 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ribbon import law
 from ribbon.errors import RibbonInputError
+from ribbon.law import Law
 
 #: Standard acceleration of gravity of the thesis, m/s^2.
 STANDARD_GRAVITY = 9.81
@@ -103,7 +105,7 @@ def check_known(strip: Strip) -> None:
     known("width", strip.width, [strip.relative_width])
     if strip.thickness is not None:
         known("thickness", strip.thickness, [strip.thickness / strip.length])
-    known("natural_curvature", strip.natural_curvature, strip.curvature)
+    known("natural_curvature", strip.natural_curvature, law.values(strip.curvature))
     known("gamma", strip.gamma, [strip.gamma])
 
 
@@ -118,8 +120,9 @@ class Strip:
     poisson:
         nu in (-1, 0.5]; matters with natural curvature only.
     natural_curvature:
-        normal curvature K of the stress-free strip in 1/length: a number, or (at s = 0, at s = l) for a linear law.
-        The flat strip has 0, and then the term is absent.
+        normal curvature K of the stress-free strip in 1/length: a number, (at s = 0, at s = l) for a linear law, or
+        pairs ((s, K), ...) from s = 0 to s = length, linear between them (`ribbon.law`). The flat strip has 0, and
+        then the term is absent.
     gamma:
         ``rho h g l^3 / D``, weight against bending stiffness (docs/theory.md, eq. (2.1)); `from_material` computes it;
         0: weightless.
@@ -137,7 +140,7 @@ class Strip:
     length: float
     width: float
     poisson: float = 0.5
-    natural_curvature: float | tuple[float, float] = 0.0
+    natural_curvature: float | Law = 0.0
     gamma: float = 0.0
     thickness: float | None = None
     bending_stiffness: float | None = None
@@ -161,12 +164,7 @@ class Strip:
             raise RibbonInputError(
                 "bending_stiffness", self.bending_stiffness, "a positive stiffness D in N m is needed"
             )
-        k = self.natural_curvature
-        ends = tuple(k) if isinstance(k, (tuple, list)) else (k, k)
-        if len(ends) != 2:
-            raise RibbonInputError("natural_curvature", k, "one number, or two (at s = 0 and s = l)")
-        start, end = (finite("natural_curvature", v) for v in ends)
-        object.__setattr__(self, "natural_curvature", (start, end))
+        object.__setattr__(self, "natural_curvature", law.read("natural_curvature", self.natural_curvature, length))
         if self.material is not None and not self._is_of(self.material):
             object.__setattr__(self, "material", None)
 
@@ -189,7 +187,7 @@ class Strip:
         young: float,
         density: float,
         poisson: float,
-        natural_curvature: float | tuple[float, float] = 0.0,
+        natural_curvature: float | Law = 0.0,
         acceleration: float = STANDARD_GRAVITY,
     ) -> Strip:
         """Strip from SI data: metres, pascals, kg/m^3, m/s^2; ``D = Y h^3 / (12 (1 - nu^2))`` per unit width."""
@@ -215,7 +213,6 @@ class Strip:
         return 0.5 * self.relative_width, thickness, float(self.poisson)
 
     @property
-    def curvature(self) -> tuple[float, float]:
-        """Natural curvature times l at both ends."""
-        start, end = self.natural_curvature  # type: ignore[misc]
-        return start * self.length, end * self.length
+    def curvature(self) -> Law:
+        """Natural curvature times l: at both ends where it is linear between them, else ((s / l, K l), ...)."""
+        return law.scaled(self.natural_curvature, self.length)  # type: ignore[arg-type]

@@ -43,8 +43,7 @@ def line_density_of(energy: str, equilibrium: Any, s: FloatArray, thickness: flo
 def _values(code: int, equilibrium: Any, s: FloatArray, section: tuple[float, ...]) -> FloatArray:
     local = local_state(equilibrium, s)
     out = np.empty((s.size, 15))
-    start, end = equilibrium.problem.strip.curvature
-    free_numbers(code, local.k, local.t, local.dk, local.dt, local.natural, float(end - start), section, out)
+    free_numbers(code, local.k, local.t, local.dk, local.dt, local.natural, 0.0, section, out)
     return np.asarray(out[:, 0] + _in_plane(equilibrium, s))
 
 

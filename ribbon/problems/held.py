@@ -98,7 +98,7 @@ class Held:
     @cached_property
     def material(self) -> Material:
         """What the elastic energy depends on, for the kernels."""
-        return Material.of(self.strip, self.fields)
+        return Material.of(self.strip, self.fields, self.lengths)
 
     @property
     def sideways(self) -> int:
