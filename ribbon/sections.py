@@ -63,7 +63,7 @@ def local_state(equilibrium: Any, s: FloatArray) -> Local:
     natural, slope = law.at(problem.strip.curvature, s), problem.material.curvature[i, 1]
     h = s - joints[i]
     k, t = q[i, 0] * h + q[i, 1], q[i, 2] * h + q[i, 3]
-    return Local(k, t, q[i, 0], q[i, 2], natural, slope)
+    return Local(k, t, q[i, 0], q[i, 2], natural, slope, law.at(problem.strip.twist, s), problem.material.rest[i, 1])
 
 
 def offsets(section: Profile, local: Local, v: float, numbers: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:

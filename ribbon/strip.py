@@ -71,12 +71,17 @@ class Material:
         return self.density * thickness * self.acceleration * length**3 / self.stiffness(thickness, poisson)
 
 
+#: Fields of a strip that say its shape at rest: kappa_1, kappa_2, kappa_3.
+NATURAL = ("natural_curvature", "natural_geodesic_curvature", "natural_twist")
+
 #: The dimensionless numbers for which the models are known to work, by argument: what it is, the least, the largest.
 #: (Scenes have the same ones: `compare.scene.spec`.)
 KNOWN: dict[str, tuple[str, float, float]] = {
     "width": ("w / l", 1e-6, math.inf),
     "thickness": ("h / l", 1e-10, math.inf),
     "natural_curvature": ("K l", -1e4, 1e4),
+    "natural_geodesic_curvature": ("kappa_2 l", -1e4, 1e4),
+    "natural_twist": ("twist l", -1e4, 1e4),
     "gamma": ("Gamma", 0.0, 1e12),
     "position": ("x / l", -1e6, 1e6),
     "point": ("x / l", -1e6, 1e6),
@@ -105,7 +110,8 @@ def check_known(strip: Strip) -> None:
     known("width", strip.width, [strip.relative_width])
     if strip.thickness is not None:
         known("thickness", strip.thickness, [strip.thickness / strip.length])
-    known("natural_curvature", strip.natural_curvature, law.values(strip.curvature))
+    for name, one in zip(NATURAL, strip.rest, strict=True):
+        known(name, getattr(strip, name), law.values(one))
     known("gamma", strip.gamma, [strip.gamma])
 
 
@@ -130,6 +136,9 @@ class Strip:
         h, in the unit of length; the inextensible energies do not need it, others may.
     bending_stiffness:
         D in N m, where length and width are in m; `from_material` gives it, and results then have numbers in SI.
+    natural_twist, natural_geodesic_curvature:
+        twist and curvature in its plane of the stress-free strip in 1/length, each as natural_curvature is given: a
+        helicoid, an annular strip. Energies of free twist know them (docs/theory.md, eq. (10.27), (10.28)).
     material:
         `from_material` gives it; derivatives then hold it, so that D and Gamma move with the thickness. None where
         length, thickness, poisson, gamma and bending_stiffness are not what follows from it (`dataclasses.replace`).
@@ -145,6 +154,8 @@ class Strip:
     thickness: float | None = None
     bending_stiffness: float | None = None
     material: Material | None = None
+    natural_twist: float | Law = 0.0
+    natural_geodesic_curvature: float | Law = 0.0
 
     def __post_init__(self) -> None:
         length = finite("length", self.length)
@@ -164,7 +175,8 @@ class Strip:
             raise RibbonInputError(
                 "bending_stiffness", self.bending_stiffness, "a positive stiffness D in N m is needed"
             )
-        object.__setattr__(self, "natural_curvature", law.read("natural_curvature", self.natural_curvature, length))
+        for name in NATURAL:
+            object.__setattr__(self, name, law.read(name, getattr(self, name), length))
         if self.material is not None and not self._is_of(self.material):
             object.__setattr__(self, "material", None)
 
@@ -216,3 +228,23 @@ class Strip:
     def curvature(self) -> Law:
         """Natural curvature times l: at both ends where it is linear between them, else ((s / l, K l), ...)."""
         return law.scaled(self.natural_curvature, self.length)  # type: ignore[arg-type]
+
+    @property
+    def twist(self) -> Law:
+        """Natural twist times l, as `curvature`."""
+        return law.scaled(self.natural_twist, self.length)  # type: ignore[arg-type]
+
+    @property
+    def geodesic(self) -> Law:
+        """Natural curvature kappa_2 in the plane times l, as `curvature`; > 0 turns t_z towards t_x."""
+        return law.scaled(self.natural_geodesic_curvature, self.length)  # type: ignore[arg-type]
+
+    @property
+    def rest(self) -> tuple[Law, Law, Law]:
+        """kappa_1, kappa_2 and kappa_3 at rest, times l."""
+        return self.curvature, self.geodesic, self.twist
+
+    @property
+    def naturally_straight(self) -> bool:
+        """Whether the stress-free strip is flat and straight."""
+        return not any(any(law.values(one)) for one in self.rest)

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.scene.law import Law, values
+
 FloatArray = NDArray[np.float64]
 
 #: Rows of a grid, at most, on which the slide is sought among all of them, before it is refined between two rows.
@@ -67,9 +69,10 @@ class Alignment:
         return self.of(slid(points, self.slide, self.seam) if self.slide else points)
 
 
-def even_along(curvature: tuple[float, float], seam: int) -> bool:
-    """Whether a closed band of this natural curvature (at its ends) is the same at every place along it."""
-    return curvature[0] == curvature[1] == seam * curvature[0]
+def even_along(curvature: Law, seam: int) -> bool:
+    """Whether a closed band of this natural curvature is the same at every place along it."""
+    first, *rest = values(curvature)
+    return all(k == first for k in rest) and first == seam * first
 
 
 def slid(points: FloatArray, slide: float, seam: int) -> FloatArray:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon import law
-from ribbon.energies.free import free_numbers
+from ribbon.energies.free import free_numbers, natural_numbers
 from ribbon.problems.protocol import Problem
 
 FloatArray = NDArray[np.float64]
@@ -45,6 +45,8 @@ def share(problem: Problem, x: FloatArray) -> float | None:
         np.broadcast_to(one, s.shape).ravel() for one in (a * s + b, n * s + m, a, n, natural)
     )
     free_numbers(fields.density_code, k, twist, of_k, of_twist, own, 0.0, fields.section, numbers)
+    rest = law.at(problem.strip.twist, starts + s).ravel()
+    natural_numbers(fields.density_code, k, twist, own, rest, fields.section, numbers)
     bad = (lowest(numbers, fields.section[1]) < 0.0).reshape(s.shape)
     # an interval between samples counts by its bad ends
     return float(np.sum(np.diff(s, axis=1) * 0.5 * (bad[:, 1:].astype(float) + bad[:, :-1])))

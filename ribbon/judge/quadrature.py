@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ribbon import law
 from ribbon.element.adaptive import beside_zero, integrated
-from ribbon.energies.free import free_numbers, in_plane_stiffness
+from ribbon.energies.free import free_numbers, in_plane_stiffness, natural_numbers
 from ribbon.problems.protocol import Problem
 
 FloatArray = NDArray[np.float64]
@@ -54,9 +54,12 @@ def elastic(problem: Problem, x: FloatArray) -> float:
             fields.density_code, k.ravel(), t.ravel(), np.repeat(q[i, 0], s.shape[1]),
             np.repeat(q[i, 2], s.shape[1]), natural.ravel(), 0.0, fields.section, out,
         )  # fmt: skip
+        rest = problem.material.rest[i]
+        twist = rest[:, 0, None] + rest[:, 1, None] * s
+        natural_numbers(fields.density_code, k.ravel(), t.ravel(), natural.ravel(), twist.ravel(), fields.section, out)
         found = out[:, 0].reshape(s.shape)
         if plane:
-            found = found + 0.5 * plane * (q[i, 4, None] * s + q[i, 5, None]) ** 2
+            found = found + 0.5 * plane * ((q[i, 4] - rest[:, 3])[:, None] * s + (q[i, 5] - rest[:, 2])[:, None]) ** 2
         return found[:, :, None]
 
     return float(integrated(density, *beside_zero(q, lengths), _SHARE * TOLERANCE)[0])

@@ -195,7 +195,7 @@ class ChainedProblem:
     @property
     def has_natural_curvature(self) -> bool:
         """Whether the strip is naturally curved; otherwise the term is absent."""
-        return self.strip.curvature != (0.0, 0.0)
+        return not self.strip.naturally_straight
 
     @property
     def half_width(self) -> float:
@@ -233,7 +233,10 @@ class ChainedProblem:
         return x
 
     def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:
-        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,) at the joints, linear between them."""
+        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,; None: the natural one) at the joints,
+        linear between them."""
+        if in_plane is None:
+            in_plane = law.at(self.strip.geodesic, np.concatenate([[0.0], np.cumsum(self.lengths)]))
         return self.layout.unknowns(omega, eta, self.lengths, in_plane)
 
     def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -75,7 +75,7 @@ def energy_parts(q, lengths, material, loads, position, parts):
     for i in range(lengths.size):
         bending, own = elastic_value(
             material.code, q[i], lengths[i], material.section, material.natural, material.curvature[i, 0],
-            material.curvature[i, 1], material.poisson, jet,
+            material.curvature[i, 1], material.poisson, material.rest[i], jet,
         )  # fmt: skip
         parts[0] += bending
         parts[1] += own
@@ -116,7 +116,7 @@ def local_derivatives(q, lengths, material, local):
     for i in range(lengths.size):
         elastic_jet(
             material.code, q[i], lengths[i], material.section, material.natural, material.curvature[i, 0],
-            material.curvature[i, 1], material.poisson, local[i], part,
+            material.curvature[i, 1], material.poisson, material.rest[i], local[i], part,
         )  # fmt: skip
 
 

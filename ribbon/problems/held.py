@@ -123,7 +123,7 @@ class Held:
     @property
     def has_natural_curvature(self) -> bool:
         """Whether the strip is naturally curved; otherwise the term is absent."""
-        return self.strip.curvature != (0.0, 0.0)
+        return not self.strip.naturally_straight
 
     @property
     def half_width(self) -> float:

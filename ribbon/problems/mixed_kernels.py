@@ -213,7 +213,7 @@ def energy_and_glue(x, lengths, material, gamma, up, exact, limit, sideways, wan
         m = own[3]
         bending, apart = elastic_value(
             material.code, own, length, material.section, material.natural, material.curvature[i, 0],
-            material.curvature[i, 1], material.poisson, jet,
+            material.curvature[i, 1], material.poisson, material.rest[i], jet,
         )  # fmt: skip
         parts[0] += bending
         parts[1] += apart

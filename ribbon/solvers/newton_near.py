@@ -30,6 +30,7 @@ from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import budget
 from ribbon.solvers.problem import NEWTON, FloatArray, Minimum
 from ribbon.solvers.saddle import Saddle
+from ribbon.strip import NATURAL
 
 BoolArray = NDArray[np.bool_]
 
@@ -208,8 +209,8 @@ def _part(problem: MixedProblem, first: int, last: int) -> MixedProblem:
     strip = problem.strip
     if problem.has_natural_curvature:
         ends = [float(problem.lengths[:k].sum()) for k in (first, last)]
-        own = law.part(strip.curvature, *ends)
-        strip = replace(strip, natural_curvature=law.scaled(own, 1.0 / strip.length))
+        own = [law.scaled(law.part(one, *ends), 1.0 / strip.length) for one in strip.rest]
+        strip = replace(strip, **dict(zip(NATURAL, own, strict=True)))
     return problem.with_changes(
         strip=strip, lengths=problem.lengths[first:last], start=None, end=None, closure=None, tip=None, box=None
     )

@@ -7,6 +7,7 @@ import math
 from compare.errors import BadInput
 from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
+from compare.scene.law import values
 from compare.scene.scene import Scene
 
 #: The energy that knows of clamped edges, named in remedies.
@@ -83,7 +84,7 @@ def _thickness(scene: Scene, what: str) -> BadInput | None:
 def _range(scene: Scene, energy: str) -> BadInput | None:
     """The refusal of a natural curvature for which the section's law of a thin plate does not hold: bent to a radius of
     a few thicknesses, or, for the energies that relax the section, v of (10.2) beyond what its functions reach."""
-    h, bent = relative_thickness(scene), max(abs(k) for k in scene.curvature)
+    h, bent = relative_thickness(scene), max(abs(k) for k in values(scene.curvature))
     if h is None or bent == 0.0:
         return None
     if bent * h > BENT_TO:

@@ -24,6 +24,7 @@ from compare.models.base import (
     natural_constant,
     on_strip,
 )
+from compare.scene.law import values
 
 if TYPE_CHECKING:
     from compare.models.ribbon.way import Way
@@ -185,7 +186,7 @@ def motions_of(e: Equilibrium) -> Motions | None:
     seam = 0
     if problem.closure is not None and len(translations) == len(axes) == 3:
         seam = problem.closure.sign if even_along(problem.strip.curvature, problem.closure.sign) else 0
-    mirror = bool(seam) and not any(problem.strip.curvature)
+    mirror = bool(seam) and not any(values(problem.strip.curvature))
     return Motions(translations, axes, held[0] if held else None, seam, mirror)
 
 

@@ -25,7 +25,9 @@ def assembled(request: Request) -> Problem:
 
     `RibbonInputError` for what contradicts itself, or is beyond what the models are known to work for."""
     check.numbers(request)
-    lengths = law.cut(request.strip.curvature, request.lengths)
+    lengths = request.lengths
+    for one in request.strip.rest:
+        lengths = law.cut(one, lengths)
     if lengths is not request.lengths:
         request = replace(request, lengths=lengths)
     start, end, closure = request.start, request.end, request.closure

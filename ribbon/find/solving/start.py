@@ -55,6 +55,8 @@ def _natural(problem: Problem, eta: FloatArray, progress: Progress | None) -> It
         return [(band.circle(problem)[0], eta)]
     if problem.end is None:
         layer = seeds.hanging(problem)
+        if problem.fields.free and any(law.values(problem.strip.twist)) and not eta.any():
+            eta = law.at(problem.strip.twist, s)
         return _from_the_walls(problem, natural if layer is None else layer, eta)
     guesses = seeds.guesses(_mixed(problem))
     if problem.has_natural_curvature:  # which coils, and may end far above what the arcs do
