@@ -154,7 +154,8 @@ class Ruled:
 
     def frames(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, 3) and frames (n, 3, 3) of the centreline at s (n,), in the axes."""
-        places, where = np.unique(np.append(s, self.origin), return_inverse=True)
+        at_ends = np.clip(np.append(s, self.origin), 0.0, 1.0)  # a mesh's last node may lie beyond by rounding
+        places, where = np.unique(at_ends, return_inverse=True)
         points, turns = _centreline(self, tuple(places.tolist()))
         at, axes = points[where[-1]], turns[where[-1]]
         return (points[where[:-1]] - at) @ axes, np.einsum("ij,njk->nik", axes.T, turns[where[:-1]])

@@ -1,4 +1,4 @@
-"""Strips that are no plane at rest: MacNeal's pre-twisted strip, the slit annular plate, K(s) as a table, natural twist."""
+"""Strips that are no plane at rest: MacNeal's strip, the slit annular plate, K(s) as a table, natural twist."""
 
 from __future__ import annotations
 
@@ -223,8 +223,8 @@ def tables(numbers: dict[str, Number]) -> list[str]:
         numbers[f"table_{name.split(',')[0]}"] = Number(far[-1], 0.5 * far[-1], "l", ".0e")
     return [
         "## K(s) as a table",
-        f"K l = {', '.join(f'{k:g} at {s:g}' for s, k in TABLE)}, straight between; nu = 0, Gamma = 20, planar: distance "
-        f"of the end to the elastica on 160 elements. The ribbon's segments and the shell's elements end at the points.",
+        f"K l = {', '.join(f'{k:g} at {s:g}' for s, k in TABLE)}, straight between; nu = 0, Gamma = 20, planar: "
+        "distance of the end to the elastica on 160 elements. Segments and elements end at the points.",
         page.table(["model", "sizes", "first", "second", "third", "order"], rows),
     ]
 
@@ -284,10 +284,10 @@ def twists(numbers: dict[str, Number]) -> list[str]:
     numbers["helicoid_far"] = Number(worst, 1e-12, "l", ".0e")
     return [
         "## Natural twist: a curved reference, not a form on a plane",
-        f"A free strip, w/l = 0.1, nu = {POISSON}, twist l = {TWIST:g}. With the helicoid as reference surface it rests on "
-        "the rod's helicoid, without energy, whatever its thickness. The same twist as a natural curvature form k_12 on "
-        "a flat reference leaves its edges too short: it twists less the larger w^2 t / h is. Last column: the section "
-        "that stretches, (1 - nu)(t - t_0)^2 + zeta^2 t^4 / 2 made least.",
+        f"A free strip, w/l = 0.1, nu = {POISSON}, twist l = {TWIST:g}. With the helicoid as reference it rests "
+        "on the rod's helicoid, without energy, whatever its thickness. The same twist as a natural curvature form "
+        "k_12 on a flat reference leaves its edges too short: it twists less the larger w^2 t / h is. Last column: the "
+        "section that stretches, (1 - nu)(t - t_0)^2 + zeta^2 t^4 / 2 made least.",
         page.table(
             ["w/h", "w^2 t / h", "energy, D w / l", "distance to the helicoid, l", "twist by the form / natural",
              "expected"],
@@ -347,10 +347,10 @@ def edge(numbers: dict[str, Number]) -> list[str]:
         rows.append([f"{known:g}", *(f"{value:.2f}" for value in values), f"{values[-1] / known - 1.0:+.2%}"])
     return [
         "## A strip on edge with a force at its end",
-        "l = 30, b = 0.5, h = 4, Y = 1e6, nu = 0.3, clamped over its whole edge; the force along the width at the end's "
-        "middle (spread over the edge), dead. Critical forces of the unbent path, by the inertia of the shell's tangent, "
-        "beside the beams'. A plate bends with D where a beam has E h^3 / 12, by which alone the first force is sqrt(1 / "
-        "(1 - nu^2)) = 1.048 of the beam's, and the clamp keeps the edge from warping.",
+        "l = 30, b = 0.5, h = 4, Y = 1e6, nu = 0.3, clamped over its whole edge; a dead force along the width, spread "
+        "over the end edge. Critical forces of the unbent path, by the inertia of the shell's tangent, beside the "
+        "beams'. A plate bends with D where a beam has E h^3 / 12, by which alone the first force is sqrt(1 / (1 - "
+        "nu^2)) = 1.048 of the beam's, and the clamp keeps the edge from warping.",
         page.table(["beams", *(f"shell {a} x {b}" for a, b in EDGE_MESHES), "off the beams"], rows),
     ]
 
