@@ -18,8 +18,8 @@ from compare.battery.case import Check, holds
 from compare.models.base import Force, State
 from compare.scene import Scene
 from compare.scene.declare import LENGTH, Kind
+from compare.scene.given.law import is_table
 from compare.scene.keys import KEYS, contract_name
-from compare.scene.law import is_table
 
 FloatArray = NDArray[np.float64]
 

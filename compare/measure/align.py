@@ -9,12 +9,11 @@ among those that change neither energy nor constraints.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from compare.scene.law import Law, values
 
 FloatArray = NDArray[np.float64]
 
@@ -69,9 +68,9 @@ class Alignment:
         return self.of(slid(points, self.slide, self.seam) if self.slide else points)
 
 
-def even_along(curvature: Law, seam: int) -> bool:
-    """Whether a closed band of this natural curvature is the same at every place along it."""
-    first, *rest = values(curvature)
+def even_along(curvature: Sequence[float], seam: int) -> bool:
+    """Whether a closed band of this natural curvature (where its law has points) is the same at every place along it."""
+    first, *rest = curvature
     return all(k == first for k in rest) and first == seam * first
 
 

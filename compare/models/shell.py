@@ -48,7 +48,7 @@ from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.scope import has_shell, require_shell
 from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
-from compare.scene.law import Law, at, values
+from compare.scene.given.law import Law, at, values
 from compare.store.store import CaseStore
 
 if TYPE_CHECKING:
@@ -408,7 +408,7 @@ def motions_of(scene: Scene) -> Motions | None:
     if scene.closure is None or scene.clamp_start is not None:
         return shell_holds.motions_of(scene)
     sign = -1 if HALF_TURNS[scene.closure.kind] % 2 else 1
-    seam = sign if even_along(scene.curvature, sign) else 0
+    seam = sign if even_along(values(scene.curvature), sign) else 0
     return Motions(np.eye(3), np.eye(3), None, seam, bool(seam) and not any(values(scene.curvature)))
 
 

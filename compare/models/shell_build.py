@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.models.holds import shell as shell_holds
 from compare.models.scope import beyond_the_shell, require_shell
-from compare.scene import law
 from compare.scene.data import unit
+from compare.scene.given import law
 from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec, ShellSpec
 from compare.scene.stages import stage_name

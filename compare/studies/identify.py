@@ -18,7 +18,7 @@ from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR
 from compare.models.base import State
 from compare.models.choice import differentiable
-from compare.scene.law import is_table
+from compare.scene.given.law import is_table
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.studies.fit import judged

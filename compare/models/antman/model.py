@@ -28,7 +28,7 @@ from compare.models.base import (
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task, another_model
 from compare.models.quantities.antman import QUANTITIES
-from compare.scene.law import at
+from compare.scene.given.law import at
 
 if TYPE_CHECKING:
     from compare.models.antman.problem import Walk

@@ -29,7 +29,7 @@ from compare.models.capabilities import Reference
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task
 from compare.models.quantities.elastica import QUANTITIES
-from compare.scene.law import at
+from compare.scene.given.law import at
 
 if TYPE_CHECKING:
     from compare.models.elastica.start import Start

@@ -30,7 +30,7 @@ from compare.measure.grid import Grid
 from compare.models.ribbon.build import relative_thickness, ribbon_arguments, ribbon_problem
 from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.state import motions_of
-from compare.scene import law
+from compare.scene.given import law
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

@@ -36,7 +36,7 @@ from compare.models.capabilities import Estimate
 from compare.models.ribbon.beyond import FOLD, beside, corner_turn, crowding, held_ends, passages, thin, to_shell
 from compare.models.ribbon.rivals import RULED, probe
 from compare.models.ribbon.taut import taut
-from compare.scene import law
+from compare.scene.given import law
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis.along import line_density

@@ -7,7 +7,7 @@ import math
 from compare.errors import BadInput
 from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
-from compare.scene.law import values
+from compare.scene.given.law import values
 from compare.scene.scene import Scene
 
 #: The energy that knows of clamped edges, named in remedies.

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.scene.law import values
+from compare.scene.given.law import values
 from compare.scene.units import Units
 
 if TYPE_CHECKING:
