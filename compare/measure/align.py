@@ -69,7 +69,7 @@ class Alignment:
 
 
 def even_along(curvature: Sequence[float], seam: int) -> bool:
-    """Whether a closed band of this natural curvature (where its law has points) is the same at every place along it."""
+    """Whether a closed band of this natural curvature (at the points of its law) is the same at every place."""
     first, *rest = curvature
     return all(k == first for k in rest) and first == seam * first
 
