@@ -82,6 +82,13 @@ def test_a_scene_that_cannot_be_is_refused_by_name(lines, key):
     assert caught.value.remedy
 
 
+def test_energies_that_know_a_twist_are_those_that_have_its_term():
+    from compare.models.ribbon.free import TWISTED
+    from ribbon.energies.free import FREE_ENERGIES
+
+    assert set(TWISTED) == {name for name, energy in FREE_ENERGIES.items() if energy.pretwist is not None}
+
+
 def test_a_table_goes_out_and_comes_back():
     scene = strip(f"natural_curvature = {TABLE}")
     assert loads(scene.to_toml(), scene.source) == scene
