@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.energies import FREE_ENERGIES
 from ribbon.energies.section.profile import Local, Profile
 
@@ -59,11 +60,10 @@ def local_state(equilibrium: Any, s: FloatArray) -> Local:
     q = equilibrium.parameters
     joints = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     i = np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(q) - 1)
-    start, end = problem.strip.curvature
-    natural = start + (end - start) * s
+    natural, slope = law.at(problem.strip.curvature, s), problem.material.curvature[i, 1]
     h = s - joints[i]
     k, t = q[i, 0] * h + q[i, 1], q[i, 2] * h + q[i, 3]
-    return Local(k, t, q[i, 0], q[i, 2], natural, np.full(s.shape, end - start))
+    return Local(k, t, q[i, 0], q[i, 2], natural, slope, law.at(problem.strip.twist, s), problem.material.rest[i, 1])
 
 
 def offsets(section: Profile, local: Local, v: float, numbers: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from ribbon import law
 from ribbon.boundary import Clamp
 from ribbon.errors import NotDifferentiable, RibbonInputError
 from ribbon.find.continuation import StepRecord, follow
@@ -27,6 +28,7 @@ from ribbon.find.solve import solve, solve_from
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import Request, SolveKeywords
 from ribbon.forces import Force
+from ribbon.law import Law
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
@@ -136,7 +138,7 @@ class Session:
         clamp: Clamp | None = None,
         end: Clamp | None = None,
         gamma: float | None = None,
-        natural_curvature: float | tuple[float, float] | None = None,
+        natural_curvature: float | Law | None = None,
         tip: ArrayLike | None = None,
         steps: int | str = "auto",
         on_step: OnStep | None = None,
@@ -272,7 +274,7 @@ def _problem_at(
     clamp: Clamp | None,
     end: Clamp | None,
     gamma: float | None,
-    natural_curvature: float | tuple[float, float] | None,
+    natural_curvature: float | Law | None,
     tip: ArrayLike | None,
 ) -> Callable[[float], Problem]:
     """The problem at the share t of the path from `problem` to what is given."""
@@ -285,13 +287,19 @@ def _problem_at(
     start_at = _between("clamp", problem.start, clamp)
     end_at = _between("end", problem.end, end)
     request = Request.again(problem)
-    laws = [np.asarray(one.natural_curvature, dtype=float).tolist() for one in (strip, goal)]
+    laws = [one.natural_curvature for one in (strip, goal)]
+    if laws[0] != laws[1] and any(law.is_table(one) for one in laws):  # type: ignore[arg-type]
+        remedy = "a table of K does not move: give one number or (at s = 0, at s = l), or begin another session"
+        raise RibbonInputError("natural_curvature", natural_curvature, remedy)
     pull = np.asarray(problem.tip or (0.0, 0.0, 0.0))
     goal_pull = pull if tip is None else np.asarray(tip_force(tip) or (0.0, 0.0, 0.0))
 
     def at(t: float) -> Problem:
-        first, last = ((1.0 - t) * a + t * b for a, b in zip(laws[0], laws[1], strict=True))
-        there = replace(strip, gamma=(1.0 - t) * strip.gamma + t * goal.gamma, natural_curvature=(first, last))
+        natural = laws[1]
+        if laws[0] != laws[1]:
+            first, last = ((1.0 - t) * a + t * b for a, b in zip(laws[0], laws[1], strict=True))  # type: ignore[arg-type]
+            natural = (first, last)
+        there = replace(strip, gamma=(1.0 - t) * strip.gamma + t * goal.gamma, natural_curvature=natural)
         pulled = tip_force((1.0 - t) * pull + t * goal_pull)
         return assembled(replace(request, strip=there, start=start_at(t), end=end_at(t), tip=pulled))
 

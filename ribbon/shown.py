@@ -113,7 +113,7 @@ def numbers(result: Equilibrium) -> dict[str, Any]:
         "penetration": result.penetration,
         "strip": {
             "length": strip.length, "width": strip.width, "poisson": strip.poisson, "gamma": strip.gamma,
-            "natural_curvature": list(strip.natural_curvature),  # type: ignore[arg-type]
+            "natural_curvature": np.array(strip.natural_curvature).tolist(),
             "thickness": strip.thickness, "bending_stiffness": strip.bending_stiffness,
         },
         "si": None if not known else {

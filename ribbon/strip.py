@@ -15,7 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ribbon import law
 from ribbon.errors import RibbonInputError
+from ribbon.law import Law
 
 #: Standard acceleration of gravity of the thesis, m/s^2.
 STANDARD_GRAVITY = 9.81
@@ -69,12 +71,17 @@ class Material:
         return self.density * thickness * self.acceleration * length**3 / self.stiffness(thickness, poisson)
 
 
+#: Fields of a strip that say its shape at rest: kappa_1, kappa_2, kappa_3.
+NATURAL = ("natural_curvature", "natural_geodesic_curvature", "natural_twist")
+
 #: The dimensionless numbers for which the models are known to work, by argument: what it is, the least, the largest.
 #: (Scenes have the same ones: `compare.scene.spec`.)
 KNOWN: dict[str, tuple[str, float, float]] = {
     "width": ("w / l", 1e-6, math.inf),
     "thickness": ("h / l", 1e-10, math.inf),
     "natural_curvature": ("K l", -1e4, 1e4),
+    "natural_geodesic_curvature": ("kappa_2 l", -1e4, 1e4),
+    "natural_twist": ("twist l", -1e4, 1e4),
     "gamma": ("Gamma", 0.0, 1e12),
     "position": ("x / l", -1e6, 1e6),
     "point": ("x / l", -1e6, 1e6),
@@ -103,7 +110,8 @@ def check_known(strip: Strip) -> None:
     known("width", strip.width, [strip.relative_width])
     if strip.thickness is not None:
         known("thickness", strip.thickness, [strip.thickness / strip.length])
-    known("natural_curvature", strip.natural_curvature, strip.curvature)
+    for name, one in zip(NATURAL, strip.rest, strict=True):
+        known(name, getattr(strip, name), law.values(one))
     known("gamma", strip.gamma, [strip.gamma])
 
 
@@ -118,8 +126,9 @@ class Strip:
     poisson:
         nu in (-1, 0.5]; matters with natural curvature only.
     natural_curvature:
-        normal curvature K of the stress-free strip in 1/length: a number, or (at s = 0, at s = l) for a linear law.
-        The flat strip has 0, and then the term is absent.
+        normal curvature K of the stress-free strip in 1/length: a number, (at s = 0, at s = l) for a linear law, or
+        pairs ((s, K), ...) from s = 0 to s = length, linear between them (`ribbon.law`). The flat strip has 0, and
+        then the term is absent.
     gamma:
         ``rho h g l^3 / D``, weight against bending stiffness (docs/theory.md, eq. (2.1)); `from_material` computes it;
         0: weightless.
@@ -127,6 +136,9 @@ class Strip:
         h, in the unit of length; the inextensible energies do not need it, others may.
     bending_stiffness:
         D in N m, where length and width are in m; `from_material` gives it, and results then have numbers in SI.
+    natural_twist, natural_geodesic_curvature:
+        twist and curvature in its plane of the stress-free strip in 1/length, each as natural_curvature is given: a
+        helicoid, an annular strip. Energies of free twist know them (docs/theory.md, eq. (10.27), (10.28)).
     material:
         `from_material` gives it; derivatives then hold it, so that D and Gamma move with the thickness. None where
         length, thickness, poisson, gamma and bending_stiffness are not what follows from it (`dataclasses.replace`).
@@ -137,11 +149,13 @@ class Strip:
     length: float
     width: float
     poisson: float = 0.5
-    natural_curvature: float | tuple[float, float] = 0.0
+    natural_curvature: float | Law = 0.0
     gamma: float = 0.0
     thickness: float | None = None
     bending_stiffness: float | None = None
     material: Material | None = None
+    natural_twist: float | Law = 0.0
+    natural_geodesic_curvature: float | Law = 0.0
 
     def __post_init__(self) -> None:
         length = finite("length", self.length)
@@ -161,12 +175,8 @@ class Strip:
             raise RibbonInputError(
                 "bending_stiffness", self.bending_stiffness, "a positive stiffness D in N m is needed"
             )
-        k = self.natural_curvature
-        ends = tuple(k) if isinstance(k, (tuple, list)) else (k, k)
-        if len(ends) != 2:
-            raise RibbonInputError("natural_curvature", k, "one number, or two (at s = 0 and s = l)")
-        start, end = (finite("natural_curvature", v) for v in ends)
-        object.__setattr__(self, "natural_curvature", (start, end))
+        for name in NATURAL:
+            object.__setattr__(self, name, law.read(name, getattr(self, name), length))
         if self.material is not None and not self._is_of(self.material):
             object.__setattr__(self, "material", None)
 
@@ -189,7 +199,7 @@ class Strip:
         young: float,
         density: float,
         poisson: float,
-        natural_curvature: float | tuple[float, float] = 0.0,
+        natural_curvature: float | Law = 0.0,
         acceleration: float = STANDARD_GRAVITY,
     ) -> Strip:
         """Strip from SI data: metres, pascals, kg/m^3, m/s^2; ``D = Y h^3 / (12 (1 - nu^2))`` per unit width."""
@@ -215,7 +225,26 @@ class Strip:
         return 0.5 * self.relative_width, thickness, float(self.poisson)
 
     @property
-    def curvature(self) -> tuple[float, float]:
-        """Natural curvature times l at both ends."""
-        start, end = self.natural_curvature  # type: ignore[misc]
-        return start * self.length, end * self.length
+    def curvature(self) -> Law:
+        """Natural curvature times l: at both ends where it is linear between them, else ((s / l, K l), ...)."""
+        return law.scaled(self.natural_curvature, self.length)  # type: ignore[arg-type]
+
+    @property
+    def twist(self) -> Law:
+        """Natural twist times l, as `curvature`."""
+        return law.scaled(self.natural_twist, self.length)  # type: ignore[arg-type]
+
+    @property
+    def geodesic(self) -> Law:
+        """Natural curvature kappa_2 in the plane times l, as `curvature`; > 0 turns t_z towards t_x."""
+        return law.scaled(self.natural_geodesic_curvature, self.length)  # type: ignore[arg-type]
+
+    @property
+    def rest(self) -> tuple[Law, Law, Law]:
+        """kappa_1, kappa_2 and kappa_3 at rest, times l."""
+        return self.curvature, self.geodesic, self.twist
+
+    @property
+    def naturally_straight(self) -> bool:
+        """Whether the stress-free strip is flat and straight."""
+        return not any(any(law.values(one)) for one in self.rest)

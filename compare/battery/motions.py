@@ -18,6 +18,7 @@ from compare.battery.case import Check, holds
 from compare.models.base import Force, State
 from compare.scene import Scene
 from compare.scene.declare import LENGTH, Kind
+from compare.scene.given.law import is_table
 from compare.scene.keys import KEYS, contract_name
 
 FloatArray = NDArray[np.float64]
@@ -160,8 +161,9 @@ def _backwards(key: str, value: Any) -> tuple[str, Any]:
         if name in ("tangent", "slide") and isinstance(value, (list, tuple)):
             value = [-x for x in value]
         return f"clamp.{'end' if end == 'start' else 'start'}.{name}", value
-    if KEYS.get(key) is not None and KEYS[key].kind in (Kind.LINEAR, Kind.PIECEWISE) and isinstance(value, list):
-        return key, value[::-1]
+    kinds = (Kind.LINEAR, Kind.LAW, Kind.PIECEWISE)
+    if KEYS.get(key) is not None and KEYS[key].kind in kinds and isinstance(value, list):
+        return key, [[value[-1][0] - s, y] for s, y in value[::-1]] if is_table(value) else value[::-1]
     return key, value
 
 

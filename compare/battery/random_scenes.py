@@ -127,10 +127,20 @@ def _count(key: Key, chance: random.Random) -> int:
     return chance.choice((0, 1, 1, 2, 2, 3, 5, 8, 10**6, -1)) if chance.random() < 0.3 else chance.randint(1, 8)
 
 
+def _table(key: Key, chance: random.Random) -> list[list[float]]:
+    """A table along the strip, at times one that does not cover it."""
+    inner = sorted(chance.random() for _ in range(chance.randint(0, 3)))
+    end = 1.0 if chance.random() < 0.9 else 0.7
+    return [[s, _number(key, chance)] for s in (0.0, *inner, end)]
+
+
 _VALUES: dict[Kind, Callable[[Key, random.Random], Any]] = {
     Kind.NUMBER: _number,
     Kind.NUMBERS: lambda key, chance: [_number(key, chance) for _ in range(chance.randint(1, 3))],
     Kind.LINEAR: lambda key, chance: [_number(key, chance), _number(key, chance)],
+    Kind.LAW: lambda key, chance: (
+        _table(key, chance) if chance.random() < 0.3 else [_number(key, chance), _number(key, chance)]
+    ),
     Kind.PIECEWISE: lambda key, chance: [_number(key, chance) for _ in range(chance.randint(1, 4))],
     Kind.LIST: lambda key, chance: [_number(key, chance) for _ in range(chance.randint(1, 4))],
     Kind.PAIR: lambda key, chance: [_number(key, chance), _number(key, chance)],

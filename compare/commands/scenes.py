@@ -10,6 +10,7 @@ from rich.console import Console
 from compare.commands import common
 from compare.models.scope import has_shell, require_shell
 from compare.page.table import Column, Table
+from compare.scene.given.law import values
 
 HELP = "list the shipped scenes, or print one of them"
 EXAMPLE = "ribbonbench scenes curl_4_3"
@@ -51,8 +52,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
     rows = []
     for name in shipped():
         scene = load(name)
-        start, end = scene.curvature
-        curvature = start if start == end else (start, end)
+        start, *rest = values(scene.curvature)
+        curvature = start if all(k == start for k in rest) else (start, *rest)
         shells = ", ".join(f"{r:g}" for r in require_shell(scene)) if has_shell(scene) else None
         elements = len(scene.model.lengths)
         rows.append((name, scene.title, scene.width, curvature, scene.gamma, scene.model.energy, elements, shells))

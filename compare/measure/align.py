@@ -9,6 +9,7 @@ among those that change neither energy nor constraints.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,9 +68,10 @@ class Alignment:
         return self.of(slid(points, self.slide, self.seam) if self.slide else points)
 
 
-def even_along(curvature: tuple[float, float], seam: int) -> bool:
-    """Whether a closed band of this natural curvature (at its ends) is the same at every place along it."""
-    return curvature[0] == curvature[1] == seam * curvature[0]
+def even_along(curvature: Sequence[float], seam: int) -> bool:
+    """Whether a closed band of this natural curvature (at the points of its law) is the same at every place."""
+    first, *rest = curvature
+    return all(k == first for k in rest) and first == seam * first
 
 
 def slid(points: FloatArray, slide: float, seam: int) -> FloatArray:

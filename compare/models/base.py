@@ -20,6 +20,7 @@ from compare.errors import BadInput
 from compare.measure.align import Motions
 from compare.measure.grid import Grid
 from compare.models.shown import Shown
+from compare.scene.given.law import Law, constant
 from compare.scene.units import Units
 
 if TYPE_CHECKING:
@@ -89,10 +90,9 @@ class Energy:
         return {**self.parts, "elastic": self.elastic, "gravity": self.gravity, **present, "total": self.total}
 
 
-def natural_constant(law: tuple[float, float]) -> float:
-    """1/2 int K^2 ds in D w / l, which `Energy.elastic` leaves out; law: K l at both ends, linear between."""
-    start, end = law
-    return (start * start + start * end + end * end) / 6.0
+def natural_constant(law: Law) -> float:
+    """1/2 int K^2 ds in D w / l, which `Energy.elastic` leaves out; law: K l (`compare.scene.given.law`)."""
+    return constant(law)
 
 
 @dataclass(frozen=True)

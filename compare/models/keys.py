@@ -18,6 +18,8 @@ def inside(section: str, *names: str) -> Keys:
 
 TITLE: Keys = frozenset({"title"})
 NATURAL = inside("strip", "natural_curvature")
+#: The shape at rest that is no plane and no cylinder.
+SHAPED = inside("strip", "natural_twist", "natural_geodesic_curvature")
 #: What bending in a plane takes of a strip; what more a section of some width has.
 BENDING = TITLE | NATURAL | inside("strip", "length", "thickness", "young")
 SECTION = inside("strip", "width", "poisson")

@@ -48,6 +48,7 @@ from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.scope import has_shell, require_shell
 from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
+from compare.scene.given.law import Law, at, values
 from compare.store.store import CaseStore
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ class ShellShape(Shape):
     """
 
     case: ShellCase
-    curvature: tuple[float, float] = (0.0, 0.0)
+    curvature: Law = (0.0, 0.0)
 
     @property
     def surface(self) -> ShellSurface:
@@ -136,8 +137,7 @@ class ShellShape(Shape):
         k = surface.degree
         parts = at_points(surface.s_nodes[::k], surface.v_nodes[::k], density_on_grid(self.case), s, v)
         names = ("bending", "membrane", "shear")
-        start, end = self.curvature
-        law = start + (end - start) * surface.s_nodes[::k]
+        law = at(self.curvature, surface.s_nodes[::k])
         constant = np.array([natural_constant(ends) for ends in pairwise(law)])
         without = (
             parts.sum(axis=2)
@@ -159,7 +159,7 @@ class ShellModel(Model):
     quantities = QUANTITIES
     presenter = "compare.pages.shell:PRESENTER"
     reads = (
-        keys.STRIP | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
+        keys.STRIP | keys.SHAPED | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
         | keys.CLOSED | keys.WALLS | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
     )  # fmt: skip
     without_effect = keys.because(
@@ -409,8 +409,8 @@ def motions_of(scene: Scene) -> Motions | None:
     if scene.closure is None or scene.clamp_start is not None:
         return shell_holds.motions_of(scene)
     sign = -1 if HALF_TURNS[scene.closure.kind] % 2 else 1
-    seam = sign if even_along(scene.curvature, sign) else 0
-    mirror = bool(seam) and not any(scene.curvature)
+    seam = sign if even_along(values(scene.curvature), sign) else 0
+    mirror = bool(seam) and not any(values(scene.curvature))
     if scene.walls:  # the table's plane, and turns about its normal
         rigid = shell_holds.motions_of(scene)
         none = np.zeros((0, 3))

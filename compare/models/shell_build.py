@@ -16,6 +16,7 @@ from compare.errors import BadInput
 from compare.models.holds import shell as shell_holds
 from compare.models.scope import beyond_the_shell, require_shell
 from compare.scene.data import unit
+from compare.scene.given import law
 from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec, ShellSpec
 from compare.scene.stages import stage_name
@@ -100,6 +101,8 @@ def shell_problem(
             poisson=scene.strip.poisson,
             natural_curvature=scene.curvature,
             transverse_curvature=scene.transverse_curvature,
+            natural_twist=scene.twist,
+            natural_geodesic_curvature=scene.geodesic,
             slide=(_slide(scene.clamp_start), _slide(scene.clamp_end)),
             turns=hinged(scene),
             sections=(shell_holds.section(scene, scene.clamp_start), shell_holds.section(scene, scene.clamp_end)),
@@ -156,7 +159,7 @@ def held_curvature(scene: Scene) -> float:
     turn = arc_turn(math.dist(scene.start_position, scene.end_position))
     seed = scene.seed_curvature
     middle = float(np.interp(0.5, np.linspace(0.0, 1.0, len(seed)), seed))
-    return math.copysign(turn, middle or sum(scene.curvature) or (-1.0 if scene.gamma else 1.0))
+    return math.copysign(turn, middle or law.turn(scene.curvature) or (-1.0 if scene.gamma else 1.0))
 
 
 def _start_curvature(scene: Scene) -> float | None:
@@ -165,7 +168,7 @@ def _start_curvature(scene: Scene) -> float | None:
     if scene.closure is None or given is not None:
         return given
     turn = 2.0 * math.pi * scene.closure.turns
-    return math.copysign(turn, sum(scene.curvature)) if sum(scene.curvature) else -turn
+    return math.copysign(turn, law.turn(scene.curvature)) if law.turn(scene.curvature) else -turn
 
 
 def _check_goal(shell: ShellSpec, problem: ShellProblem) -> None:
@@ -233,23 +236,26 @@ def shell_words(scene: Scene) -> str:
     if scene.walls:
         met = "the middle surface meets the walls" if shell.contact == "midsurface" else "both faces meet the walls"
         words.insert(1, f"{met}, without friction")
+    bent = any(law.values(scene.curvature))
     try:
         problem = shell_problem(scene, require_shell(scene)[0])
     except BadInput as refusal:
         way = f"its own path is not available ({refusal.key} {refusal.problem})"
     else:
-        if problem.half_turns:
+        if problem.shaped:
+            begin = "its shape at rest"
+        elif problem.half_turns:
             begin = "a circle whose end is turned and joined"
         elif problem.closed:
             begin = "a circle"
         elif problem.start_curvature:
             begin = f"a planar arc of curvature {problem.start_curvature:.4g}/l"
-        elif problem.start_curvature is None and any(scene.curvature) and shell.clamp == "edge" and not _both(problem):
+        elif problem.start_curvature is None and bent and shell.clamp == "edge" and not _both(problem):
             begin = "its natural shape"
         else:
             begin = "the straight tape" if problem.transverse_curvature else "the flat strip"
         names = list(dict.fromkeys(stage.name for stage in problem.path if stage.name != "arc"))
-        names += [] if problem.path or not any(scene.curvature) or begin == "its natural shape" else ["natural"]
+        names += [] if problem.path or not bent or begin in ("its natural shape", "its shape at rest") else ["natural"]
         names += ["gravity"] if problem.loaded else []
         names += ["tip"] if problem.pulled else []
         names += ["walls"] if any(stage.walls for stage in problem.path) else []
@@ -293,13 +299,15 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
             remedy = "leave the path out (--set path=[]): a shell that is held in part has a beginning of its own"
             raise BadInput("path", None, "is not what a shell that is held in part can follow", remedy)
         return _released_way(scene, problem)
-    if not _both(problem) and not scene.path:
-        return problem
+    if not scene.path and (problem.shaped or not _both(problem)):
+        return problem  # of a strip that is no plane at rest the clamps go from where it has its end
     stages = _followed(scene)
     first = stages[0]
     curvature = problem.start_curvature
-    flat = (0.0, 0.0) if problem.clamp == "corners" else scene.curvature  # where the shell begins if nothing is said
-    begin = flat if curvature is None else (curvature, curvature)
+    # where the shell begins if nothing is said
+    begin: law.Law = (0.0, 0.0) if problem.clamp == "corners" else scene.curvature
+    if curvature is not None:
+        begin = (curvature, curvature)
     waypoints: list[Waypoint] = []
     if _both(problem):
         here, there = start_pose(first), end_pose(first)
@@ -320,11 +328,12 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
         and not scene.transverse_curvature
         and not _same(first.curvature, scene.curvature)
     ):
-        curvature, other = first.curvature
-        if curvature != other:
+        curvature, *others = law.values(first.curvature)
+        if any(other != curvature for other in others):
             key = "strip.natural_curvature"
+            given = np.array(first.strip.natural_curvature).tolist()
             raise BadInput(
-                stage_name(0, key), list(first.strip.natural_curvature), "is no arc for the shell's path to begin with",
+                stage_name(0, key), given, "is no arc for the shell's path to begin with",
                 "give one number, or shell.start_curvature",
             )  # fmt: skip
         begin = (curvature, curvature)
@@ -359,6 +368,8 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
             ("clamp.start.section", section(stage, stage.clamp_start) != section(scene, scene.clamp_start)),
             ("clamp.end.section", section(stage, stage.clamp_end) != section(scene, scene.clamp_end)),
             ("clamp.end.frame", hinged(stage) != hinged(scene)),
+            ("strip.natural_twist", stage.twist != scene.twist),
+            ("strip.natural_geodesic_curvature", stage.geodesic != scene.geodesic),
             ("strip.transverse_curvature", stage.transverse_curvature != scene.transverse_curvature),
             ("strip.width", stage.width != scene.width),
             ("strip.length", stage.strip.length != scene.strip.length),
@@ -388,7 +399,7 @@ def _cannot_follow(number: int, key: str) -> BadInput:
     )  # fmt: skip
 
 
-def _waypoint(stage: Scene, scene: Scene, begin: tuple[float, float], name: str) -> Waypoint:
+def _waypoint(stage: Scene, scene: Scene, begin: law.Law, name: str) -> Waypoint:
     """The stage as a waypoint."""
     gravity = stage.gamma / scene.gamma if scene.gamma else None
     size = float(scene.tip_force @ scene.tip_force)
@@ -405,22 +416,24 @@ def _along(force: FloatArray, whole: FloatArray) -> bool:
     return bool(np.abs(rest).max() <= 1e-9 * max(np.abs(force).max(), np.abs(whole).max()))
 
 
-def _same(a: tuple[float, float], b: tuple[float, float]) -> bool:
-    return bool(np.allclose(a, b, rtol=_SAME, atol=0.0))
+def _same(a: law.Law, b: law.Law) -> bool:
+    one, other = law.knots(a), law.knots(b)
+    return np.shape(one) == np.shape(other) and bool(np.allclose(one, other, rtol=_SAME, atol=0.0))
 
 
-def _fraction(stage: Scene, scene: Scene, begin: tuple[float, float]) -> float | None:
+def _fraction(stage: Scene, scene: Scene, begin: law.Law) -> float | None:
     """f with K_stage = begin + f (K - begin): the natural curvature on its way from the start's to the scene's."""
-    law, here = np.subtract(scene.curvature, begin), np.subtract(stage.curvature, begin)
+    s = np.unique(np.concatenate([law.knots(one)[0] for one in (scene.curvature, stage.curvature, begin)]))
+    whole, here = (law.at(one, s) - law.at(begin, s) for one in (scene.curvature, stage.curvature))
     if _same(stage.curvature, scene.curvature):
         return 1.0
-    scale = float(law @ law)
-    fraction = float(here @ law) / scale if scale else 0.0
-    if np.abs(here - fraction * law).max() > 1e-9 * max(1.0, float(np.abs(here).max())):
+    scale = float(whole @ whole)
+    fraction = float(here @ whole) / scale if scale else 0.0
+    if np.abs(here - fraction * whole).max() > 1e-9 * max(1.0, float(np.abs(here).max())):
         number = scene.stages().index(stage)
         key = "strip.natural_curvature"
         raise BadInput(
-            stage_name(number, key), list(stage.strip.natural_curvature),
+            stage_name(number, key), np.array(stage.strip.natural_curvature).tolist(),
             "is not between the curvature where the shell's path begins and the scene's",
             "give a multiple of the scene's own law, or leave the stage out (--set path=[])",
         )  # fmt: skip
@@ -458,7 +471,7 @@ def arc_curvature(start: Pose, end: Pose, scene: Scene) -> float:
         return turn * min(effort, key=effort.__getitem__)
     seed = scene.seed_curvature
     middle = float(np.interp(0.5, np.linspace(0.0, 1.0, len(seed)), seed))
-    return math.copysign(turn, middle or sum(scene.curvature) or 1.0)
+    return math.copysign(turn, middle or law.turn(scene.curvature) or 1.0)
 
 
 def from_arc(start: Pose, end: Pose, curvature: float) -> list[Waypoint]:

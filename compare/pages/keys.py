@@ -62,7 +62,7 @@ def _default(about: Key) -> str:
         word = next((word for word, (_, value) in about.words.items() if value is None and about.default is None), None)
         return f'`"{word}"`' if word else about.absent or "absent"
     value: Any = about.written(about.default)
-    if about.kind in (Kind.LINEAR, Kind.PIECEWISE) and len(set(value)) == 1:
+    if about.kind in (Kind.LINEAR, Kind.LAW, Kind.PIECEWISE) and len(set(value)) == 1:
         value = value[0]
     return f"`{literal(value)}`"
 

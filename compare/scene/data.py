@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
+from compare.scene.given import law
 from compare.scene.loads import force_scale, gamma_of, load_of
 from compare.scene.spec import (
     ClampSpec,
@@ -91,10 +92,30 @@ class SceneData(Sections):
         return None if self.strip.thickness is None else self.strip.thickness / self.strip.length
 
     @property
-    def curvature(self) -> tuple[float, float]:
-        """Natural normal curvature times l, at s = 0 and at s = 1."""
-        start, end = self.strip.natural_curvature
-        return start * self.strip.length, end * self.strip.length
+    def curvature(self) -> law.Law:
+        """Natural normal curvature times l, at s = 0 and at s = 1, or the points (s / l, K l) of a table."""
+        return law.scaled(self.strip.natural_curvature, self.strip.length)
+
+    @property
+    def twist(self) -> law.Law:
+        """Twist at rest times l, as `curvature`: that of [strip], or of [rod]."""
+        given = self.strip.natural_twist
+        if self.rod is not None and any(self.rod.natural_twist):
+            given = self.rod.natural_twist
+        return law.scaled(given, self.strip.length)
+
+    @property
+    def geodesic(self) -> law.Law:
+        """Curvature at rest in the strip's plane times l, as `twist`."""
+        given = self.strip.natural_geodesic_curvature
+        if self.rod is not None and any(self.rod.natural_in_plane):
+            given = self.rod.natural_in_plane
+        return law.scaled(given, self.strip.length)
+
+    @property
+    def shaped(self) -> bool:
+        """Whether the strip at rest is twisted or curved in its plane."""
+        return any(law.values(self.twist)) or any(law.values(self.geodesic))
 
     @property
     def transverse_curvature(self) -> float:
@@ -216,7 +237,7 @@ class SceneData(Sections):
         Two values or more; linear in between.
         """
         if self.seed.curvature is None:
-            return self.curvature
+            return law.even(self.curvature)
         return tuple(value * self.strip.length for value in self.seed.curvature)
 
     def _position(self, clamp: ClampSpec | None) -> NDArray[np.float64] | None:

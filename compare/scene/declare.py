@@ -38,6 +38,7 @@ class Kind(enum.Enum):
     NUMBER = "number"
     NUMBERS = "a number or a list"
     LINEAR = "a number, or [at start, at end]"
+    LAW = "a number, [at start, at end], or a table [[s, value], ...] from s = 0 to the length"
     PIECEWISE = "a number, [at start, at end] or more at equal distances"
     LIST = "list of numbers"
     PAIR = "two numbers"
@@ -58,7 +59,7 @@ _WITHIN = {
 }
 """How a sentence names the kind, before the range and the unit."""
 
-_BEHIND = (Kind.NUMBERS, Kind.LINEAR, Kind.PIECEWISE)
+_BEHIND = (Kind.NUMBERS, Kind.LINEAR, Kind.LAW, Kind.PIECEWISE)
 """Kinds that a sentence names behind a colon."""
 
 
@@ -200,7 +201,7 @@ class Key:
         for word, (_, stands_for) in self.words.items():
             if value is None and stands_for is None:
                 return word
-        return (list(value) or None) if isinstance(value, tuple) else value
+        return ([list(x) if isinstance(x, tuple) else x for x in value] or None) if isinstance(value, tuple) else value
 
 
 def literal(value: Any) -> str:

@@ -135,15 +135,22 @@ def _numbers(
         if a == b:
             continue
         start, end = _numeric(a), _numeric(b)
-        if start is not None and end is not None and start.shape == end.shape:
+        if start is not None and end is not None and start.shape == end.shape and _same_points(start, end):
             moves.append(_linear(f"{section}.{key}", start, end))
         else:
             switched.append(f"{section}.{key}")
 
 
+def _same_points(start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
+    """Whether two tables [s, value] have their points at the same s; True for what is no table."""
+    return start.ndim < 2 or bool(np.array_equal(start[:, 0], end[:, 0]))
+
+
 def _numeric(value: Any) -> NDArray[np.float64] | None:
     """A number (shape ()) or a list of numbers (shape (n,)) as an array; None: something else."""
     values = value if isinstance(value, list) else [value]
+    if values and all(isinstance(item, list) for item in values):
+        return np.array(value, dtype=float)  # the points of a table
     if all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in values):
         return np.array(value, dtype=float)
     return None

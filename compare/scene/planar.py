@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.scene.data import SceneData
+from compare.scene.given import law
 
 PLANAR_TOLERANCE = 1e-9
 """Largest component along t_x, of a unit vector or of a distance over l, for which a scene counts as planar."""
@@ -28,6 +29,9 @@ def nonplanar_reason(scene: SceneData) -> str | None:
         return "[rod] or tip.moment is for rods in space, which the elastica does not know"
     if scene.strip.transverse_curvature:
         return "strip.transverse_curvature makes it a tape spring, and the elastica has no section"
+    if scene.shaped:
+        key = "natural_twist" if any(law.values(scene.twist)) else "natural_geodesic_curvature"
+        return f"strip.{key} shapes it in space, and the elastica is planar"
     if any(clamp is not None and clamp.slide is not None for clamp in (scene.clamp_start, scene.clamp_end)):
         return "a clamp slides, and the elastica's hold all of a point or nothing of it"
     frame, position = scene.start_frame, scene.start_position

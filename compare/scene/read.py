@@ -16,6 +16,7 @@ from compare import registry
 from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.data import Sections
+from compare.scene.given import law
 from compare.scene.held import read_clamp, read_closure, read_walls
 from compare.scene.loads import read_gravity, read_tip
 from compare.scene.spec import (
@@ -31,6 +32,9 @@ from compare.scene.spec import (
 )
 from compare.scene.stages import read_path
 from compare.scene.table import Table, missing, reject_unknown
+
+AT_REST = ("natural_curvature", "natural_twist", "natural_geodesic_curvature")
+"""Keys of [strip] that say its shape at rest as a law along it."""
 
 SUM_TOLERANCE = 1e-9
 """How far, relatively, the sum of the element lengths may be from the strip's length."""
@@ -60,7 +64,7 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     shell = _shell(_section(data, "shell"), strip)
     path = read_path(data.get("path", []), walls)
     unsure = _uncertainty(_section(data, "uncertainty"), strip)
-    rod = _section(data, "rod").read(RodSpec) if "rod" in data else None
+    rod = _rod(_section(data, "rod"), strip) if "rod" in data else None
     return Sections(title, strip, gravity, tip, start, end, closure, walls, model, seed, path, shell, unsure, rod)
 
 
@@ -88,6 +92,7 @@ def _section(data: Mapping[str, Any], name: str, parent: str = "") -> Table:
 
 def _strip(table: Table) -> StripSpec:
     strip = table.read(StripSpec)
+    strip = replace(strip, **{name: _covering(table, name, getattr(strip, name), strip.length) for name in AT_REST})
     if strip.width >= strip.length:
         raise table.bad(
             "width",
@@ -100,7 +105,9 @@ def _strip(table: Table) -> StripSpec:
             f"is not smaller than strip.width = {strip.width}",
             f"give a thickness below {strip.width}: a ribbon is wider than thick",
         )
-    _check_times_length(table, "natural_curvature", strip.natural_curvature, strip)
+    for name in AT_REST:
+        _check_times_length(table, name, law.values(getattr(strip, name)), strip)
+    _check_annulus(table, strip)
     _check_times_length(table, "transverse_curvature", (strip.transverse_curvature,), strip)
     elastic = {"young": strip.young, "density": strip.density, "thickness": strip.thickness}
     dimensional = strip.young is not None or strip.density is not None
@@ -117,6 +124,26 @@ def _strip(table: Table) -> StripSpec:
                     f"strip.{name}", contract.KEYS, "give young, density and thickness together, in Pa, kg/m^3 and m"
                 )
     return strip
+
+
+def _covering(table: Table, name: str, value: law.Law, length: float) -> law.Law:
+    """A law whose table covers the strip."""
+    if not law.is_table(value):
+        return value
+    fault = law.fault(value, length)  # type: ignore[arg-type]
+    if fault is not None:
+        raise table.bad(name, *fault)
+    return law.read(value, length)  # type: ignore[arg-type]
+
+
+def _check_annulus(table: Table, strip: StripSpec) -> None:
+    """The inner edge of an annular strip has a length."""
+    bent = max(map(abs, law.values(strip.natural_geodesic_curvature)))
+    if bent * strip.width >= 2.0:
+        raise table.bad(
+            "natural_geodesic_curvature", f"bends a strip of width {strip.width} about a point inside it",
+            f"keep it below 2 / width = {2.0 / strip.width:.6g}",
+        )  # fmt: skip
 
 
 def _check_times_length(table: Table, name: str, values: Iterable[float], strip: StripSpec) -> None:
@@ -182,6 +209,15 @@ def _seed(table: Table, strip: StripSpec) -> SeedSpec:
             f"keep {pair} below 2 length/width{'' if pieces == 1 else f' / {pieces}'} = {bound:.6g}",
         )
     return seed
+
+
+def _rod(table: Table, strip: StripSpec) -> RodSpec:
+    """[rod], which may say the shape at rest as [strip] does, but not beside it."""
+    rod = table.read(RodSpec)
+    for own, name in (("natural_twist", "natural_twist"), ("natural_in_plane", "natural_geodesic_curvature")):
+        if own in table and any(law.values(getattr(strip, name))):
+            raise table.bad(own, f"and strip.{name} say the same thing twice", "remove one of the two")
+    return rod
 
 
 def _uncertainty(table: Table, strip: StripSpec) -> UncertaintySpec:

@@ -17,11 +17,11 @@ from typing import Any, ClassVar
 
 from compare import registry
 from compare.scene.declare import FORCE, LENGTH, MOMENT, NONE, PER_LENGTH, Key, Kind, declared, key
+from compare.scene.given.law import Law, Linear
 
 ENERGIES = tuple(energy for entry in registry.BUILT_IN for energy in entry.energies)
 """Values of `model.energy` that are always there; models from outside bring their own (`compare.registry`)."""
 Vector = tuple[float, float, float]
-Linear = tuple[float, float]
 """A quantity linear in s: (at s = 0, at s = length)."""
 
 STANDARD_GRAVITY = 9.81
@@ -104,9 +104,20 @@ class StripSpec:
         Kind.NUMBER, "thickness h", LENGTH, "0 < h < width", "3e-4", default=None, known="h / l >= 1e-10"
     )
     poisson: float = key(Kind.NUMBER, "Poisson's ratio nu", NONE, "-1 < nu <= 0.5", "0.4")
-    natural_curvature: Linear = key(
-        Kind.LINEAR, "natural normal curvature", PER_LENGTH, example="10.0", default=(0.0, 0.0),
+    natural_curvature: Law = key(
+        Kind.LAW, "natural normal curvature", PER_LENGTH, example="10.0", default=(0.0, 0.0),
         known="-1e4 <= K l <= 1e4"
+    )
+    natural_twist: Law = key(
+        Kind.LAW, "twist of the strip at rest: a helicoid", PER_LENGTH, example="2.0", default=(0.0, 0.0), newer=True,
+        note="rods, the shell and energies of free twist that know it; > 0 turns t_x towards t_y along s",
+        known="-1e4 <= twist l <= 1e4"
+    )
+    natural_geodesic_curvature: Law = key(
+        Kind.LAW, "curvature at rest in the strip's plane: an annular strip", PER_LENGTH, example="1.0",
+        default=(0.0, 0.0), newer=True,
+        note="rods, the shell and energies with kappa_2; > 0 turns the tangent towards t_x",
+        known="-1e4 <= kappa_2 l <= 1e4"
     )
     transverse_curvature: float = key(
         Kind.NUMBER, "natural curvature across the strip, of a tape spring", PER_LENGTH, example="20.0", default=0.0,
@@ -304,12 +315,12 @@ class RodSpec:
         absent="of the section w x h", known="1e-12 <= Y A <= 1e18"
     )
     natural_twist: Linear = key(
-        Kind.LINEAR, "twist at rest", PER_LENGTH, example="2.0", default=(0.0, 0.0), newer=True,
+        Kind.LINEAR, "twist at rest, as strip.natural_twist", PER_LENGTH, example="2.0", default=(0.0, 0.0), newer=True,
         known="-1e4 <= twist l <= 1e4"
     )
     natural_in_plane: Linear = key(
-        Kind.LINEAR, "curvature at rest in the plane of the strip", PER_LENGTH, example="1.0", default=(0.0, 0.0),
-        newer=True, known="-1e4 <= kappa_2 l <= 1e4"
+        Kind.LINEAR, "curvature at rest in the plane, as strip.natural_geodesic_curvature", PER_LENGTH, example="1.0",
+        default=(0.0, 0.0), newer=True, known="-1e4 <= kappa_2 l <= 1e4"
     )
     twist: str | None = key(
         Kind.CHOICE, "how a curve-angle rod finds its angle", example='"quasi-static"',

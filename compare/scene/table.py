@@ -142,8 +142,16 @@ class Table:
                 if not isinstance(value, str):
                     raise self.bad(name, "is not a text in quotes")
                 return value if about.kind is Kind.TEXT else self._choice(name, value, about)
+            case Kind.LAW if isinstance(value, list) and any(isinstance(item, list) for item in value):
+                return self._points(name, value)
             case _:
                 return self._law(name, value, about.kind)
+
+    def _points(self, name: str, value: list[Any]) -> tuple[tuple[float, float], ...]:
+        """The points [s, value] of a table, whatever its abscissae."""
+        if not all(isinstance(item, list) and len(item) == 2 for item in value):
+            raise self.bad(name, "is a table with an entry that is not [s, value]")
+        return tuple((self._as_number(name, s), self._as_number(name, y)) for s, y in value)
 
     def _law(self, name: str, value: Any, kind: Kind) -> tuple[float, ...]:
         """A list of numbers; where the kind allows one number, it stands for all."""
@@ -155,11 +163,11 @@ class Table:
             raise self.bad(name, "is an empty list")
         given = isinstance(value, list)
         values = self._numbers(name, value if given else [value], entry=given)
-        if kind is Kind.LINEAR and len(values) > 2:
+        if kind in (Kind.LINEAR, Kind.LAW) and len(values) > 2:
             raise self.bad(
                 name, "has more than two entries", f"give one number or [at start, at end], e.g. {name} = [10.0, 0.0]"
             )
-        return values * 2 if len(values) == 1 and kind in (Kind.LINEAR, Kind.PIECEWISE) else values
+        return values * 2 if len(values) == 1 and kind in (Kind.LINEAR, Kind.LAW, Kind.PIECEWISE) else values
 
     def _numbers(self, name: str, values: list[Any], entry: bool) -> tuple[float, ...]:
         """Finite numbers within the key's range; an integer counts as one, a truth value or a text does not."""

@@ -18,6 +18,7 @@ from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR
 from compare.models.base import State
 from compare.models.choice import differentiable
+from compare.scene.given.law import is_table
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.studies.fit import judged
@@ -118,6 +119,9 @@ def check_free(scene: Scene, free: Sequence[str]) -> tuple[str, ...]:
             raise BadInput("--free", key, "cannot be fitted", f"choose from {', '.join(possible)}")
         if getattr(scene.strip, key.removeprefix("strip.")) is None:
             raise BadInput("--free", key, "is not given by the scene", "give it a first value in the scene")
+        if is_table(getattr(scene.strip, key.removeprefix("strip."))):
+            remedy = "give one number or [at start, at end], whose level is then fitted"
+            raise BadInput("--free", key, "is a table, which has no one value to fit", remedy)
     return keys
 
 

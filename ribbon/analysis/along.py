@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.analysis import parts
 from ribbon.energies.dispatch import CODES, ENERGIES, values
 from ribbon.surface import behind_seam
@@ -63,12 +64,11 @@ def area_density(equilibrium: Any, foot: FloatArray, v: FloatArray) -> FloatArra
 
 def _free_area(equilibrium: Any, s: FloatArray, v: FloatArray) -> FloatArray:
     """The parts' sum at the particles (s, v), both (k,), in D / l^2."""
-    start, end = equilibrium.problem.strip.curvature
     found = np.empty(s.shape)
     for place in np.unique(v):
         rows = np.nonzero(v == place)[0]
         found[rows] = parts.area_densities(equilibrium, s[rows], np.array([place]))[:, 0].sum(axis=1)
-    return found - 0.5 * (start + (end - start) * s) ** 2
+    return found - 0.5 * law.at(equilibrium.problem.strip.curvature, s) ** 2
 
 
 def _bending(equilibrium: Any, omega: FloatArray, eta: FloatArray, x: FloatArray) -> FloatArray:
@@ -84,6 +84,5 @@ def _local(equilibrium: Any, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     slope = equilibrium.parameters[segment_of(equilibrium, s), 2]
     slope = np.where((s < 0.0) | (s > 1.0), 0.0, slope)
     _, _, omega, eta = equilibrium.continued(s)
-    start, end = strip.curvature
-    curvature = start + (end - start) * np.clip(s, 0.0, 1.0)
+    curvature = law.at(strip.curvature, np.clip(s, 0.0, 1.0))
     return omega, eta, equilibrium.problem.half_width * slope, -curvature * omega * (1.0 + strip.poisson * eta**2)

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.element.adaptive import beside_zero, integrated
 from ribbon.energies import FREE_CODES, FREE_ENERGIES
-from ribbon.energies.free import free_numbers, in_plane_stiffness
+from ribbon.energies.free import free_numbers, in_plane_stiffness, natural_numbers
 from ribbon.sections import local_state
 
 FloatArray = NDArray[np.float64]
@@ -43,8 +44,8 @@ def line_density_of(energy: str, equilibrium: Any, s: FloatArray, thickness: flo
 def _values(code: int, equilibrium: Any, s: FloatArray, section: tuple[float, ...]) -> FloatArray:
     local = local_state(equilibrium, s)
     out = np.empty((s.size, 15))
-    start, end = equilibrium.problem.strip.curvature
-    free_numbers(code, local.k, local.t, local.dk, local.dt, local.natural, float(end - start), section, out)
+    free_numbers(code, local.k, local.t, local.dk, local.dt, local.natural, 0.0, section, out)
+    natural_numbers(code, local.k, local.t, local.natural, np.asarray(local.twist), section, out)
     return np.asarray(out[:, 0] + _in_plane(equilibrium, s))
 
 
@@ -53,7 +54,12 @@ def _in_plane(equilibrium: Any, s: FloatArray) -> FloatArray:
     fields = equilibrium.problem.fields
     if not fields.in_plane:
         return np.zeros(s.shape)
-    return np.asarray(0.5 * in_plane_stiffness(fields.section) * equilibrium.in_plane(s) ** 2)
+    return np.asarray(0.5 * in_plane_stiffness(fields.section) * _bent_in_plane(equilibrium, s) ** 2)
+
+
+def _bent_in_plane(equilibrium: Any, s: FloatArray) -> FloatArray:
+    """kappa_2 (k,) from its natural value."""
+    return np.asarray(equilibrium.in_plane(s) - law.at(equilibrium.problem.strip.geodesic, s))
 
 
 def area_densities(equilibrium: Any, s: FloatArray, v: FloatArray) -> FloatArray:
@@ -65,7 +71,7 @@ def area_densities(equilibrium: Any, s: FloatArray, v: FloatArray) -> FloatArray
     own = section.shares(local_state(equilibrium, s), v, fields.section)
     found = np.stack([own.bending, own.membrane, own.shear], axis=-1)
     if fields.in_plane:
-        bent = equilibrium.in_plane(s)[:, None] * v[None, :]
+        bent = _bent_in_plane(equilibrium, s)[:, None] * v[None, :]
         thickness, poisson = fields.section[1:3]
         found[:, :, 1] += 6.0 * (1.0 - poisson**2) / thickness**2 * bent**2
     return found

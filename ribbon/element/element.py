@@ -129,10 +129,11 @@ def natural_value(a, b, n, m, length, k_start, k_slope, poisson):
 
 
 @njit(cache=True)
-def elastic_jet(code, q, length, section, natural, k_start, k_slope, poisson, jet, part):
-    """Fills `jet` (15 or 28,) with the elastic energy of a segment, whatever its energy; `part` (15,) is scratch."""
+def elastic_jet(code, q, length, section, natural, k_start, k_slope, poisson, rest, jet, part):
+    """Fills `jet` (15 or 28,) with the elastic energy of a segment, whatever its energy; rest (4,): `free_jet`; `part`
+    (15,) is scratch."""
     if has_free_twist(code):
-        free_jet(code, q, length, k_start, k_slope, section, jet)
+        free_jet(code, q, length, k_start, k_slope, section, jet, rest)
         return
     bending_jet(code, q[0], q[1], q[2], q[3], length, section, jet)
     if natural:
@@ -141,11 +142,11 @@ def elastic_jet(code, q, length, section, natural, k_start, k_slope, poisson, je
 
 
 @njit(cache=True)
-def elastic_value(code, q, length, section, natural, k_start, k_slope, poisson, jet):
+def elastic_value(code, q, length, section, natural, k_start, k_slope, poisson, rest, jet):
     """Elastic energy of a segment and the part of it that is a term of its own by the natural curvature (none with a
     free twist); `jet` (15 or 28,) is scratch."""
     if has_free_twist(code):
-        free_jet(code, q, length, k_start, k_slope, section, jet)
+        free_jet(code, q, length, k_start, k_slope, section, jet, rest)
         return jet[0], 0.0
     bending = bending_value(code, q[0], q[1], q[2], q[3], length, section)
     if natural:

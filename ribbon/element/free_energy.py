@@ -26,9 +26,11 @@ import numpy as np
 from numba import njit
 
 from ribbon.energies.codes import among_free
-from ribbon.energies.free import FREE_ENERGIES, free_density
+from ribbon.energies.free import FREE_ENERGIES, add_pretwist, free_density
 from ribbon.energies.names import FREE
 
+#: Neither a natural twist nor a natural curvature in the plane.
+NOTHING = (0.0, 0.0, 0.0, 0.0)
 #: Change of u = asinh(k / r) up to which a segment takes the energy's own number of points.
 SPAN = 0.2
 #: Widest panel in u, and most panels.
@@ -59,25 +61,30 @@ _TAIL = ((_PLACES + 0.5) * np.polynomial.legendre.legvander(_NODES, POINTS - 1)[
 
 
 @njit(cache=True)
-def free_jet(code, q, length, k_start, k_slope, section, jet):
+def free_jet(code, q, length, k_start, k_slope, section, jet, rest=NOTHING):
     """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist, parameters q (4 or 6,).
 
     kappa_1 = q_0 s + q_1, kappa_3 = q_2 s + q_3, kappa_2 = q_4 s + q_5; K(s) = k_start + k_slope s; section: w / (2 l),
-    h / l, nu, plate (`ribbon.energies.free`). Layout of the jet: `ribbon.element.free_series`.
+    h / l, nu, plate (`ribbon.energies.free`); rest: natural twist at the start and its slope, natural curvature in the
+    plane and its slope. Layout of the jet: `ribbon.element.free_series`.
     """
     jet[:] = 0.0
     code = among_free(code)
     reach = _reach(code, q, section)
     if _TESTED[code] or _changes(q[1], q[0] * length + q[1], reach):
-        _composite(code, q, length, k_start, k_slope, section, reach, jet)
+        _composite(code, q, length, k_start, k_slope, section, rest, reach, jet)
     else:
         d = np.empty(15)
         for g in range(_COUNT[code]):
             s = _OWN_POINTS[code, g] * length
-            free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], k_start + k_slope * s, k_slope, section, d)
+            natural = k_start + k_slope * s
+            free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d)
+            twist = rest[0] + rest[1] * s
+            if twist != 0.0:
+                add_pretwist(code, q[0] * s + q[1], q[2] * s + q[3], natural, twist, section, d)
             _gather(d, s, _OWN_WEIGHTS[code, g] * length, q.size, jet)
     if q.size == 6:
-        _in_plane(q, length, section, jet)
+        _in_plane(q, length, section, rest, jet)
 
 
 @njit(cache=True)
@@ -102,11 +109,11 @@ def _changes(first, last, reach):
 
 
 @njit(cache=True)
-def _composite(code, q, length, k_start, k_slope, section, reach, jet):
+def _composite(code, q, length, k_start, k_slope, section, rest, reach, jet):
     """Adds to `jet` the integral on panels graded towards k = 0; infinite where a singular density is passed."""
     first, last = q[1], q[0] * length + q[1]
     if not _changes(first, last, reach):
-        _panel(code, q, 0.0, length, k_start, k_slope, section, jet)
+        _panel(code, q, 0.0, length, k_start, k_slope, section, rest, jet)
         return
     if reach == 0.0:
         if first * last <= 0.0:
@@ -125,12 +132,12 @@ def _composite(code, q, length, k_start, k_slope, section, reach, jet):
             k = math.copysign(math.exp(u), first) if reach == 0.0 else reach * math.sinh(u)
             end = min(max((k - first) / q[0], done), length)
         if end > done:
-            _panel(code, q, done, end, k_start, k_slope, section, jet)
+            _panel(code, q, done, end, k_start, k_slope, section, rest, jet)
         done = end
 
 
 @njit(cache=True)
-def _panel(code, q, begin, end, k_start, k_slope, section, jet):
+def _panel(code, q, begin, end, k_start, k_slope, section, rest, jet):
     """Adds to `jet` the integral from `begin` to `end`, halved where the density is not smooth enough."""
     d = np.empty((POINTS, 15))
     ends = np.empty(64)  # of the panels that wait, the next one last
@@ -145,7 +152,10 @@ def _panel(code, q, begin, end, k_start, k_slope, section, jet):
             s = done + _PANEL_POINTS[g] * h
             natural = k_start + k_slope * s
             free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d[g])
-            floor = max(floor, natural * natural)
+            twist = rest[0] + rest[1] * s
+            if twist != 0.0:
+                add_pretwist(code, q[0] * s + q[1], q[2] * s + q[3], natural, twist, section, d[g])
+            floor = max(floor, natural * natural + twist * twist)
         if h > shortest and not _smooth(d, floor):
             ends[waiting] = done + 0.5 * h
             waiting += 1
@@ -205,10 +215,10 @@ def _gather(d, s, w, count, jet):
 
 
 @njit(cache=True)
-def _in_plane(q, length, section, jet):
+def _in_plane(q, length, section, rest, jet):
     """Adds to `jet` (28,) the energy of bending in the strip's plane (`ribbon.energies.free.in_plane_stiffness`)."""
     stiffness = 4.0 * (1.0 - section[2] * section[2]) * (section[0] / section[1]) ** 2
-    c, e = q[4], q[5]
+    c, e = q[4] - rest[3], q[5] - rest[2]
     first, second, third = stiffness * length, 0.5 * stiffness * length**2, stiffness * length**3 / 3.0
     jet[0] += 0.5 * (third * c * c + first * e * e) + second * c * e
     jet[5] += third * c + second * e

@@ -142,6 +142,8 @@ class FreeTwist:
     reach: how far from the real axis the density's nearest singularity lies in the plane of the curvature, times zeta
     (docs/theory.md, eq. (10.26)): inf none, 0 at k = 0; tested: whether its gradients have singularities of their own,
     so that every panel is tested.
+    pretwist: kernel ``(k, t, natural, rest, section, out)`` that adds to `out` what a natural twist `rest` changes
+    (docs/theory.md, eq. (10.27)); None: the energy knows no natural twist.
     section: shape of the cross-section and what its energy consists of; words: what it is, for a page.
     """
 
@@ -152,6 +154,7 @@ class FreeTwist:
     tested: bool = False
     in_plane: bool = False
     holds_twist: bool = False
+    pretwist: Any = None
     section: Profile | None = None
     words: str = ""
 

@@ -43,8 +43,32 @@ def density(k, t, dk, dt, natural, slope, section, out):
     out[9] = 2.0 * twist + 4.0 * c4 * phi * (b + 2.0 * t * t)
 
 
+@njit(cache=True)
+def pretwist(k, t, natural, rest, section, out):
+    """Adds to `out` (15,) what a natural twist changes: (t - rest)^2 for t^2, and B = nu k kb + t^2 - rest^2."""
+    half_width, thickness, poisson, _ = section
+    width = 2.0 * half_width
+    c4 = 3.0 * (1.0 - poisson * poisson) * width**4 / (thickness * thickness)
+    kb = k - natural
+    phi, first, second = gain(c4 * k * k)
+    by_k = 2.0 * c4 * k * first
+    by_kk = 2.0 * c4 * (first + 2.0 * c4 * k * k * second)
+    b = poisson * k * kb + t * t
+    b_k = poisson * (k + kb)
+    twist = (1.0 - poisson) * (1.0 - torsion_loss(width, thickness))
+    less = rest * rest
+    change = less * (less - 2.0 * b)  # of B^2
+    out[0] += twist * rest * (rest - 2.0 * t) + c4 * phi * change
+    out[1] += c4 * (by_k * change - 2.0 * less * phi * b_k)
+    out[2] -= 2.0 * twist * rest + 4.0 * c4 * phi * less * t
+    out[5] += c4 * (by_kk * change - 4.0 * less * (by_k * b_k + poisson * phi))
+    out[6] -= 4.0 * c4 * less * t * by_k
+    out[9] -= 4.0 * c4 * less * phi
+
+
 ENERGY = FreeTwist(
     density,
+    pretwist=pretwist,
     needs=("thickness",),
     reach=0.83,
     section=EXTENSIBLE,

@@ -19,7 +19,8 @@ from ribbon.energies.energy import FreeSectionNumbers, FreeTwist
 from ribbon.energies.names import FREE
 
 __all__ = [
-    "FREE_CODES", "FREE_ENERGIES", "FreeSectionNumbers", "FreeTwist", "free_density", "in_plane_stiffness",
+    "FREE_CODES", "FREE_ENERGIES", "FreeSectionNumbers", "FreeTwist", "add_pretwist", "free_density",
+    "in_plane_stiffness", "natural_numbers",
 ]  # fmt: skip
 
 #: Name of an energy of free twist -> the energy.
@@ -43,10 +44,23 @@ def _chosen() -> str:
     return "\n".join(lines)
 
 
+def _pretwisted() -> str:
+    """Source of ``add_pretwist(code, ...)``, over the energies that know a natural twist."""
+    given = "k, t, natural, rest, section, out"
+    lines = [f"def add_pretwist(code, {given}):"]
+    for name, code in FREE_CODES.items():
+        if FREE_ENERGIES[name].pretwist is not None:
+            lines.append(f"    if code == {code}:\n        pretwist_{name}({given})")
+    return "\n".join(lines)
+
+
 for _name, _energy in FREE_ENERGIES.items():
     globals()[f"density_{_name}"] = _energy.density
+    globals()[f"pretwist_{_name}"] = _energy.pretwist
 exec(_chosen())
+exec(_pretwisted())
 free_density = njit(forceinline=True)(globals()["free_density"])
+add_pretwist = njit(forceinline=True)(globals()["add_pretwist"])
 
 
 @njit(cache=True)
@@ -54,3 +68,10 @@ def free_numbers(code, k, t, dk, dt, natural, slope, section, out):
     """Fills `out` (m, 15) with the numbers of the energy `code` at k, t, dk, dt and K (m,), dK/ds = `slope`."""
     for i in range(k.size):
         free_density(code, k[i], t[i], dk[i], dt[i], natural[i], slope, section, out[i])
+
+
+@njit(cache=True)
+def natural_numbers(code, k, t, natural, rest, section, out):
+    """Adds to `out` (m, 15) what a natural twist `rest` (m,) changes in the states k, t, K (m,)."""
+    for i in range(k.size):
+        add_pretwist(code, k[i], t[i], natural[i], rest[i], section, out[i])

@@ -32,8 +32,17 @@ def density(k, t, dk, dt, natural, slope, section, out):
     out[9] = torsion
 
 
+@njit(cache=True)
+def pretwist(k, t, natural, rest, section, out):
+    """Adds to `out` (15,) what makes 1/2 c t^2 1/2 c (t - rest)^2."""
+    _, torsion = stiffnesses(section)
+    out[0] += torsion * rest * (0.5 * rest - t)
+    out[2] -= torsion * rest
+
+
 ENERGY = FreeTwist(
     density,
+    pretwist=pretwist,
     needs=("thickness",),
     in_plane=True,
     section=ROD,

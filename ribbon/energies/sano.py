@@ -46,8 +46,29 @@ def density(k, t, dk, dt, natural, slope, section, out):
     out[9] = 2.0 * (1.0 - nu) + 2.0 * r * (b + 2.0 * t * t)
 
 
+@njit(cache=True)
+def pretwist(k, t, natural, rest, section, out):
+    """Adds to `out` (15,) what a natural twist changes: (t - rest)^2 for t^2, and B = nu k kb + t^2 - rest^2."""
+    half_width, thickness, nu, _ = section
+    inverse = 60.0 * thickness * thickness / ((1.0 - nu * nu) * (2.0 * half_width) ** 4)
+    kb = k - natural
+    b, b_k = nu * k * kb + t * t, nu * (k + kb)
+    r = 1.0 / (inverse + k * k)
+    r_k = -2.0 * k * r * r
+    r_kk = r * r * (8.0 * k * k * r - 2.0)
+    less = rest * rest
+    change = less * (less - 2.0 * b)  # of B^2
+    out[0] += (1.0 - nu) * rest * (rest - 2.0 * t) + 0.5 * r * change
+    out[1] += 0.5 * r_k * change - less * r * b_k
+    out[2] -= 2.0 * (1.0 - nu) * rest + 2.0 * r * less * t
+    out[5] += 0.5 * r_kk * change - 2.0 * less * (r_k * b_k + nu * r)
+    out[6] -= 2.0 * less * t * r_k
+    out[9] -= 2.0 * less * r
+
+
 ENERGY = FreeTwist(
     density,
+    pretwist=pretwist,
     needs=("thickness",),
     reach=1.0,
     section=SANO,

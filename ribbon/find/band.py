@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.boundary import Clamp
 from ribbon.find import relax
 from ribbon.find.seeds import joints
@@ -43,7 +44,7 @@ WIDE, _WIDER = 0.45, 0.02
 def circle(problem: Problem) -> tuple[FloatArray, FloatArray]:
     """omega and eta (p + 1,) of a circle of the closure's turns, bent the way of the natural curvature, if any."""
     turns = problem.closure.turns if problem.closure is not None else 1
-    natural = sum(problem.strip.curvature)
+    natural = sum(law.values(problem.strip.curvature))
     omega = math.copysign(2.0 * math.pi * turns, natural) if natural else -2.0 * math.pi * turns
     count = problem.lengths.size + 1
     return np.full(count, omega), np.zeros(count)

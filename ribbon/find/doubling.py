@@ -16,6 +16,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.problems import prolonged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
@@ -48,6 +49,7 @@ def is_possible(problem: Problem, options: dict[str, Any] | None) -> TypeGuard[M
         isinstance(problem, MixedProblem)
         and problem.formulation == "mixed"
         and not problem.walls
+        and not any(map(law.is_table, problem.strip.rest))  # whose points end segments, few ones too
         and not options
         and choose.asked() != "ipopt"
     )

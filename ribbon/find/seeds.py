@@ -14,6 +14,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.element import quaternion
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.mixed import MixedProblem
@@ -89,7 +90,7 @@ def layer_rate(problem: Problem) -> float | None:
     if weight is None:
         return None
     pull = problem.strip.gamma * float(np.hypot(*weight))
-    curl = max(map(abs, problem.strip.curvature))
+    curl = max(map(abs, law.values(problem.strip.curvature)))
     return math.sqrt(pull) if pull >= max(HEAVY, _PULLED_OUT * curl * curl) else None
 
 
@@ -124,9 +125,10 @@ def hanging(problem: Problem) -> FloatArray | None:
     omega = -2.0 * rate * np.sqrt(1.0 - s) * np.sin(0.5 * left)  # negative: the tangent turns towards t_y
     turned = float(np.sum(0.5 * (omega[1:] + omega[:-1]) * problem.lengths))
     omega = omega * ((left[-1] - angle) / turned) if turned else omega
-    start, end = problem.strip.curvature
+    natural = law.at(problem.strip.curvature, s)
+    end = natural[-1]
     reach = max(0.5 * end * end / rate**2, rate ** (-2.0 / 3.0))
-    return np.asarray(omega + (start + (end - start) * s) * np.exp(-(((1.0 - s) / reach) ** 2)))
+    return np.asarray(omega + natural * np.exp(-(((1.0 - s) / reach) ** 2)))
 
 
 def graded(problem: Problem) -> FloatArray:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.energies import ENERGIES
 from ribbon.notes import Note
 from ribbon.problems.chained import ChainedProblem
@@ -40,8 +41,7 @@ class SoftenedProblem:
         self.lengths: FloatArray = inner.lengths
         joints = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = joints[:-1, None] + self.lengths[:, None] * _NODES
-        start, end = inner.strip.curvature
-        self.natural = start + (end - start) * s
+        self.natural = law.at(inner.strip.curvature, s)
         self._columns, self._slopes = inner.parameter_map()
 
     @property

@@ -67,7 +67,7 @@ def straight(problem: Problem) -> Equilibrium:
     """The straight strip between ends that are one length apart: the only shape there is, whatever its tension."""
     none = np.zeros(problem.lengths.size + 1)
     problem = _along_the_chord(problem)
-    x = problem.state(none, none)
+    x = problem.state(none, none, none)
     missing = violation(problem, x)
     beyond = penetration.deepest(problem, x)
     fits = missing <= STRETCHED_MISMATCH and not (beyond is not None and beyond > penetration.TOLERANCE)

@@ -17,7 +17,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.energies.free import free_numbers
+from ribbon import law
+from ribbon.energies.free import free_numbers, natural_numbers
 from ribbon.problems.protocol import Problem
 
 FloatArray = NDArray[np.float64]
@@ -38,13 +39,14 @@ def share(problem: Problem, x: FloatArray) -> float | None:
     s = samples(q, lengths, passage(problem))
     a, b, n, m = (q[:, i, None] for i in range(4))
     starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])[:, None]
-    first, last = problem.strip.curvature
-    natural = first + (last - first) * (starts + s)
+    natural = law.at(problem.strip.curvature, starts + s)
     numbers = np.empty((s.size, 15))
     k, twist, of_k, of_twist, own = (
         np.broadcast_to(one, s.shape).ravel() for one in (a * s + b, n * s + m, a, n, natural)
     )
-    free_numbers(fields.density_code, k, twist, of_k, of_twist, own, last - first, fields.section, numbers)
+    free_numbers(fields.density_code, k, twist, of_k, of_twist, own, 0.0, fields.section, numbers)
+    rest = law.at(problem.strip.twist, starts + s).ravel()
+    natural_numbers(fields.density_code, k, twist, own, rest, fields.section, numbers)
     bad = (lowest(numbers, fields.section[1]) < 0.0).reshape(s.shape)
     # an interval between samples counts by its bad ends
     return float(np.sum(np.diff(s, axis=1) * 0.5 * (bad[:, 1:].astype(float) + bad[:, :-1])))

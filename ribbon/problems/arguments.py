@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.problems.fields import Fields
 from ribbon.strip import Strip
 
@@ -16,7 +17,9 @@ FloatArray = NDArray[np.float64]
 class Material(NamedTuple):
     """What the elastic energy of a segment depends on beside its shape.
 
-    code, section: `Fields`; natural: whether the natural curvature is there, curvature (2,): K l at both ends; poisson.
+    code, section: `Fields`; natural: whether the natural curvature is there, curvature (p, 2): K l at the start of
+    every segment and its slope; poisson; rest (p, 4): natural twist and natural curvature in the plane there,
+    each with its slope.
     """
 
     code: int
@@ -24,12 +27,14 @@ class Material(NamedTuple):
     natural: bool
     curvature: FloatArray
     poisson: float
+    rest: FloatArray
 
     @classmethod
-    def of(cls, strip: Strip, fields: Fields) -> Material:
-        """That of a strip with these fields."""
-        curvature = np.asarray(strip.curvature)
-        return cls(fields.code, fields.section, strip.curvature != (0.0, 0.0), curvature, strip.poisson)
+    def of(cls, strip: Strip, fields: Fields, lengths: FloatArray) -> Material:
+        """That of a strip with these fields on segments of `lengths` (p,)."""
+        curvature = law.pieces(strip.curvature, lengths)
+        rest = np.hstack([law.pieces(one, lengths) for one in (strip.twist, strip.geodesic)])
+        return cls(fields.code, fields.section, strip.curvature != (0.0, 0.0), curvature, strip.poisson, rest)
 
 
 class Loads(NamedTuple):

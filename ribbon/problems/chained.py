@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ribbon import surface
+from ribbon import law, surface
 from ribbon.boundary import Clamp
 from ribbon.contact import Wall
 from ribbon.element.series import EXPONENT_LIMIT, FURTHEST
@@ -104,7 +104,7 @@ class ChainedProblem:
     @cached_property
     def material(self) -> Material:
         """What the elastic energy depends on, for the kernels."""
-        return Material.of(self.strip, self.fields)
+        return Material.of(self.strip, self.fields, self.lengths)
 
     @cached_property
     def loads(self) -> Loads:
@@ -195,7 +195,7 @@ class ChainedProblem:
     @property
     def has_natural_curvature(self) -> bool:
         """Whether the strip is naturally curved; otherwise the term is absent."""
-        return self.strip.curvature != (0.0, 0.0)
+        return not self.strip.naturally_straight
 
     @property
     def half_width(self) -> float:
@@ -218,7 +218,10 @@ class ChainedProblem:
 
     def natural_state(self) -> FloatArray:
         """The stress-free shape omega = K(s), eta = 0 as unknowns (2 p + 2,)."""
-        return self.linear(self.strip.curvature, (0.0, 0.0))
+        if law.is_table(self.strip.curvature):
+            joints = np.concatenate([[0.0], np.cumsum(self.lengths)])
+            return self.state(law.at(self.strip.curvature, joints), np.zeros(joints.size))
+        return self.linear(self.strip.curvature, (0.0, 0.0))  # type: ignore[arg-type]
 
     def linear(self, curvature: tuple[float, float], ruling: tuple[float, float]) -> FloatArray:
         """Unknowns of omega and eta linear along the whole ribbon, from their values at both ends (omega in 1/l)."""
@@ -230,7 +233,10 @@ class ChainedProblem:
         return x
 
     def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:
-        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,) at the joints, linear between them."""
+        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,; None: the natural one) at the joints,
+        linear between them."""
+        if in_plane is None:
+            in_plane = law.at(self.strip.geodesic, np.concatenate([[0.0], np.cumsum(self.lengths)]))
         return self.layout.unknowns(omega, eta, self.lengths, in_plane)
 
     def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

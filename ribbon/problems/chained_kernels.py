@@ -71,18 +71,14 @@ def energy_parts(q, lengths, material, loads, position, parts):
     the clamp. A term that is off is not computed.
     """
     parts[:] = 0.0
-    s = 0.0
-    start = material.curvature[0]
-    slope = material.curvature[1] - start
     jet = np.empty(15 if q.shape[1] == 4 else 28)
     for i in range(lengths.size):
         bending, own = elastic_value(
-            material.code, q[i], lengths[i], material.section, material.natural, start + slope * s, slope,
-            material.poisson, jet,
+            material.code, q[i], lengths[i], material.section, material.natural, material.curvature[i, 0],
+            material.curvature[i, 1], material.poisson, material.rest[i], jet,
         )  # fmt: skip
         parts[0] += bending
         parts[1] += own
-        s += lengths[i]
     if loads.gamma != 0.0:
         free = has_free_twist(material.code)
         parts[2] = loads.gamma * _height(free, q, lengths, loads.up, position, loads.frame, loads.limit)
@@ -117,15 +113,11 @@ def _height(free, q, lengths, up, position, frame, limit):
 def local_derivatives(q, lengths, material, local):
     """Fills `local` (p, 15 or 28) with the jets of the elastic energy of every segment by its own parameters."""
     part = np.empty(15)
-    s = 0.0
-    start = material.curvature[0]
-    slope = material.curvature[1] - start
     for i in range(lengths.size):
         elastic_jet(
-            material.code, q[i], lengths[i], material.section, material.natural, start + slope * s, slope,
-            material.poisson, local[i], part,
+            material.code, q[i], lengths[i], material.section, material.natural, material.curvature[i, 0],
+            material.curvature[i, 1], material.poisson, material.rest[i], local[i], part,
         )  # fmt: skip
-        s += lengths[i]
 
 
 @njit(cache=True)

@@ -9,10 +9,27 @@ from ribbon.element.kinematics import COMPONENTS
 from ribbon.energies import ElasticEnergy, FieldSet, chosen, code_of
 from ribbon.energies.codes import among_free
 from ribbon.errors import RibbonInputError
+from ribbon.law import values
 from ribbon.strip import Strip
 
 #: Values of `stiffness`: bending matched to the ribbon's D w (thesis, 4.4), or Y I, a narrow plate's.
 STIFFNESSES = ("matched", "plate")
+
+
+def _in_plane(strip: Strip, energy: str, law: ElasticEnergy, in_plane: bool | None) -> bool | None:
+    """Whether kappa_2 is a field of its own: where the strip has a natural one, it is. `RibbonInputError` for a rest
+    shape that the energy does not know."""
+    if any(values(strip.twist)) and getattr(law, "pretwist", None) is None:
+        remedy = f'the energy "{energy}" knows no natural twist; "kirchhoff", "extensible" and "sano" do'
+        raise RibbonInputError("natural_twist", strip.natural_twist, remedy)
+    if not any(values(strip.geodesic)):
+        return in_plane
+    if not law.fields.free:
+        remedy = f'the energy "{energy}" is of rectangles, with kappa_2 = 0; "kirchhoff" and "extensible" know it'
+        raise RibbonInputError("natural_geodesic_curvature", strip.natural_geodesic_curvature, remedy)
+    if in_plane is False:
+        raise RibbonInputError("in_plane", in_plane, "a natural curvature in the plane needs it: leave it out")
+    return True
 
 
 @dataclass(frozen=True)
@@ -64,6 +81,7 @@ class Fields:
         kappa_2 is a field, None: as the energy has it. Raises `RibbonInputError` where the energy has no such choice.
         """
         law, code = chosen(energy, strip), code_of(energy)
+        in_plane = _in_plane(strip, energy, law, in_plane)
         if not law.fields.free:
             if in_plane:
                 raise RibbonInputError("in_plane", in_plane, f'the energy "{energy}" is developable: kappa_2 = 0')

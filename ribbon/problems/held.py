@@ -98,7 +98,7 @@ class Held:
     @cached_property
     def material(self) -> Material:
         """What the elastic energy depends on, for the kernels."""
-        return Material.of(self.strip, self.fields)
+        return Material.of(self.strip, self.fields, self.lengths)
 
     @property
     def sideways(self) -> int:
@@ -123,7 +123,7 @@ class Held:
     @property
     def has_natural_curvature(self) -> bool:
         """Whether the strip is naturally curved; otherwise the term is absent."""
-        return self.strip.curvature != (0.0, 0.0)
+        return not self.strip.naturally_straight
 
     @property
     def half_width(self) -> float:

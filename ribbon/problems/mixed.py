@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 
+from ribbon import law
 from ribbon.element import quaternion
 from ribbon.element.kinematics import body_jets_many
 from ribbon.problems import chained_kernels, order, supports
@@ -239,15 +240,17 @@ class MixedProblem(Held):
     # -- states -------------------------------------------------------------------------------------------------------
 
     def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:
-        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,) at the joints, glued, put where
-        something holds it."""
+        """Unknowns of the shape with omega, eta and in-plane curvature (p + 1,; None: the natural one) at the joints,
+        glued, put where something holds it."""
         x = np.zeros(self.size)
         layout = self.layout
         first, last = layout.joint(0), layout.joint(-1)
         x[first.quaternion] = self.reference if self.start_quaternion is None else self.start_quaternion
         x[first.position] = self.origin if self.start_position is None else self.start_position
         x[layout.omega] = omega
-        if in_plane is not None and self.fields.in_plane:
+        if in_plane is None:
+            in_plane = law.at(self.strip.geodesic, np.concatenate([[0.0], np.cumsum(self.lengths)]))
+        if self.fields.in_plane:
             x[layout.sideways] = in_plane
         x[first.eta] = eta[0]
         x[layout.slope] = np.diff(eta) / self.lengths

@@ -194,8 +194,6 @@ def _place(i, j):
 def energy_and_glue(x, lengths, material, gamma, up, exact, limit, sideways, want_glue, parts, glue):
     """Fills `parts` (3,) with bending, natural-curvature and gravity energy and, if wanted, `glue` (8 p,)."""
     parts[:] = 0.0
-    start = material.curvature[0]
-    slope = material.curvature[1] - start
     half_width = material.section[0]
     free = has_free_twist(material.code)
     out = np.empty(13)
@@ -207,7 +205,6 @@ def energy_and_glue(x, lengths, material, gamma, up, exact, limit, sideways, wan
     level = 0
     if gamma != 0.0:
         level = 2 if exact else 1
-    s = 0.0
     for i in range(lengths.size):
         k = STRIDE * i
         length = lengths[i]
@@ -215,12 +212,11 @@ def energy_and_glue(x, lengths, material, gamma, up, exact, limit, sideways, wan
         n = own[2]
         m = own[3]
         bending, apart = elastic_value(
-            material.code, own, length, material.section, material.natural, start + slope * s, slope, material.poisson,
-            jet,
+            material.code, own, length, material.section, material.natural, material.curvature[i, 0],
+            material.curvature[i, 1], material.poisson, material.rest[i], jet,
         )  # fmt: skip
         parts[0] += bending
         parts[1] += apart
-        s += length
         if not (want_glue or gamma != 0.0):
             continue
         body_values(free, own, length, limit, level, out)

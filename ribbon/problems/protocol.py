@@ -198,7 +198,7 @@ class Problem(SmoothProblem, Protocol):
     # -- shapes -------------------------------------------------------------------------------------------------------
 
     def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:
-        """Unknowns of the shape with omega, eta (or twist) and in-plane curvature (p + 1,) at the joints."""
+        """Unknowns of the shape with omega, eta (or twist) and kappa_2 (p + 1,; None: natural) at the joints."""
         ...
 
     def in_plane_values(self, x: FloatArray) -> FloatArray | None:

@@ -11,11 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
+from ribbon.law import Law
+
 FloatArray = NDArray[np.float64]
-Linear = tuple[float, float]
 
 #: A straight rod at rest: kappa_1, kappa_2, tau at s = 0 and s = 1.
-STRAIGHT: tuple[Linear, Linear, Linear] = ((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+STRAIGHT: tuple[Law, Law, Law] = ((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -36,13 +38,13 @@ class RodEnd:
 class Rod:
     """A rod of edges of `lengths` (n,), their sum 1.
 
-    stiffness: E I_1, E I_2, G J in D w; rest: kappa_1, kappa_2, tau at rest, linear in s; weight: Gamma times the unit
-    vector upwards (3,); force (3,), moment (3,): dead loads at s = 1.
+    stiffness: E I_1, E I_2, G J in D w; rest: kappa_1, kappa_2, tau at rest (`ribbon.law`); weight: Gamma times the
+    unit vector upwards (3,); force (3,), moment (3,): dead loads at s = 1.
     """
 
     lengths: FloatArray
     stiffness: tuple[float, float, float]
-    rest: tuple[Linear, Linear, Linear] = STRAIGHT
+    rest: tuple[Law, Law, Law] = STRAIGHT
     start: RodEnd = field(default_factory=RodEnd)
     end: RodEnd = field(default_factory=RodEnd)
     weight: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -74,7 +76,7 @@ class Rod:
 
     def at_rest(self, s: FloatArray) -> FloatArray:
         """kappa_1, kappa_2, tau (k, 3) of the rod at rest at s (k,)."""
-        return np.column_stack([low + (high - low) * s for low, high in self.rest])
+        return np.column_stack([law.at(one, s) for one in self.rest])
 
 
 def rotation(vector: FloatArray) -> FloatArray:

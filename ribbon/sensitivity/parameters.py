@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.element import quaternion
 from ribbon.element.element import GAUSS_POINTS, GAUSS_WEIGHTS
 from ribbon.energies import CODES
@@ -155,6 +156,7 @@ def _natural_at_joints(system: System) -> Load:
 
 
 def _natural_curvature(system: System) -> Load:
+    _no_table(system.point)
     if system.point.problem.fields.free:
         return _natural_by_strip(system.point)
     joints = _natural_at_joints(system)
@@ -165,7 +167,8 @@ def _natural_curvature(system: System) -> Load:
 
 def _natural_by_strip(here: Point) -> Load:
     strip = here.problem.strip
-    first, last = (value / strip.length for value in strip.curvature)
+    _no_table(here)
+    first, last = (value / strip.length for value in law.values(strip.curvature))
     size = max(abs(first), abs(last), 1.0 / strip.length)
     start = _by_strip(here, size, lambda change: {"natural_curvature": (first + change, last)})
     end = _by_strip(here, size, lambda change: {"natural_curvature": (first, last + change)})
@@ -213,6 +216,12 @@ def _only_with_rulings(here: Point, name: str) -> None:
         raise RibbonInputError("wrt", name, remedy)
 
 
+def _no_table(here: Point) -> None:
+    if law.is_table(here.problem.strip.curvature):
+        remedy = "has no derivative by its two ends where the strip has a table of K; use natural_curvature(s)"
+        raise RibbonInputError("wrt", "natural_curvature", remedy)
+
+
 def _by_strip(here: Point, size: float, changed: Callable[[float], dict[str, Any]]) -> Load:
     """By a number of the strip of about this size: `changed` gives the strip's fields for a change of the number.
 
@@ -242,9 +251,8 @@ def _poisson(system: System) -> Load:
     energy, local = _by_section(here, 2)
     if problem.has_natural_curvature:
         s, omega, eta, weights, _ = _at_points(here)
-        starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])[:-1, None]
-        first, last = problem.strip.curvature
-        k = first + (last - first) * (starts + s)
+        own = problem.material.curvature
+        k = own[:, :1] + own[:, 1:] * s
         by_omega, by_eta = -k * eta * eta, -2.0 * k * omega * eta
         energy += float((weights * omega * by_omega).sum())
         parts = [s * by_omega, by_omega, s * by_eta, by_eta]

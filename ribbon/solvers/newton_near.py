@@ -23,12 +23,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.layout import ETA, JOINT, OMEGA, STRIDE
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers import budget
 from ribbon.solvers.problem import NEWTON, FloatArray, Minimum
 from ribbon.solvers.saddle import Saddle
+from ribbon.strip import NATURAL
 
 BoolArray = NDArray[np.bool_]
 
@@ -206,10 +208,9 @@ def _part(problem: MixedProblem, first: int, last: int) -> MixedProblem:
     """The segments first ... last - 1 as a ribbon of their own that nothing holds, curved as they are."""
     strip = problem.strip
     if problem.has_natural_curvature:
-        s = float(problem.lengths[:first].sum())
-        start, slope = strip.curvature[0], strip.curvature[1] - strip.curvature[0]
-        here = start + slope * s
-        strip = replace(strip, natural_curvature=(here / strip.length, (here + slope) / strip.length))
+        ends = [float(problem.lengths[:k].sum()) for k in (first, last)]
+        own = [law.scaled(law.part(one, *ends), 1.0 / strip.length) for one in strip.rest]
+        strip = replace(strip, **dict(zip(NATURAL, own, strict=True)))
     return problem.with_changes(
         strip=strip, lengths=problem.lengths[first:last], start=None, end=None, closure=None, tip=None, box=None
     )

@@ -9,6 +9,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.problems.protocol import BoundedProblem as BoundedProblem
 from ribbon.problems.protocol import ConstrainedProblem as ConstrainedProblem
 from ribbon.problems.protocol import SmoothProblem as SmoothProblem
@@ -172,7 +173,7 @@ def force_scale(problem: SmoothProblem) -> float:
         return 1.0
     slack = slack_of(problem)
     pull = 0.0 if slack is None else strip.gamma / math.sqrt(24.0 * slack)
-    return max(1.0, _FORCES * (strip.gamma + pull + max(k * k for k in strip.curvature)))
+    return max(1.0, _FORCES * (strip.gamma + pull + max(k * k for k in law.values(strip.curvature))))
 
 
 def row_scale(problem: SmoothProblem) -> float:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ribbonbench import clock
+from shellref import law
 from shellref.elastica.arc import ArcOptions, Branch, Point, point_at, states_at, switch, trace
 from shellref.elastica.path import ElasticaOptions
 from shellref.elastica.problem import Array, ElasticaProblem, Way
@@ -56,14 +57,11 @@ def suitable_bow(problem: ElasticaProblem) -> float:
 def way_to(problem: ElasticaProblem, bow: float | None = None) -> Way:
     """The way that begins at the natural shape of `problem`, or of one bent by `bow` when that is straight."""
     curvature = problem.curvature
-    s, w = np.polynomial.legendre.leggauss(60)
-    s, w = 0.5 * (s + 1.0), 0.5 * w
-    turn = problem.natural_turn(s)
-    if len(problem.normals) == 2 and abs(np.exp(1j * turn) @ w) > TAUT:
+    chord = problem.natural_chord()
+    if len(problem.normals) == 2 and abs(chord) > TAUT:
         bow = suitable_bow(problem) if bow is None else bow
-        curvature = (curvature[0] + bow, curvature[1] + bow)
-        turn = replace(problem, curvature=curvature).natural_turn(s)
-    chord = complex(np.exp(1j * turn) @ w)
+        curvature = law.shifted(curvature, bow)
+        chord = replace(problem, curvature=curvature).natural_chord()
     start = problem.start_angle
     if start is None and problem.end is not None:  # turned so that the chord points at the end
         start = math.atan2(problem.end[1], problem.end[0]) - math.atan2(chord.imag, chord.real)
@@ -74,7 +72,7 @@ def way_to(problem: ElasticaProblem, bow: float | None = None) -> Way:
         force=(0.0, 0.0),
         curvature=curvature,
         end=None if problem.end is None else (chord.real, chord.imag),
-        end_angle=None if problem.end_angle is None else (start or 0.0) + 0.5 * sum(curvature),
+        end_angle=None if problem.end_angle is None else (start or 0.0) + float(law.integral(curvature, 1.0)),
     )
     return Way(first, problem)
 
@@ -85,8 +83,7 @@ def natural_state(system: System) -> Array:
     start = first.start_angle
     if start is None:
         assert first.end is not None  # `ElasticaProblem` sees to it
-        s, w = np.polynomial.legendre.leggauss(60)
-        chord = complex(np.exp(1j * first.natural_turn(0.5 * (s + 1.0))) @ (0.5 * w))
+        chord = first.natural_chord()
         start = math.atan2(first.end[1], first.end[0]) - math.atan2(chord.imag, chord.real)
     z = np.zeros(system.size)
     z[: system.count] = system.discrete.projected(start + first.natural_turn(system.discrete.s))

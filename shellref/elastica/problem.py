@@ -16,6 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from shellref import law
+from shellref.law import Law
+
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
 
@@ -32,7 +35,8 @@ class ElasticaProblem:
     ----------
     gamma : weight against bending stiffness, >= 0.
     up : unit vector (2,) against the weight in plane coordinates (x along t_z, y along -t_y).
-    curvature : natural curvature at s = 0 and s = 1, linear between.
+    curvature : natural curvature at s = 0 and s = 1, linear between, or points (s, K) of a table (`shellref.law`);
+        elements end at its points.
     force : dead force (2,) at s = 1, in D w / l^2.
     start_angle, end_angle : theta at s = 0 and s = 1, in radians; None: free to turn.
     end : point (2,) that holds s = 1, in l; None: free.
@@ -44,7 +48,7 @@ class ElasticaProblem:
 
     gamma: float = 0.0
     up: Pair = (0.0, 1.0)
-    curvature: Pair = (0.0, 0.0)
+    curvature: Law = (0.0, 0.0)
     force: Pair = (0.0, 0.0)
     start_angle: float | None = 0.0
     end_angle: float | None = None
@@ -52,7 +56,11 @@ class ElasticaProblem:
     slide: Pair | None = None
 
     def __post_init__(self) -> None:
-        sizes = {"gamma": 1, "up": 2, "curvature": 2, "force": 2}
+        why = law.fault(self.curvature)
+        if why is not None:
+            raise ValueError(f"curvature = {self.curvature}: {why}")
+        object.__setattr__(self, "curvature", law.plain(self.curvature))
+        sizes = {"gamma": 1, "up": 2, "force": 2}
         optional = {"start_angle": 1, "end_angle": 1, "end": 2, "slide": 2}
         sizes |= {name: size for name, size in optional.items() if getattr(self, name) is not None}
         for name, size in sizes.items():
@@ -108,11 +116,19 @@ class ElasticaProblem:
 
     def natural_curvature(self, s: Array) -> Array:
         """K(s), any shape."""
-        return self.curvature[0] * (1.0 - s) + self.curvature[1] * s
+        return law.value(self.curvature, s)
 
     def natural_turn(self, s: Array) -> Array:
         """int_0^s K, any shape."""
-        return self.curvature[0] * s + 0.5 * (self.curvature[1] - self.curvature[0]) * s**2
+        return law.integral(self.curvature, s)
+
+    def natural_chord(self) -> complex:
+        """int_0^1 exp(i natural_turn), the natural shape's chord as x + i y, by 60 Gauss points a piece of the law."""
+        x, w = np.polynomial.legendre.leggauss(60)
+        joints = law.knots(self.curvature)[0]
+        h = np.diff(joints)[:, None]
+        s = joints[:-1, None] + 0.5 * h * (x + 1.0)
+        return complex(np.sum(0.5 * h * w * np.exp(1j * self.natural_turn(s))))
 
     def carried(self, s: Array) -> tuple[Array, Array]:
         """The two components of p(s) = Gamma (1 - s) u - F, any shape."""
@@ -166,7 +182,7 @@ class Way:
             b,
             gamma=gamma,
             up=(weight[0] / gamma, weight[1] / gamma) if gamma > 0.0 else b.up,
-            curvature=mix(a.curvature, b.curvature),
+            curvature=law.between(a.curvature, b.curvature, t),
             force=mix(a.force, b.force),
             start_angle=angle(a.start_angle, b.start_angle),
             end_angle=angle(a.end_angle, b.end_angle),

@@ -54,6 +54,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ribbonbench import clock
+from shellref import law
 from shellref.elastica.fem import ELEMENTS, HERMITE_DEGREE, Array, Discretisation
 from shellref.elastica.held import Arrival, drive
 from shellref.elastica.path import ElasticaOptions, Path, follow
@@ -101,6 +102,7 @@ def solve(
     joints = (
         graded_nodes(int(nodes), problem, degree) if isinstance(nodes, (int, np.integer)) else _checked_nodes(nodes)
     )
+    joints = law.cut(joints, problem.curvature)
     result = _solve_once(problem, joints, degree, hermite, options)
     if not estimate_error:
         return result
@@ -129,7 +131,7 @@ def graded_nodes(elements: int, problem: ElasticaProblem, degree: int = 2) -> Ar
     tip = min(1.0, max(problem.gamma, math.hypot(*problem.force) ** 1.5, 1.0) ** (-1.0 / 3.0))
     if problem.end is not None:
         tip = min(tip, clamp)
-    layer = problem.curvature[1] != 0.0 or problem.end_angle is not None
+    layer = law.knots(problem.curvature)[1][-1] != 0.0 or problem.end_angle is not None
     end = 0.2 if layer else 0.05
     near, far = (degree + 0.5) * clamp, (degree + 0.5) * tip
     fine = np.concatenate([[0.0], np.geomspace(1e-9, 0.5, 4000)])
@@ -138,7 +140,7 @@ def graded_nodes(elements: int, problem: ElasticaProblem, degree: int = 2) -> Ar
     share += end * (1.0 - np.expm1((s - 1.0) / far) / math.expm1(-1.0 / far))
     joints = np.interp(np.linspace(0.0, share[-1], elements + 1), share, s)
     joints[0], joints[-1] = 0.0, 1.0
-    return joints
+    return law.cut(joints, problem.curvature)
 
 
 def _solve_once(
@@ -146,7 +148,7 @@ def _solve_once(
 ) -> ElasticaResult:
     """One mesh: from the natural shape (exact without load) to the full loads in steps that adapt."""
     began = time.perf_counter()
-    scale = max(1.0, *(abs(k) for k in problem.curvature), math.sqrt(problem.load))
+    scale = max(1.0, *law.sizes(problem.curvature), math.sqrt(problem.load))
     tolerance = options.tolerance * scale
     if problem.cantilever and options.arc_length != "always":
         discrete = Discretisation(nodes, degree, problem.start_angle, hermite=hermite)

@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shellref import law
 from shellref.elastica.arc import ArcOptions, point_at, trace
 from shellref.elastica.fem import Array
 from shellref.elastica.held import Arrival, best_end, natural_state, not_begun, plain_steps
@@ -25,6 +26,7 @@ from shellref.elastica.problem import ElasticaProblem, Way
 from shellref.elastica.result import ElasticaResult, ElasticaStatus
 from shellref.elastica.solve import arrived, graded_nodes
 from shellref.elastica.system import System
+from shellref.law import Law
 
 DEGREE = 3
 """Degree of the elements here."""
@@ -40,7 +42,7 @@ def joints_for(problem: ElasticaProblem, elements: int, degree: int = DEGREE) ->
     if problem.cantilever:
         return graded_nodes(elements, problem, degree)
     half = graded_nodes(max(1, elements // 2), replace(problem, curvature=(0.0, 0.0)), degree)
-    return np.concatenate([0.5 * half, 1.0 - 0.5 * half[-2::-1]])
+    return law.cut(np.concatenate([0.5 * half, 1.0 - 0.5 * half[-2::-1]]), problem.curvature)
 
 
 def halved(joints: Array) -> Array:
@@ -89,7 +91,7 @@ def solve_along(
     options = options or ElasticaOptions()
     problems[-1].check_reach()
     heaviest = max(problems, key=lambda p: p.load)
-    joints = joints_for(heaviest, nodes, degree)
+    joints = law.cut(joints_for(heaviest, nodes, degree), *(problem.curvature for problem in problems))
     result = _along(problems, joints, degree, options)
     if not estimate_error or result.load_factor < 1.0:
         return result
@@ -103,13 +105,11 @@ def with_error(result: ElasticaResult, finer: ElasticaResult) -> ElasticaResult:
     return replace(result, error=float(distance.max()))
 
 
-def natural_start(problem: ElasticaProblem, curvature: tuple[float, float]) -> ElasticaProblem:
-    """The same strip, unloaded and naturally bent by this linear law (1/l), its end where that shape has it."""
+def natural_start(problem: ElasticaProblem, curvature: Law) -> ElasticaProblem:
+    """The same strip, unloaded and naturally bent by this law (1/l), its end where that shape has it."""
     bent = replace(problem, curvature=curvature, gamma=0.0, force=(0.0, 0.0))
-    x, w = np.polynomial.legendre.leggauss(60)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
     start = problem.start_angle or 0.0
-    chord = complex(np.exp(1j * (start + bent.natural_turn(x))) @ w)
+    chord = bent.natural_chord() * complex(math.cos(start), math.sin(start))
     own = start + float(bent.natural_turn(np.array(1.0)))
     return replace(
         bent,
@@ -119,7 +119,7 @@ def natural_start(problem: ElasticaProblem, curvature: tuple[float, float]) -> E
 
 
 def _tolerance(problem: ElasticaProblem, options: ElasticaOptions) -> float:
-    return options.tolerance * max(1.0, *(abs(k) for k in problem.curvature), math.sqrt(problem.load))
+    return options.tolerance * max(1.0, *law.sizes(problem.curvature), math.sqrt(problem.load))
 
 
 def _near(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ribbonbench import sources, system
+from shellref import law
 from shellref.contact import report as contact_report
 from shellref.holds import parts
 from shellref.shell.body import Control, Supports
@@ -267,9 +268,9 @@ def flattening(problem: ShellProblem) -> float:
     """Energy (D w / l) that makes the natural shape flat: a scale for a strip that is in that shape; and, for one that
     hangs straight, that with which its weight bends a cantilever (Gamma^2 / 40 where light, Gamma / 2 where heavy).
     """
-    a, b = problem.natural_curvature
+    rest = (problem.natural_curvature, problem.natural_twist)
     weight = min(problem.gamma**2 / 40.0, 0.5 * problem.gamma)
-    return (a * a + a * b + b * b) / 6.0 + 0.5 * problem.transverse_curvature**2 + weight
+    return sum(0.5 * law.square(one) for one in rest) + 0.5 * problem.transverse_curvature**2 + weight
 
 
 def upright(surface: ShellSurface) -> float:

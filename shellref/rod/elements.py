@@ -74,9 +74,8 @@ class Elements:
 
     def rest(self, problem: RodProblem) -> Array:
         """Strains at rest (e, g, 6)."""
-        law = problem.rest
         out = np.zeros((*self.points.shape, 6))
-        out[..., 3:] = law[:, 0] + (law[:, 1] - law[:, 0]) * self.points[..., None]
+        out[..., 3:] = problem.at_rest(self.points)
         return out
 
     def strains(self, state: State) -> Array:

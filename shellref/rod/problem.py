@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from shellref.law import Law, between, cut, value
 from shellref.rod.quaternion import Array, conjugate, product, quaternion, right, rotation, turn_between, turned
 
 Pair = tuple[float, float]
@@ -79,14 +80,15 @@ class Held:
 class RodProblem:
     """A rod of length 1, s from 0 to 1.
 
-    curvature, in_plane, twist: kappa_1, kappa_2, kappa_3 at rest, linear in s. weight (3,): force per length; force,
+    curvature, in_plane, twist: kappa_1, kappa_2, kappa_3 at rest (`shellref.law`: linear in s, or a table, at whose
+    points elements end). weight (3,): force per length; force,
     moment (3,) at s = 1, both of fixed direction. start, end: what holds it.
     """
 
     section: Section
-    curvature: Pair = (0.0, 0.0)
-    in_plane: Pair = (0.0, 0.0)
-    twist: Pair = (0.0, 0.0)
+    curvature: Law = (0.0, 0.0)
+    in_plane: Law = (0.0, 0.0)
+    twist: Law = (0.0, 0.0)
     weight: Array = field(default_factory=lambda: np.zeros(3))
     force: Array = field(default_factory=lambda: np.zeros(3))
     moment: Array = field(default_factory=lambda: np.zeros(3))
@@ -94,9 +96,13 @@ class RodProblem:
     end: Held = field(default_factory=Held)
 
     @property
-    def rest(self) -> Array:
-        """(3, 2): kappa at rest at s = 0 and s = 1."""
-        return np.array([self.curvature, self.in_plane, self.twist])
+    def rest(self) -> tuple[Law, Law, Law]:
+        """kappa at rest, component by component."""
+        return self.curvature, self.in_plane, self.twist
+
+    def at_rest(self, s: Array) -> Array:
+        """kappa at rest at s (any shape), with a last axis of 3."""
+        return np.stack([value(law, s) for law in self.rest], axis=-1)
 
     @property
     def conservative(self) -> bool:
@@ -108,7 +114,7 @@ class RodProblem:
         """Size of the loads, D w / l^2."""
         return float(np.linalg.norm(self.weight) + np.linalg.norm(self.force) + np.linalg.norm(self.moment))
 
-    def bent(self, curvature: Pair) -> RodProblem:
+    def bent(self, curvature: Law) -> RodProblem:
         """Without loads, naturally bent like this, and held at one end as it then lies."""
         zero = np.zeros(3)
         return replace(self, curvature=curvature, weight=zero, force=zero, moment=zero)
@@ -120,11 +126,10 @@ def rest_shape(problem: RodProblem, s: Array) -> tuple[Array, Array]:
     R' = R [kappa]_x, r' = t_z by steps of the fourth order (Magnus, two Gauss points), 400 of them. An end whose
     frame is held places it; with points alone the chord is laid along theirs.
     """
-    fine = np.union1d(np.linspace(0.0, 1.0, 401), s)
-    law, slope = problem.rest[:, 0], problem.rest[:, 1] - problem.rest[:, 0]
+    fine = np.union1d(cut(np.linspace(0.0, 1.0, 401), *problem.rest), s)
     h = np.diff(fine)[:, None]
-    middle = fine[:-1, None] + 0.5 * h
-    first, last = (law + slope * (middle + side * h * math.sqrt(3.0) / 6.0) for side in (-1.0, 1.0))
+    middle = fine[:-1] + 0.5 * h[:, 0]
+    first, last = (problem.at_rest(middle + side * h[:, 0] * math.sqrt(3.0) / 6.0) for side in (-1.0, 1.0))
     mean = 0.5 * h * (first + last) + math.sqrt(3.0) / 12.0 * h * h * np.cross(first, last)
     one = np.array([1.0, 0.0, 0.0, 0.0])
     turns = turned(np.broadcast_to(one, (len(mean), 4)), mean)
@@ -134,7 +139,8 @@ def rest_shape(problem: RodProblem, s: Array) -> tuple[Array, Array]:
         q[i + 1] = right(turn) @ q[i]
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     tangent = rotation(q)[:, :, 2]
-    between = rotation(turned(q[:-1], 0.5 * mean))[:, :, 2]
+    half = 0.5 * h * problem.at_rest(fine[:-1] + 0.25 * h[:, 0])
+    between = rotation(turned(q[:-1], half))[:, :, 2]
     steps = h / 6.0 * (tangent[:-1] + 4.0 * between + tangent[1:])
     r = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
     pick = np.searchsorted(fine, s)
@@ -205,9 +211,9 @@ class Way:
         )
         return RodProblem(
             section,
-            pair(a.curvature, b.curvature),
-            pair(a.in_plane, b.in_plane),
-            pair(a.twist, b.twist),
+            between(a.curvature, b.curvature, t),
+            between(a.in_plane, b.in_plane, t),
+            between(a.twist, b.twist, t),
             mixed(a.weight, b.weight),
             mixed(a.force, b.force),
             mixed(a.moment, b.moment),

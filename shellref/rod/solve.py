@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ribbonbench import clock
+from shellref.law import cut
 from shellref.rod.elements import Elements, State
 from shellref.rod.newton import Balance, held_exactly
 from shellref.rod.problem import RodProblem, rest_shape
@@ -67,7 +68,7 @@ def solve(
     if len(chain) == 1:
         zero = np.zeros(3)
         chain = [replace(chain[0], weight=zero, force=zero, moment=zero), *chain]
-    mesh = Elements(joints(elements), degree)
+    mesh = Elements(joints(elements, chain), degree)
     if near is None:
         r, q = rest_shape(chain[0], mesh.s)
         walk = follow(mesh, State(r, q), chain, steps)
@@ -82,8 +83,15 @@ def solve(
     )
 
 
-def joints(elements: int | Array) -> Array:
-    """Joints (E + 1,) of so many equal elements; or those given."""
+def joints(elements: int | Array, problems: Sequence[RodProblem] = ()) -> Array:
+    """Joints (E + 1,) of so many equal elements, or those given; and the points of the problems' tables at rest."""
+    found = _joints(elements)
+    for problem in problems:
+        found = cut(found, *problem.rest)
+    return found
+
+
+def _joints(elements: int | Array) -> Array:
     if isinstance(elements, (int, np.integer)):
         if elements < 1:
             raise ValueError(f"elements = {elements}: must be 1 or more")
@@ -91,9 +99,9 @@ def joints(elements: int | Array) -> Array:
     return np.asarray(elements, dtype=float)
 
 
-def nodes(elements: int | Array, degree: int) -> Array:
-    """Abscissae (n,) of the nodes of such a mesh, at which `Start` gives a shape."""
-    return Elements(joints(elements), degree).s
+def nodes(elements: int | Array, degree: int, problem: RodProblem | None = None) -> Array:
+    """Abscissae (n,) of the nodes of such a mesh (of the problem's), at which `Start` gives a shape."""
+    return Elements(joints(elements, () if problem is None else [problem]), degree).s
 
 
 def _state(near: Start) -> State:

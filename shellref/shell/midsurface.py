@@ -9,9 +9,15 @@ Sign (docs/theory.md, eq. (1.2)): t_z' = -omega t_y , t_y' = omega t_z.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
+from scipy.integrate import solve_ivp
+
+from shellref import law
+from shellref.law import Law
 
 _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -22,23 +28,24 @@ def flat_strip(s: np.ndarray, v: np.ndarray, position: np.ndarray, frame: np.nda
     return points, np.tile(frame[:, 1], (len(s), 1))
 
 
-def turning_angle(s: np.ndarray, curvature: tuple[float, float]) -> np.ndarray:
-    """theta(S) = int_0^S K = K_0 S + (K_1 - K_0) S^2 / 2, radians (docs/theory.md, eq. (7.5)).
+def turning_angle(s: np.ndarray, curvature: Law) -> np.ndarray:
+    """theta(S) = int_0^S K, of a linear law K_0 S + (K_1 - K_0) S^2 / 2, radians (docs/theory.md, eq. (7.5)).
 
-    curvature: K at S = 0 and 1 (units 1/l).
+    curvature: K along S (units 1/l; `shellref.law`).
     """
-    start, end = curvature
-    return start * s + 0.5 * (end - start) * s**2
+    return law.integral(curvature, s)
 
 
-def natural_curve(s: np.ndarray, curvature: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+def natural_curve(s: np.ndarray, curvature: Law) -> tuple[np.ndarray, np.ndarray]:
     """(z, y) (n,) of the planar curve of natural curvature: int cos theta along t_z, -int sin theta along t_y.
 
-    12-point Gauss on pieces that turn by at most a quarter radian: machine precision for the linear law.
+    12-point Gauss on pieces that turn by at most a quarter radian: machine precision for a law that is linear on each.
+    Pieces end at the points of a table.
     """
     nodes, where = np.unique(s, return_inverse=True)
-    turn = max(abs(curvature[0]), abs(curvature[1]), 1e-300)
-    knots = np.unique(np.concatenate([[0.0], nodes, np.linspace(0.0, 1.0, int(np.ceil(4.0 * turn)) + 2)]))
+    turn = max(*law.sizes(curvature), 1e-300)
+    kinks = law.knots(curvature)[0]
+    knots = np.unique(np.concatenate([[0.0], nodes, kinks, np.linspace(0.0, 1.0, int(np.ceil(4.0 * turn)) + 2)]))
     half = 0.5 * np.diff(knots)
     abscissae = (knots[:-1] + half)[:, None] + half[:, None] * _GAUSS_POINTS
     theta = turning_angle(abscissae, curvature)
@@ -49,7 +56,7 @@ def natural_curve(s: np.ndarray, curvature: tuple[float, float]) -> tuple[np.nda
 
 
 def natural_strip(
-    s: np.ndarray, v: np.ndarray, position: np.ndarray, frame: np.ndarray, curvature: tuple[float, float]
+    s: np.ndarray, v: np.ndarray, position: np.ndarray, frame: np.ndarray, curvature: Law
 ) -> tuple[np.ndarray, np.ndarray]:
     """Positions and directors (n, 3) of the weightless equilibrium: a cylinder over the natural planar curve.
 
@@ -123,3 +130,98 @@ class Annulus:
     def lame(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(radius, 1)."""
         return np.stack([np.abs(v), np.ones(len(v))], axis=1)
+
+
+@dataclass(frozen=True)
+class Ruled:
+    """A strip at rest that is no plane: a centreline of curvatures kappa_1, kappa_2 and twist kappa_3, and on it the
+    straight lines t_x (docs/theory.md, eq. (7.28)).
+
+        phi_0 = r(S) + v t_x(S) ,  r' = t_z ,  R' = R [kappa]_x ,  phi_0,S = (1 - kappa_2 v) t_z + kappa_3 v t_y
+
+    S and v are orthogonal whatever the laws are. kappa_2 alone is a flat annular strip, kappa_3 alone a helicoid, both
+    constant. The axes (e_1, e_2, e_3) are the frame (t_x, t_y, t_z) at S = `origin`, whose point is theirs.
+    """
+
+    curvature: Law = (0.0, 0.0)
+    in_plane: Law = (0.0, 0.0)
+    twist: Law = (0.0, 0.0)
+    origin: float = 0.0
+
+    def _at(self, s: np.ndarray) -> np.ndarray:
+        """kappa (..., 3)."""
+        return np.stack([law.value(one, s) for one in (self.curvature, self.in_plane, self.twist)], axis=-1)
+
+    def frames(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 3) and frames (n, 3, 3) of the centreline at s (n,), in the axes."""
+        at_ends = np.clip(np.append(s, self.origin), 0.0, 1.0)  # a mesh's last node may lie beyond by rounding
+        places, where = np.unique(at_ends, return_inverse=True)
+        points, turns = _centreline(self, tuple(places.tolist()))
+        at, axes = points[where[-1]], turns[where[-1]]
+        return (points[where[:-1]] - at) @ axes, np.einsum("ij,njk->nik", axes.T, turns[where[:-1]])
+
+    def section(self, s: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and unit normals (n, 3) from the point of the centreline at s, in the frame there."""
+        _, second, third = self._at(s).T
+        zero = np.zeros(len(s))
+        normal = np.stack([zero, 1.0 - second * v, -third * v], axis=1)
+        return np.stack([v, zero, zero], axis=1), normal / np.linalg.norm(normal, axis=1)[:, None]
+
+    def place(self, s: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and unit normals (n, 3) in the axes."""
+        points, frames = self.frames(s)
+        arms, normals = self.section(s, v)
+        return points + np.einsum("nij,nj->ni", frames, arms), np.einsum("nij,nj->ni", frames, normals)
+
+    def lame(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(|phi_0,S|, 1)."""
+        _, second, third = self._at(s).T
+        return np.stack([np.hypot(1.0 - second * v, third * v), np.ones(len(v))], axis=1)
+
+
+@lru_cache(maxsize=32)
+def _centreline(surface: Ruled, places: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Points and frames of a `Ruled` at ascending places, from the identity at S = 0.
+
+    Constant curvatures: the helix in closed form. Else Runge-Kutta of order 8 (Hairer, Norsett, Wanner 1993) to 1e-13,
+    from point to point of the laws.
+    """
+    s = np.array(places)
+    laws = (surface.curvature, surface.in_plane, surface.twist)
+    if not any(map(law.is_table, laws)) and all(one[0] == one[1] for one in laws):
+        return _helix(surface._at(np.array(0.0)), s)
+    knots = np.unique(np.concatenate([law.knots(one)[0] for one in laws]))
+    y, found = np.concatenate([np.zeros(3), np.eye(3).ravel()]), np.empty((s.size, 12))
+    for a, b in pairwise(knots):
+        inside = (s >= a) & (s <= b)
+
+        def rate(at: float, y: np.ndarray) -> np.ndarray:
+            frame, k = y[3:].reshape(3, 3), surface._at(np.array(at))
+            return np.concatenate([frame[:, 2], (frame @ _skew(k)).ravel()])
+
+        at = np.union1d(s[inside], [a, b])
+        steps = solve_ivp(rate, (a, b), y, method="DOP853", t_eval=at, rtol=1e-13, atol=1e-14).y.T
+        found[inside] = steps[np.searchsorted(at, s[inside])]
+        y = steps[-1]
+    left, _, right = np.linalg.svd(found[:, 3:].reshape(-1, 3, 3))  # orthonormal to rounding
+    return found[:, :3], left @ right
+
+
+def _skew(k: np.ndarray) -> np.ndarray:
+    """[k]_x (3, 3)."""
+    x, y, z = k
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _helix(k: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """exp(s [k]_x) and the integral of its last column (Rodrigues), at s (n,)."""
+    skew, size = _skew(k), float(np.linalg.norm(k))
+    x = size * s
+    one = s * np.sinc(x / np.pi)
+    two = 0.5 * s**2 * np.sinc(0.5 * x / np.pi) ** 2
+    small = np.abs(x) < 1e-2
+    safe = np.where(small, 1.0, x)
+    three = s**3 * np.where(small, 1.0 / 6.0 - x**2 / 120.0 + x**4 / 5040.0, (safe - np.sin(safe)) / safe**3)
+    frames = np.eye(3) + one[:, None, None] * skew + two[:, None, None] * (skew @ skew)
+    moved = s[:, None, None] * np.eye(3) + two[:, None, None] * skew + three[:, None, None] * (skew @ skew)
+    return moved[:, :, 2], frames

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ribbonbench import statics
+from shellref import law
 from shellref.contact.walls import FACES, MIDSURFACE, SURFACES, Wall, depth
 from shellref.holds import parts
 from shellref.inputs import (
@@ -24,6 +25,7 @@ from shellref.inputs import (
     plain,
     positive,
 )
+from shellref.law import Law
 
 CLAMPS = ("edge", "corners", "free")
 SECTIONS = ("undeformed", "free")
@@ -105,9 +107,12 @@ class ShellProblem:
     """A strip of length 1 with its clamps, natural curvature and weight, and the path to that state.
 
     width, thickness: over the length, > 0. poisson: in (-1, 0.5].
-    natural_curvature (2,): K l at S = 0 and S = 1, linear between; k_nat = K e_S (x) e_S. Positive curvature turns the
-    tangent towards -t_y (t_z' = -K t_y). transverse_curvature: that of the unstressed strip's section (a tape spring),
-    convex towards t_y when positive (bending stiffness: docs/theory.md, eq. (7.16)); clamps hold the curved section.
+    natural_curvature: K l at S = 0 and S = 1, linear between, or points (S, K l) of a table (`shellref.law`);
+    k_nat = K e_S (x) e_S. Positive curvature turns the tangent towards -t_y (t_z' = -K t_y). transverse_curvature: that
+    of the unstressed strip's section (a tape spring), convex towards t_y when positive (bending stiffness:
+    docs/theory.md, eq. (7.16)); clamps hold the curved section. natural_twist, natural_geodesic_curvature: kappa_3 l
+    and kappa_2 l of the unstressed strip, laws as well; with one of them the reference surface is curved
+    (`shellref.shell.midsurface.Ruled`) and has natural_curvature in it.
     gamma: rho h g l^3 / D, weight against bending stiffness; `up` (3,): unit vector against gravity, None = weightless.
     clamp: "edge" holds the whole edge S = 0, "corners" its two corner cells, "free" nothing (weightless only).
     clamp_position (3,), clamp_frame (3, 3) with columns t_x (across), t_y (normal), t_z (tangent). end: the pose of the
@@ -140,7 +145,7 @@ class ShellProblem:
     width: float
     thickness: float
     poisson: float
-    natural_curvature: tuple[float, float] = (0.0, 0.0)
+    natural_curvature: Law = (0.0, 0.0)
     gamma: float = 0.0
     up: Vector | None = None
     clamp_position: Vector = (0.0, 0.0, 0.0)
@@ -164,6 +169,8 @@ class ShellProblem:
     holds: tuple[str, str] = (parts.ALL, parts.ALL)
     walls: tuple[Wall, ...] = ()
     contact: str = MIDSURFACE
+    natural_twist: Law = (0.0, 0.0)
+    natural_geodesic_curvature: Law = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -174,7 +181,11 @@ class ShellProblem:
         put("poisson", number("poisson", self.poisson))
         if not -1.0 < self.poisson <= 0.5:
             raise ShellInputError("poisson", self.poisson, "must lie above -1 and not above 0.5")
-        put("natural_curvature", numbers("natural_curvature", self.natural_curvature, 2))
+        for name in ("natural_curvature", "natural_twist", "natural_geodesic_curvature"):
+            why = law.fault(getattr(self, name))
+            if why is not None:
+                raise ShellInputError(name, getattr(self, name), why)
+            put(name, law.plain(getattr(self, name)))
         put("transverse_curvature", number("transverse_curvature", self.transverse_curvature))
         if abs(self.transverse_curvature) * self.width >= math.pi:
             raise ShellInputError(
@@ -201,6 +212,7 @@ class ShellProblem:
             raise ShellInputError("guided", True, "is about a clamp at the end: add `end`")
         self._check_holds(put)
         self._check_edges(put)
+        self._check_rest()
         if self.pulled and parts.at_a_point(self.ends[1]):
             raise ShellInputError(
                 "tip", self.tip, "pulls at an end that `end` holds: leave one of them out, or guide it"
@@ -210,6 +222,25 @@ class ShellProblem:
         self._check_mesh(put)
         if self.half_turns is not None:
             self._check_closed(put)
+
+    def _check_rest(self) -> None:
+        """What a strip that is no plane at rest allows."""
+        if not self.shaped:
+            return
+        first = "natural_twist" if any(law.sizes(self.natural_twist)) else "natural_geodesic_curvature"
+        if max(law.sizes(self.natural_geodesic_curvature)) * self.width >= 2.0:
+            raise ShellInputError(
+                "natural_geodesic_curvature", self.natural_geodesic_curvature,
+                f"must stay below 2 / width = {2.0 / self.width:g}: the inner edge would have no length",
+            )  # fmt: skip
+        for key, given in (
+            ("transverse_curvature", bool(self.transverse_curvature)), ("half_turns", self.half_turns is not None),
+            ("clamp", self.clamp == "corners"), ("sections", "free" in self.sections), ("turns", self.turns),
+            ("holds", self.partly_held), ("start_curvature", self.start_curvature is not None),
+        ):  # fmt: skip
+            if given:
+                remedy = f"is for strips that are plane at rest or naturally bent: leave it out, or {first}"
+                raise ShellInputError(key, getattr(self, key), remedy)
 
     def _check_holds(self, put: Any) -> None:
         """What is held of each end."""
@@ -290,7 +321,7 @@ class ShellProblem:
         if self.elements[0] < FEWEST_CLOSED:
             raise ShellInputError("elements", self.elements, f"a closed strip needs {FEWEST_CLOSED} along, or more")
         if self.start_curvature is None:
-            put("start_curvature", math.copysign(2.0 * math.pi, sum(self.natural_curvature)))
+            put("start_curvature", math.copysign(2.0 * math.pi, float(law.integral(self.natural_curvature, 1.0))))
         turns = (self.start_curvature or 0.0) / (2.0 * math.pi)
         if not round(turns) or abs(turns - round(turns)) > FRAME_TOLERANCE * abs(turns):
             raise ShellInputError(
@@ -366,6 +397,11 @@ class ShellProblem:
             put("edge_layer", positive("edge_layer", self.edge_layer))
 
     @property
+    def shaped(self) -> bool:
+        """True when the strip at rest has a twist or a curvature in its plane."""
+        return any(any(law.sizes(one)) for one in (self.natural_twist, self.natural_geodesic_curvature))
+
+    @property
     def loaded(self) -> bool:
         """True when the strip weighs something."""
         return self.up is not None and self.gamma > 0
@@ -383,9 +419,9 @@ class ShellProblem:
     @property
     def slides(self) -> bool:
         """True when every place along a closed strip that nothing holds is as good as the next: it slides freely."""
-        first, last = self.natural_curvature
+        size = law.sizes(self.natural_curvature)
         even = self.half_turns is not None and self.half_turns % 2 == 0
-        return self.closed and self.clamp == "free" and first == last and (even or first == 0.0)
+        return self.closed and self.clamp == "free" and law.constant(self.natural_curvature) and (even or not any(size))
 
     @property
     def ends(self) -> tuple[str, str]:
@@ -421,6 +457,8 @@ class ShellProblem:
             return "is not known for edges that slide, turn or deform"
         if self.transverse_curvature:
             return "is not known for a curved section"
+        if self.shaped:
+            return "is not known for a strip that is curved at rest"
         if self.closed:
             return "is not known for a closed strip"
         if self.clamp == "free":

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shellref import law
 from shellref.contact.walls import FACES, Wall, WallPath, depth
 from shellref.holds import motions as free_motions
 from shellref.holds import parts
 from shellref.inputs import ShellInputError, Vector
+from shellref.law import Law
 from shellref.seam import gauge
 from shellref.seam.ties import Tie, turned
 from shellref.shell.body import Body, Control, Stage, Supports, line_force
@@ -20,7 +22,15 @@ from shellref.shell.clamps import PosePath, held_nodes
 from shellref.shell.director import HELD, Edge
 from shellref.shell.edges import FlatEdge, FreeEdge, PivotEdge, RigidEdge, middle_weights
 from shellref.shell.grid import Grid, knots_across, knots_along, snapped
-from shellref.shell.midsurface import Cylinder, flat_strip, natural_curve, natural_strip, turning_angle
+from shellref.shell.midsurface import (
+    Cylinder,
+    MidSurface,
+    Ruled,
+    flat_strip,
+    natural_curve,
+    natural_strip,
+    turning_angle,
+)
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import Pose, ShellProblem
 
@@ -38,7 +48,7 @@ class Strip:
     problem: ShellProblem
     body: Body
     stages: tuple[Stage, ...]
-    start_curvature: tuple[float, float]
+    start_curvature: Law
     start: PosePath | None
     end: PosePath | None
 
@@ -54,8 +64,8 @@ class Strip:
             return self._at_rest(s, v)
         pose = self.start.poses[0]
         position, frame = np.array(pose.position), np.array(pose.frame)
-        if p.transverse_curvature:
-            points, directors = Cylinder(curvature_across=p.transverse_curvature).place(s, v)
+        if p.transverse_curvature or p.shaped:
+            points, directors = self.body.surface.place(s, v)
             return np.hstack([position + points @ frame.T, directors @ frame.T])
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
 
@@ -141,12 +151,12 @@ class Strip:
 
     def _at_rest(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Where a free strip begins (n, 6): its middle is where the supports of `_isostatic` hold it."""
-        if self.problem.transverse_curvature:
+        if self.problem.transverse_curvature or self.problem.shaped:
             return np.hstack(self.body.surface.place(s, v))
-        law, nodes = self.start_curvature, self.body.grid.s_nodes
+        bent, nodes = self.start_curvature, self.body.grid.s_nodes
         row, _ = _middle(self.body.grid)
-        points, directors = natural_strip(s, v, np.zeros(3), np.eye(3), law)
-        centre, ahead = natural_strip(nodes[row : row + 2], np.zeros(2), np.zeros(3), np.eye(3), law)[0]
+        points, directors = natural_strip(s, v, np.zeros(3), np.eye(3), bent)
+        centre, ahead = natural_strip(nodes[row : row + 2], np.zeros(2), np.zeros(3), np.eye(3), bent)[0]
         back = _turned(np.eye(3), -math.atan2(centre[1] - ahead[1], ahead[2] - centre[2]))
         return np.hstack([(points - centre) @ back.T + [0.0, 0.0, nodes[row]], directors @ back.T])
 
@@ -175,8 +185,8 @@ def layer_width(problem: ShellProblem) -> float:
     kappa: the natural curvature, that of the arc at the start, or that of a clamped strip under its weight:
     Gamma / 2 when light, sqrt(2 Gamma) when heavy (planar elastica); under a force F at its end F and sqrt(2 F).
     """
-    curvatures = (*problem.natural_curvature, problem.start_curvature or 0.0, problem.transverse_curvature)
-    kappa = max(abs(k) for k in curvatures)
+    kappa = max(*law.sizes(problem.natural_curvature), *law.sizes(problem.natural_twist))
+    kappa = max(kappa, abs(problem.start_curvature or 0.0), abs(problem.transverse_curvature))
     if problem.loaded:
         kappa = max(kappa, min(0.5 * problem.gamma, math.sqrt(2.0 * problem.gamma)))
     if problem.pulled:
@@ -211,6 +221,7 @@ def strip_grid(problem: ShellProblem, refine: tuple[int, int] = (1, 1)) -> Grid:
     if problem.closed and problem.clamp == "free":
         along = 1.0  # no place along it is known to need more than another
     s, v = knots_along(nx, along, both), knots_across(ny, across, problem.width)
+    s = _kinked(s, *rest_laws(problem))
     if problem.corner is not None:
         half, c = 0.5 * problem.width, problem.corner
         try:
@@ -221,6 +232,50 @@ def strip_grid(problem: ShellProblem, refine: tuple[int, int] = (1, 1)) -> Grid:
     return Grid(s, v, problem.degree).refined(*refine)
 
 
+def rest_laws(problem: ShellProblem) -> tuple[Law, Law, Law]:
+    """kappa_1, kappa_2, kappa_3 of the strip at rest."""
+    return problem.natural_curvature, problem.natural_geodesic_curvature, problem.natural_twist
+
+
+def _kinked(knots: np.ndarray, *laws: Law) -> np.ndarray:
+    """Knots along S with one at every point of the laws' tables: an inner knot of an element so near is moved there,
+    where none is, one more is put in."""
+    points = [law.knots(one)[0][1:-1] for one in laws if law.is_table(one)]
+    kinks = np.unique(np.concatenate(points)) if points else np.empty(0)
+    found, fixed = knots.copy(), {0, len(knots) - 1}
+    for kink in kinks:
+        k = int(np.argmin(np.abs(found - kink)))
+        size = np.diff(found)[max(0, min(k - (found[k] > kink), len(found) - 2))]
+        if abs(found[k] - kink) <= law.NEAR:
+            continue
+        if k not in fixed and abs(found[k] - kink) < 0.25 * size:
+            found[k] = kink
+            fixed.add(k)
+            continue
+        place = int(np.searchsorted(found, kink))
+        found = np.insert(found, place, kink)
+        fixed = {i + (i >= place) for i in fixed} | {place}
+    return found
+
+
+def rest_surface(problem: ShellProblem) -> MidSurface:
+    """The reference surface, in the axes of the start; of a strip that nothing holds in those of its middle."""
+    if not problem.shaped:
+        return Cylinder(curvature_across=problem.transverse_curvature)
+    return Ruled(*rest_laws(problem))
+
+
+def rest_end(problem: ShellProblem, pose: Pose, curvature: Law) -> Pose:
+    """Where the end of the unstressed strip is whose start is held at `pose`; curvature: of the strip that begins."""
+    surface = rest_surface(problem)
+    if not isinstance(surface, Ruled):
+        return arc_end(pose, curvature)
+    points, frames = surface.frames(np.array([1.0]))
+    frame = np.array(pose.frame)
+    place, turned = np.array(pose.position) + frame @ points[0], frame @ frames[0]
+    return Pose(tuple(place.tolist()), tuple(map(tuple, turned.tolist())))  # type: ignore[arg-type]
+
+
 def _turned(frame: np.ndarray, angle: float) -> np.ndarray:
     """The frame after a planar curve has turned by `angle`: t_z' = -omega t_y."""
     c, s = math.cos(angle), math.sin(angle)
@@ -228,7 +283,7 @@ def _turned(frame: np.ndarray, angle: float) -> np.ndarray:
     return np.stack([tx, c * ty + s * tz, c * tz - s * ty], axis=1)
 
 
-def arc_end(pose: Pose, curvature: tuple[float, float]) -> Pose:
+def arc_end(pose: Pose, curvature: Law) -> Pose:
     """Where the end of the planar natural curve is, with its frame."""
     at = np.array([1.0])
     (z,), (y,) = natural_curve(at, curvature)
@@ -238,8 +293,10 @@ def arc_end(pose: Pose, curvature: tuple[float, float]) -> Pose:
     return Pose(tuple(place.tolist()), tuple(map(tuple, turned.tolist())))  # type: ignore[arg-type]
 
 
-def _start_curvature(problem: ShellProblem, options: ShellOptions) -> tuple[float, float]:
+def _start_curvature(problem: ShellProblem, options: ShellOptions) -> Law:
     """The curvature of the strip where its path begins."""
+    if problem.shaped:
+        return problem.natural_curvature  # it is in the reference surface
     if problem.start_curvature is not None:
         return problem.start_curvature, problem.start_curvature
     flat = options.natural_path == "stepped" or problem.clamp == "corners" or problem.transverse_curvature
@@ -255,9 +312,9 @@ def build_strip(
     begin = _start_curvature(problem, options)
     start, end, walls, stages = _stages(problem, begin)
 
-    def law(ends: tuple[float, float]):
+    def along(curvature: Law):
         def natural(s: np.ndarray, v: np.ndarray) -> np.ndarray:
-            k = ends[0] + (ends[1] - ends[0]) * s
+            k = law.value(curvature, s)
             return np.stack([k, 0.0 * k, 0.0 * k], axis=1)
 
         return natural
@@ -269,20 +326,28 @@ def build_strip(
     if problem.loaded:
         weight = tuple(-problem.gamma * x for x in problem.up or ())
     body = Body(
-        surface=Cylinder(curvature_across=problem.transverse_curvature),
+        surface=_placed_at_rest(problem, grid),
         grid=grid,
         thickness=problem.thickness,
         poisson=problem.poisson,
         supports=supports,
         normaliser=problem.width,
-        natural=law(problem.natural_curvature),
-        natural_start=law(begin),
+        natural=None if problem.shaped else along(problem.natural_curvature),
+        natural_start=None if problem.shaped else along(begin),
         weight=weight,  # type: ignore[arg-type]
         forces=line_force(0, 1.0, problem.tip or (0.0, 0.0, 0.0)) if problem.pulled else None,
         bends_along=True,
         walls=walls,
     )
     return Strip(problem, body, stages, begin, start, end)
+
+
+def _placed_at_rest(problem: ShellProblem, grid: Grid) -> MidSurface:
+    """The reference surface; of a strip that nothing holds in the axes of its middle, where `_isostatic` holds it."""
+    surface = rest_surface(problem)
+    if isinstance(surface, Ruled) and problem.clamp == "free":
+        return dataclasses.replace(surface, origin=float(grid.s_nodes[_middle(grid)[0]]))
+    return surface
 
 
 def strip_corner_knots(problem: ShellProblem, refine: tuple[int, int]) -> tuple[float, float]:
@@ -296,17 +361,17 @@ def strip_corner_knots(problem: ShellProblem, refine: tuple[int, int]) -> tuple[
 
 
 def _stages(
-    problem: ShellProblem, begin: tuple[float, float]
+    problem: ShellProblem, begin: Law
 ) -> tuple[PosePath | None, PosePath | None, WallPath | None, tuple[Stage, ...]]:
     """Poses of both clamps and places of the walls at every knot of the path, and the stages between the knots."""
     natural = 1.0 if begin == problem.natural_curvature else 0.0
     control = Control(natural, 0.0, 0.0, 0.0)
     at_start = [problem.start]
-    at_end = [] if problem.end is None else [arc_end(problem.start, begin)]
+    at_end = [] if problem.end is None else [rest_end(problem, problem.start, begin)]
     first = next((w.start for w in problem.path if w.start is not None), None)
     if first is not None:  # the path moves the start: begin where it is first said to be
         at_start = [first]
-        at_end = [] if problem.end is None else [arc_end(first, begin)]
+        at_end = [] if problem.end is None else [rest_end(problem, first, begin)]
     own = tuple(wall.point for wall in problem.walls)
     out_of_the_way = _before(problem, at_start[0], begin)
     at_walls = [next((w.walls for w in problem.path if w.walls is not None), out_of_the_way)]
@@ -360,7 +425,7 @@ def _stages(
     return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, walls, tuple(stages)
 
 
-def _before(problem: ShellProblem, pose: Pose, begin: tuple[float, float]) -> tuple[Vector, ...]:
+def _before(problem: ShellProblem, pose: Pose, begin: Law) -> tuple[Vector, ...]:
     """Points of the walls where the path begins: where they are, or as far back as leaves them clear of the shape that
     it begins with; where walls alone carry the strip, where they are."""
     own = tuple(wall.point for wall in problem.walls)
@@ -395,10 +460,12 @@ def _supports(
     held = [held_nodes(nodes, problem.clamp, 0.0, half, corner), np.zeros(len(nodes), dtype=bool)]
     if end is not None:
         held[1] = held_nodes(nodes, problem.clamp, 1.0, half, corner)
-    at_rest = Cylinder(curvature_across=problem.transverse_curvature)
+    at_rest = rest_surface(problem)
 
     def rigid(where: np.ndarray, origin: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions from the clamp and directors of the nodes there, in its axes."""
+        if isinstance(at_rest, Ruled):
+            return at_rest.section(nodes[where, 0], nodes[where, 1])
         return at_rest.place(nodes[where, 0] - origin, nodes[where, 1])
 
     def placement(move: float) -> np.ndarray:
@@ -406,7 +473,7 @@ def _supports(
         for path, where, origin in ((start, held[0], 0.0), (end, held[1], 1.0)):
             if path is not None:
                 position, frame = path.at(move)
-                if problem.transverse_curvature:
+                if problem.transverse_curvature or problem.shaped:
                     points, directors = rigid(where, origin)
                     out[where] = np.hstack([position + points @ frame.T, directors @ frame.T])
                 else:

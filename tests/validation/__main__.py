@@ -58,6 +58,7 @@ NAMES = (
     "shell_mesh",
     "shell_cantilever",
     "shell_bands",
+    "rest_shapes",
     "tape_shell",
     "shell_lateral",
     "twisted_tension",

@@ -8,7 +8,7 @@ import numpy as np
 
 from compare.models.antman.problem import section_of
 from compare.models.base import Effect
-from compare.models.effects.switches import Switch, end_clamp, natural, walk, weight
+from compare.models.effects.switches import Switch, at_rest, end_clamp, natural, walk, weight
 from compare.scene.scene import Scene
 
 STIFF = 1e4
@@ -19,10 +19,7 @@ def switches(scene: Scene) -> Sequence[Effect | Switch]:
     """The effects of a scene of the shearable rod."""
     section = section_of(scene)
     rod, tip = scene.rod, scene.tip
-    start, end = scene.curvature
     force, moment = float(np.linalg.norm(scene.tip_force)), float(np.linalg.norm(scene.tip_moment))
-    in_plane = (0.0, 0.0) if rod is None else rod.natural_in_plane
-    twist = (0.0, 0.0) if rod is None else rod.natural_twist
     shear = [STIFF * value for value in section.shear]
     no_force = {"tip": False} if not moment else {f"tip.{k}": None for k in ("mass", "load", "force", "tension")}
     no_moment = {"tip": False} if not force else {"tip.moment": None}
@@ -36,15 +33,8 @@ def switches(scene: Scene) -> Sequence[Effect | Switch]:
             "stretch", f"stiffness {section.stretch:.4g} D w / l^2", True,
             "Y w h" if rod is None or rod.stretch is None else "rod.stretch", {"rod.stretch": STIFF * section.stretch},
         ),
-        natural(scene, "a curvature at rest", f"K l = {start:g} to {end:g}"),
-        Switch(
-            "natural curvature in the plane", any(in_plane), f"rod.natural_in_plane = {list(in_plane)}", "none",
-            "a curvature at rest", {"rod.natural_in_plane": 0.0},
-        ),
-        Switch(
-            "natural twist", any(twist), f"rod.natural_twist = {list(twist)}", "none", "a twist at rest",
-            {"rod.natural_twist": 0.0},
-        ),
+        natural(scene, "a curvature at rest"),
+        *at_rest(scene, "a twist at rest", "a curvature at rest"),
         Switch(
             "force at the tip", force > 0.0, f"[tip], {force:.4g} D w / l^2", "none", "a dead force", no_force
         ),

@@ -28,6 +28,7 @@ from compare.models.base import (
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task, another_model
 from compare.models.quantities.antman import QUANTITIES
+from compare.scene.given.law import at
 
 if TYPE_CHECKING:
     from compare.models.antman.problem import Walk
@@ -68,8 +69,7 @@ class RodShape(Line):
         """energy_density, omega (= kappa_1), and the six strains."""
         found = self.result.strains(s)
         problem = self.result.problem
-        start, end = problem.curvature
-        natural = start + (end - start) * s
+        natural = at(problem.curvature, s)
         density = 0.5 * self.result.excess(s) ** 2 @ problem.section.stiffness - 0.5 * natural**2
         return {"energy_density": density, "omega": found[:, 3], **{k: found[:, i] for k, i in STRAINS.items()}}
 
@@ -87,7 +87,7 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
         "limit_point": ": choose another [seed], or go there by a [[path]]",
     }
     reads = (
-        keys.STRIP | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP | keys.SHEARED_ROD
+        keys.STRIP | keys.SHAPED | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP | keys.SHEARED_ROD
         | keys.BOTH_CLAMPS - keys.RULINGS - keys.SECTIONS
         | keys.STIFFNESS | keys.ELEMENTS | keys.BUDGET | keys.SEED - keys.RULINGS | keys.PATH
     )  # fmt: skip

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.models.base import BESIDE, Shape
 from compare.scene.data import unit
+from compare.scene.given.law import Law, turn
+from compare.scene.given.law import values as values_of
 from compare.scene.scene import Scene
 from compare.scene.spec import SAY_ELEMENTS, ClampSpec, RodSpec
 from shellref.rod.problem import Held, RodProblem, Section, rectangle
@@ -77,19 +79,15 @@ def section_of(scene: Scene) -> Section:
 
 def problem_of(scene: Scene) -> RodProblem:
     """The scene itself, without its path. Raises `BadInput` for a scene that holds nothing."""
-    length, rod = scene.strip.length, scene.rod
     weight = np.zeros(3) if scene.up is None else -scene.gamma * scene.up
     start = _held(scene.clamp_start, scene.start_position, scene.start_frame)
     end = _held(scene.clamp_end, scene.end_position, scene.end_frame)
 
-    def law(values: tuple[float, float] | None) -> tuple[float, float]:
-        return (0.0, 0.0) if values is None else (values[0] * length, values[1] * length)
-
     return RodProblem(
         section=section_of(scene),
         curvature=scene.curvature,
-        in_plane=law(None if rod is None else rod.natural_in_plane),
-        twist=law(None if rod is None else rod.natural_twist),
+        in_plane=scene.geodesic,
+        twist=scene.twist,
         weight=weight,
         force=scene.tip_force,
         moment=scene.tip_moment,
@@ -124,21 +122,22 @@ def walk_of(scene: Scene, mesh: int | FloatArray, degree: int, near: Shape | Non
     """From the rest shape, or from a rod naturally bent like the seed, through the stages of the path; beside `near`,
     another model's shape, where that is given."""
     if near is not None:
-        s = nodes(mesh, degree)
-        start = Start(np.asarray(near.centreline(s)), np.asarray(near.frames(s)))
         alone = problem_of(scene.replace({"path": None}) if scene.path else scene)
+        s = nodes(mesh, degree, alone)
+        start = Start(np.asarray(near.centreline(s)), np.asarray(near.frames(s)))
         return Walk((alone,), (None,), BESIDE, mesh, degree, start)
     stages = [problem_of(stage) for stage in scene.stages()]
     counts = [None, *(stage.steps for stage in scene.path[1:]), None] if scene.path else [None]
     first = stages[0]
-    bent = first.curvature
+    bent: Law = first.curvature
     if scene.seed.curvature is not None:
         values = np.array(scene.seed_curvature)
         slope, start = np.polyfit(np.linspace(0.0, 1.0, len(values)), values, 1)
         bent = (float(values[0]), float(values[1])) if len(values) == 2 else (float(start), float(start + slope))
     points = [held.position for held in (first.start, first.end) if held.position is not None]
-    if len(points) == 2 and math.dist(*points) < 1.0 - 1e-9 and max(map(abs, bent)) < STRAIGHT:
-        bow = -BOW if sum(bent) < 0.0 else BOW
+    straight = max(map(abs, values_of(bent))) < STRAIGHT and not scene.shaped
+    if len(points) == 2 and math.dist(*points) < 1.0 - 1e-9 and straight:
+        bow = -BOW if turn(bent) < 0.0 else BOW
         bent = (bow, bow)
     kind = "path" if scene.path else "seed" if scene.seed.curvature is not None else "natural"
     return Walk((first.bent(bent), *stages), tuple(counts), kind, mesh, degree)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from compare.models.base import Effect
-from compare.models.effects.switches import Switch, end_clamp, natural, walk, weight
+from compare.models.effects.switches import Switch, at_rest, end_clamp, natural, walk, weight
 from compare.scene.scene import Scene
 
 
@@ -15,21 +15,12 @@ def switches(scene: Scene) -> Sequence[Effect | Switch]:
     """The effects of a scene of the rod."""
     rod, closure = scene.rod, scene.closure
     force, moment = float(np.linalg.norm(scene.tip_force)), float(np.linalg.norm(scene.tip_moment))
-    twist = rod is not None and any(rod.natural_twist)
-    in_plane = rod is not None and any(rod.natural_in_plane)
     return (
         Effect("bending and twist", "three positions a vertex, one angle an edge", True, "a rod in space"),
         Effect("inextensible", "a row for every edge; its multiplier is the tension", True, "a rod in space"),
         weight(scene, "dead forces on the vertices"),
         natural(scene, "a term in kappa_1"),
-        Switch(
-            "natural twist", twist, "rod.natural_twist", "naturally untwisted", "a term in tau",
-            {"rod.natural_twist": None},
-        ),
-        Switch(
-            "natural curvature in the plane", in_plane, "rod.natural_in_plane", "none", "a term in kappa_2",
-            {"rod.natural_in_plane": None},
-        ),
+        *at_rest(scene, "a term in tau", "a term in kappa_2"),
         Switch(
             "force at the tip", force > 0.0, f"[tip], {force:.4g} D w / l^2", "no force at the tip", "a dead force",
             {"tip": False},

@@ -81,7 +81,7 @@ class CurveAngleModel(LineModel["Walk", "RodShape"]):
         "saddle": ": use --leave-saddle to go down to a stable one, or start from a bent [seed], e.g. curvature = 0.5",
     }
     reads = (
-        keys.STRIP | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP | keys.ROD_STRAINS | keys.ROD_TWIST
+        keys.STRIP | keys.SHAPED | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP | keys.ROD_STRAINS | keys.ROD_TWIST
         | keys.BOTH_CLAMPS - keys.RULINGS - keys.SECTIONS | keys.CLOSURE - keys.RULINGS
         | keys.ENERGY | keys.STIFFNESS | keys.ELEMENTS | keys.BUDGET | keys.SEED - keys.RULINGS | keys.PATH
     )  # fmt: skip

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.models.base import Shape
+from compare.scene.given.law import turn as turn_of
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import Rod, RodEnd, marched, rotation
 from ribbon.rods.solve import newton, solve
@@ -104,22 +105,17 @@ def seam_turn(scene: Scene) -> float:
 def rod_of(scene: Scene, lengths: FloatArray, origin: FloatArray) -> Rod:
     """The scene's rod with edges of `lengths` (n,), l = 1, seen from `origin` (3,). A closed rod is held at its seam,
     on both sides: that takes its rigid motions from it and nothing else."""
-    size = scene.strip.length
     start, end = _end(scene, "start", origin), _end(scene, "end", origin)
     if scene.closure is not None:
         frame = np.eye(3) if start.frame is None else start.frame
         position = -origin if start.position is None else start.position
         start = RodEnd(position, frame)
         end = RodEnd(position, frame @ rotation(np.array([0.0, 0.0, seam_turn(scene)])))
-    rest = [scene.curvature, (0.0, 0.0), (0.0, 0.0)]
-    if scene.rod is not None:
-        rest[1] = scene.rod.natural_in_plane[0] * size, scene.rod.natural_in_plane[1] * size
-        rest[2] = scene.rod.natural_twist[0] * size, scene.rod.natural_twist[1] * size
     up = scene.up
     return Rod(
         lengths=np.asarray(lengths, dtype=float),
         stiffness=stiffness_of(scene),
-        rest=(rest[0], rest[1], rest[2]),
+        rest=(scene.curvature, scene.geodesic, scene.twist),
         start=start,
         end=end,
         weight=np.zeros(3) if up is None else scene.gamma * up,
@@ -134,7 +130,7 @@ def begun(scene: Scene, rod: Rod) -> tuple[CurveAngle, FloatArray]:
     strains = rod.at_rest(rod.middles)
     turn = 0.0
     if scene.closure is not None:
-        sense = -1.0 if sum(scene.curvature) < 0.0 else 1.0
+        sense = -1.0 if turn_of(scene.curvature) < 0.0 else 1.0
         strains = np.zeros((rod.edges + 1, 3))
         strains[:, 0] = sense * 2.0 * math.pi * scene.closure.turns
         turn = seam_turn(scene)

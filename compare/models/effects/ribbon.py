@@ -25,8 +25,10 @@ from compare.models.effects.ribbon_off import (
     keys_without,
     starting_state,
 )
+from compare.models.effects.switches import at_rest
 from compare.models.ribbon.build import formulation_why, has_free_twist
 from compare.models.scope import require_shell
+from compare.scene.given.law import values, words
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
 from ribbon.energies import ENERGIES, FREE_ENERGIES
@@ -152,12 +154,14 @@ def _weight(scene: Scene, problem: Problem) -> list[Effect]:
 def _shape(scene: Scene, problem: Problem) -> list[Effect]:
     """Natural curvature, finite width, the bounds of the rulings or the twist that is free of them."""
     found = []
-    start, end = scene.curvature
-    if problem.has_natural_curvature:
-        law = f"K l = {start:g}" if start == end else f"K l from {start:g} to {end:g}"
-        found.append(_effect("natural curvature", True, law, "one term, 4 Gauss points a segment"))
+    if any(values(scene.curvature)):
+        why = words(scene.curvature)
+        found.append(_effect("natural curvature", True, why, "one term, 4 Gauss points a segment"))
     else:
         found.append(_effect("natural curvature", False, "the strip is naturally flat", "no term"))
+    if scene.shaped:
+        for one in at_rest(scene, "a twist at rest", "kappa_2 at rest"):
+            found.append(_effect(one.key, one.on, one.why if one.on else one.why_not, one.adds))
     found.extend(_energies(scene, problem))
     if problem.fields.free:
         why = f'energy = "{problem.energy}" has no rulings'

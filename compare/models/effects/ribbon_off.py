@@ -60,6 +60,8 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "load at the tip": lambda scene: {"tip": None},
     "gravity over the surface": lambda scene: {"gravity.exact": None},
     "natural curvature": lambda scene: {"strip.natural_curvature": None},
+    "natural twist": lambda scene: {"strip.natural_twist": None},
+    "natural curvature in the plane": lambda scene: {"strip.natural_geodesic_curvature": None},
     "clamp at the start": lambda scene: {"clamp.start": None},
     "clamp at the end": lambda scene: {"clamp.end": None},
     "straight rulings": _straight,

@@ -9,6 +9,7 @@ from compare.models.base import Effect
 from compare.models.effects.weightless import weightless
 from compare.models.scope import require_shell
 from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_words
+from compare.scene.given.law import values
 from compare.scene.stages import stages_without
 
 if TYPE_CHECKING:
@@ -32,7 +33,14 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         _itself(scene),
         either("gravity", bool(scene.gamma), f"Gamma = {scene.gamma:g}", "gravity"),
         either("load at the tip", bool(scene.tip_force.any()), "[tip]" if scene.tip else "no [tip]", "tip"),
-        either("natural curvature", any(scene.curvature), "strip.natural_curvature", "strip.natural_curvature"),
+        either("natural curvature", any(values(scene.curvature)), "strip.natural_curvature", "strip.natural_curvature"),
+        either("natural twist", any(values(scene.twist)), "strip.natural_twist", "strip.natural_twist"),
+        either(
+            "natural curvature in the plane",
+            any(values(scene.geodesic)),
+            "strip.natural_geodesic_curvature",
+            "strip.natural_geodesic_curvature",
+        ),
         either(
             "curved section",
             bool(scene.transverse_curvature),

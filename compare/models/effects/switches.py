@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from compare.models.base import Effect
 from compare.models.effects.weightless import weightless
+from compare.scene.given.law import values, words
 from compare.scene.stages import stages_without
 
 if TYPE_CHECKING:
@@ -46,11 +47,29 @@ def weight(scene: Scene, adds: str, of: str = "rod") -> Switch:
 
 def natural(scene: Scene, adds: str, law: str | None = None) -> Switch:
     """Natural curvature; law: in words, None: K l, at both ends where it changes."""
-    start, end = scene.curvature
-    law = law or (f"K l = {start:g}" if start == end else f"K l from {start:g} to {end:g}")
     return Switch(
-        "natural curvature", (start, end) != (0.0, 0.0), law, "naturally straight", adds,
+        "natural curvature", any(values(scene.curvature)), law or words(scene.curvature), "naturally straight", adds,
         {"strip.natural_curvature": 0.0},
+    )  # fmt: skip
+
+
+def at_rest(scene: Scene, twist: str, in_plane: str) -> tuple[Switch, Switch]:
+    """Twist and curvature in the plane at rest, of [strip] or [rod]; what they add."""
+    rod = scene.rod
+    own = rod is not None and any(rod.natural_twist), rod is not None and any(rod.natural_in_plane)
+    keys = (
+        "rod.natural_twist" if own[0] else "strip.natural_twist",
+        "rod.natural_in_plane" if own[1] else "strip.natural_geodesic_curvature",
+    )
+    return (
+        Switch(
+            "natural twist", any(values(scene.twist)), f"{keys[0]}: {words(scene.twist, 'twist l')}",
+            "naturally untwisted", twist, {keys[0]: None},
+        ),
+        Switch(
+            "natural curvature in the plane", any(values(scene.geodesic)),
+            f"{keys[1]}: {words(scene.geodesic, 'kappa_2 l')}", "none", in_plane, {keys[1]: None},
+        ),
     )  # fmt: skip
 
 

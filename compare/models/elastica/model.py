@@ -29,6 +29,7 @@ from compare.models.capabilities import Reference
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task
 from compare.models.quantities.elastica import QUANTITIES
+from compare.scene.given.law import at
 
 if TYPE_CHECKING:
     from compare.models.elastica.start import Start
@@ -76,8 +77,7 @@ class ElasticaShape(Line):
         """omega, by central differences of theta over 1e-4, one-sided at the ends; energy_density."""
         low, high = np.clip(s - 5e-5, 0.0, 1.0), np.clip(s + 5e-5, 0.0, 1.0)
         omega = (self.result.angle(high) - self.result.angle(low)) / (high - low)
-        start, end = self.result.problem.curvature
-        return {"omega": omega, "energy_density": 0.5 * omega**2 - (start + (end - start) * s) * omega}
+        return {"omega": omega, "energy_density": 0.5 * omega**2 - at(self.result.problem.curvature, s) * omega}
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from compare.measure.grid import Grid
 from compare.models.ribbon.build import relative_thickness, ribbon_arguments, ribbon_problem
 from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.state import motions_of
+from compare.scene.given import law
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
@@ -97,12 +98,11 @@ def beyond(scene: Scene, found: Equilibrium) -> Beyond:
     dropped = Dropped(scene.width, thickness, scene.strip.poisson)
     at = np.array(ends)
     if at.size:
-        start, end = scene.curvature
         k, t = found.omega(at), found.tau(at)
         if corners:
             parts["corners"] = corner_turn(scene, found, ends)
         else:
-            parts["section"] = float(dropped.deflection(k, t, start + (end - start) * at).max())
+            parts["section"] = float(dropped.deflection(k, t, law.at(scene.curvature, at)).max())
             parts["fold"] = FOLD * scene.width * crowding(crowded(found, dropped, ends))
     return Beyond(parts)
 

@@ -50,6 +50,8 @@ def ribbon_strip(scene: Scene) -> Strip:
         natural_curvature=scene.curvature,
         gamma=scene.gamma,
         thickness=relative_thickness(scene),
+        natural_twist=scene.twist,
+        natural_geodesic_curvature=scene.geodesic,
     )
 
 

@@ -47,6 +47,7 @@ from compare.models.ribbon.beyond import (
 )
 from compare.models.ribbon.rivals import RULED, either_side, probe
 from compare.models.ribbon.taut import taut
+from compare.scene.given import law
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis.along import line_density
@@ -193,7 +194,6 @@ def _elastic(scene: Scene, e: Equilibrium) -> float:
 def local_state(scene: Scene, e: Equilibrium) -> LocalState:
     s = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     frame, position = e.frame(s), e.position(s)
-    start, end = scene.curvature
     force, moment = np.zeros((s.size, 3)), np.zeros((s.size, 3))
     if scene.up is not None and scene.gamma:
         weight = -scene.gamma * scene.up
@@ -210,7 +210,7 @@ def local_state(scene: Scene, e: Equilibrium) -> LocalState:
         s=s,
         omega=e.omega(s),
         eta=e.eta(s),
-        natural=start + (end - start) * s,
+        natural=law.at(scene.curvature, s),
         normal=frame[:, :, 1],
         position=position,
         moment=np.einsum("ki,ki->k", moment, frame[:, :, 1]) * known,

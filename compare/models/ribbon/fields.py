@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from compare.measure.energy_map import by_name, stretching_zones
 from compare.models.base import State
+from compare.scene.given.law import at
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis.along import area_density, segment_of
@@ -61,7 +62,6 @@ def _free(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, F
     material = np.column_stack([grid_s.ravel(), grid_v.ravel()])
     frame = np.repeat(equilibrium.frame(s), v.size, axis=0)
     density = area_densities(equilibrium, np.asarray(s, dtype=float), np.asarray(v, dtype=float))
-    start, end = equilibrium.problem.strip.curvature
     along = {
         "segment": segment_of(equilibrium, s).astype(float),
         "omega": equilibrium.omega(s),
@@ -76,7 +76,7 @@ def _free(equilibrium: Equilibrium, s: FloatArray, v: FloatArray) -> dict[str, F
         "S": grid_s,
         "v": grid_v,
         **{name: np.repeat(values[:, None], v.size, axis=1) for name, values in along.items()},
-        "energy_density": density.sum(axis=2) - 0.5 * (start + (end - start) * grid_s) ** 2,
+        "energy_density": density.sum(axis=2) - 0.5 * at(equilibrium.problem.strip.curvature, grid_s) ** 2,
         **by_name(density),
         **{name: values.reshape(*shape, 3) for name, values in vectors.items()},
     }

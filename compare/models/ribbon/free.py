@@ -7,10 +7,14 @@ import math
 from compare.errors import BadInput
 from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
+from compare.scene.given.law import values
 from compare.scene.scene import Scene
+from ribbon.energies.names import FREE
 
 #: The energy that knows of clamped edges, named in remedies.
 FINITE = "finite"
+#: Energies that know a twist at rest (`ribbon.energies.energy.FreeTwist.pretwist`).
+TWISTED = ("kirchhoff", "extensible", "sano")
 #: Largest curvature times thickness of a thin plate, and largest v = sqrt(12 (1 - nu^2)) kappa w^2 / h (Audoly &
 #: Neukirch 2021) to which the relaxed section is verified.
 BENT_TO, MOST_V = 0.2, 1e6
@@ -31,6 +35,10 @@ def refusal(scene: Scene) -> BadInput | None:
     """Why the scene is not for its energy, as far as that is a matter of thickness and rulings; None: it is."""
     energy = ribbon_energy(scene)
     model = scene.model
+    if scene.shaped:
+        refused = _shape(scene, energy)
+        if refused is not None:
+            return refused
     if model.accuracy is not None:
         refused = _accuracy(scene, model.accuracy)
         if refused is not None:
@@ -54,6 +62,22 @@ def refusal(scene: Scene) -> BadInput | None:
         remedy = 'choose "mixed" or "auto"'
         return BadInput("model.formulation", "matrix", f'knows rulings only, and "{energy}" has none', remedy)
     return None if energy == FINITE else _ruling(scene, energy)
+
+
+def _shape(scene: Scene, energy: str) -> BadInput | None:
+    """The refusal of a twist or of a curvature in the plane at rest that the energy does not know."""
+    for key, law, known in (
+        ("strip.natural_twist", scene.twist, TWISTED), ("strip.natural_geodesic_curvature", scene.geodesic, FREE),
+    ):  # fmt: skip
+        if not any(values(law)):
+            continue
+        if energy not in known or scene.model.accuracy is not None:
+            problem = f'is not known to the energy "{scene.model.energy}", of a strip that is flat at rest'
+            remedy = f'choose model.energy = "kirchhoff" (or {", ".join(known)}), or "antman", a rod'
+            return BadInput(key, getattr(scene.strip, key.removeprefix("strip.")), problem, remedy)
+        if scene.model.in_plane is False and known is FREE:
+            return BadInput("model.in_plane", False, f"leaves out what {key} is about", f"remove it, or {key}")
+    return None
 
 
 def _accuracy(scene: Scene, accuracy: float) -> BadInput | None:
@@ -83,7 +107,7 @@ def _thickness(scene: Scene, what: str) -> BadInput | None:
 def _range(scene: Scene, energy: str) -> BadInput | None:
     """The refusal of a natural curvature for which the section's law of a thin plate does not hold: bent to a radius of
     a few thicknesses, or, for the energies that relax the section, v of (10.2) beyond what its functions reach."""
-    h, bent = relative_thickness(scene), max(abs(k) for k in scene.curvature)
+    h, bent = relative_thickness(scene), max(abs(k) for k in values(scene.curvature))
     if h is None or bent == 0.0:
         return None
     if bent * h > BENT_TO:

@@ -66,8 +66,8 @@ class RibbonModel(Model):
         "flipped": "; start from a nearer [seed] or a [[path]]",
     }
     reads = (
-        keys.STRIP | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE | keys.WALLS
-        | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
+        keys.STRIP | keys.SHAPED | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE
+        | keys.WALLS | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,

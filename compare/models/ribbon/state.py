@@ -24,6 +24,7 @@ from compare.models.base import (
     natural_constant,
     on_strip,
 )
+from compare.scene.given.law import values
 
 if TYPE_CHECKING:
     from compare.models.ribbon.way import Way
@@ -184,8 +185,8 @@ def motions_of(e: Equilibrium) -> Motions | None:
     held = [r for r in (problem.start_position, problem.end_position) if r is not None]
     seam = 0
     if problem.closure is not None and len(translations) == len(axes) == 3:
-        seam = problem.closure.sign if even_along(problem.strip.curvature, problem.closure.sign) else 0
-    mirror = bool(seam) and not any(problem.strip.curvature)
+        seam = problem.closure.sign if even_along(values(problem.strip.curvature), problem.closure.sign) else 0
+    mirror = bool(seam) and not any(values(problem.strip.curvature))
     return Motions(translations, axes, held[0] if held else None, seam, mirror)
 
 

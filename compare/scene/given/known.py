@@ -15,6 +15,7 @@ from typing import Any
 from compare.errors import BadInput
 from compare.scene.data import SceneData
 from compare.scene.declare import FORCE, LENGTH, MOMENT, NONE, PER_LENGTH, Key, Known
+from compare.scene.given import law
 from compare.scene.keys import KEYS, SINGLE
 from compare.scene.loads import force_scale
 from compare.scene.spec import StripSpec
@@ -60,10 +61,12 @@ def _sections(scene: SceneData) -> Iterator[tuple[str, str, Any]]:
 
 def _check(section: str, about: Key, known: Known, value: Any, strip: StripSpec) -> None:
     numbers = value if isinstance(value, tuple) else (value,)
+    if law.is_table(value):
+        numbers = law.values(value)
     scale = _scale(about.unit, strip)
     for number in numbers:
         if isinstance(number, (int, float)) and not known.holds(number * scale):
-            given = list(value) if isinstance(value, tuple) and len(set(value)) > 1 else number
+            given = about.written(value) if isinstance(value, tuple) and len(set(value)) > 1 else number
             raise _refused(f"{section}.{about.field}", given, known, known.symbol, number * scale, about)
 
 

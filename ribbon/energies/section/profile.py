@@ -32,7 +32,8 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Local:
-    """States along the strip, each (m,): curvature and twist, their derivatives by s, natural curvature and its."""
+    """States along the strip, each (m,): curvature and twist with their derivatives by s, natural curvature with its,
+    natural twist with its."""
 
     k: FloatArray
     t: FloatArray
@@ -40,6 +41,23 @@ class Local:
     dt: FloatArray
     natural: FloatArray
     slope: FloatArray
+    twist: FloatArray | float = 0.0
+    twist_slope: FloatArray | float = 0.0
+
+    @property
+    def stretch(self) -> FloatArray:
+        """t^2 - t_0^2 (m,), by which the edges are longer than at rest."""
+        return np.asarray(self.t**2 - np.square(self.twist))
+
+    @property
+    def stretch_rate(self) -> FloatArray:
+        """Its derivative along the strip (m,)."""
+        return np.asarray(2.0 * (self.t * self.dt - np.asarray(self.twist) * self.twist_slope))
+
+    @property
+    def turned(self) -> FloatArray:
+        """t - t_0 (m,)."""
+        return np.asarray(self.t - self.twist)
 
 
 @dataclass(frozen=True)
@@ -102,7 +120,7 @@ def _rod_shape(local: Local, y: FloatArray, section: Sequence[float]) -> Shape:
 def _rod_shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
     bending, torsion = stiffnesses(tuple(float(v) for v in section))
     kb = local.k - local.natural
-    return _even(0.5 * bending * kb**2 + 0.5 * torsion * local.t**2, np.zeros_like(kb), y)
+    return _even(0.5 * bending * kb**2 + 0.5 * torsion * local.turned**2, np.zeros_like(kb), y)
 
 
 # -- developable sections ---------------------------------------------------------------------------------------------
@@ -128,14 +146,14 @@ def _regular(local: Local, section: Sequence[float]) -> tuple[FloatArray, FloatA
     """B, 1 / (1 / zeta^2 + k^2) and 1 / zeta^2 of `ribbon.energies.sano`."""
     half_width, thickness, nu, _ = section
     inverse = 60.0 * thickness**2 / ((1.0 - nu**2) * (2.0 * half_width) ** 4)
-    return nu * local.k * (local.k - local.natural) + local.t**2, 1.0 / (inverse + local.k**2), inverse
+    return nu * local.k * (local.k - local.natural) + local.stretch, 1.0 / (inverse + local.k**2), inverse
 
 
 def _sano_shape(local: Local, y: FloatArray, section: Sequence[float]) -> Shape:
     nu, k, kb = section[2], local.k, local.k - local.natural
     b, r, _ = _regular(local, section)
     kb_s = local.dk - local.slope
-    b_s = nu * (local.dk * kb + k * kb_s) + 2.0 * local.t * local.dt
+    b_s = nu * (local.dk * kb + k * kb_s) + local.stretch_rate
     rate = nu * kb_s - r * (b_s * k + b * local.dk) + 2.0 * b * k * k * local.dk * r * r
     return _parabola(nu * kb - b * k * r, rate, y, 2.0 * section[0])
 
@@ -143,7 +161,7 @@ def _sano_shape(local: Local, y: FloatArray, section: Sequence[float]) -> Shape:
 def _sano_shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
     nu, kb = section[2], local.k - local.natural
     b, r, inverse = _regular(local, section)
-    value = 0.5 * (1.0 - nu**2) * kb**2 + (1.0 - nu) * local.t**2 + 0.5 * b * b * r
+    value = 0.5 * (1.0 - nu**2) * kb**2 + (1.0 - nu) * local.turned**2 + 0.5 * b * b * r
     membrane = 0.5 * inverse * (b * r) ** 2
     return _even(value - membrane, membrane, y)
 
@@ -164,8 +182,8 @@ def _relaxed_shape(local: Local, y: FloatArray, section: Sequence[float]) -> Sha
     xi = np.asarray(y, dtype=float) / width
     psi = unit(c4 * k * k, xi)
     kb_s = local.dk - local.slope
-    b = nu * k * kb + local.t**2
-    b_s = nu * (local.dk * kb + k * kb_s) + 2.0 * local.t * local.dt
+    b = nu * k * kb + local.stretch
+    b_s = nu * (local.dk * kb + k * kb_s) + local.stretch_rate
     p, q = (nu * kb)[:, None], (c4 * b * k)[:, None]
     p_s, q_s, y_s = (nu * kb_s)[:, None], (c4 * (b_s * k + b * local.dk))[:, None], (2.0 * c4 * k * local.dk)[:, None]
     flat = 0.5 * xi * xi - 1.0 / 24.0
@@ -178,12 +196,12 @@ def _relaxed_shape(local: Local, y: FloatArray, section: Sequence[float]) -> Sha
 
 def _relaxed_shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
     _, thickness, nu, _ = section
-    k, t, kb = local.k, local.t, local.k - local.natural
+    k, t, kb = local.k, local.turned, local.k - local.natural
     width, c4 = _scale(section)
     y = np.asarray(y, dtype=float)
     xi = y / width
     psi = unit(c4 * k * k, xi)
-    b = nu * k * kb + t * t
+    b = nu * k * kb + local.stretch
     q = (c4 * b * k)[:, None]
     across = q * psi.curvature - (nu * kb)[:, None]  # -f_yy
     length, twist = kb[:, None] * np.ones_like(y), t[:, None] * (1.0 - _cosh(y, width, thickness))

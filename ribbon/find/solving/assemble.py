@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from ribbon import law
 from ribbon.element import quaternion
 from ribbon.errors import RibbonInputError
 from ribbon.find import stretched
@@ -22,6 +25,11 @@ def assembled(request: Request) -> Problem:
 
     `RibbonInputError` for what contradicts itself, or is beyond what the models are known to work for."""
     check.numbers(request)
+    lengths = request.lengths
+    for one in request.strip.rest:
+        lengths = law.cut(one, lengths)
+    if lengths is not request.lengths:
+        request = replace(request, lengths=lengths)
     start, end, closure = request.start, request.end, request.closure
     chosen, _ = formulation.choose(
         request.formulation, start, end, closure, request.walls, request.gravity, request.lengths.size, choose.asked()
@@ -37,6 +45,8 @@ def assembled(request: Request) -> Problem:
     if closure is not None and request.lengths.size < 3:
         raise RibbonInputError("segments", request.lengths.size, "a closed band needs at least three segments")
     stretched.check_distance(request.strip, start, end)
+    if chosen == "matrix" and law.is_table(request.strip.curvature):
+        raise RibbonInputError("formulation", chosen, 'a table of natural curvature needs "mixed" or "chained"')
     if chosen == "matrix" and request.gravity is not None and request.gravity.exact:
         raise RibbonInputError("formulation", chosen, 'the weight of the surface needs "mixed"')
     check.pulled(request, chosen)

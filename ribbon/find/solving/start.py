@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from ribbon import law
 from ribbon.errors import RibbonInputError
 from ribbon.find import band, contacts, seeds
 from ribbon.find.solving.request import Progress, Seed, Values
@@ -46,13 +47,16 @@ def shapes(problem: Problem, seed: Seed, progress: Progress | None = None) -> It
 
 def _natural(problem: Problem, eta: FloatArray, progress: Progress | None) -> Iterable[Shape]:
     """The stress-free shape, and where that says nothing what is held there."""
-    natural = seeds.sampled(problem.strip.curvature, seeds.joints(problem.lengths))
+    curvature, s = problem.strip.curvature, seeds.joints(problem.lengths)
+    natural = law.at(curvature, s) if law.is_table(curvature) else seeds.sampled(curvature, s)  # type: ignore[arg-type]
     if problem.closure is not None:
         if problem.closure.sign < 0:
             return [band.moebius(_mixed(problem), progress)]
         return [(band.circle(problem)[0], eta)]
     if problem.end is None:
         layer = seeds.hanging(problem)
+        if problem.fields.free and any(law.values(problem.strip.twist)) and not eta.any():
+            eta = law.at(problem.strip.twist, s)
         return _from_the_walls(problem, natural if layer is None else layer, eta)
     guesses = seeds.guesses(_mixed(problem))
     if problem.has_natural_curvature:  # which coils, and may end far above what the arcs do

@@ -86,7 +86,7 @@ def expected(about: Key, raw: str) -> object:
     value = tomllib.loads(f"value = {raw}")["value"]
     if isinstance(value, str) and about.words:
         return about.words[value][1]
-    if about.kind in (Kind.LINEAR, Kind.PIECEWISE) and not isinstance(value, list):
+    if about.kind in (Kind.LINEAR, Kind.LAW, Kind.PIECEWISE) and not isinstance(value, list):
         return (value, value)
     if about.kind is Kind.NUMBERS and not isinstance(value, list):
         return (value,)
@@ -169,6 +169,21 @@ OTHER_KINDS = {
     Kind.NUMBER: ('"xyz"', "true", "[0.5]", "{a = 1.0}"),
     Kind.NUMBERS: ('"xyz"', "true", "[]", '["xyz"]', "[true]", "{a = 1.0}"),
     Kind.LINEAR: ('"xyz"', "true", "[]", '["xyz"]', "[1.0, 2.0, 3.0]"),
+    Kind.LAW: (
+        '"xyz"',
+        "true",
+        "[]",
+        '["xyz"]',
+        "[1.0, 2.0, 3.0]",
+        "[[0.0, 1.0]]",
+        "[[0.0, 1.0], [2.0]]",
+        "[[0.0, 1.0], 1.0]",
+        "[[0.0, 1.0], [0.5, true]]",
+        "[[1.0, 1.0], [0.0, 2.0]]",
+        "[[0.0, 1.0], [0.0, 1.0], [1.0, 2.0]]",
+        "[[0.0, 1.0], [0.5, 2.0]]",
+        "[[0.1, 1.0], [0.5, 2.0], [1.0, 1.0]]",
+    ),
     Kind.PIECEWISE: ('"xyz"', "true", "[]", '["xyz", 1.0]', "[[1.0]]"),
     Kind.LIST: ("1.0", '"xyz"', "[]", '["xyz"]'),
     Kind.PAIR: ("0.5", "[0.5]", "[0.5, 0.5, 0.5]", '["xyz", 0.5]'),
@@ -185,6 +200,7 @@ SHAPES = {
     Kind.NUMBER: ("{}",),
     Kind.NUMBERS: ("{}", "[2.0, {}]"),
     Kind.LINEAR: ("{}", "[1.0, {}]"),
+    Kind.LAW: ("{}", "[1.0, {}]", "[[0.0, 1.0], [1.0, {}]]"),
     Kind.PIECEWISE: ("{}", "[1.0, 1.0, {}]"),
     Kind.LIST: ("[{}]", "[0.5, {}]"),
     Kind.PAIR: ("[0.5, {}]", "[{}, 0.5]"),

@@ -40,6 +40,7 @@ ELSEWHERE = {
     *("edge_published", "jfig_5_2", "rod_4_5", "bend_45", "roll_up"),
     *("tape_4_1", "tape_4_1_equal", "tape_4_2"),
     *("ring_twisted", "rod_wrung"),
+    *("curled_end", "pretwisted_macneal", "slit_annulus"),
 }
 
 
@@ -98,7 +99,7 @@ UNITS = {
     "width": r"\bm\b|in the unit of length",
     "thickness": r"\bm\b|in the unit of length",
     "position": r"\bm\b|in the unit of length",
-    "natural_curvature": r"1/m|1/length",
+    **dict.fromkeys(("natural_curvature", "natural_twist", "natural_geodesic_curvature"), r"1/m|1/length"),
     "curvature": r"1/m|1/length|natural curvature",
     "young": r"\bPa\b",
     "density": r"kg/m\^3",
