@@ -34,7 +34,7 @@ LEVELS = (
     ("shellref.shell",),
     ("shellref.seam", "shellref.holds"),
     ("shellref.kernels",),
-    ("shellref.elastica", "shellref.holds", "shellref.rod"),
+    ("shellref.elastica", "shellref.rod"),
     ("shellref.fenics", "shellref.inputs"),
     ("compare.cli",),
     ("compare.commands",),
@@ -42,8 +42,6 @@ LEVELS = (
     ("compare.battery",),
     ("compare.sweep", "compare.check"),
     ("compare.studies",),
-    ("compare.report",),
-    ("compare.export",),
     ("compare.page",),
     ("compare.models",),
     ("compare.record",),
@@ -54,11 +52,16 @@ LEVELS = (
     ("compare.errors",),
     ("compare",),
 )
-#: Most arrows between the rooms of `compare`, a room with all that stands below it; the aim is 60. `errors` has eleven
-#: of them, `store` ten.
-ARROWS = 69
+#: Most arrows between the rooms of `compare`, a room with all that stands below it. They are 57: `errors` has nine of
+#: them, `store` eight.
+ARROWS = 60
 #: Who in `compare` may import a solver.
-KNOW_SOLVERS = ("compare.models", "compare.export.ribbon", "compare.pages.pictures.ribbon", "compare.battery.cases")
+KNOW_SOLVERS = (
+    "compare.models",
+    "compare.pages.export.ribbon",
+    "compare.pages.pictures.ribbon",
+    "compare.battery.cases",
+)
 SOLVERS = ("ribbon", "shellref")
 PACKAGES = (*SOLVERS, "compare")
 #: Most modules of a room, its __init__ not counted; a command is a module, and there are as many as there are commands.
@@ -178,8 +181,9 @@ def test_only_the_models_know_a_solver():
 
 
 def test_every_room_has_a_level():
-    listed = {one for rooms in LEVELS for one in rooms}
-    assert {room(name) for name in graph()} == listed
+    listed = [one for rooms in LEVELS for one in rooms]
+    assert {room(name) for name in graph()} == set(listed)
+    assert len(listed) == len(set(listed)), "a room stands twice"
 
 
 def test_rooms_are_not_full():
@@ -196,7 +200,7 @@ def test_rooms_are_not_full():
         ("ribbon.energies.sadowsky", "ribbon.solvers.problem", upward),
         ("shellref.kernels.fronts", "shellref.shell.grid", upward),
         ("compare.models.base", "compare.pages.solve", upward),
-        ("compare.page.page", "compare.export.vtu", upward),
+        ("compare.page.page", "compare.pages.export.vtu", upward),
         ("compare.studies.limits", "ribbon", strangers),
         ("compare.commands.solve", "shellref.shell.options", strangers),
     ],

@@ -47,10 +47,10 @@ FILES = {
 
 
 def centreline_csv(equilibrium: Any, units: Units) -> bytes:
-    """The centreline as CSV (`compare.export.ribbon.centreline`); where units are known also s_m, x_m, y_m, z_m,
+    """The centreline as CSV (`compare.pages.export.ribbon.centreline`); where units are known also s_m, x_m, y_m, z_m,
     omega_per_m, tau_per_m."""
-    from compare.export.formats import array_csv
-    from compare.export.ribbon import UNITS, centreline
+    from compare.pages.export.formats import array_csv
+    from compare.pages.export.ribbon import UNITS, centreline
 
     names, table = centreline(equilibrium)
     return array_csv(*array_with_si(names, table, UNITS, units))
@@ -58,8 +58,8 @@ def centreline_csv(equilibrium: Any, units: Units) -> bytes:
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, path.csv."""
-    from compare.export.ribbon import write_arrays
-    from compare.export.surfaces import write_surface
+    from compare.pages.export.ribbon import write_arrays
+    from compare.pages.export.surfaces import write_surface
     from compare.store.store import atomic_write_bytes
 
     e = state.native

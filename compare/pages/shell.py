@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.export.vtu import write_vtu
 from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
@@ -26,6 +25,7 @@ from compare.page.state import DIMENSIONS, STATE
 from compare.page.study import Study
 from compare.page.table import Table
 from compare.page.verdict import Verdict
+from compare.pages.export.vtu import write_vtu
 from compare.pages.presenter import Presenter
 from compare.pages.solve import answer as state_answer
 from compare.pages.written import Written

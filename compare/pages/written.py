@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.export.formats import array_csv
-from compare.export.surfaces import write_shell, write_surface
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import SHELL, STRIP, Picture, Surface
 from compare.page.si import array_with_si
 from compare.page.table import Table
+from compare.pages.export.formats import array_csv
+from compare.pages.export.surfaces import write_shell, write_surface
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes

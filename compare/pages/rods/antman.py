@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.formats import array_csv
 from compare.measure.grid import Grid
 from compare.models.base import BESIDE, State
 from compare.models.quantities import Answered
@@ -19,6 +18,7 @@ from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.si import array_with_si
+from compare.pages.export.formats import array_csv
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written, write_any

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.export.formats import array_csv
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page import told
@@ -16,6 +15,7 @@ from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.si import array_with_si
+from compare.pages.export.formats import array_csv
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written, write_any
