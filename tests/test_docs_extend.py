@@ -125,7 +125,7 @@ def copy(tmp_path):
             for hunk in changes:
                 (root / name).write_text(patched((root / name).read_text(), hunk, name))
             added += 1
-    assert added == 4
+    assert added == 5
     return root
 
 
@@ -140,21 +140,33 @@ def test_the_energy_of_the_page(copy, tmp_path, code):
     assert done.returncode == 0, done.stderr[-3000:]
 
 
+#: What the page adds of a study: the files of one name.
+STUDY = {f"compare/{room}/reach.py" for room in ("commands", "studies", "pages")}
+
+
 def test_the_command_of_the_page(copy, tmp_path):
-    """The page's study runs on the scene's own model, whatever that is."""
-    environment = {**os.environ, "PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1"}
+    """The page's study runs on the scene's own model, whatever that is, and writes what every study writes; it is three
+    files, and no other file knows it."""
+    environment = {**os.environ, "PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "compare.cli", "reach", "cantilever", "--quiet"]
     done = subprocess.run(
         [*command, "--set", "model.energy=elastica"], cwd=tmp_path, env=environment, capture_output=True, text=True,
         timeout=PATIENCE,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
-    found = re.findall(r"elastica elastica 1 (\d+): (\S+) l, converged", done.stdout)
-    assert [size for size, _ in found] == ["5", "10", "20"]
-    reach = [float(value) for _, value in found]
+    out = tmp_path / "out/cantilever/reach"
+    result = json.loads((out / "result.json").read_text())
+    assert [row["size"] for row in result["rows"]] == ["5", "10", "20"]
+    assert [check["name"] for check in result["answer"]["checks"]] == ["finite", "residual"]
+    with (out / "table.csv").open() as stream:
+        assert [float(row["reach"]) for row in csv.DictReader(stream)] == [row["reach"] for row in result["rows"]]
+    assert json.loads((out / "page.json").read_text())["command"] == "reach"
     fine = solve(load("cantilever"), "elastica").end.position
-    apart = [abs(value - float(np.linalg.norm(fine))) for value in reach]
+    apart = [abs(row["reach"] - float(np.linalg.norm(fine))) for row in result["rows"]]
     assert apart[0] > 3.0 * apart[1] > 9.0 * apart[2]  # order 2
+    before = {name: text for name, text in files_of(ROOT / "compare").items() if "__pycache__" not in name}
+    after = files_of(copy / "compare")
+    assert {f"compare/{name}" for name in after if after[name] != before.get(name)} == STUDY
 
 
 @pytest.fixture

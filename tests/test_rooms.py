@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from compare import registry
-from compare.commands import NAMES
+from compare.commands import ORDER
 from ribbonbench.sources import Sources
 from tests.test_setup import ROOT
 
@@ -66,7 +66,7 @@ SOLVERS = ("ribbon", "shellref")
 PACKAGES = (*SOLVERS, "compare")
 #: Most modules of a room, its __init__ not counted; a command is a module, and there are as many as there are commands.
 FULL = 16
-UNCOUNTED = {f"compare/commands/{name}.py" for name in NAMES}
+UNCOUNTED = {f"compare/commands/{name}.py" for name in ORDER}
 
 Graph = Mapping[str, set[str]]
 
