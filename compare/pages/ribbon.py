@@ -65,24 +65,24 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     e = state.native
     write_surface(out / "ribbon.vtu", RibbonShape(e), grid)
     write_arrays(out / "ribbon.npz", e)
-    atomic_write_bytes(out / "centreline.csv", centreline_csv(e, Units.of(scene)))
+    atomic_write_bytes(out / "centreline.csv", centreline_csv(e, scene.units))
     files, data, states = dict(FILES), {}, ""
 
     def draw() -> None:
         from compare.pages.pictures import ribbon as profile
 
-        profile.ribbon_profile(out / PICTURE, e, scene.title, Units.of(scene))
+        profile.ribbon_profile(out / PICTURE, e, scene.title, scene.units)
 
     drawn = pictured(draw)
     shown: tuple[Picture, ...] = (picture(state),) if drawn else ()
     if scene.path:
-        data["path.csv"] = with_si(path_table(state.log, scene), Units.of(scene))
+        data["path.csv"] = with_si(path_table(state.log, scene), scene.units)
         files["path.csv"] = "every step of the path, with the forces of what holds the ribbon"
         stands = path_stands(state.log, scene)
         curve = travel_of([stand for _, stand in stands], scene.strip.length)
         if curve is not None and drawn:
             title = f"{scene.title}: force against displacement"
-            shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, Units.of(scene), title),)
+            shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, scene.units, title),)
     if state.states is not None and len(state.states.t) > 1:
         states = STATES
         atomic_write_bytes(out / states, state.states.to_bytes())
@@ -269,7 +269,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out; of a state
     that is no equilibrium nothing about its place. units: in which all that has a unit is told first;
     None: the scene's."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     e = state.native
     used = e.problem.formulation
     parts = {"elastic": e.energy.elastic, "gravity": e.energy.gravity}

@@ -29,6 +29,7 @@ from compare.scene.spec import (
     UncertaintySpec,
     WallSpec,
 )
+from compare.scene.units import Units
 
 
 def unit(vector: Any) -> NDArray[np.float64]:
@@ -77,6 +78,11 @@ class SceneData(Sections):
     name: str
     source: str
     own_keys: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+
+    @property
+    def units(self) -> Units:
+        """What its dimensionless numbers are in SI; without values where it gives no stiffness."""
+        return Units.of(self.strip)
 
     # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------
 
