@@ -235,6 +235,77 @@ def test_a_model_of_the_house_is_one_module_and_one_line(copy):
     assert place.read_text().count("arc") == line.count("arc") + before["compare/registry.py"].decode().count("arc")
 
 
+#: A key of [tip] that nobody has heard of.
+SPIN = """    spin: float | None = key(
+        Kind.NUMBER, "planted: turns of the end", "turn", ">= 0", "2.0", default=None, newer=True, known="s <= 10"
+    )
+"""
+#: What then holds of it, and of a model that reads it.
+OF_A_KEY = """
+from compare import registry
+from compare.errors import BadInput
+from compare.models.base import check_keys
+from compare.scene.keys import KEYS
+from compare.scene.scene import load, loads
+
+assert "copy" in registry.__file__ and KEYS["tip.spin"].unit == "turn"
+plain = load("curl_4_3").replace({"model.energy": "arc", "model.grading": "uniform", "seed": {}})
+spun = plain.replace({"tip.spin": 2.0})
+assert spun.tip.spin == 2.0 and plain.tip is None
+assert loads(spun.to_toml()).tip.spin == 2.0
+assert spun.canonical()["tip"]["spin"] == 2.0 and "spin" not in str(plain.canonical())
+for wrong in (-1.0, 11.0, "two"):
+    try:
+        plain.replace({"tip.spin": wrong})
+    except BadInput as refused:
+        assert refused.key == "tip.spin", refused
+    else:
+        raise AssertionError(wrong)
+for name in registry.names():
+    model = registry.model(name)
+    unread = [key for key in spun.given() if key not in model.reads and key not in model.without_effect]
+    assert ("tip.spin" in unread) == (name != "arc"), (name, unread)
+check_keys(registry.model("arc"), spun)
+try:
+    check_keys(registry.model("ribbon"), spun.replace({"model.energy": "sadowsky"}))
+except BadInput as refused:
+    assert refused.key == "tip.spin", refused
+else:
+    raise AssertionError("read by no one")
+"""
+
+
+def test_a_scene_key_is_one_declaration_and_a_model_that_reads_it(copy):
+    """A key is a field of its section; reading, ranges, TOML, the scene's hash and the help have it then, and every
+    model refuses it by name but the one that says that it reads it."""
+    block = next(block for block in blocks(PAGE) if block.text.startswith("# arc_model.py"))
+    own = block.text.replace(
+        "keys.BOTH_CLAMPS | keys.ENERGY", 'keys.BOTH_CLAMPS | keys.ENERGY | keys.inside("tip", "spin")'
+    )
+    (copy / "compare/models/arc.py").write_text(own)
+    place = copy / "compare/registry.py"
+    line = '    Entry("arc", ("arc",), "compare.models.arc:Arc"),\n'
+    place.write_text(place.read_text().replace("BUILT_IN = (\n", f"BUILT_IN = (\n{line}"))
+    before = files_of(copy)
+    spec = copy / "compare/scene/spec.py"
+    section = spec.read_text().index("class TipSpec")
+    at = spec.read_text().index("    moment: Vector | None = key(", section)
+    spec.write_text(spec.read_text()[:at] + SPIN + spec.read_text()[at:])
+    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+
+    def run(*arguments: str) -> str:
+        done = subprocess.run(
+            [sys.executable, *arguments], cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE
+        )
+        assert done.returncode == 0, done.stderr[-3000:]
+        return done.stdout
+
+    run("-c", OF_A_KEY)
+    assert "planted: turns of the end" in run("-m", "compare.cli", "keys", "tip.spin")
+    after = files_of(copy)
+    assert {name for name in after if after[name] != before.get(name)} == {"compare/scene/spec.py"}
+
+
 #: curl_4_3 for the arc: a quarter of a turn, one small shell.
 OWN = [
     "--set", "model.energy=arc", "--set", "strip.natural_curvature=1.5707963267948966",
