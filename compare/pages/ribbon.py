@@ -196,7 +196,7 @@ def advice(scene: Scene, error: float | None) -> str | None:
     if error is None or error <= YARDSTICK:
         return None
     clamp = scene.clamp_start
-    if scene.model.tolerance is not None and error > scene.model.tolerance and "model.tolerance" not in scene.own_keys:
+    if scene.model.tolerance is not None and error > scene.model.tolerance and not scene.strict:
         remedy = f"set model.tolerance = {scene.model.tolerance:g}, for as many elements as that takes"
     elif scene.model.tolerance is not None:
         remedy = f"lower model.tolerance = {scene.model.tolerance:g}"

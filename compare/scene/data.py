@@ -84,6 +84,11 @@ class SceneData(Sections):
         """What its dimensionless numbers are in SI; without values where it gives no stiffness."""
         return Units.of(self.strip)
 
+    @property
+    def strict(self) -> bool:
+        """Whether the scene itself says `model.tolerance`, which is then met or missed; a default is only aimed at."""
+        return "model.tolerance" in self.own_keys
+
     # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------
 
     @property
