@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,9 +30,9 @@ _SAME = 1e-12
 
 def finite(key: str, value: object) -> float:
     """`value` as a float; RibbonInputError when it is no finite number."""
-    if isinstance(value, (bool, str)) or not hasattr(value, "__float__"):
+    if isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat):
         raise RibbonInputError(key, value, "a finite number is needed")
-    number = float(value)  # type: ignore[arg-type]
+    number = float(value)
     if not math.isfinite(number):
         raise RibbonInputError(key, value, "a finite number is needed")
     return number

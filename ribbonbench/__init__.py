@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from ribbon import refine as refine
     from ribbon import solve as solve
 
+#: The packages of the solvers.
+SOLVERS = ("ribbon", "shellref")
 #: Name -> the module that has it.
 _FROM = {
     "Clamp": "ribbon",
@@ -43,8 +45,13 @@ def __getattr__(name: str) -> Any:
     return getattr(importlib.import_module(_FROM[name]), name)
 
 
-def alone(package: str) -> None:
-    """Raises ImportError, which names it, where a folder of the user's stands in the place of our package."""
+def alone(*packages: str) -> None:
+    """Raises ImportError, which names it, where a folder of the user's stands in the place of one of our packages."""
+    for package in packages:
+        _alone(package)
+
+
+def _alone(package: str) -> None:
     spec = importlib.util.find_spec(package)
     places = [] if spec is None else [*(spec.submodule_search_locations or [spec.origin or ""])]
     here = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
+from typing import Any, SupportsIndex
 
 FRAME_TOLERANCE = 1e-9
 
@@ -47,7 +47,7 @@ def positive(key: str, value: Any) -> float:
 
 def integer(key: str, value: Any, least: int) -> int:
     """`value` as an int >= least; floats, booleans and strings are refused."""
-    whole = hasattr(value, "__index__") and not isinstance(value, bool)
+    whole = isinstance(value, SupportsIndex) and not isinstance(value, bool)
     if not whole or int(value) < least:
         raise ShellInputError(key, value, f"must be a whole number, {least} or more")
     return int(value)

@@ -125,7 +125,7 @@ def copy(tmp_path):
             for hunk in changes:
                 (root / name).write_text(patched((root / name).read_text(), hunk, name))
             added += 1
-    assert added == 4
+    assert added == 5
     return root
 
 
@@ -140,21 +140,33 @@ def test_the_energy_of_the_page(copy, tmp_path, code):
     assert done.returncode == 0, done.stderr[-3000:]
 
 
+#: What the page adds of a study: the files of one name.
+STUDY = {f"compare/{room}/reach.py" for room in ("commands", "studies", "pages")}
+
+
 def test_the_command_of_the_page(copy, tmp_path):
-    """The page's study runs on the scene's own model, whatever that is."""
-    environment = {**os.environ, "PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1"}
+    """The page's study runs on the scene's own model, whatever that is, and writes what every study writes; it is three
+    files, and no other file knows it."""
+    environment = {**os.environ, "PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "compare.cli", "reach", "cantilever", "--quiet"]
     done = subprocess.run(
         [*command, "--set", "model.energy=elastica"], cwd=tmp_path, env=environment, capture_output=True, text=True,
         timeout=PATIENCE,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
-    found = re.findall(r"elastica elastica 1 (\d+): (\S+) l, converged", done.stdout)
-    assert [size for size, _ in found] == ["5", "10", "20"]
-    reach = [float(value) for _, value in found]
+    out = tmp_path / "out/cantilever/reach"
+    result = json.loads((out / "result.json").read_text())
+    assert [row["size"] for row in result["rows"]] == ["5", "10", "20"]
+    assert [check["name"] for check in result["answer"]["checks"]] == ["finite", "residual"]
+    with (out / "table.csv").open() as stream:
+        assert [float(row["reach"]) for row in csv.DictReader(stream)] == [row["reach"] for row in result["rows"]]
+    assert json.loads((out / "page.json").read_text())["command"] == "reach"
     fine = solve(load("cantilever"), "elastica").end.position
-    apart = [abs(value - float(np.linalg.norm(fine))) for value in reach]
+    apart = [abs(row["reach"] - float(np.linalg.norm(fine))) for row in result["rows"]]
     assert apart[0] > 3.0 * apart[1] > 9.0 * apart[2]  # order 2
+    before = {name: text for name, text in files_of(ROOT / "compare").items() if "__pycache__" not in name}
+    after = files_of(copy / "compare")
+    assert {f"compare/{name}" for name in after if after[name] != before.get(name)} == STUDY
 
 
 @pytest.fixture
@@ -221,6 +233,77 @@ def test_a_model_of_the_house_is_one_module_and_one_line(copy):
     touched = {name for name in after if after[name] != before.get(name)}
     assert touched == {"compare/models/arc.py", "compare/registry.py"}
     assert place.read_text().count("arc") == line.count("arc") + before["compare/registry.py"].decode().count("arc")
+
+
+#: A key of [tip] that nobody has heard of.
+SPIN = """    spin: float | None = key(
+        Kind.NUMBER, "planted: turns of the end", "turn", ">= 0", "2.0", default=None, newer=True, known="s <= 10"
+    )
+"""
+#: What then holds of it, and of a model that reads it.
+OF_A_KEY = """
+from compare import registry
+from compare.errors import BadInput
+from compare.models.base import check_keys
+from compare.scene.keys import KEYS
+from compare.scene.scene import load, loads
+
+assert "copy" in registry.__file__ and KEYS["tip.spin"].unit == "turn"
+plain = load("curl_4_3").replace({"model.energy": "arc", "model.grading": "uniform", "seed": {}})
+spun = plain.replace({"tip.spin": 2.0})
+assert spun.tip.spin == 2.0 and plain.tip is None
+assert loads(spun.to_toml()).tip.spin == 2.0
+assert spun.canonical()["tip"]["spin"] == 2.0 and "spin" not in str(plain.canonical())
+for wrong in (-1.0, 11.0, "two"):
+    try:
+        plain.replace({"tip.spin": wrong})
+    except BadInput as refused:
+        assert refused.key == "tip.spin", refused
+    else:
+        raise AssertionError(wrong)
+for name in registry.names():
+    model = registry.model(name)
+    unread = [key for key in spun.given() if key not in model.reads and key not in model.without_effect]
+    assert ("tip.spin" in unread) == (name != "arc"), (name, unread)
+check_keys(registry.model("arc"), spun)
+try:
+    check_keys(registry.model("ribbon"), spun.replace({"model.energy": "sadowsky"}))
+except BadInput as refused:
+    assert refused.key == "tip.spin", refused
+else:
+    raise AssertionError("read by no one")
+"""
+
+
+def test_a_scene_key_is_one_declaration_and_a_model_that_reads_it(copy):
+    """A key is a field of its section; reading, ranges, TOML, the scene's hash and the help have it then, and every
+    model refuses it by name but the one that says that it reads it."""
+    block = next(block for block in blocks(PAGE) if block.text.startswith("# arc_model.py"))
+    own = block.text.replace(
+        "keys.BOTH_CLAMPS | keys.ENERGY", 'keys.BOTH_CLAMPS | keys.ENERGY | keys.inside("tip", "spin")'
+    )
+    (copy / "compare/models/arc.py").write_text(own)
+    place = copy / "compare/registry.py"
+    line = '    Entry("arc", ("arc",), "compare.models.arc:Arc"),\n'
+    place.write_text(place.read_text().replace("BUILT_IN = (\n", f"BUILT_IN = (\n{line}"))
+    before = files_of(copy)
+    spec = copy / "compare/scene/spec.py"
+    section = spec.read_text().index("class TipSpec")
+    at = spec.read_text().index("    moment: Vector | None = key(", section)
+    spec.write_text(spec.read_text()[:at] + SPIN + spec.read_text()[at:])
+    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+
+    def run(*arguments: str) -> str:
+        done = subprocess.run(
+            [sys.executable, *arguments], cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE
+        )
+        assert done.returncode == 0, done.stderr[-3000:]
+        return done.stdout
+
+    run("-c", OF_A_KEY)
+    assert "planted: turns of the end" in run("-m", "compare.cli", "keys", "tip.spin")
+    after = files_of(copy)
+    assert {name for name in after if after[name] != before.get(name)} == {"compare/scene/spec.py"}
 
 
 #: curl_4_3 for the arc: a quarter of a turn, one small shell.

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from compare.scene.declare import Key, Kind
-from compare.scene.keys import KEYS
+from compare.scene.keys import KEYS, SHELL
 
 #: What every random scene is made from: small, cheap, and with a budget that ends it soon.
 BUDGET = 1.0
@@ -83,7 +83,7 @@ def _set(scene: dict[str, Any], name: str, value: Any, chance: random.Random) ->
     if section in ("wall", "path"):
         rows = scene.setdefault(section, [])
         if section == "path":
-            moved = chance.choice([key for key in KEYS if not key.startswith(("path", "wall", "shell"))])
+            moved = chance.choice([key for key in KEYS if not key.startswith(("path", "wall", SHELL))])
             rows.append({moved: _value(KEYS[moved], chance), field: value})
         elif rows and chance.random() < 0.7:
             rows[0][field] = value

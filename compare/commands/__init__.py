@@ -2,7 +2,7 @@
 
 A module has HELP (one line), EXAMPLE (a command line that parses), `register(parser)` (its arguments) and
 `run(options, console)` (its exit code). It imports solvers and libraries inside `run`, so that `ribbonbench --help` is
-quick. PARALLEL = True: it may run under mpirun.
+quick. PARALLEL = True: it may run under mpirun. A module that is put beside them is a command, last in the help.
 `options.line` is the command line as typed (`compare.commands.line`), for the page of the results.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import pkgutil
 from typing import Protocol
 
 from rich.console import Console
@@ -28,7 +29,8 @@ class Command(Protocol):
         """Does it; returns the exit code."""
 
 
-NAMES = (
+#: The commands of the package, in the order of the help.
+ORDER = (
     "new",
     "solve",
     "compare",
@@ -48,6 +50,17 @@ NAMES = (
     "completion",
     "doctor",
 )
+#: Modules of this folder that are no commands.
+_SHARED = {"common", "line", "lists", "main", "parser"}
+
+
+def _beside() -> list[str]:
+    """The modules of this folder that `ORDER` does not know."""
+    found = {place.name for place in pkgutil.iter_modules(__path__) if not place.ispkg}
+    return sorted(found - _SHARED - set(ORDER))
+
+
+NAMES = (*ORDER, *_beside())
 
 
 def module(name: str) -> Command:

@@ -161,7 +161,7 @@ def units_of(options: argparse.Namespace, scene: Scene) -> Units:
     the scene lacks the keys."""
     from compare.scene.units import Units
 
-    return Units.asked(scene, getattr(options, "units", "auto"))
+    return Units.asked(scene.strip, getattr(options, "units", "auto"))
 
 
 def out_folder(options: argparse.Namespace, name: str) -> Path:

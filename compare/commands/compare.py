@@ -65,7 +65,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
                 console.file.flush()
         with reporter:
             from compare.pages import compare as pages
-            from compare.report.write import read_report, write_report
+            from compare.pages.report.write import read_report, write_report
 
             reporter.step("writing tables, pictures and surfaces")
             pages.write(out, comparison, options.line)

@@ -15,7 +15,7 @@ EXAMPLE = "ribbonbench completion bash"
 
 def register(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")
+    parser.add_argument("interpreter", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -25,5 +25,5 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.scene.keys import KEYS
     from compare.scene.scene import shipped
 
-    sys.stdout.write(script(options.shell, whole(), list(shipped()), KEYS))
+    sys.stdout.write(script(options.interpreter, whole(), list(shipped()), KEYS))
     return common.DONE

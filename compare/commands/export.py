@@ -40,9 +40,9 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
-    from compare.export.scale import Scale
-    from compare.export.source import answer, chosen, read_source, results_in, scaled, sizes, write, write_page_of
     from compare.page.terminal import print_table, print_verdict
+    from compare.pages.export.scale import Scale
+    from compare.pages.export.source import answer, chosen, read_source, results_in, scaled, sizes, write, write_page_of
     from compare.store.store import check_writable
 
     formats = chosen(options.formats)

@@ -63,7 +63,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     options.line = recorded(words)
     console = _console()
     if options.version:
-        from compare import __version__
+        from ribbonbench import __version__
 
         console.print(f"ribbonbench {__version__}")
         return DONE

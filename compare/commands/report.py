@@ -28,7 +28,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Reports."""
-    from compare.report.write import read_report, write_report
+    from compare.pages.report.write import read_report, write_report
     from compare.store.store import check_writable
 
     given = [Path(name) for name in options.folders] or [common.OUT]

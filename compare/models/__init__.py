@@ -41,9 +41,8 @@ def solve(
     """
     from compare.models.base import check_keys
     from compare.models.choice import chosen
-    from compare.scene.units import Units
 
     found = chosen(scene) if model is None else registry.model(model)
     check_keys(found, scene)
     state = found.solve(scene, size, near=near, options=options, say=say)
-    return replace(state, units=Units.of(scene), width=scene.width)
+    return replace(state, units=scene.units, width=scene.width)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 
 @dataclass(frozen=True)
@@ -18,10 +19,10 @@ class Claim:
     how: str
 
 
-_FINITE = Claim(
+FINITE = Claim(
     "finite", "every number of the answer is finite", "positions, energy, residual, forces and moments are looked at"
 )
-_RESIDUAL = Claim("residual", "the solver has converged", "status and relative residual of the solver")
+RESIDUAL = Claim("residual", "the solver has converged", "status and relative residual of the solver")
 _BALANCE = Claim(
     "balance", "forces and moments of clamps and walls carry the loads",
     "resultants about the centre of mass from shape and loads alone, to 1e-6 of the largest (compare.measure.balance)",
@@ -55,7 +56,7 @@ _MODEL = Claim(
     "model", "the energy that the accuracy asks for is good enough", "its estimated distance to the shell, where asked"
 )
 _STATE = (
-    _FINITE, _RESIDUAL, _BALANCE, _QUADRATURE, _CONVEX, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _MODEL,
+    FINITE, RESIDUAL, _BALANCE, _QUADRATURE, _CONVEX, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _MODEL,
 )  # fmt: skip
 _SAME = Claim("same", "both models are in one state", "the shell accepts the ribbon's surface as its beginning")
 #: The claim about every shell of a comparison.
@@ -63,9 +64,9 @@ SHELLS = "shell"
 _SHELL = Claim(SHELLS, "the shell is in a stable equilibrium, and its error is known", "status; a coarser mesh")
 _DISTANCE = Claim("distance", "the models are near each other", "Hausdorff distance beside both errors")
 
-CLAIMS: Mapping[str, tuple[Claim, ...]] = {
+_CLAIMS: dict[str, tuple[Claim, ...]] = {
     "solve": _STATE,
-    "shell": (_FINITE, _RESIDUAL, _BALANCE, _ELEMENTS, _FORCES, _STABLE, _WALLS),
+    "shell": (FINITE, RESIDUAL, _BALANCE, _ELEMENTS, _FORCES, _STABLE, _WALLS),
     "compare": (*_STATE, _SHELL, _SAME, _DISTANCE),
     "limits --quick": (
         *_STATE,
@@ -93,7 +94,7 @@ CLAIMS: Mapping[str, tuple[Claim, ...]] = {
         Claim("near", "every model in the answer is near the finest", "distance to the finest state of all"),
     ),
     "identify": (
-        _FINITE, _RESIDUAL,
+        FINITE, RESIDUAL,
         Claim("stability", "the strip stays there, on its elements", "lowest eigenvalue"),
         Claim("fit", "the strip passes the points", "root mean square distance over the length"),
     ),
@@ -111,3 +112,12 @@ CLAIMS: Mapping[str, tuple[Claim, ...]] = {
         Claim("cases", "every hard case holds", "its own checks, by judges that share no code with the solvers"),
     ),
 }  # fmt: skip
+CLAIMS: Mapping[str, tuple[Claim, ...]] = MappingProxyType(_CLAIMS)
+"""Command -> what its verdict claims."""
+
+
+def declare(command: str, *claims: Claim) -> None:
+    """What the verdict of a command claims, said by its page (docs/extend.md, "A study"). ValueError: it claims
+    something else already."""
+    if _CLAIMS.setdefault(command, claims) != claims:
+        raise ValueError(f"the claims of {command!r} are declared already")

@@ -16,7 +16,6 @@ from compare.models.quantities import Answered, Declares, walls_of
 from compare.page.remedies import message
 from compare.record.quantity import ABSENT, DATA, Part, Quantity
 from compare.scene.data import SceneData
-from compare.scene.units import Units
 from compare.store.made_by import provenance
 
 FORCE, MOMENT, ENERGY = "D w / l^2", "moment", "D w / l"
@@ -71,7 +70,7 @@ def _why(state: State, key: str) -> Any:
 
 
 def _units(scene: SceneData) -> dict[str, Any]:
-    units = Units.of(scene)
+    units = scene.units
     return {**units.to_dict(), "known": units.known}
 
 
@@ -86,7 +85,7 @@ def _error_of(name: str, unit: str) -> Quantity[Answered]:
 DIMENSIONS: tuple[Quantity[SceneData], ...] = (
     Quantity("units", kind=DATA, of=_units),
     Quantity("length", kind=DATA, of=lambda s: s.strip.length),
-    Quantity("D", kind=DATA, of=lambda s: Units.of(s).bending),
+    Quantity("D", kind=DATA, of=lambda s: s.units.bending),
     Quantity("gamma", kind=DATA, of=lambda s: s.gamma),
     Quantity("width_to_thickness", kind=DATA,
              of=lambda s: None if s.strip.thickness is None else s.strip.width / s.strip.thickness),

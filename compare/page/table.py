@@ -12,6 +12,7 @@ from typing import Any
 
 from compare.record.column import LAST, USUAL, Cell, Column
 from compare.record.quantity import ABSENT, Item, Quantity
+from ribbonbench.numbers import of_numpy
 
 __all__ = ["LAST", "USUAL", "Cell", "Column", "Rows", "Table"]
 
@@ -120,7 +121,7 @@ class Table:
 
 def _plain(cell: Any) -> Cell:
     """A value in Python's own types: lists and arrays as tuples, NumPy's scalars as numbers."""
-    if hasattr(cell, "tolist") and hasattr(cell, "dtype"):  # NumPy's, without importing it
+    if of_numpy(cell):
         cell = cell.tolist()
     if isinstance(cell, list | tuple):
         return tuple(_plain(part) for part in cell)  # type: ignore[misc]

@@ -14,7 +14,6 @@ from compare.pages import result as results
 from compare.pages.pictures import comparison as figures
 from compare.pages.presenter import presenter
 from compare.pages.written import Written, write_shells
-from compare.scene.units import Units
 from compare.studies.compare import Comparison
 
 
@@ -40,11 +39,11 @@ def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface])
         "compare",
         comparison.scene.title,
         verdict=tables.answer(comparison),
-        tables=(for_reader(table, Units.of(comparison.scene)),),
+        tables=(for_reader(table, comparison.scene.units),),
         sentences=tuple(tables.verdict(comparison)),
         pictures=(*_pictures(comparison), *written.pictures),
         surfaces=tuple(surfaces),
-        data={"table.csv": with_si(table, Units.of(comparison.scene)), "table.md": table, **written.data},
+        data={"table.csv": with_si(table, comparison.scene.units), "table.md": table, **written.data},
         files={
             "result.json": "all numbers",
             "table.csv": "the table with full digits",

@@ -79,7 +79,7 @@ def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
     """How far the ribbon (or the model beside the shells) is from the thinnest shell; where the comparison error does
     not exceed the numerical uncertainty, the bound of both together. As good as what was checked of both."""
     scene, fast = comparison.scene, comparison.fast
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     checks = [*of_state(scene, fast, "compare"), *of_rows(comparison.rows, "compare")]
     row = max(comparison.rows, key=lambda r: r.width_to_thickness)
     ratio = f"w/h = {row.width_to_thickness:g}"
@@ -126,7 +126,7 @@ def another_state(row: Row, fast: State, units: Units) -> str:
 
 def separable(comparison: Comparison, units: Units | None = None) -> list[str]:
     """The distances in the words of ASME V&V 20: comparison error, numerical uncertainty, separable or not."""
-    units = Units.of(comparison.scene) if units is None else units
+    units = units or comparison.scene.units
     known = [
         (row, row.hausdorff, row.ribbon_error + row.shell_error)
         for row in comparison.rows
@@ -161,7 +161,7 @@ def _inputs(comparison: Comparison, units: Units) -> str:
 def verdict(comparison: Comparison) -> list[str]:
     """What the table says, in sentences that its numbers bear out: the numbers, then how they were computed."""
     fast = comparison.fast
-    units = Units.of(comparison.scene)
+    units = comparison.scene.units
     elsewhere = [row for row in comparison.rows if fast.ok and row.hausdorff is not None and row.same_state is not True]
     said = [f"{another_state(row, fast, units)}." for row in elsewhere]
     said += _laid(comparison)
@@ -225,7 +225,7 @@ def _tension(comparison: Comparison) -> list[str]:
     """What the shells' ends are pulled with where the model's forces are not determined."""
     if "forces" not in comparison.fast.whys:
         return []
-    units = Units.of(comparison.scene)
+    units = comparison.scene.units
     each = "; ".join(
         f"w/h = {row.width_to_thickness:g}: {force(np.asarray(state.supports.end.force), units)}"
         for row, state in zip(comparison.rows, comparison.shells, strict=True)

@@ -47,7 +47,7 @@ def answer(found: Sequence[Study], units: Units | None = None) -> Verdict:
     """Whether the ribbon is what the shells tend to: of the first study."""
     one = found[0]
     scene = one.comparison.scene
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     head = _head(one, len(found) > 1)
     if one.limit is None:
         text = f"{head}No limit: it takes {LEAST_FOR_LIMIT} distances above the errors"
@@ -334,7 +334,7 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
     files, data = {"result.json": "all numbers"}, {}
     for one in found:
         name = f"table_{one.ruling}.csv" if several else "table.csv"
-        data[name] = with_si(tables.table(one.comparison), Units.of(first.scene))
+        data[name] = with_si(tables.table(one.comparison), first.scene.units)
         files[name] = f"{_head(one, several)}rows with full digits"
     picture(out / "converge.png", found)
     fast = [
@@ -350,7 +350,7 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
         tables=tuple(
             t
             for one in found
-            for t in (for_reader(row_table(one, several), Units.of(first.scene)), scalar_table(one, several))
+            for t in (for_reader(row_table(one, several), first.scene.units), scalar_table(one, several))
         ),
         sentences=tuple(said),
         pictures=(

@@ -21,7 +21,6 @@ from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
 from compare.pages.result import state_result
 from compare.record.quantity import Quantity
-from compare.scene.units import Units
 from compare.studies.cost_plan import FAR, Cost, Party, Reference, Row
 
 COLUMNS: tuple[Quantity[Row], ...] = (
@@ -409,7 +408,7 @@ def write(out: Path, cost: Cost, again: str) -> None:
         tables=(reach_table(cost), runs),
         sentences=tuple(sentences(cost)),
         pictures=(Picture("cost.png", _alt(cost), "Error against time"),),
-        data={"table.csv": with_si(runs, Units.of(cost.scene))},
+        data={"table.csv": with_si(runs, cost.scene.units)},
         files={"result.json": "all numbers", "table.csv": "every run"},
     ).write(out, result(cost), again, cost.scene)
 

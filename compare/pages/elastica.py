@@ -81,7 +81,7 @@ def sentences(scene: Scene, state: State) -> list[str]:
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What `ribbonbench solve` prints of an elastica: name and text, of a state that is no equilibrium nothing about
     its place. units: in which forces stand first; None: the scene's."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     energy, end = state.energy, state.end
     assert energy is not None
     assert end is not None

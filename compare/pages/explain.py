@@ -18,7 +18,6 @@ from compare.pages.result import state_result
 from compare.record.quantity import Quantity
 from compare.record.views import document
 from compare.scene.scene import Scene
-from compare.scene.units import Units
 from compare.store.made_by import provenance
 from compare.studies.checks import of_state
 from compare.studies.effects import Explanation
@@ -134,7 +133,7 @@ def answer(scene: Scene, found: Explanation, solves: Solves | None) -> Verdict:
     moves = {name: off.moved for name, off in solves.without.items() if off.moved is not None}
     if moves:
         most = max(moves, key=lambda name: moves[name] or 0.0)
-        text += f"; without {most} the shape would move most, by {length(Units.of(scene), moves[most])}"
+        text += f"; without {most} the shape would move most, by {length(scene.units, moves[most])}"
     return Verdict.of("explain", text, of_state(scene, solves.state)).doubted()
 
 

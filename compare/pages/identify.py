@@ -16,7 +16,6 @@ from compare.page.verdict import Check, Verdict
 from compare.pages.pictures.identify import identify_picture
 from compare.pages.result import state_result
 from compare.scene.keys import KEYS
-from compare.scene.units import Units
 from compare.store.store import atomic_write_text
 from compare.studies.checks import finite, residual, stable_here
 from compare.studies.fit.judged import SYSTEMATIC
@@ -70,13 +69,13 @@ def _checks(found: Identified) -> list[Check]:
 
 def _length(found: Identified, value: float) -> str:
     """A length with its share of the strip's, where it has a unit."""
-    units = Units.of(found.scene)
+    units = found.scene.units
     return units.text(value, "l") + (f", {100.0 * value:.2g} % of its length," if units.known else "")
 
 
 def _noise(found: Identified) -> str:
     """What is left beside the points' own scatter."""
-    text = Units.of(found.scene).text
+    text = found.scene.units.text
     if found.scatter is None:
         return "The points are too few to tell their own scatter from a difference of shapes."
     own = text(found.scatter, "l")
@@ -92,7 +91,7 @@ def _noise(found: Identified) -> str:
 
 def _placed(found: Identified) -> str:
     """Where the points stand."""
-    text = Units.of(found.scene).text
+    text = found.scene.units.text
     if found.registered is not None:
         at = found.registered
         shift, turn = at.motion.shift, np.degrees(at.motion.turn)
@@ -133,7 +132,7 @@ def sentences(found: Identified) -> list[str]:
 
 def result(found: Identified) -> dict[str, Any]:
     """result.json: that of the fitted scene, and `identified`."""
-    length, at = Units.of(found.scene).length, found.registered
+    length, at = found.scene.units.length, found.registered
     return {
         **state_result(found.scene, found.state),
         "identified": {

@@ -180,7 +180,7 @@ def full_table(findings: Sequence[Finding]) -> Table:
     known: tuple[Quantity[Any], ...] = (*PAIR, *_HELD, *_FOUND)
     columns = [Column(key, key, unit_of(known, key), _kind(records, key)) for key in keys]
     table = Table.of_records("Limits of inextensibility", columns, records)
-    return with_si(table, [Units.of(finding.scene) for finding in findings])
+    return with_si(table, [finding.scene.units for finding in findings])
 
 
 def _kind(records: Sequence[dict[str, Any]], key: str) -> str:
@@ -236,7 +236,7 @@ def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
     if first.level is None or first.share is None:
         bad = next((f for f in findings if not f.ok), first)
         return Verdict.of(command, bad.sentence.removesuffix("."), checks)
-    told = Units.of(first.scene) if units is None else units
+    told = units or first.scene.units
     by = "By estimate the" if first.row is None else "The"
     energy = f"{percent(first.left_out or 0.0)} of the energy"
     where = doubted_where(first.estimate) if first.row is None else ""

@@ -11,7 +11,6 @@ from compare.page.state import STATE, own_of
 from compare.record.quantity import ABSENT, DATA, Quantity, joined, pick
 from compare.record.views import document, in_si
 from compare.scene.scene import Scene
-from compare.scene.units import Units
 from compare.store.made_by import SHELL_RUN
 from compare.studies.compare import Comparison
 from compare.studies.inputs import input_uncertainty
@@ -38,13 +37,13 @@ def state_result(scene: Scene, state: State) -> dict[str, Any]:
     in m, N, N m and J."""
     quantities = joined((*STATE, _UNSURE), own_of(state.model))
     found = document(quantities, Answered(scene, state))
-    return {**found, "si": in_si(quantities, found, Units.of(scene))}
+    return {**found, "si": in_si(quantities, found, scene.units)}
 
 
 def row_result(row: Row, scene: Scene) -> dict[str, Any]:
     """A row of a comparison, with `si`."""
     found = document(PAIR, row)
-    return {**found, "si": in_si(PAIR, found, Units.of(scene))}
+    return {**found, "si": in_si(PAIR, found, scene.units)}
 
 
 #: What a comparison says of the elastica in planar scenes.
@@ -56,7 +55,7 @@ _THIRD = pick(
 
 def comparison_result(comparison: Comparison) -> dict[str, Any]:
     """The keys of the model beside the shells with one row per shell, the slope and, in planar scenes, the elastica."""
-    scene, units = comparison.scene, Units.of(comparison.scene)
+    scene, units = comparison.scene, comparison.scene.units
     result = state_result(scene, comparison.fast)
     si = result.pop("si")
     result["rows"] = [row_result(row, scene) for row in comparison.rows]

@@ -47,10 +47,10 @@ FILES = {
 
 
 def centreline_csv(equilibrium: Any, units: Units) -> bytes:
-    """The centreline as CSV (`compare.export.ribbon.centreline`); where units are known also s_m, x_m, y_m, z_m,
+    """The centreline as CSV (`compare.pages.export.ribbon.centreline`); where units are known also s_m, x_m, y_m, z_m,
     omega_per_m, tau_per_m."""
-    from compare.export.formats import array_csv
-    from compare.export.ribbon import UNITS, centreline
+    from compare.pages.export.formats import array_csv
+    from compare.pages.export.ribbon import UNITS, centreline
 
     names, table = centreline(equilibrium)
     return array_csv(*array_with_si(names, table, UNITS, units))
@@ -58,31 +58,31 @@ def centreline_csv(equilibrium: Any, units: Units) -> bytes:
 
 def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     """ribbon.vtu, ribbon.npz, centreline.csv, ribbon.png and, with a path, path.csv."""
-    from compare.export.ribbon import write_arrays
-    from compare.export.surfaces import write_surface
+    from compare.pages.export.ribbon import write_arrays
+    from compare.pages.export.surfaces import write_surface
     from compare.store.store import atomic_write_bytes
 
     e = state.native
     write_surface(out / "ribbon.vtu", RibbonShape(e), grid)
     write_arrays(out / "ribbon.npz", e)
-    atomic_write_bytes(out / "centreline.csv", centreline_csv(e, Units.of(scene)))
+    atomic_write_bytes(out / "centreline.csv", centreline_csv(e, scene.units))
     files, data, states = dict(FILES), {}, ""
 
     def draw() -> None:
         from compare.pages.pictures import ribbon as profile
 
-        profile.ribbon_profile(out / PICTURE, e, scene.title, Units.of(scene))
+        profile.ribbon_profile(out / PICTURE, e, scene.title, scene.units)
 
     drawn = pictured(draw)
     shown: tuple[Picture, ...] = (picture(state),) if drawn else ()
     if scene.path:
-        data["path.csv"] = with_si(path_table(state.log, scene), Units.of(scene))
+        data["path.csv"] = with_si(path_table(state.log, scene), scene.units)
         files["path.csv"] = "every step of the path, with the forces of what holds the ribbon"
         stands = path_stands(state.log, scene)
         curve = travel_of([stand for _, stand in stands], scene.strip.length)
         if curve is not None and drawn:
             title = f"{scene.title}: force against displacement"
-            shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, Units.of(scene), title),)
+            shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, scene.units, title),)
     if state.states is not None and len(state.states.t) > 1:
         states = STATES
         atomic_write_bytes(out / states, state.states.to_bytes())
@@ -196,7 +196,7 @@ def advice(scene: Scene, error: float | None) -> str | None:
     if error is None or error <= YARDSTICK:
         return None
     clamp = scene.clamp_start
-    if scene.model.tolerance is not None and error > scene.model.tolerance and "model.tolerance" not in scene.own_keys:
+    if scene.model.tolerance is not None and error > scene.model.tolerance and not scene.strict:
         remedy = f"set model.tolerance = {scene.model.tolerance:g}, for as many elements as that takes"
     elif scene.model.tolerance is not None:
         remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
@@ -269,7 +269,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     """What `ribbonbench solve` prints of a ribbon: name and text, rows of effects that are off left out; of a state
     that is no equilibrium nothing about its place. units: in which all that has a unit is told first;
     None: the scene's."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     e = state.native
     used = e.problem.formulation
     parts = {"elastic": e.energy.elastic, "gravity": e.energy.gravity}

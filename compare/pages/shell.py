@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.export.vtu import write_vtu
 from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid
 from compare.models.base import State
@@ -26,6 +25,7 @@ from compare.page.state import DIMENSIONS, STATE
 from compare.page.study import Study
 from compare.page.table import Table
 from compare.page.verdict import Verdict
+from compare.pages.export.vtu import write_vtu
 from compare.pages.presenter import Presenter
 from compare.pages.solve import answer as state_answer
 from compare.pages.written import Written
@@ -117,7 +117,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
 
 def document(scene: Scene, states: Sequence[State]) -> dict[str, Any]:
     """`result.json`: the keys of the last shell, all of them in `rows` where there are several."""
-    units = Units.of(scene)
+    units = scene.units
     entries = [{} if state.shape is None else views.document(SHELL, Answered(scene, state)) for state in states]
     several = len(entries) > 1
     report, last = states[-1].native.report, entries[-1]
@@ -171,7 +171,7 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
     if graded:
         shell_figure.mesh_picture(out / MESH_PICTURE, scene, graded)
         pictures = (*pictures, _mesh_picture(graded))
-    return Written(files, pictures, tuple(surfaces), {"path.csv": with_si(path_table(states), Units.of(scene))})
+    return Written(files, pictures, tuple(surfaces), {"path.csv": with_si(path_table(states), scene.units)})
 
 
 def goal_of(state: State) -> str | None:
@@ -231,7 +231,7 @@ def write_all(out: Path, scene: Scene, states: Sequence[State], again: str = "")
         COMMAND,
         scene.title,
         verdict=answer(scene, states),
-        tables=(for_reader(table(scene, states), Units.of(scene)),),
+        tables=(for_reader(table(scene, states), scene.units),),
         sentences=tuple(said for state in states for said in sentences(scene, state)),
         pictures=written.pictures,
         surfaces=written.surfaces,

@@ -34,7 +34,7 @@ _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", 
 def answer(scene: Scene, state: State, units: Units | None = None, command: str = "solve") -> Verdict:
     """Whether the state is one that the strip stays in, where that is, and how accurately it is known: as good as what
     was checked of it (`compare.studies.checks`), with what keeps it from being good."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     checks = of_state(scene, state, command)
     body = f"the {'band' if scene.closure else 'strip'}"
     if state.stable is False or state.status is Status.UNSTABLE:
@@ -87,7 +87,7 @@ def _where(scene: Scene, state: State, units: Units) -> str:
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What the command prints: name and text; in SI too where `units` (None: the scene's) are known."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     own = presenter(state)
     if own.rows is not None:
         return list(own.rows(scene, state, units))
@@ -119,7 +119,7 @@ _NO_NUMBERS = ("scene", "title", "message", "provenance", "units")
 
 def numbers(scene: Scene, state: State, units: Units | None = None) -> Table:
     """Every number of the state's record, in the order of result.json, in its unit and in SI where that is known."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     record = joined(STATE, own_of(state.model))
     found = jsonable(document(record, Answered(scene, state)))
     si = in_si(record, found, units) or {}

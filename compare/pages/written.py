@@ -8,15 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.export.formats import array_csv
-from compare.export.surfaces import write_shell, write_surface
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page.page import SHELL, STRIP, Picture, Surface
 from compare.page.si import array_with_si
 from compare.page.table import Table
+from compare.pages.export.formats import array_csv
+from compare.pages.export.surfaces import write_shell, write_surface
 from compare.scene.scene import Scene
-from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes
 from compare.studies.compare import Comparison
 
@@ -46,7 +45,7 @@ def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     frames = state.shape.frames(s)
     columns = np.column_stack([s, state.shape.centreline(s), *(frames[:, :, column] for column in range(3))])
     names = ["s", "x", "y", "z", *(f"{axis}_{c}" for axis in ("tx", "ty", "tz") for c in "xyz")]
-    atomic_write_bytes(out / "centreline.csv", array_csv(*array_with_si(names, columns, _LENGTHS, Units.of(scene))))
+    atomic_write_bytes(out / "centreline.csv", array_csv(*array_with_si(names, columns, _LENGTHS, scene.units)))
     files = {name: "surface with fields (ParaView)", "centreline.csv": "centreline and frame"}
     return Written(files, (), (Surface(name, state.model, STRIP),))
 

@@ -10,8 +10,9 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.scene.data import SceneData
-from compare.scene.keys import DEEPEST, FREE, KEYS, SECTIONS, contract_name
+from compare.scene.keys import DEEPEST, FREE, KEYS, SECTIONS, SHELL, contract_name
 from compare.scene.spec import ClampSpec, ClosureSpec, ModelSpec, StageSpec
+from ribbonbench.numbers import of_numpy
 
 EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
     (("strip.gamma",), ("strip.young", "strip.density", "strip.second_moment")),
@@ -28,7 +29,7 @@ EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (
 NO_BEARING = frozenset({"title", "steps", "clamp.start.across", "clamp.end.across"})
 """Keys that say nothing about the strip: the title, the steps of a stage, and what only checks other keys."""
 
-OPTIONAL = ("model", "seed", "shell", "uncertainty")
+OPTIONAL = ("model", "seed", SHELL, "uncertainty")
 """Sections that say nothing when they are empty."""
 
 
@@ -67,7 +68,7 @@ def _sections(scene: SceneData) -> dict[str, Any]:
         "clamp.end": scene.clamp_end,
         "model": scene.model,
         "seed": scene.seed,
-        "shell": scene.shell,
+        SHELL: scene.shell,
         "closure": scene.closure,
         "tip": scene.tip,
         "uncertainty": scene.uncertainty,
@@ -247,7 +248,7 @@ def _whole_path(key: str, value: Any) -> BadInput:
 
 def plain(value: Any) -> Any:
     """A value as TOML would give it: tuples and arrays become lists."""
-    if hasattr(value, "tolist"):
+    if of_numpy(value):
         return value.tolist()
     if isinstance(value, Mapping):
         return {name: plain(item) for name, item in value.items()}

@@ -30,6 +30,7 @@ from compare.scene.spec import (
     UncertaintySpec,
     WallSpec,
 )
+from compare.scene.units import Units
 
 
 def unit(vector: Any) -> NDArray[np.float64]:
@@ -78,6 +79,16 @@ class SceneData(Sections):
     name: str
     source: str
     own_keys: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+
+    @property
+    def units(self) -> Units:
+        """What its dimensionless numbers are in SI; without values where it gives no stiffness."""
+        return Units.of(self.strip)
+
+    @property
+    def strict(self) -> bool:
+        """Whether the scene itself says `model.tolerance`, which is then met or missed; a default is only aimed at."""
+        return "model.tolerance" in self.own_keys
 
     # -- dimensionless: l = 1, D = 1 ---------------------------------------------------------------------------------
 

@@ -25,6 +25,9 @@ from compare.scene.spec import (
     WallSpec,
 )
 
+SHELL = "shell"
+"""The section of the shells beside the strip."""
+
 SPECS: Mapping[str, type] = {
     "": SceneSpec,
     "strip": StripSpec,
@@ -38,7 +41,7 @@ SPECS: Mapping[str, type] = {
     "model": ModelSpec,
     "seed": SeedSpec,
     "path": StageSpec,
-    "shell": ShellSpec,
+    SHELL: ShellSpec,
     "uncertainty": UncertaintySpec,
 }
 """The sections, each with its dataclass."""
@@ -55,7 +58,7 @@ KEYS: Mapping[str, Key] = collected(
 SECTIONS = ("clamp.start", "clamp.end", "closure", "gravity", "tip")
 """Sections that a stage of a path can leave out: their value is then false."""
 
-FIXED_ON_PATH = ("title", "path", "shell", "uncertainty")
+FIXED_ON_PATH = ("title", "path", SHELL, "uncertainty")
 """What no stage of a path can change."""
 
 FREE = "free"

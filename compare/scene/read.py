@@ -61,7 +61,7 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     walls = read_walls(data.get("wall", []))
     model = _model(_section(data, "model"), strip)
     seed = _seed(_section(data, "seed"), strip)
-    shell = _shell(_section(data, "shell"), strip)
+    shell = _shell(_section(data, contract.SHELL), strip)
     path = read_path(data.get("path", []), walls)
     unsure = _uncertainty(_section(data, "uncertainty"), strip)
     rod = _rod(_section(data, "rod"), strip) if "rod" in data else None

@@ -1,7 +1,7 @@
 """From dimensionless numbers to those of a workshop: metres, newtons, newton metres, joules.
 
 Everything is solved with l = 1 and D w / l = 1 (theory sheet, section 2). A scene that gives Young's modulus says what
-these are: `Units.of(scene)`. A scene with `strip.gamma` in its place has no such units, and only lengths in l are told.
+these are: `scene.units`. A scene with `strip.gamma` in its place has no such units, and only lengths in l are told.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from compare.errors import BadInput
-from compare.scene.data import SceneData
 from compare.scene.loads import stiffness_of
+from compare.scene.spec import StripSpec
 
 #: SI base unit -> (least size, factor, unit), large sizes first: how values of this size are told.
 _READ: dict[str, tuple[tuple[float, float, str], ...]] = {
@@ -56,22 +56,21 @@ class Units:
     stiffness: float | None = None
 
     @classmethod
-    def of(cls, scene: SceneData) -> Units:
-        """The units of a scene; without values where it gives no stiffness in SI."""
-        stiffness = stiffness_of(scene.strip)
+    def of(cls, strip: StripSpec) -> Units:
+        """The units of a strip; without values where it gives no stiffness in SI."""
+        stiffness = stiffness_of(strip)
         if not stiffness > 0.0 or not math.isfinite(stiffness):
             return cls()
-        return cls(scene.strip.length, scene.strip.width, stiffness)
+        return cls(strip.length, strip.width, stiffness)
 
     @classmethod
-    def asked(cls, scene: SceneData, choice: str = "auto") -> Units:
+    def asked(cls, strip: StripSpec, choice: str = "auto") -> Units:
         """The units that numbers are told in: "auto", SI where it is known; "si", SI, or `BadInput` that names the keys
         that are missing; "l", none, so that all is told without dimensions."""
         if choice == "l":
             return cls()
-        found = cls.of(scene)
+        found = cls.of(strip)
         if choice == "si" and not found.known:
-            strip = scene.strip
             missing = [f"strip.{key}" for key in ("young", "thickness") if getattr(strip, key) is None]
             remedy = f"give {' and '.join(missing)}" if missing else "give others"
             if strip.gamma is not None:

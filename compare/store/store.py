@@ -33,6 +33,7 @@ from typing import Any
 from compare.errors import BadInput
 from compare.store.provenance import now
 from ribbonbench import system
+from ribbonbench.numbers import NamedTuple, of_numpy
 
 MANIFEST = "case.json"
 """Name of the file that makes a case folder complete: key, time, and size and SHA-256 of every other file."""
@@ -109,13 +110,13 @@ def plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
                 raise TypeError(f"two keys of a mapping read {name!r} in JSON")
             items[name] = plain(item, nonfinite)
         return items
-    if hasattr(value, "tolist") and hasattr(value, "dtype"):  # numpy.ndarray and numpy.generic, without importing numpy
+    if of_numpy(value):
         listed = value.tolist()
-        if hasattr(listed, "dtype"):  # e.g. numpy.longdouble: tolist() returns itself
+        if of_numpy(listed):  # e.g. numpy.longdouble: tolist() returns itself
             listed = float(listed)
         return plain(listed, nonfinite)
-    if isinstance(value, tuple) and hasattr(value, "_fields"):
-        return {name: plain(item, nonfinite) for name, item in zip(value._fields, value, strict=True)}
+    if isinstance(value, NamedTuple):
+        return {name: plain(item, nonfinite) for name, item in value._asdict().items()}
     if isinstance(value, list | tuple):
         return [plain(item, nonfinite) for item in value]
     if isinstance(value, set | frozenset):

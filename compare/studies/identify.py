@@ -20,7 +20,6 @@ from compare.models.base import State
 from compare.models.choice import differentiable
 from compare.scene.given.law import is_table
 from compare.scene.scene import Scene
-from compare.scene.units import Units
 from compare.studies.fit import judged
 from compare.studies.fit.judged import Offset
 from compare.studies.fit.points import REACH, UNITS, Motion, Points, read_points
@@ -160,7 +159,7 @@ def identify(
     if dot or not found.passes:
         guess = _in_another_unit(scene, points, keys, unit, register, math.inf if dot else found.rms)
         if guess is not None:
-            left = Units.of(scene).text(found.rms, "l")
+            left = scene.units.text(found.rms, "l")
             said = f"lie within {points.extent:.2g} of the strip's length" if dot else f"stay {left} from the ribbon"
             raise _of_unit(scene, points, f"{said} in this unit", guess)
     if say is not None:
@@ -171,7 +170,7 @@ def identify(
 def _of_unit(scene: Scene, points: Points, said: str, guess: tuple[str, Identified]) -> BadInput:
     name, found = guess
     unit = name if name in UNITS else f"units of {name} times that of strip.length"
-    left = Units.of(scene).text(found.rms, "l")
+    left = scene.units.text(found.rms, "l")
     return BadInput(
         "POINTS", len(points.places), f"{said}, and {left} from it in {unit}: they seem to be in {unit}",
         f"use --unit {name}",
@@ -258,7 +257,7 @@ def _fitted(fit: _Fit, count: int) -> Identified:
 def _units(scene: Scene, points: Points, unit: float) -> dict[str, float]:
     """The units other than `unit`, as --unit has them, in which points are neither a dot nor longer than the strip."""
     names = {name: factor for name, factor in UNITS.items() if factor != unit}
-    if not Units.of(scene).known:  # the strip's unit may be any, and smaller than the points' too
+    if not scene.units.known:  # the strip's unit may be any, and smaller than the points' too
         names |= {f"{1.0 / factor:g}": 1.0 / factor for factor in UNITS.values() if factor < 1.0}
     return {n: f for n, f in names.items() if _LEAST_EXTENT < points.extent * f / unit <= REACH}
 

@@ -92,12 +92,12 @@ def _held(row: Mapping[str, Any]) -> bool:
 
 def _units_of_rows(finished: Finished) -> list[Units]:
     """Of every row of `rows_of`: a varied strip has others."""
-    return [Units.of(case.point.scene) for case in finished.cases for _ in case.record["rows"] or [{}]]
+    return [case.point.scene.units for case in finished.cases for _ in case.record["rows"] or [{}]]
 
 
 def _units(finished: Finished) -> dict[str, Any] | None:
     """`units` of result.json; None where the cases have different ones."""
-    each = list(dict.fromkeys(Units.of(case.point.scene) for case in finished.cases))
+    each = list(dict.fromkeys(case.point.scene.units for case in finished.cases))
     return {**each[0].to_dict(), "known": each[0].known} if len(each) == 1 else None
 
 
@@ -401,7 +401,7 @@ def write(out: Path, finished: Finished, again: str) -> Page:
         if curves:
             ratio, travel = list(curves.items())[-1]
             title = f"{sweep.title}: force against displacement" + (f", w/h = {ratio:g}" if len(curves) > 1 else "")
-            units = Units.of(sweep.scene) if _units(finished) is not None else Units()
+            units = sweep.scene.units if _units(finished) is not None else Units()
             pictures.append(force_displacement.draw(out / force_displacement.PICTURE, travel, units, title))
 
     pictured(draw)

@@ -42,6 +42,8 @@ SMALLEST = 4e-3
 _STRAIGHT = 1e-9
 #: Segments up to which every step's stability is judged; beyond, only the last one's.
 CHECKED = 160
+#: Ends of a corrector at which a path goes on.
+_GOOD = (Status.CONVERGED, Status.SADDLE)
 
 
 @dataclass(frozen=True)
@@ -208,11 +210,9 @@ def follow(
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0
         new = _corrected(problem, state, before, factor, How(progress=progress, check=check, hold=False))
         if leave_saddle and new.status is Status.SADDLE:
-            warm = new.rows, new.multipliers
-            better = search.from_state(new.problem, new.x, How(leave_saddle=True, hold=False), warm)
-            new = better if better.status in (Status.CONVERGED, Status.SADDLE) else new
+            new = _left(new)
         seconds = time.perf_counter() - clock
-        good = new.status in (Status.CONVERGED, Status.SADDLE)
+        good = new.status in _GOOD
         moved, expected, jump = 0.0, None, False
         if good:
             moved, jump, expected = _movement(state, new, speed, step)
@@ -226,7 +226,7 @@ def follow(
             continue
         if target == 1.0 and new.problem.walls:
             new = search.from_state(new.problem, new.x, How(progress=progress), (new.rows, new.multipliers))
-            if new.status not in (Status.CONVERGED, Status.SADDLE):
+            if new.status not in _GOOD:
                 log.append(asdict(_record(target, step, new, False, seconds, jump)))
                 return _stopped(state, new, t, start, log)
         record = _record(target, step, new, True, seconds, jump)
@@ -237,13 +237,25 @@ def follow(
         state, t = new, target
         if on_step is not None:
             on_step(record, state)
-        if steps:
-            size = min(1.0 / steps, max(size, step) * GROW)
-        elif new.iterations <= EASY:
-            size = step * GROW
-        elif new.iterations >= HARD:
-            size = step * SHRINK
+        size = _next_size(size, step, steps, new.iterations)
     return replace(state, log=(*start.log, *log))
+
+
+def _left(saddle: Equilibrium) -> Equilibrium:
+    """The state beside an unstable one, along its unstable mode; itself where nothing is found there."""
+    better = search.from_state(
+        saddle.problem, saddle.x, How(leave_saddle=True, hold=False), (saddle.rows, saddle.multipliers)
+    )
+    return better if better.status in _GOOD else saddle
+
+
+def _next_size(size: float, step: float, steps: int | None, iterations: int) -> float:
+    """The size of the step after an accepted one of size `step`, by how hard it was; of `steps` equal ones at most."""
+    if steps:
+        return min(1.0 / steps, max(size, step) * GROW)
+    if iterations <= EASY:
+        return step * GROW
+    return step * SHRINK if iterations >= HARD else size
 
 
 def _movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: float) -> tuple[float, bool, float | None]:
@@ -261,7 +273,7 @@ def _movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: flo
 def _stopped(
     state: Equilibrium, bad: Equilibrium, t: float, start: Equilibrium, log: list[dict[str, Any]]
 ) -> Equilibrium:
-    status = bad.status if bad.status not in (Status.CONVERGED, Status.SADDLE) else Status.NOT_CONVERGED
+    status = bad.status if bad.status not in _GOOD else Status.NOT_CONVERGED
     return replace(
         state,
         status=status,

@@ -58,7 +58,7 @@ class Pattern:
         n = self.size
         scaled = values[self.taken]
         scale = np.ones(n)
-        one, other, entries, touched = self.one, self.other, self.entries, self.touched
+        one, other = self.one, self.other
         finite = bool(np.all(np.isfinite(scaled)))
         if not finite:
             scaled = np.zeros_like(scaled)
@@ -66,16 +66,14 @@ class Pattern:
         if soft is not None and soft.size:
             diagonal = self._diagonals()[soft]
             scaled[diagonal] -= SOFT
+        matrix = kernels.Entries(self.group, self.entries, one, other, scaled, self.touched, self.touches)
         pivot = np.empty((n, 2), dtype=np.int64)
         inverse = np.empty((n, 3))
         first = np.empty(n + 1, dtype=np.int64)
         while True:
             column = np.empty(self._capacity, dtype=np.int64)
-            left, right = np.empty(self._capacity), np.empty(self._capacity)
-            said, pivots, negative, zero, delayed = kernels.eliminate(
-                self.group, entries, one, other, scaled, touched, self.touches, threshold, _TINY, self._room,
-                pivot, inverse, first, column, left, right,
-            )  # fmt: skip
+            filled = kernels.Pivots(pivot, inverse, first, column, np.empty(self._capacity), np.empty(self._capacity))
+            said, pivots, negative, zero, delayed = kernels.eliminate(matrix, threshold, _TINY, self._room, filled)
             if said == kernels.DONE:
                 break
             if said == kernels.FRONT_FULL:
@@ -84,7 +82,7 @@ class Pattern:
                 self._capacity *= 2
         return Factor(
             self, scaled, scale, int(pivots), int(negative) if finite else -1, int(zero), int(delayed), finite,
-            pivot, inverse, first, column, left, right,
+            filled,
         )  # fmt: skip
 
     def _diagonals(self) -> IntArray:
@@ -111,12 +109,7 @@ class Factor:
     zero: int
     delayed: int
     finite: bool
-    pivot: IntArray
-    inverse: FloatArray
-    first: IntArray
-    column: IntArray
-    left: FloatArray
-    right: FloatArray
+    filled: kernels.Pivots
 
     def solve(self, b: FloatArray, refinements: int = 2, enough: float = EXACT) -> FloatArray:
         """x with K x = b, (n,) or (n, k), refined as long as the residual falls and exceeds `enough` of b."""
@@ -139,4 +132,4 @@ class Factor:
         return (scale * x).reshape(b.shape)
 
     def _substitute(self, b: FloatArray) -> None:
-        kernels.substitute(self.pivots, self.pivot, self.inverse, self.first, self.column, self.left, self.right, b)
+        kernels.substitute(self.pivots, *self.filled, b)

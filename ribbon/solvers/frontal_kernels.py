@@ -17,8 +17,14 @@ pivots are the inertia of K.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: Bunch and Kaufman's constant, (1 + sqrt 17) / 8.
 ALPHA = 0.6403882032022076
@@ -148,80 +154,184 @@ def _moved(front, ids, where, last, to):
     where[ids[to]] = to
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
-def eliminate(
-    group, entries, one, other, values, touched, touches, threshold, tiny, room, pivot, inverse, first, column, left,
-    right,
-):  # fmt: skip
-    """Eliminates all; returns (DONE or what was full, pivots, negative, zero, delayed).
+class Entries(NamedTuple):
+    """A sparse symmetric matrix and the order of elimination: group (n,); entries (G + 1,): where each group's begin
+    in one, other, values (k,), those of one place are added up; touched, touches (G + 1,): the unknowns that each group
+    has or touches, every one once."""
 
-    group (n,); entries (G + 1,): where each group's begin in one, other, values, those of one place are added up;
-    touched, touches (G + 1,): the unknowns that each group has or touches, every one once. threshold u,
-    tiny: size of what counts as zero; room: largest front. Filled: pivot (n, 2), the second -1 in a pivot of one;
-    inverse (n, 3): of D, by pivots; first (n + 1,): where a pivot's entries begin; column, left, right: the unknown and
-    the one or two multipliers of each.
-    """
-    groups = entries.size - 1
-    n = group.size
-    where = np.full(n, -1, dtype=np.int64)
-    front = np.zeros((room, room))
-    rest = np.zeros((room, room))
-    ids = np.empty(room, dtype=np.int64)
-    old = np.empty(room, dtype=np.int64)
-    row1 = np.empty(room)
-    row2 = np.empty(room)
-    remain = 0
-    pivots, negative, zero, delayed = 0, 0, 0, 0
-    at = 0
-    for g in range(groups):
-        # the front: those still to come first, then those to eliminate
-        m = remain
-        for k in range(touches[g], touches[g + 1]):
-            if where[touched[k]] < 0:
-                m += 1
-        if m > room:
-            return FRONT_FULL, m, 0, 0, 0
-        low = 0
-        high = m
-        for k in range(remain):
-            if group[ids[k]] > g:
-                old[k] = low
+    group: IntArray
+    entries: IntArray
+    one: IntArray
+    other: IntArray
+    values: FloatArray
+    touched: IntArray
+    touches: IntArray
+
+
+class Pivots(NamedTuple):
+    """What `eliminate` fills: pivot (n, 2), the second -1 in a pivot of one; inverse (n, 3): of D, by pivots; first
+    (n + 1,): where a pivot's entries begin; column, left, right: the unknown and the one or two multipliers of each."""
+
+    pivot: IntArray
+    inverse: FloatArray
+    first: IntArray
+    column: IntArray
+    left: FloatArray
+    right: FloatArray
+
+
+@njit(forceinline=True)
+def _places(g, matrix, remain, m, ids, where, old):
+    """Places in the front of group g, of m unknowns: those still to come first, then those to eliminate; `old` has the
+    new places of the first `remain`, which were there. Returns how many are to come."""
+    group, touched = matrix.group, matrix.touched
+    low = 0
+    high = m
+    for k in range(remain):
+        if group[ids[k]] > g:
+            old[k] = low
+            low += 1
+        else:
+            high -= 1
+            old[k] = high
+    for k in range(matrix.touches[g], matrix.touches[g + 1]):
+        i = touched[k]
+        if where[i] < 0:
+            if group[i] > g:
+                where[i] = low
                 low += 1
             else:
                 high -= 1
-                old[k] = high
-        for k in range(touches[g], touches[g + 1]):
-            i = touched[k]
-            if where[i] < 0:
-                if group[i] > g:
-                    where[i] = low
-                    low += 1
-                else:
-                    high -= 1
-                    where[i] = high
-        for r in range(m):
-            for c in range(m):
-                rest[r, c] = 0.0
-        for r in range(remain):
-            for c in range(remain):
-                rest[old[r], old[c]] = front[r, c]
-        front, rest = rest, front
-        for k in range(remain):
-            where[ids[k]] = old[k]
-        for k in range(remain):
-            row1[k] = ids[k]
-        for k in range(remain):
-            ids[old[k]] = int(row1[k])
-        for k in range(touches[g], touches[g + 1]):
-            ids[where[touched[k]]] = touched[k]
-        for e in range(entries[g], entries[g + 1]):
-            i, j = where[one[e]], where[other[e]]
-            front[i, j] += values[e]
-            if i != j:
-                front[j, i] += values[e]
+                where[i] = high
+    return low
+
+
+@njit(forceinline=True, fastmath={"contract"})
+def _assemble(g, matrix, remain, m, before, front, ids, where, old, scratch):
+    """The front of group g, of m unknowns: what is left of the one before, at new places, and the group's entries."""
+    touched = matrix.touched
+    for r in range(m):
+        for c in range(m):
+            front[r, c] = 0.0
+    for r in range(remain):
+        for c in range(remain):
+            front[old[r], old[c]] = before[r, c]
+    for k in range(remain):
+        where[ids[k]] = old[k]
+    for k in range(remain):
+        scratch[k] = ids[k]
+    for k in range(remain):
+        ids[old[k]] = int(scratch[k])
+    for k in range(matrix.touches[g], matrix.touches[g + 1]):
+        ids[where[touched[k]]] = touched[k]
+    for e in range(matrix.entries[g], matrix.entries[g + 1]):
+        i, j = where[matrix.one[e]], where[matrix.other[e]]
+        front[i, j] += matrix.values[e]
+        if i != j:
+            front[j, i] += matrix.values[e]
+
+
+@njit(forceinline=True, fastmath={"contract"})
+def _candidate(front, low, m):
+    """The pivot that bounded Bunch and Kaufman take in [low, m): its place, its partner's, and whether it is of two."""
+    k = m - 1
+    r, size = _partner(front, k, low, m)
+    two = False
+    if abs(front[k, k]) < ALPHA * size:
+        while True:
+            s, across = _partner(front, r, low, m)
+            if abs(front[r, r]) >= ALPHA * across:
+                k = r
+                break
+            together = abs(front[k, k] * front[r, r]) <= 0.5 * size * size
+            if s == k or (0.1 * across <= size and together):
+                two = True
+                break
+            k, r, size = r, s, across
+    return k, r, two
+
+
+@njit(forceinline=True)
+def _record(filled, count, at, i, j, u, v, w):
+    """Pivot `count`: its unknowns and its inverse; its entries begin at `at`."""
+    filled.pivot[count, 0], filled.pivot[count, 1] = i, j
+    filled.inverse[count, 0], filled.inverse[count, 1], filled.inverse[count, 2] = u, v, w
+    filled.first[count] = at
+
+
+@njit(forceinline=True, error_model="numpy", fastmath={"contract"})
+def _take_one(front, ids, where, k, m, row, filled, at):
+    """Eliminates place k of a front of m: its multipliers from `at` on, and what it leaves; where the next begin."""
+    d = front[k, k]
+    m -= 1
+    for j in range(m + 1):
+        row[j] = front[k, j]
+    row[k] = row[m]
+    where[ids[k]] = -2
+    _moved(front, ids, where, m, k)
+    for i in range(m):
+        v = row[i]
+        if v != 0.0:
+            v /= d
+            filled.column[at] = ids[i]
+            filled.left[at] = v
+            at += 1
+            for j in range(m):
+                front[i, j] -= v * row[j]
+    return at
+
+
+@njit(forceinline=True, error_model="numpy", fastmath={"contract"})
+def _take_two(front, ids, where, k, r, m, u, v, w, row1, row2, filled, at):
+    """Eliminates places k and r of a front of m together, with [[u, v], [v, w]] the inverse of their block."""
+    for j in range(m):
+        row1[j], row2[j] = front[k, j], front[r, j]
+    where[ids[k]] = -2
+    where[ids[r]] = -2
+    for step in range(2):
+        m -= 1
+        to = max(k, r) if step == 0 else min(k, r)
+        _moved(front, ids, where, m, to)
+        row1[to], row2[to] = row1[m], row2[m]
+    for i in range(m):
+        x, y = row1[i], row2[i]
+        if x != 0.0 or y != 0.0:
+            p = u * x + v * y
+            q = v * x + w * y
+            filled.column[at] = ids[i]
+            filled.left[at] = p
+            filled.right[at] = q
+            at += 1
+            for j in range(m):
+                front[i, j] -= p * row1[j] + q * row2[j]
+    return at
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def eliminate(matrix, threshold, tiny, room, filled):
+    """Eliminates all of an `Entries`; returns (DONE or what was full, pivots, negative, zero, delayed).
+
+    threshold u, tiny: size of what counts as zero; room: largest front; filled: `Pivots`.
+    """
+    where = np.full(matrix.group.size, -1, dtype=np.int64)
+    front, before = np.zeros((room, room)), np.zeros((room, room))
+    ids, old = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
+    row1, row2 = np.empty(room), np.empty(room)
+    m = 0
+    pivots, negative, zero, delayed = 0, 0, 0, 0
+    at = 0
+    for g in range(matrix.entries.size - 1):
+        remain = m
+        for k in range(matrix.touches[g], matrix.touches[g + 1]):
+            if where[matrix.touched[k]] < 0:
+                m += 1
+        if m > room:
+            return FRONT_FULL, m, 0, 0, 0
+        low = _places(g, matrix, remain, m, ids, where, old)
+        front, before = before, front
+        _assemble(g, matrix, remain, m, before, front, ids, where, old, row1)
         # pivots from the places [low + failed, m), swapped to the end
-        failed = 0
-        taken = 0
+        failed, taken = 0, 0
         needed = FIRM
         while True:
             if low + failed >= m:
@@ -232,111 +342,45 @@ def eliminate(
                         break
                     needed = threshold
                 failed, taken = 0, 0
-            k = m - 1
-            r, size = _partner(front, k, low, m)
-            two = False
-            if abs(front[k, k]) < ALPHA * size:
-                while True:
-                    s, across = _partner(front, r, low, m)
-                    if abs(front[r, r]) >= ALPHA * across:
-                        k = r
-                        break
-                    together = abs(front[k, k] * front[r, r]) <= 0.5 * size * size
-                    if s == k or (0.1 * across <= size and together):
-                        two = True
-                        break
-                    k, r, size = r, s, across
-            if not two:
-                d = front[k, k]
-                beyond = _greatest(front, k, 0, low)
-                if abs(d) <= tiny:
-                    # nothing of its own: zero for good once nothing is beyond it either
-                    if beyond <= tiny:
-                        _swap(front, ids, where, k, m - 1, m)
-                        pivot[pivots, 0], pivot[pivots, 1] = ids[m - 1], -1
-                        inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = 0.0, 0.0, 0.0
-                        first[pivots] = at
-                        pivots += 1
-                        zero += 1
-                        where[ids[m - 1]] = -2
-                        m -= 1
-                        taken += 1
-                    else:
-                        _swap(front, ids, where, k, low + failed, m)
-                        failed += 1
-                    continue
-                if abs(d) < needed * beyond:
-                    _swap(front, ids, where, k, low + failed, m)
-                    failed += 1
-                    continue
-                if at + m > column.size:
-                    return FACTOR_FULL, at, 0, 0, 0
-                m -= 1
-                for j in range(m + 1):
-                    row1[j] = front[k, j]
-                row1[k] = row1[m]
-                pivot[pivots, 0], pivot[pivots, 1] = ids[k], -1
-                where[ids[k]] = -2
-                _moved(front, ids, where, m, k)
-                inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = 1.0 / d, 0.0, 0.0
-                first[pivots] = at
-                pivots += 1
-                negative += d < 0.0
-                for i in range(m):
-                    v = row1[i]
-                    if v != 0.0:
-                        v /= d
-                        column[at] = ids[i]
-                        left[at] = v
-                        at += 1
-                        for j in range(m):
-                            front[i, j] -= v * row1[j]
-                taken += 1
-                continue
-            a, b, c = front[k, k], front[k, r], front[r, r]
-            det = a * c - b * b
-            u, v, w = c / det, -b / det, a / det
+            k, r, two = _candidate(front, low, m)
             beyond = _greatest(front, k, 0, low)
-            other_beyond = _greatest(front, r, 0, low)
-            growth = max(abs(u) * beyond + abs(v) * other_beyond, abs(v) * beyond + abs(w) * other_beyond)
-            if growth * needed > 1.0:
+            a = front[k, k]
+            if two:
+                b, c = front[k, r], front[r, r]
+                det = a * c - b * b
+                u, v, w = c / det, -b / det, a / det
+                other_beyond = _greatest(front, r, 0, low)
+                growth = max(abs(u) * beyond + abs(v) * other_beyond, abs(v) * beyond + abs(w) * other_beyond)
+                waits, empty = growth * needed > 1.0, False
+            else:
+                empty = abs(a) <= tiny  # nothing of its own: zero for good once nothing is beyond it either
+                waits = beyond > tiny if empty else abs(a) < needed * beyond
+            if waits:
                 _swap(front, ids, where, k, low + failed, m)
                 failed += 1
                 continue
-            if at + m > column.size:
+            if not empty and at + m > filled.column.size:
                 return FACTOR_FULL, at, 0, 0, 0
-            for j in range(m):
-                row1[j], row2[j] = front[k, j], front[r, j]
-            pivot[pivots, 0], pivot[pivots, 1] = ids[k], ids[r]
-            where[ids[k]] = -2
-            where[ids[r]] = -2
-            for step in range(2):
+            if two:
+                _record(filled, pivots, at, ids[k], ids[r], u, v, w)
+                at = _take_two(front, ids, where, k, r, m, u, v, w, row1, row2, filled, at)
+                negative += 1 if det < 0.0 else 2 if a < 0.0 else 0
+                m -= 2
+            elif empty:
+                _swap(front, ids, where, k, m - 1, m)
+                _record(filled, pivots, at, ids[m - 1], -1, 0.0, 0.0, 0.0)
+                where[ids[m - 1]] = -2
+                zero += 1
                 m -= 1
-                to = max(k, r) if step == 0 else min(k, r)
-                _moved(front, ids, where, m, to)
-                row1[to], row2[to] = row1[m], row2[m]
-            inverse[pivots, 0], inverse[pivots, 1], inverse[pivots, 2] = u, v, w
-            first[pivots] = at
+            else:
+                _record(filled, pivots, at, ids[k], -1, 1.0 / a, 0.0, 0.0)
+                at = _take_one(front, ids, where, k, m, row1, filled, at)
+                negative += a < 0.0
+                m -= 1
             pivots += 1
-            if det < 0.0:
-                negative += 1
-            elif a < 0.0:
-                negative += 2
-            for i in range(m):
-                x, y = row1[i], row2[i]
-                if x != 0.0 or y != 0.0:
-                    p = u * x + v * y
-                    q = v * x + w * y
-                    column[at] = ids[i]
-                    left[at] = p
-                    right[at] = q
-                    at += 1
-                    for j in range(m):
-                        front[i, j] -= p * row1[j] + q * row2[j]
             taken += 1
-        remain = m
         delayed += m - low
-    first[pivots] = at
+    filled.first[pivots] = at
     return DONE, pivots, negative, zero, delayed
 
 

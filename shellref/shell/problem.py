@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -244,7 +244,7 @@ class ShellProblem:
 
     def _check_holds(self, put: Any) -> None:
         """What is held of each end."""
-        if isinstance(self.holds, str) or not hasattr(self.holds, "__len__") or len(self.holds) != 2:
+        if isinstance(self.holds, str) or not isinstance(self.holds, Sized) or len(self.holds) != 2:
             raise ShellInputError("holds", self.holds, "must be two values, for the start and for the end")
         put("holds", tuple(choice("holds", x, parts.PARTS) for x in self.holds))
         if self.guided:
@@ -333,7 +333,7 @@ class ShellProblem:
         if not isinstance(self.turns, bool):
             raise ShellInputError("turns", self.turns, "must be true or false")
         for name, values in (("slide", self.slide), ("sections", self.sections)):
-            if isinstance(values, str) or not hasattr(values, "__len__") or len(values) != 2:
+            if isinstance(values, str) or not isinstance(values, Sized) or len(values) != 2:
                 raise ShellInputError(name, values, "must be two values, for the start and for the end")
         slides = tuple(None if x is None else numbers("slide", x, 3) for x in self.slide)
         if any(x is not None and abs(math.hypot(*x) - 1.0) > FRAME_TOLERANCE for x in slides):
@@ -359,7 +359,7 @@ class ShellProblem:
                 raise ShellInputError(
                     "start_curvature", self.start_curvature, "a strip with a curved section starts flat: 0"
                 )
-        if isinstance(self.path, (str, bytes, Mapping)) or not hasattr(self.path, "__iter__"):
+        if isinstance(self.path, (str, bytes, Mapping)) or not isinstance(self.path, Iterable):
             raise ShellInputError("path", self.path, "must be a list of waypoints")
         put("path", tuple(Waypoint.read(item) for item in self.path))
         if self.clamp == "free":
@@ -378,7 +378,7 @@ class ShellProblem:
                     raise ShellInputError("path.end", waypoint.end, "the problem has no clamp at its end: add `end`")
 
     def _check_mesh(self, put: Any) -> None:
-        if isinstance(self.elements, (str, bytes)) or not hasattr(self.elements, "__len__") or len(self.elements) != 2:
+        if isinstance(self.elements, (str, bytes)) or not isinstance(self.elements, Sized) or len(self.elements) != 2:
             raise ShellInputError("elements", self.elements, "must be two whole numbers (along, across)")
         put("elements", tuple(integer("elements", n, 1) for n in self.elements))
         put("degree", integer("degree", self.degree, 2))

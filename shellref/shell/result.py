@@ -8,7 +8,7 @@ import os
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -35,9 +35,16 @@ ON_SURFACE = ("surface", "cell_midpoints", "energy_density")
 _KEYS = {"unknowns": "dofs"}
 
 
+@runtime_checkable
+class Stored(Protocol):
+    """What says itself how it stands in shell.json."""
+
+    def to_dict(self) -> dict[str, Any]: ...
+
+
 def _plain(value: Any) -> Any:
     """A field as plain values."""
-    if hasattr(value, "to_dict"):
+    if isinstance(value, Stored):
         return value.to_dict()
     if isinstance(value, StrEnum):
         return value.value

@@ -11,10 +11,10 @@ from compare import cli, commands
 from compare.commands.line import recorded
 from compare.commands.parser import Parser
 from compare.page.page import Page, read_page
-from compare.report import html as report_html
-from compare.report import markdown as report_markdown
-from compare.report.folders import Part
-from compare.report.words import THROUGH_PYTHON
+from compare.pages.report import html as report_html
+from compare.pages.report import markdown as report_markdown
+from compare.pages.report.folders import Part
+from compare.pages.report.words import THROUGH_PYTHON
 from compare.scene.scene import load
 from compare.store.store import read_json
 from compare.studies import cost_bench

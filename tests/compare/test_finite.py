@@ -137,7 +137,7 @@ def test_json_of_a_tape_between_two_holders(tmp_path, capsys):
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_words_of_a_number_that_is_none(value):
-    units = Units.of(loads(STEEL))
+    units = loads(STEEL).units
     plain = Units()
     for each in (units, plain):
         told = [each.text(value, unit) for unit in ("l", "1/l", "D w / l^2", "D w / l", "moment", "s")]

@@ -122,7 +122,7 @@ FACTS = {
     ),
     "sweep of comparisons": (
         {"compare.studies.compare", "shellref.kernels.fronts", "ribbon.find.solve", "compare.page.remedies"},
-        {"compare.sweep.page", "compare.report.html"},
+        {"compare.sweep.page", "compare.pages.report.html"},
     ),
     "cost elastica": ({"compare.studies.cost_runs", "ribbon.find.solve"}, {"compare.pages.cost"}),
     "shell's walk": ({"shellref.path.walk", "shellref.kernels.fronts", "shellref.path.arc"}, {"ribbon.find.solve"}),

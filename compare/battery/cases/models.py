@@ -71,7 +71,7 @@ def statics(scene: Scene, state: State, bound: float) -> Iterator[Check]:
             return  # it follows the strip: part of the solver's own supports
         forces.append(force)
         moments.append(np.cross(place, force))
-        moments.append(np.asarray(getattr(scene, "tip_moment", np.zeros(3)), dtype=float))
+        moments.append(np.asarray(scene.tip_moment, dtype=float))
     scale = max(1.0, *(float(np.linalg.norm(f)) for f in forces))
     yield Check("forces (over the largest)", float(np.linalg.norm(np.sum(forces, axis=0))) / scale, bound)
     if supports.walls:

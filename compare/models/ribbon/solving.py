@@ -47,9 +47,8 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
         return lambda: solve(**arguments, leave_saddle=leave_saddle)
     del arguments["segments"]
     first_three = [arguments.pop(name) for name in ("strip", "clamp", "gravity")]
-    strict = "model.tolerance" in scene.own_keys
     return lambda: solve_to_tolerance(
-        *first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle, strict=strict
+        *first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle, strict=scene.strict
     )
 
 

@@ -24,7 +24,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.scene.given.law import values
-from compare.scene.units import Units
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
@@ -71,7 +70,7 @@ def taut(scene: Scene, thickness: float | None = None) -> Taut | None:
 
 def words(scene: Scene) -> str:
     """What a strip that stretches does in the place of the scene's, or where to ask; without a full stop."""
-    found, units = taut(scene), Units.of(scene)
+    found, units = taut(scene), scene.units
     if found is not None:
         return (
             f"one that stretches sags by {units.text(found.sag, 'l')} and is under a tension of "

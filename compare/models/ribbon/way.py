@@ -304,10 +304,9 @@ def run_way(
         if progress is not None:
             progress(f"path: segments for the tolerance {scene.model.tolerance:g}")
         log = found.log
-        strict = "model.tolerance" in scene.own_keys
         bare = replace(found, log=())
         with within(scene.model.budget):
-            found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=strict)
+            found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=scene.strict)
         found = replace(found, log=log)
     keeper.remove()
     return Way(found, len(walk.stages), walk.solved, resumed, None if keeper.film is None else keeper.film.states)

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.page.drawing import RIBBON_COLOUR, SHELL_COLOURS, save, screen_axes
-from compare.scene.units import Units
 from compare.studies.identify import Identified
 
 
@@ -18,7 +17,7 @@ def identify_picture(path: Path, found: Identified) -> Path:
     length = found.scene.strip.length
     line = length * found.state.shape.centreline(np.linspace(0.0, 1.0, 801))
     points, feet = length * found.points.places, length * found.state.shape.centreline(found.feet)
-    up, unit = found.scene.up, "m" if Units.of(found.scene).known else "unit of strip.length"
+    up, unit = found.scene.up, "m" if found.scene.units.known else "unit of strip.length"
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, screen, name in zip(panels, screen_axes([line], up), ("front", "side"), strict=True):

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from compare.models.base import State
 from compare.page.drawing import save
 from compare.scene.scene import Scene
-from compare.scene.units import Units
 
 BLUE, RED = "#4a86c8", "#c2662d"
 
@@ -42,7 +41,7 @@ def tape_picture(path: Path, scene: Scene, state: State) -> Path:
 
 def _way(axes: object, scene: Scene, state: State) -> None:
     """Moment (turned ends) or force (moved end) along the way; unstable points hollow, jumps marked."""
-    units = Units.of(scene)
+    units = scene.units
     rows = state.log
     turned = scene.end_frame is not None
     x = np.array([row["turn_end" if turned else "end_y"] for row in rows])

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.formats import array_csv
 from compare.measure.grid import Grid
 from compare.models.base import BESIDE, State
 from compare.models.quantities import Answered
@@ -19,6 +18,7 @@ from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.si import array_with_si
+from compare.pages.export.formats import array_csv
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written, write_any
@@ -51,7 +51,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     written = write_any(out, scene, state, grid)
     of = {name: unit for name, unit in COLUMNS.items() if unit}
     atomic_write_bytes(
-        out / ALONG, array_csv(*array_with_si(list(COLUMNS), along(Answered(scene, state)), of, Units.of(scene)))
+        out / ALONG, array_csv(*array_with_si(list(COLUMNS), along(Answered(scene, state)), of, scene.units))
     )
 
     def draw() -> None:
@@ -89,7 +89,7 @@ def sentences(scene: Scene, state: State) -> list[str]:
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> Sequence[tuple[str, str]]:
     """What `ribbonbench solve` prints: name and text. units: in which forces stand first; None: the scene's."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     energy, end = state.energy, state.end
     assert energy is not None
     assert end is not None

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.export.formats import array_csv
 from compare.measure.grid import Grid
 from compare.models.base import State
 from compare.page import told
@@ -16,6 +15,7 @@ from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
 from compare.page.si import array_with_si
+from compare.pages.export.formats import array_csv
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written, write_any
@@ -49,7 +49,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         names = [name for name in state.log[0] if name not in ("accepted",)]
         table = np.array([[float(row[name]) for name in names] for row in state.log])
         units = {name: unit for name, unit in UNITS.items() if name in names}
-        atomic_write_bytes(out / PATH, array_csv(*array_with_si(names, table, units, Units.of(scene))))
+        atomic_write_bytes(out / PATH, array_csv(*array_with_si(names, table, units, scene.units)))
         files[PATH] = "every point of the way: turns of the ends, force, moments, the fold"
 
     def draw() -> None:
@@ -73,7 +73,7 @@ def sentences(scene: Scene, state: State) -> list[str]:
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:
     """What `ribbonbench solve` prints of a tape."""
-    units = Units.of(scene) if units is None else units
+    units = units or scene.units
     found = [("status", message(state))]
     if state.energy is not None:
         found.append(("energy", told.energies(state.energy.to_dict(), units, state.errors.get("energy", {}))))

@@ -117,5 +117,5 @@ def _text_of_file(path: Path) -> str:
             "scene", str(path), "is a folder", "give a scene file (.toml) or a shipped scene's name"
         ) from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
-        reason = getattr(error, "strerror", None) or str(error)
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
         raise BadInput("scene", str(path), f"cannot be read ({reason})", "check the path and its permissions") from None

@@ -25,7 +25,6 @@ from compare.pages.comparison import another_state
 from compare.pages.solve import answer
 from compare.registry import model
 from compare.scene.scene import Scene, load, loads
-from compare.scene.units import Units
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import OWN_IS_HIGHER, compare, fit_slope, lower_state
@@ -273,6 +272,6 @@ def test_the_unseen_scene_is_compared_in_no_distance(unseen, tmp_path):
     assert fit_slope(found.rows) is None
     assert row.counterpart.distance < 0.01
     assert row.counterpart.energy < found.fast.energy.total
-    told = another_state(row, found.fast, Units.of(unseen))
+    told = another_state(row, found.fast, unseen.units)
     assert f"{row.energy.total:.6g}" in told
     assert f"{found.fast.energy.total:.6g}" in told

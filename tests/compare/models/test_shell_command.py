@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 
 from compare.cli import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, main
-from compare.export.vtu import triangles
 from compare.measure.energy_map import density_on_grid, shares
 from compare.models import solve as solve_scene
 from compare.models.shell import PARTS, state_of
 from compare.models.shell_process import ShellCase
 from compare.page.page import read_page
 from compare.pages import solve as solve_page
+from compare.pages.export.vtu import triangles
 from compare.scene.scene import load
 from compare.store.world import World, placed
 from ribbon.surface import grid_triangles

@@ -14,15 +14,15 @@ import pytest
 
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
 from compare.errors import BadInput
-from compare.export.formats import COLOURED_BY, pvd_bytes
-from compare.export.gltf import glb_bytes, turn
-from compare.export.source import FORMATS, chosen, read_source
-from compare.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.ribbon.fields import fields
 from compare.models.ribbon.state import RibbonShape
 from compare.page.page import Page, Surface, read_page, write_page
+from compare.pages.export.formats import COLOURED_BY, pvd_bytes
+from compare.pages.export.gltf import glb_bytes, turn
+from compare.pages.export.source import FORMATS, chosen, read_source
+from compare.pages.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
 from compare.scene.scene import load, loads
 from ribbon.analysis import along
 from tests.compare.models import outside

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from compare.cli import BAD_INPUT, main
-from compare.export.formats import texture_coordinates
-from compare.export.scale import Scale
-from compare.export.source import read_source, scaled
 from compare.page.page import read_page
+from compare.pages.export.formats import texture_coordinates
+from compare.pages.export.scale import Scale
+from compare.pages.export.source import read_source, scaled
 
 BAND = """
 [strip]

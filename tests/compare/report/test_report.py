@@ -12,14 +12,14 @@ import pytest
 from matplotlib.image import imread
 
 from compare.cli import BAD_INPUT, DONE, main
-from compare.export.vtu import Sheet, write_vtu
 from compare.page.drawing import save
 from compare.page.page import PAGE, Page, Picture, Surface, read_page, write_page
 from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
-from compare.report import surfaces as report_surfaces
-from compare.report.folders import folders_of, read_part
-from compare.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
+from compare.pages.export.vtu import Sheet, write_vtu
+from compare.pages.report import surfaces as report_surfaces
+from compare.pages.report.folders import folders_of, read_part
+from compare.pages.report.surfaces import AZIMUTH, field_range, points_each, thinned, view
 from compare.store.states import FILE, MOST, Film, read_states
 from compare.store.store import read_json
 
@@ -235,7 +235,7 @@ def test_a_report_of_many_surfaces_stays_small(tmp_path):
 def test_thinning_keeps_the_ends_and_the_normals():
     points, s, v = strip(along=501, across=13)
     write = {"S": s.ravel(), "v": v.ravel()}
-    from compare.export.vtu import triangles
+    from compare.pages.export.vtu import triangles
 
     sheet = Sheet(points.reshape(-1, 3), triangles(501, 13), write)
     thin = thinned(sheet, 900)
@@ -283,7 +283,7 @@ def test_numbers_survive_the_quantisation():
 
 
 def read_sheet_triangles(along, across):
-    from compare.export.vtu import triangles
+    from compare.pages.export.vtu import triangles
 
     return triangles(along, across)
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from compare.scene.scene import loads
-from compare.scene.units import Units
 from tests.compare.scene.scene_texts import PLANAR, SI, fault, text
 
 GUIDED = {
@@ -22,7 +21,7 @@ def test_all_loads_of_the_tip_add_up(units):
     """load is always in D w / l^2; force and tension are in N where Young's modulus is given."""
     keys = {"tip.load": "2.0", "tip.force": "[0.1, -0.2, 0.3]", "tip.tension": "-0.5"}
     scene = loads(text(units, PLANAR, keys))
-    newton = 1.0 if not units else 1.0 / Units.of(scene).force
+    newton = 1.0 if not units else 1.0 / scene.units.force
     expected = -2.0 * scene.up + newton * (np.array([0.1, -0.2, 0.3]) - 0.5 * scene.frame[:, 2])
     np.testing.assert_allclose(scene.tip_force, expected, rtol=1e-12)
     assert loads(scene.to_toml()).canonical() == scene.canonical()

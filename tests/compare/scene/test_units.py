@@ -10,7 +10,7 @@ from tests.compare.scene.held_scenes import STEEL
 
 
 def test_units_of_a_steel_strip():
-    units = Units.of(loads(STEEL))
+    units = loads(STEEL).units
     bending = 2.1e11 * 1e-12 / (12.0 * (1.0 - 0.09))
     assert units.bending == pytest.approx(bending, rel=1e-14)
     assert units.force == pytest.approx(bending * 0.01 / 0.09, rel=1e-14)
@@ -20,7 +20,7 @@ def test_units_of_a_steel_strip():
 
 
 def test_a_scene_with_gamma_has_no_units():
-    units = Units.of(load("curl_4_3"))
+    units = load("curl_4_3").units
     assert not units.known
     assert units.si(1.0, "l") is None
     assert set(units.to_dict().values()) == {None}
@@ -41,9 +41,9 @@ def test_quantities_have_the_prefix_of_a_reader(value, base, text):
 
 def test_si_is_asked_for_and_known():
     steel = loads(STEEL)
-    assert Units.asked(steel, "si") == Units.asked(steel, "auto") == Units.of(steel)
-    assert not Units.asked(steel, "l").known
-    assert not Units.asked(load("curl_4_3"), "auto").known
+    assert Units.asked(steel.strip, "si") == Units.asked(steel.strip, "auto") == steel.units
+    assert not Units.asked(steel.strip, "l").known
+    assert not Units.asked(load("curl_4_3").strip, "auto").known
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_si_is_asked_for_and_known():
 )  # fmt: skip
 def test_si_without_a_stiffness_names_the_keys_that_are_missing(text, missing):
     with pytest.raises(BadInput) as caught:
-        Units.asked(loads(text), "si")
+        Units.asked(loads(text).strip, "si")
     assert caught.value.key == "--units"
     assert all(key in caught.value.remedy for key in missing)
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from compare.scene.scene import load
-from compare.scene.units import Units
 
 NAMES = ("tape_4_1", "tape_4_1_equal", "tape_4_2")
 
@@ -16,7 +15,7 @@ def test_numbers_of_table_2(name):
     scene = load(name)
     assert (scene.width, scene.thickness, scene.strip.poisson) == (0.06, 1.5e-4, 0.3)
     assert 0.5 * scene.width * scene.transverse_curvature == pytest.approx(0.6)  # beta0
-    assert Units.of(scene).bending * 1e3 == pytest.approx(64.904, rel=1e-5)  # D, N mm
+    assert scene.units.bending * 1e3 == pytest.approx(64.904, rel=1e-5)  # D, N mm
     assert scene.end_position.tolist()[2] == 1.0
     assert scene.clamp_end.slide == (0.0, 0.0, 1.0)
     assert scene.model.energy == "tape"

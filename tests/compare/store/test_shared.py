@@ -12,7 +12,7 @@ import pytest
 from compare.check import cache_folder
 from compare.cli import BAD_INPUT, DONE, main
 from compare.page.page import read_page
-from compare.report.folders import folders_of
+from compare.pages.report.folders import folders_of
 from compare.store.shared import shared_store
 from compare.store.store import CaseStore, case_key
 

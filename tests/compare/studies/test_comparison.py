@@ -30,9 +30,9 @@ from compare.pages import comparison as tables
 from compare.pages import ribbon as ribbon_page
 from compare.pages.pictures import comparison as figures
 from compare.pages.pictures import ribbon as profile
+from compare.pages.report.write import read_report, write_report
 from compare.pages.result import comparison_result
 from compare.pages.written import write_fast
-from compare.report.write import read_report, write_report
 from compare.scene.scene import Scene, load, loads
 from compare.scene.units import Units
 from compare.store.progress import Reporter

@@ -12,7 +12,7 @@ from compare.models.choice import beside_the_shell
 from compare.page.markdown import as_markdown
 from compare.pages import compare as report
 from compare.pages import comparison as tables
-from compare.report.write import read_report, write_report
+from compare.pages.report.write import read_report, write_report
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_text

@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
-from compare.export.vtu import Sheet, triangles
 from compare.page.drawing import RIBBON_COLOUR, screen_axes, shell_colour
 from compare.page.page import Surface
+from compare.pages.export.vtu import Sheet, triangles
 from compare.store.states import States
 
 FloatArray = NDArray[np.float64]

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from compare.report import (
+from compare.pages.report import (
     html as report_html,
 )
-from compare.report import (
+from compare.pages.report import (
     markdown as report_markdown,
 )
-from compare.report import (
+from compare.pages.report import (
     still as report_still,
 )
-from compare.report import (
+from compare.pages.report import (
     surfaces as report_surfaces,
 )
-from compare.report.folders import Part, folders_of, read_part
+from compare.pages.report.folders import Part, folders_of, read_part
 from compare.store.store import atomic_write_bytes, atomic_write_text
 
 HTML = "report.html"

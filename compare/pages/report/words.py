@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from compare.page.page import Page
-from compare.report.folders import Part
+from compare.pages.report.folders import Part
 from compare.store.made_by import SHELL_RUN
 
 #: The packages named in a report; all of them stand in result.json.

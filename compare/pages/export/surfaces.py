@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.vtu import write_vtu
 from compare.measure.energy_map import Mapped, by_name, density_on_grid
 from compare.measure.grid import Grid, Surfaced
+from compare.pages.export.vtu import write_vtu
 
 FloatArray = NDArray[np.float64]
 

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.export import formats as export_formats
-from compare.export import gltf as export_gltf
-from compare.export.scale import Scale
-from compare.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.page.page import PAGE, SHELL, STRIP, Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Verdict
+from compare.pages.export import formats as export_formats
+from compare.pages.export import gltf as export_gltf
+from compare.pages.export.scale import Scale
+from compare.pages.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.store.arrays import npz_bytes
 from compare.store.states import States, read_states
 from compare.store.store import atomic_write_bytes, atomic_write_json, read_json

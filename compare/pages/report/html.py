@@ -12,9 +12,9 @@ from importlib.resources import files
 from compare.page.main_table import main_table, whole_in_parts, with_values
 from compare.page.page import Page
 from compare.page.table import Table
-from compare.report.folders import Part
-from compare.report.surfaces import View, as_data
-from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
+from compare.pages.report.folders import Part
+from compare.pages.report.surfaces import View, as_data
+from compare.pages.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
 
 #: The parts of the viewer, in order.
 SCRIPTS = ("maths.js", "paint.js", "view.js", "controls.js")
@@ -65,7 +65,7 @@ def _script() -> str:
 
 
 def _asset(name: str) -> str:
-    return files("compare.report").joinpath("viewer", name).read_text(encoding="utf-8")
+    return files("compare.pages.report").joinpath("viewer", name).read_text(encoding="utf-8")
 
 
 def _policy(style: str, script: str) -> str:

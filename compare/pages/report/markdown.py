@@ -9,8 +9,8 @@ from urllib.parse import quote
 from compare.page.main_table import main_table, whole_in_parts, with_values
 from compare.page.markdown import as_markdown, markdown_text
 from compare.page.table import Table
-from compare.report.folders import Part
-from compare.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
+from compare.pages.report.folders import Part
+from compare.pages.report.words import THROUGH_PYTHON, provenance_rows, report_title, view_text
 
 
 def document(parts: Sequence[Part], links: Sequence[str], still: str) -> str:

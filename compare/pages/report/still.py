@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from compare.report.surfaces import ASPECT, TWO_SIDED, Shown, View, field_range, fields, screen
+from compare.pages.report.surfaces import ASPECT, TWO_SIDED, Shown, View, field_range, fields, screen
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.export.vtu import Sheet
+from compare.pages.export.vtu import Sheet
 
 #: Fields and arrays that have a unit, as powers of length; of parameters (n, 4 or 6) a power for each column.
 POWERS: Mapping[str, Any] = {

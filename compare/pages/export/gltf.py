@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.formats import colours, one_word, texture_coordinates
-from compare.export.vtu import Sheet, grid_sheet
+from compare.pages.export.formats import colours, one_word, texture_coordinates
+from compare.pages.export.vtu import Sheet, grid_sheet
 
 FloatArray = NDArray[np.float64]
 

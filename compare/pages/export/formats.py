@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.export.vtu import Sheet
+from compare.pages.export.vtu import Sheet
 
 FloatArray = NDArray[np.float64]
 

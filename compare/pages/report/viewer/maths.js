@@ -1,5 +1,5 @@
 // The 3-D views of a report: WebGL 1, no library, no request. Each view is a figure with a still picture, which stays
-// where there is no WebGL, and a block of JSON (compare/report/surfaces.py says what is in it). These files are joined in
+// where there is no WebGL, and a block of JSON (compare/pages/report/surfaces.py says what is in it). These files are joined in
 // the order maths, paint, view, controls, within one function.
 const FIELD_OF_VIEW = 0.5;
 const SEQUENTIAL = ["440154", "472d7b", "3b528b", "2c728e", "21918c", "28ae80", "5ec962", "addc30", "fde725"];
