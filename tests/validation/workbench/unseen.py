@@ -107,8 +107,11 @@ def run(out: Path) -> dict[str, Number]:
     return numbers(rows)
 
 
-def measured(out: Path, name: str, scenes: Scenes, most: int | None = None) -> list[dict[str, Any]]:
-    """Both answers on the drawn scenes, on the first `most` of them: those that are kept are not asked again."""
+def measured(
+    out: Path, name: str, scenes: Scenes, most: int | None = None, only_kept: bool = False
+) -> list[dict[str, Any]]:
+    """Both answers on the drawn scenes, on the first `most` of them: those that are kept are not asked again;
+    only_kept: nor are the others."""
     place = out.parent / "out" / "validate" / name
     store = CaseStore(place / "cases")
     kept = place / f"rows_{case_key(software('compare.studies.limits', 'compare.pages.limits'))[:12]}"
@@ -117,6 +120,8 @@ def measured(out: Path, name: str, scenes: Scenes, most: int | None = None) -> l
         for scene_name, scene in scenes()[:most]:
             reporter.step(scene_name)
             file = kept / f"{scene_name}.json"
+            if only_kept and not file.is_file():
+                continue
             if not file.is_file():
                 atomic_write_json(file, asked(scene_name, scene, store, reporter))
             rows.append(read_json(file))

@@ -22,9 +22,10 @@ PROBED = ("held_002", "held_003")
 PROBES = {f"estimate_{name}": partial(unseen.estimated, name, unseen_again) for name in PROBED}
 
 
-def run(out: Path, most: int | None = None) -> dict[str, Number]:
-    """Writes unseen_again.md; its numbers by name. most: scenes to run, all by default."""
-    rows = unseen.measured(out, "unseen_again", unseen_again, most)
+def run(out: Path, most: int | None = None, only_kept: bool = False) -> dict[str, Number]:
+    """Writes unseen_again.md; its numbers by name. most: scenes to run, all by default; only_kept: of those that were
+    run, where several processes run them at once."""
+    rows = unseen.measured(out, "unseen_again", unseen_again, most, only_kept)
     write(out, rows)
     drawn = {"drawn": Number(len(unseen_again()), 0, shown="d")}
     return unseen.numbers(rows, PROBED) | drawn
@@ -39,9 +40,18 @@ def write(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         f"Drawn once (seed {AGAIN_SEED}), after the mends that were made with the [first hundred](unseen.md) in view: "
         f"pose, width, w/h from 15 to 400, nu, K, Gamma; {AGAIN_HELD} held at one end, {AGAIN_ARCHES} arches, "
         f"{AGAIN_TURNED} between clamps that are shifted, turned and leaning. Asked as those. Of "
-        f"{len(unseen_again())} drawn {len(rows)} were run so far, in this order; none of these is left out.",
+        f"{len(unseen_again())} drawn {len(rows)} were run so far, in this order{_between(rows)}; none of these is "
+        "left out.",
         f"Falsely safe: {unseen.named(rows, unseen.FALSELY_SAFE)}. Too bold: {unseen.named(rows, unseen.BOLD)}. "
         "Scenes without a shell to compare with: it rests in another state than the ribbon, as the answer then says, "
         "or its share is not known.",
         *unseen.tables(rows),
     )
+
+
+def _between(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The scenes before the last one that wait for their answer; "" where there are none."""
+    names, known = [name for name, _ in unseen_again()], {row["name"] for row in rows}
+    last = max((names.index(name) for name in known), default=-1)
+    waiting = [name for name in names[:last] if name not in known]
+    return f" but for those that still wait ({', '.join(waiting)})" if waiting else ""
