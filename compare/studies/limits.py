@@ -224,9 +224,9 @@ def _estimated(
     assert isinstance(beside, Estimates)  # require_limits
     found = beside.estimate(scene, ribbon, ratio, say)
     sure = ribbon.ok and found.rival is None and not found.why
-    asked = {"more": found.passages, "crowded": found.crowded}
-    grades = thresholds.grades(found.distance, found.missing, **asked) if sure else {}
-    level = thresholds.level(found.distance, found.missing, **asked) if sure else None
+    more, crowded = found.passages, found.crowded
+    grades = thresholds.grades(found.distance, found.missing, more=more, crowded=crowded) if sure else {}
+    level = thresholds.level(found.distance, found.missing, more=more, crowded=crowded) if sure else None
     bare = Finding(
         values=values, scene=scene, width_to_thickness=ratio, ribbon=ribbon, ribbon_error=None, row=None,
         estimate=found, share_of_total=None, zones=None, parts=found.parts, distance=found.distance,
