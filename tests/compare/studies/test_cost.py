@@ -371,7 +371,12 @@ BOWED = {
 def bowed(tmp_path_factory):
     scene = loads(text(PLANAR, BOWED))
     plan = Plan(
-        solvers=("mixed", "elastica"), segments=(10, 20), elastica_elements=(10, 20), reference="ribbon", repeats=1
+        solvers=("mixed", "elastica"),
+        segments=(10, 20),
+        elastica_elements=(10, 20),
+        reference="ribbon",
+        repeats=1,
+        budget=1e9,
     )
     return measure(scene, plan, tmp_path_factory.mktemp("bowed"), Reporter(quiet=True))
 
