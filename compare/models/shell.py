@@ -477,7 +477,7 @@ def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]
         "force": np.asarray(found["force"], dtype=float),
         "moment": np.asarray(found["moment"], dtype=float),
         "gap": found["gap"],
-        "contacts": np.unique(contacts[:, 0]),
+        "contacts": np.unique(np.round(contacts[:, 0], 10)),
         "lines": np.asarray(found["lines"], dtype=float).reshape(-1, 2),
         "points": np.asarray(found["points"], dtype=float).reshape(-1, 3),
         "height": found["height"],

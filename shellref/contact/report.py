@@ -18,9 +18,20 @@ DIGITS = 10
 class Surface(Protocol):
     """A surface with directors, of elements of a degree on nodes (as `shellref.shell.surface.ShellSurface`)."""
 
-    s_nodes: np.ndarray
-    v_nodes: np.ndarray
-    degree: int
+    @property
+    def s_nodes(self) -> np.ndarray:
+        """As there."""
+        ...
+
+    @property
+    def v_nodes(self) -> np.ndarray:
+        """As there."""
+        ...
+
+    @property
+    def degree(self) -> int:
+        """As there."""
+        ...
 
     def grid(self, s: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Positions (m, k, 3)."""

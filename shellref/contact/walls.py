@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from shellref.inputs import FRAME_TOLERANCE, ShellInputError, Vector, build, numbers, positive
 
@@ -84,6 +85,6 @@ class WallPath:
         return int(np.clip(leg, 0, max(len(self.offsets) - 2, 0)))
 
 
-def depth(wall: Wall, points: np.ndarray) -> float:
+def depth(wall: Wall, points: ArrayLike) -> float:
     """How far the deepest of the points (n, 3) is behind a wall at rest; negative: all are before it."""
     return float(-np.min(np.asarray(points) @ np.asarray(wall.normal) - wall.offset))

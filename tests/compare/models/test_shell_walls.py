@@ -129,7 +129,7 @@ def test_result_json_of_the_shell_says_what_touches(tmp_path):
     found = json.loads((tmp_path / "out" / "result.json").read_text())
     (wall,) = found["walls"]
     assert wall["name"] == "table"
-    assert wall["lines"][0][1] == pytest.approx(1.0)
+    assert max(wall["lines"])[1] == pytest.approx(1.0)
     assert found["contact"]["penetration"] < 1e-4
     assert found["contact"]["through"] < 1e-10
     assert found["forces"]["walls"][0] == wall["force"]

@@ -50,6 +50,11 @@ def exact(gap: float) -> Squeezed:
     return squeezed(gap)
 
 
+def name(gap: float) -> str:
+    """Of a gap in names of numbers: hundredths of l."""
+    return f"{100.0 * gap:.0f}"
+
+
 def force_off(gap: float, along: int) -> float:
     """Relative error of the upper plate's force."""
     return -float(ring(gap, along).walls[1]["force"][1]) / exact(gap).force - 1.0
@@ -76,8 +81,8 @@ def table(**keys: Any) -> ShellResult:
 
 
 PROBES = {
-    "force_0.28_40": lambda: force_off(0.28, 40),
-    "energy_0.2_40": lambda: energy_off(0.2, 40),
+    "force_28_40": lambda: force_off(0.28, 40),
+    "energy_20_40": lambda: energy_off(0.2, 40),
     "table_pressure": lambda: pressure_off(table()),
 }
 
@@ -96,8 +101,8 @@ def rings(numbers: dict[str, Number]) -> list[str]:
             found = ring(gap, along)
             touch = found.contact or {}
             change = abs(force_off(gap, along) - force_off(gap, ALONG[-2 if along == ALONG[-1] else -1]))
-            numbers[f"force_{gap:g}_{along}"] = Number(force_off(gap, along), 1e-7, "", ".1e")
-            numbers[f"energy_{gap:g}_{along}"] = Number(energy_off(gap, along), 1e-7, "", ".1e")
+            numbers[f"force_{name(gap)}_{along}"] = Number(force_off(gap, along), 1e-7, "", ".1e")
+            numbers[f"energy_{name(gap)}_{along}"] = Number(energy_off(gap, along), 1e-7, "", ".1e")
             ends = np.ravel(found.walls[1]["lines"])
             flat = 0.5 * float(ends.max() - ends.min())
             rows.append([
@@ -133,7 +138,7 @@ def faces(numbers: dict[str, Number]) -> list[str]:
     for gap in (0.28, 0.2):
         ours = -float(ring(gap, 40, 1e-3, "faces").walls[1]["force"][1])
         nearer, same = (-float(ring(x, 40, 1e-3).walls[1]["force"][1]) for x in (gap - 1e-3, gap))
-        numbers[f"faces_{gap:g}"] = Number(ours / nearer - 1.0, 1e-7, "", ".1e")
+        numbers[f"faces_{name(gap)}"] = Number(ours / nearer - 1.0, 1e-7, "", ".1e")
         slope = (exact(gap - 1e-3).force / exact(gap).force) - 1.0
         rows.append([f"{gap:g}", f"{ours:.4f}", f"{nearer:.4f}", f"{ours / nearer - 1.0:+.1e}",
                      f"{ours / same - 1.0:+.2%}", f"{slope:+.2%}"])  # fmt: skip
@@ -155,10 +160,10 @@ def tables(numbers: dict[str, Number]) -> list[str]:
     cases = (("flat", flat), ("flat, faces", thick), ("on a plate, k = 50", spring),
              ("curled down, K = 1", table(natural_curvature=(1.0, 1.0))),
              ("curled up, K = -1", table(natural_curvature=(-1.0, -1.0))))  # fmt: skip
-    for name, result in cases:
+    for label, result in cases:
         (wall,) = result.walls
         y = result.surface.points[..., 1]
-        rows.append([name, f"{wall['force'][1]:.9f}", str(len(wall["points"])), f"{wall['pressure'].min():.4g}",
+        rows.append([label, f"{wall['force'][1]:.9f}", str(len(wall["points"])), f"{wall['pressure'].min():.4g}",
                      f"{wall['pressure'].max():.4g}", f"{y.min():.4g}", f"{y.max():.4g}",
                      "yes" if result.stable else "no", f"{result.lowest_eigenvalue:.4g}"])  # fmt: skip
     return [
