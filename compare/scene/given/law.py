@@ -45,7 +45,7 @@ def values(law: Law) -> tuple[float, ...]:
 def at(law: Law, s: ArrayLike) -> FloatArray:
     """The law over [0, 1] at s, any shape."""
     if is_table(law):
-        return np.asarray(np.interp(s, *knots(law)))
+        return np.asarray(np.interp(np.asarray(s, dtype=float), *knots(law)))
     start, end = law
     return np.asarray(start + (end - start) * np.asarray(s))  # type: ignore[operator]
 

@@ -10,7 +10,7 @@ from scipy.optimize import root
 
 def shot(problem, steps=10, rtol=1e-11):
     """Tip position (3,) and frame (3, 3) of a cantilever, the loads raised in steps."""
-    stiffness, law = problem.section.stiffness, problem.rest
+    stiffness, law = problem.section.stiffness, np.array(problem.rest)
     moment = np.zeros(3)
     for t in np.linspace(1.0 / steps, 1.0, steps):
         force, weight, couple = t * problem.force, t * problem.weight, t * problem.moment
