@@ -297,7 +297,8 @@ def _problem_at(
     def at(t: float) -> Problem:
         natural = laws[1]
         if laws[0] != laws[1]:
-            first, last = ((1.0 - t) * a + t * b for a, b in zip(laws[0], laws[1], strict=True))  # type: ignore[arg-type]
+            ends: Any = zip(laws[0], laws[1], strict=True)  # type: ignore[arg-type]
+            first, last = ((1.0 - t) * a + t * b for a, b in ends)
             natural = (first, last)
         there = replace(strip, gamma=(1.0 - t) * strip.gamma + t * goal.gamma, natural_curvature=natural)
         pulled = tip_force((1.0 - t) * pull + t * goal_pull)

@@ -240,7 +240,9 @@ NAMES_MODELS = ("compare/models/", "compare/registry.py", "compare/battery/cases
 NAMED = 15
 #: Who asks other people's libraries for what only some of their versions have, and the command line's own arguments,
 #: of which not every command has each.
-OTHERS = ("ribbonbench.kernel_files", "ribbonbench.sources", "ribbonbench.threads", "compare.commands")
+OTHERS = (
+    *("ribbonbench." + name for name in ("kernel_files", "sources", "system", "threads")), "compare.commands",
+)  # fmt: skip
 
 
 def literals(text: str) -> Iterator[str]:

@@ -44,7 +44,7 @@ class Held(Protocol):
     @property
     def up(self) -> Pair: ...
     @property
-    def curvature(self) -> Pair: ...
+    def curvature(self) -> Pair | tuple[Pair, ...]: ...
     @property
     def force(self) -> Pair: ...
     @property
@@ -68,17 +68,24 @@ class Equilibrium:
     force: Array
 
 
+def at_rest(law: Pair | tuple[Pair, ...], s: Array | float) -> Array:
+    """K at s (any shape) of a natural curvature: (at s = 0, at s = 1), linear, or points (s, K)."""
+    points = np.asarray(law, dtype=float)
+    s_points, k_points = points.T if points.ndim == 2 else (np.array([0.0, 1.0]), points)
+    return np.asarray(np.interp(s, s_points, k_points))
+
+
 def collocated(problem: Held, s: Array, theta: Array, points: Array, reaction: Array, tolerance: float) -> Equilibrium:
     """The equilibrium beside a shape, theta (k,) and points (k, 2) at s (k,), with the support's force (2,) about
     `reaction`. Raises ArithmeticError where the collocation does not converge."""
     fixed = problem.end is not None
-    size = max(1.0, math.sqrt(problem.gamma), *(abs(k) for k in problem.curvature))
+    size = max(1.0, math.sqrt(problem.gamma), float(np.abs(np.asarray(problem.curvature, dtype=float)).max()))
 
     def rates(at: Array, y: Array, held: Array) -> Array:
         lever = problem.gamma * (1.0 - at)
         pull = np.asarray(problem.force) + (held * size**2 if fixed else 0.0)
         px, py = lever * problem.up[0] - pull[0], lever * problem.up[1] - pull[1]
-        natural = problem.curvature[0] + (problem.curvature[1] - problem.curvature[0]) * at
+        natural = at_rest(problem.curvature, at)
         rate = size * y[1] + natural
         height = y[2] * problem.up[0] + y[3] * problem.up[1]
         cos, sin = np.cos(y[0]), np.sin(y[0])
@@ -95,7 +102,7 @@ def collocated(problem: Held, s: Array, theta: Array, points: Array, reaction: A
             rows += [b[2] - problem.end[0], b[3] - problem.end[1]]
         return np.array(rows)
 
-    natural = problem.curvature[0] + (problem.curvature[1] - problem.curvature[0]) * s
+    natural = at_rest(problem.curvature, s)
     guess = np.zeros((6, len(s)))
     guess[0], guess[1], guess[2:4] = theta, (np.gradient(theta, s) - natural) / size, points.T
     if fixed:
@@ -148,7 +155,7 @@ def shooting(problem: Held, start_moments: Array) -> Array:
         y = state.reshape(4, count)
         lever = problem.gamma * (1.0 - s)
         px, py = lever * problem.up[0] - problem.force[0], lever * problem.up[1] - problem.force[1]
-        natural = problem.curvature[0] + (problem.curvature[1] - problem.curvature[0]) * s
+        natural = at_rest(problem.curvature, s)
         cos, sin = np.cos(y[0]), np.sin(y[0])
         return np.stack([y[1] + natural, py * cos - px * sin, cos, sin]).ravel()
 

@@ -92,7 +92,8 @@ def _section(data: Mapping[str, Any], name: str, parent: str = "") -> Table:
 
 def _strip(table: Table) -> StripSpec:
     strip = table.read(StripSpec)
-    strip = replace(strip, **{name: _covering(table, name, getattr(strip, name), strip.length) for name in AT_REST})
+    rest: dict[str, Any] = {name: _covering(table, name, getattr(strip, name), strip.length) for name in AT_REST}
+    strip = replace(strip, **rest)
     if strip.width >= strip.length:
         raise table.bad(
             "width",

@@ -16,6 +16,7 @@ from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Wall
 from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
+from ribbon.problems.arguments import Material
 from ribbon.problems.fields import Fields
 from ribbon.problems.touching import Touch
 from ribbon.strip import Strip
@@ -141,6 +142,11 @@ class Problem(SmoothProblem, Protocol):
     @property
     def tip(self) -> tuple[float, float, float] | None:
         """Dead force at s = l, D w / l^2."""
+        ...
+
+    @property
+    def material(self) -> Material:
+        """Kernel arguments: the energy, its section, and what the segments are at rest."""
         ...
 
     @property

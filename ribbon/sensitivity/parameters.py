@@ -251,8 +251,8 @@ def _poisson(system: System) -> Load:
     energy, local = _by_section(here, 2)
     if problem.has_natural_curvature:
         s, omega, eta, weights, _ = _at_points(here)
-        own = problem.material.curvature
-        k = own[:, :1] + own[:, 1:] * s
+        natural = problem.material.curvature
+        k = natural[:, :1] + natural[:, 1:] * s
         by_omega, by_eta = -k * eta * eta, -2.0 * k * omega * eta
         energy += float((weights * omega * by_omega).sum())
         parts = [s * by_omega, by_omega, s * by_eta, by_eta]

@@ -210,7 +210,8 @@ def _part(problem: MixedProblem, first: int, last: int) -> MixedProblem:
     if problem.has_natural_curvature:
         ends = [float(problem.lengths[:k].sum()) for k in (first, last)]
         own = [law.scaled(law.part(one, *ends), 1.0 / strip.length) for one in strip.rest]
-        strip = replace(strip, **dict(zip(NATURAL, own, strict=True)))
+        changed: dict[str, Any] = dict(zip(NATURAL, own, strict=True))
+        strip = replace(strip, **changed)
     return problem.with_changes(
         strip=strip, lengths=problem.lengths[first:last], start=None, end=None, closure=None, tip=None, box=None
     )
