@@ -25,15 +25,15 @@ _PROBLEM = "problem"
 T = TypeVar("T", bound=Equilibrium)
 
 
-def pack(found: Equilibrium) -> dict[str, FloatArray]:
+def pack(equilibrium: Equilibrium) -> dict[str, FloatArray]:
     """Name -> array of all that is known of an equilibrium but its problem.
 
     Raises TypeError for a field that holds what cannot be written.
     """
     arrays: dict[str, FloatArray] = {}
     about: dict[str, Any] = {}
-    for field in dataclasses.fields(found):
-        value = getattr(found, field.name)
+    for field in dataclasses.fields(equilibrium):
+        value = getattr(equilibrium, field.name)
         if isinstance(value, np.ndarray):
             arrays[field.name] = value
         elif field.name != _PROBLEM:

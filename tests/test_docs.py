@@ -62,8 +62,8 @@ def _console(block: Block, has_shell: bool, heard: Callable[[], str] = str) -> N
         except SystemExit as stop:  # argparse
             code = stop.code if isinstance(stop.code, int) else 2
         assert code == command.code, f"exit code {code}: {command.line}"
-        said = heard()
-        assert not said or not _unseen(command.shown, said), f"{_unseen(command.shown, said)}: {command.line}"
+        text = heard()
+        assert not text or not _unseen(command.shown, text), f"{_unseen(command.shown, text)}: {command.line}"
 
 
 def _marked(page: Path) -> object:

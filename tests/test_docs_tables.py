@@ -7,7 +7,7 @@ import re
 import pytest
 
 from compare.measure.grades import FAIR_FACTOR, GOOD_UP_TO
-from compare.models.ribbon.way import COLUMNS
+from compare.models.ribbon.stages import COLUMNS
 from compare.page.claims import CLAIMS
 from compare.pages import ribbon
 from docs import tables

@@ -291,8 +291,8 @@ def test_an_interruption_ends_what_runs_and_begins_nothing_more(root):
 def test_a_failing_page_in_a_process_says_its_exit_code(root):
     work = remake.Processes()
     assert work.run(_python("raise SystemExit(7)"), os.environ) == (7, "")
-    said = f"print({stale.MISSING + 'no auto-07p'!r}); raise SystemExit({stale.ABSENT})"
-    assert work.run(_python(said), os.environ) == (stale.ABSENT, "no auto-07p")
+    text = f"print({stale.MISSING + 'no auto-07p'!r}); raise SystemExit({stale.ABSENT})"
+    assert work.run(_python(text), os.environ) == (stale.ABSENT, "no auto-07p")
 
 
 def test_a_page_waits_for_those_alone_that_write_what_it_reads(root):

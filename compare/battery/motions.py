@@ -18,7 +18,7 @@ from compare.battery.case import Check, holds
 from compare.models.base import Force, State
 from compare.scene import Scene
 from compare.scene.declare import LENGTH, Kind
-from compare.scene.given.law import is_table
+from compare.scene.inputs.law import is_table
 from compare.scene.keys import KEYS, contract_name
 
 FloatArray = NDArray[np.float64]
@@ -186,11 +186,11 @@ class Alike:
         if state.energy is None or other.energy is None or state.shape is None or other.shape is None:
             return checks
         one, two = state.energy.elastic or 0.0, other.energy.elastic or 0.0
-        said = f"{one:.12g}, {two:.12g}"
+        text = f"{one:.12g}, {two:.12g}"
         if self.energies and abs(one - two) > bound * max(1.0, abs(one)):
             far = max(min(abs(e - known) for known in self.energies) / max(1.0, abs(e)) for e in (one, two))
-            return [*checks, Check("elastic energy apart from the known states', relative", far, bound, said=said)]
-        checks.append(Check("elastic energy apart, relative", abs(one - two) / max(1.0, abs(one)), bound, said=said))
+            return [*checks, Check("elastic energy apart from the known states', relative", far, bound, said=text)]
+        checks.append(Check("elastic energy apart, relative", abs(one - two) / max(1.0, abs(one)), bound, said=text))
         s, v = np.linspace(0.0, 1.0, 21), 0.5 * state.width * np.array([-1.0, 0.0, 1.0])
         near, there = state.shape.points(s, v), other.shape.points(s, v)
         there = there[::-1] if self.along else there
@@ -213,9 +213,9 @@ class Alike:
             and not self.along
             and not state.motions
         ):
-            said = f"{low:.10g}, {least:.10g}"
+            text = f"{low:.10g}, {least:.10g}"
             off = abs(low - least) / max(1.0, abs(low))
-            checks.append(Check("lowest eigenvalue apart, relative", off, 100.0 * bound, said=said))
+            checks.append(Check("lowest eigenvalue apart, relative", off, 100.0 * bound, said=text))
         return checks
 
 

@@ -218,5 +218,5 @@ def judged(
         off = float(np.linalg.norm(np.asarray(reaction) + problem.force - at.force))
         yield Check("force at the end (relative)", off / max(1.0, float(np.linalg.norm(at.force))), 1e-3)
     own = lowest_eigenvalue(problem, at)
-    said = f"{eigenvalue:.6g}, by piecewise linear modes {own:.6g}"
-    yield Check("lowest eigenvalue (relative)", abs(eigenvalue - own) / max(1.0, abs(own)), 0.03, said=said)
+    text = f"{eigenvalue:.6g}, by piecewise linear modes {own:.6g}"
+    yield Check("lowest eigenvalue (relative)", abs(eigenvalue - own) / max(1.0, abs(own)), 0.03, said=text)

@@ -96,8 +96,8 @@ def attempt(case: Case, rung: Rung, timed: bool = True) -> Tried:
         return Tried(rung, (), SKIPPED, time.process_time() - began, str(error))
     except Exception as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
-        said = f"{type(error).__name__}: {error} ({where.name}, line {where.lineno} of {where.filename})"
-        return Tried(rung, (), KNOWN if known else FAILED, time.process_time() - began, known or said)
+        text = f"{type(error).__name__}: {error} ({where.name}, line {where.lineno} of {where.filename})"
+        return Tried(rung, (), KNOWN if known else FAILED, time.process_time() - began, known or text)
     spent = time.process_time() - began
     bad = any(not check.ok and (timed or not check.timed) for check in checks)
     if known:
@@ -105,14 +105,14 @@ def attempt(case: Case, rung: Rung, timed: bool = True) -> Tried:
     return Tried(rung, checks, FAILED if bad or not checks else PASSED, spent, "" if checks else "it checked nothing")
 
 
-Kept = Mapping[str, Mapping[str, Any]]
+CachedRun = Mapping[str, Mapping[str, Any]]
 
 
 def run(
     cases: Sequence[Case],
     long: bool = False,
     software: str = "",
-    kept: Kept | None = None,
+    kept: CachedRun | None = None,
     keep: Callable[[str, Mapping[str, Any]], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Iterator[Outcome]:

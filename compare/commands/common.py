@@ -108,12 +108,14 @@ def out_argument(parser: argparse.ArgumentParser, default: str = "out/SCENE/COMM
 
 def leave_saddle_argument(parser: argparse.ArgumentParser) -> None:
     """--leave-saddle or --stay (`leaves`)."""
-    asked = parser.add_mutually_exclusive_group()
-    asked.add_argument(
+    requested = parser.add_mutually_exclusive_group()
+    requested.add_argument(
         "--leave-saddle", action="store_true",
         help="leave a saddle along its unstable direction, also along a [[path]] and with the rods",
     )  # fmt: skip
-    asked.add_argument("--stay", action="store_true", help="stay on a saddle; a ribbon without a [[path]] leaves it")
+    requested.add_argument(
+        "--stay", action="store_true", help="stay on a saddle; a ribbon without a [[path]] leaves it"
+    )
 
 
 def leaves(options: argparse.Namespace) -> bool | None:
@@ -124,7 +126,7 @@ def leaves(options: argparse.Namespace) -> bool | None:
 def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
     """The scene with the assignments of --set, and its notes on stderr. Where it is to be solved (`computes`), one that
     cannot be meant is a `BadInput`, unless --yes."""
-    from compare.scene.given.plausible import check_meant
+    from compare.scene.inputs.plausible import check_meant
     from compare.scene.scene import parse_assignment
 
     scene = loaded(options, options.scene)
@@ -140,7 +142,7 @@ def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
 
 def loaded(options: argparse.Namespace, name: str) -> Scene:
     """The scene of this name; the text of one from the standard input is kept for the folder of its results."""
-    from compare.scene.given.source import STDIN, text_of
+    from compare.scene.inputs.source import STDIN, text_of
     from compare.scene.scene import loads
 
     text, source = text_of(name)

@@ -93,9 +93,9 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
 
     changes: dict[str, object] = {"leave_saddle": common.leaves(options), "compilation": options.compilation}
     known = families(scene)
-    asked = [name for words in options.solvers or [] for name in words.strip("[]").replace(",", " ").split()]
-    _chosen("--solvers", asked, known)
-    changes["solvers"] = tuple(s for s in known if s in (asked or known))
+    requested = [name for words in options.solvers or [] for name in words.strip("[]").replace(",", " ").split()]
+    _chosen("--solvers", requested, known)
+    changes["solvers"] = tuple(s for s in known if s in (requested or known))
     for name, least, most in (("segments", 2, 2000), ("elastica_elements", 2, 5000)):
         values = getattr(options, name)
         if values is not None:
@@ -128,13 +128,13 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
 
 def _ratio(options: argparse.Namespace, scene: Scene) -> float | None:
     """w/h of the shell: of the option, or the scene's largest; None where the scene has no shell."""
-    asked = options.width_to_thickness
-    if asked is None:
+    requested = options.width_to_thickness
+    if requested is None:
         return max(require_shell(scene)) if has_shell(scene) else None
-    if not (math.isfinite(asked) and asked > 1.0):
-        raise BadInput("--width-to-thickness", asked, "is no w/h of a shell", "give a number above 1")
-    require_shell(scene.replace({"shell.width_to_thickness": [asked]}))
-    return float(asked)
+    if not (math.isfinite(requested) and requested > 1.0):
+        raise BadInput("--width-to-thickness", requested, "is no w/h of a shell", "give a number above 1")
+    require_shell(scene.replace({"shell.width_to_thickness": [requested]}))
+    return float(requested)
 
 
 def _chosen(option: str, values: list[object], known: tuple[str, ...]) -> None:

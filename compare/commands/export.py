@@ -80,7 +80,7 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     from compare.commands.solve import solve_into
     from compare.models.choice import chosen
     from compare.pages.presenter import presenter_of
-    from compare.scene.given.source import STDIN, near
+    from compare.scene.inputs.source import STDIN, near
     from compare.scene.scene import parse_assignment, shipped
 
     if options.source not in (STDIN, *shipped()) and not Path(options.source).is_file():
@@ -96,9 +96,9 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
         raise refused
     parent = None if options.out is None else Path(options.out) / "solve"
     options.scene, options.leave_saddle, options.stay, options.time = options.source, False, False, False
-    asked = argparse.Namespace(**{**vars(options), "out": parent, "command": "solve"})
-    folder = common.out_folder(asked, scene.name)
-    options.line = asked.line
+    requested = argparse.Namespace(**{**vars(options), "out": parent, "command": "solve"})
+    folder = common.out_folder(requested, scene.name)
+    options.line = requested.line
     with common.held(folder, reporter.step):
         state = solve_into(folder, scene, reporter, options)
     return folder, common.DONE if state.ok else common.NOT_CONVERGED

@@ -49,13 +49,13 @@ def run(options: argparse.Namespace, console: Console) -> int:
     out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         reporter.step(f"fitting {len(free)} keys to {len(points.places)} points")
-        found = identify(scene, points, free, register=options.register, unit=unit)
+        fit = identify(scene, points, free, register=options.register, unit=unit)
         reporter.step("writing results")
-        page.write(out, found, options.line)
+        page.write(out, fit, options.line)
     if common.spoken(options):
-        print_verdict(console, page.answer(found))
-        print_table(console, page.table(found), wide=options.wide)
-        for sentence in page.sentences(found):
+        print_verdict(console, page.answer(fit))
+        print_table(console, page.table(fit), wide=options.wide)
+        for sentence in page.sentences(fit):
             console.print(sentence)
         console.print(f"Files: {out}")
-    return common.DONE if found.passes else common.NOT_CONVERGED
+    return common.DONE if fit.passes else common.NOT_CONVERGED

@@ -16,7 +16,7 @@ from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, pri
 from compare.commands.line import recorded
 from compare.commands.parser import whole as _parser
 from compare.errors import BadInput, RibbonbenchError
-from compare.scene.given.accepted import accepting
+from compare.scene.inputs.accepted import accepting
 from ribbonbench import start
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]

@@ -10,7 +10,7 @@ from rich.console import Console
 from compare.commands import common
 from compare.models.scope import has_shell, require_shell
 from compare.page.table import Column, Table
-from compare.scene.given.law import values
+from compare.scene.inputs.law import values
 
 HELP = "list the shipped scenes, or print one of them"
 EXAMPLE = "ribbonbench scenes curl_4_3"

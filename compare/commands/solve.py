@@ -69,8 +69,8 @@ def solved(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namesp
     model = chosen(scene)
     check_keys(model, scene)
     repeats = None if options.time else 0
-    asked = Options(leave_saddle=common.leaves(options), error=True, repeats=repeats, store=shared_store(out))
-    return model.solve(scene, options=asked, say=reporter)
+    requested = Options(leave_saddle=common.leaves(options), error=True, repeats=repeats, store=shared_store(out))
+    return model.solve(scene, options=requested, say=reporter)
 
 
 def solve_into(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namespace) -> State:

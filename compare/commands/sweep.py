@@ -119,7 +119,7 @@ def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]
 
 
 def _sweep(options: argparse.Namespace) -> Sweep:
-    from compare.scene.given.source import STDIN
+    from compare.scene.inputs.source import STDIN
     from compare.scene.scene import parse_assignment
     from compare.studies.axes import parse_axis
     from compare.sweep.file import known_solver, load_sweep, of_scene

@@ -20,7 +20,7 @@ from compare.errors import BadInput
 from compare.measure.align import Motions
 from compare.measure.grid import Grid
 from compare.models.shown import Shown
-from compare.scene.given.law import Law, constant
+from compare.scene.inputs.law import Law, constant
 from compare.scene.units import Units
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Energy:
 
 
 def natural_constant(law: Law) -> float:
-    """1/2 int K^2 ds in D w / l, which `Energy.elastic` leaves out; law: K l (`compare.scene.given.law`)."""
+    """1/2 int K^2 ds in D w / l, which `Energy.elastic` leaves out; law: K l (`compare.scene.inputs.law`)."""
     return constant(law)
 
 

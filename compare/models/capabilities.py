@@ -105,13 +105,13 @@ class Estimate:
     thickness was not found; rival: a lower state that was seen beside its own, with which nothing here is sure, None
     where none was seen or looked for (`compare.models.ribbon.rivals`); own: the part of that share which the model has
     in its own energy; passages: by how much more of the elastic energy it may stretch where its curvature passes zero
-    (`compare.models.ribbon.beyond.passages`); crowded: the same beside its clamps, where its rulings all but meet
-    (`compare.models.ribbon.beyond.crowded_energy`); sides: where the thin strip has a state on either side of its own
-    (`compare.models.ribbon.rivals.either_side`), None where one was seen or none looked for; scale: z of the strip's
-    edges at the mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, its own solve
-    not included; why: why nothing can be said, "" where it can; there are then no parts; bends: whether the strip does,
-    so that there is an elastic energy to have a share of: the shares of one that hangs straight down, and is stretched
-    by its weight alone, are of the weight's energy.
+    (`compare.models.ribbon.neglected.passages`); crowded: the same beside its clamps, where its rulings all but
+    meet (`compare.models.ribbon.neglected.crowded_energy`); sides: where the thin strip has a state on either side of
+    its own (`compare.models.ribbon.rivals.either_side`), None where one was seen or none looked for; scale: z of the
+    strip's edges at the mean curvature (below about 2 the layers of both edges meet); seconds: for the estimate, its
+    own solve not included; why: why nothing can be said, "" where it can; there are then no parts; bends: whether the
+    strip does, so that there is an elastic energy to have a share of: the shares of one that hangs straight down, and
+    is stretched by its weight alone, are of the weight's energy.
     """
 
     width_to_thickness: float

@@ -21,7 +21,7 @@ def beside_the_shell(scene: Scene) -> Model:
     """The model that is compared with shells: the chosen one; where that is the planar elastica, which is the third
     opinion there, the ribbon."""
     found = chosen(scene)
-    return model(USUAL) if is_third_opinion(found) else found  # type: ignore[no-any-return]
+    return model(USUAL) if is_cross_check(found) else found  # type: ignore[no-any-return]
 
 
 def measure_of_all(names: Collection[str]) -> str:
@@ -42,7 +42,7 @@ def third_opinion(scene: Scene, beside: Model) -> Model | None:
     return found
 
 
-def is_third_opinion(found: Model) -> bool:
+def is_cross_check(found: Model) -> bool:
     """Whether a model is the one that is the third opinion beside others."""
     return entry(found.name).planar
 

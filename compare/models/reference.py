@@ -118,27 +118,27 @@ def beside_mesh(elements: tuple[int, int]) -> tuple[int, int]:
     return half if half[1] >= COARSEST[1] else (along, 2 * across)
 
 
-def judged(scene: Scene, found: State, beside: State, grid: Grid | None = None) -> State:
+def judged(scene: Scene, state: State, partner: State, grid: Grid | None = None) -> State:
     """A state with its errors, from the same one on another mesh: of the shape (Hausdorff / l), of energies, forces,
     moments and the lowest eigenvalue, each by its own change (`compare.measure.numbers`).
 
     The change to a coarser mesh bounds the state's own error as long as halving the elements more than halves the
     error; of the change to a finer one that is so of twice the change. Unknown where one of the two is not stable.
     """
-    mesh = beside.size.label
-    if not (found.ok and beside.ok) or found.shape is None or beside.shape is None:
-        return replace(found, error_why=found.error_why if not found.ok else f"on {mesh} elements: {beside.word}")
-    finer = math.prod(beside.size.values) > math.prod(found.size.values)
-    times, chain = (2.0, (found, beside)) if finer else (1.0, (beside, found))
-    grid = grid or Grid.for_shape(scene, found.shape.bend)
-    points = grid.of(found.shape)
-    error = times * grid_hausdorff(points, aligned(grid.of(beside.shape), points, found.motions))
+    mesh = partner.size.label
+    if not (state.ok and partner.ok) or state.shape is None or partner.shape is None:
+        return replace(state, error_why=state.error_why if not state.ok else f"on {mesh} elements: {partner.word}")
+    finer = math.prod(partner.size.values) > math.prod(state.size.values)
+    times, chain = (2.0, (state, partner)) if finer else (1.0, (partner, state))
+    grid = grid or Grid.for_shape(scene, state.shape.bend)
+    points = grid.of(state.shape)
+    error = times * grid_hausdorff(points, aligned(grid.of(partner.shape), points, state.motions))
     errors = errors_of([numbers_of(one) for one in chain], error_of_first if finer else error_of_last)
-    here, there = (one.numbers.get("share") for one in (found, beside))
+    here, there = (one.numbers.get("share") for one in (state, partner))
     change = None if not here or not there else times * sum(abs(here[part] - there[part]) for part in STRETCHING)
     return replace(
-        found, error=error, errors=errors, error_why=f"by the change to {mesh} elements",
-        numbers={**found.numbers, "share_error": change},
+        state, error=error, errors=errors, error_why=f"by the change to {mesh} elements",
+        numbers={**state.numbers, "share_error": change},
     )  # fmt: skip
 
 

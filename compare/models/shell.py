@@ -48,7 +48,7 @@ from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.scope import has_shell, require_shell
 from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
-from compare.scene.given.law import Law, at, values
+from compare.scene.inputs.law import Law, at, values
 from compare.store.store import CaseStore
 
 if TYPE_CHECKING:
@@ -214,9 +214,9 @@ class ShellModel(Model):
         if size is not None and scene.shell.tolerance is not None:  # a size that is asked for is not refined
             scene = scene.replace({"shell.tolerance": None, "shell.goal": None})
         elements = shell_elements(scene) if size is None else (int(size.values[0]), int(size.values[1]))
-        asked = check_price(scene, elements, 2 if size is None or size.degree is None else size.degree, options.yes)
+        requested = check_price(scene, elements, 2 if size is None or size.degree is None else size.degree, options.yes)
         if say is not None:
-            words = f", {asked.text}" if asked.said else ""
+            words = f", {requested.text}" if requested.said else ""
             say.step(f"shell: w/h = {ratio:g}, {elements[0]} x {elements[1]} elements{words}")
         problem = problem_of(scene, ratio, elements, options.fallback)
         if size is not None and size.degree is not None:
@@ -240,7 +240,7 @@ class ShellModel(Model):
     def _with_error(
         self,
         scene: Scene,
-        found: State,
+        state: State,
         elements: tuple[int, int],
         ratio: float,
         store: CaseStore,
@@ -257,13 +257,13 @@ class ShellModel(Model):
         how = replace(how, accuracy=None)
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
-        if scene.shell.start != "path" and found.ok:
-            near, how = found.shape, replace(how, begin="given")
+        if scene.shell.start != "path" and state.ok:
+            near, how = state.shape, replace(how, begin="given")
         try:
             case, _ = _run(how, problem_of(scene, ratio, check, options.fallback), store, near, say)
         except BadInput as refused:  # a mesh that cannot have the held corners' knots
-            return replace(found, error_why=f"on {check[0]} x {check[1]} elements: {refused}")
-        return judged(scene, found, state_of(scene, case), options.grid)
+            return replace(state, error_why=f"on {check[0]} x {check[1]} elements: {refused}")
+        return judged(scene, state, state_of(scene, case), options.grid)
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""

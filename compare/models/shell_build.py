@@ -16,7 +16,7 @@ from compare.errors import BadInput
 from compare.models.holds import shell as shell_holds
 from compare.models.scope import beyond_the_shell, require_shell
 from compare.scene.data import unit
-from compare.scene.given import law
+from compare.scene.inputs import law
 from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec, ShellSpec
 from compare.scene.stages import stage_name
@@ -51,7 +51,7 @@ TAPE_OPTIONS = {"arc_length": "always", "first_step": 0.02, "arc_step": 0.002, "
 #: Half turns after which the ends of a band are joined.
 HALF_TURNS = {"circle": 0, "moebius": 1}
 #: What a tolerance is of, in words after it.
-ASKED = {"surface": "l", "end": "l at the end", "middle": "l in the middle", "energy": "of the elastic energy"}
+REQUESTED = {"surface": "l", "end": "l at the end", "middle": "l in the middle", "energy": "of the elastic energy"}
 #: Relative difference below which two laws of natural curvature, or two weights, are the same.
 _SAME = 1e-12
 
@@ -125,7 +125,7 @@ def shell_problem(
             contact=shell.contact,
         )
         _check_goal(shell, problem)
-        return with_way(scene, problem) if way else problem
+        return with_path(scene, problem) if way else problem
     except ShellInputError as error:
         raise BadInput(f"shell.{error.key}", error.value, "cannot be used", error.remedy) from None
 
@@ -231,7 +231,7 @@ def shell_words(scene: Scene) -> str:
     where = "both ends" if scene.clamp_end is not None else "s = 0"
     mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
     if shell.tolerance is not None:
-        mesh += f" at first, refined to {shell.tolerance:g} {ASKED[shell.goal]}"
+        mesh += f" at first, refined to {shell.tolerance:g} {REQUESTED[shell.goal]}"
     words = [_holds(scene, what, where), mesh]
     if scene.walls:
         met = "the middle surface meets the walls" if shell.contact == "midsurface" else "both faces meet the walls"
@@ -240,7 +240,7 @@ def shell_words(scene: Scene) -> str:
     try:
         problem = shell_problem(scene, require_shell(scene)[0])
     except BadInput as refusal:
-        way = f"its own path is not available ({refusal.key} {refusal.problem})"
+        path = f"its own path is not available ({refusal.key} {refusal.problem})"
     else:
         if problem.shaped:
             begin = "its shape at rest"
@@ -259,12 +259,12 @@ def shell_words(scene: Scene) -> str:
         names += ["gravity"] if problem.loaded else []
         names += ["tip"] if problem.pulled else []
         names += ["walls"] if any(stage.walls for stage in problem.path) else []
-        way = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
+        path = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
     start = shell.start
     if start in ("auto", "ribbon"):
-        words.append(f"compare begins at the ribbon's surface, ribbonbench shell does not know it: {way}")
+        words.append(f"compare begins at the ribbon's surface, ribbonbench shell does not know it: {path}")
     else:
-        words.append(way)
+        words.append(path)
     if shell_options(scene).coarse and coarse_meshes(shell_elements(scene)):
         words.append("on a coarse mesh first")
     return "; ".join(words)
@@ -286,7 +286,7 @@ def _both(problem: ShellProblem) -> bool:
 # -- the way ----------------------------------------------------------------------------------------------------------
 
 
-def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
+def with_path(scene: Scene, problem: ShellProblem) -> ShellProblem:
     """The problem with the waypoints of the scene's [[path]] and, for two clamps, the arc where the path begins.
 
     Raises `BadInput` for a stage that the shell cannot follow.
@@ -298,7 +298,7 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
         if scene.path:
             remedy = "leave the path out (--set path=[]): a shell that is held in part has a beginning of its own"
             raise BadInput("path", None, "is not what a shell that is held in part can follow", remedy)
-        return _released_way(scene, problem)
+        return _released_path(scene, problem)
     if not scene.path and (problem.shaped or not _both(problem)):
         return problem  # of a strip that is no plane at rest the clamps go from where it has its end
     stages = _followed(scene)
@@ -344,7 +344,7 @@ def with_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
     return dataclasses.replace(problem, start_curvature=curvature, path=tuple(waypoints))
 
 
-def _released_way(scene: Scene, problem: ShellProblem) -> ShellProblem:
+def _released_path(scene: Scene, problem: ShellProblem) -> ShellProblem:
     """The problem with the way of its clamps where two points are held: they hold all of the ends until they let go."""
     if problem.closed or scene.start_position is None or scene.end_position is None:
         return problem
@@ -466,7 +466,7 @@ def arc_curvature(start: Pose, end: Pose, scene: Scene) -> float:
     turn = arc_turn(math.dist(start.position, end.position))
     if turn == 0.0:
         return 0.0
-    effort = {sign: sum(float(np.sum(way**2)) for way in _turns(start, end, sign * turn)[1]) for sign in (1.0, -1.0)}
+    effort = {sign: sum(float(np.sum(path**2)) for path in _turns(start, end, sign * turn)[1]) for sign in (1.0, -1.0)}
     if abs(effort[1.0] - effort[-1.0]) > 1e-6 * (effort[1.0] + effort[-1.0]):
         return turn * min(effort, key=effort.__getitem__)
     seed = scene.seed_curvature
@@ -484,11 +484,11 @@ def from_arc(start: Pose, end: Pose, curvature: float) -> list[Waypoint]:
     chord = 1.0 if abs(half) < 1e-9 else math.sin(half) / half
     chord_frame = _chord_frame(start, end)
     arc_end = here + chord * chord_frame[:, 2]
-    legs = max(1, math.ceil(max(float(np.linalg.norm(way)) for way in ways) / MOST_TURN))
+    legs = max(1, math.ceil(max(float(np.linalg.norm(path)) for path in ways) / MOST_TURN))
     found = [Waypoint(start=_pose(here, frames[0]), name="arc")]
     for leg in range(1, legs):
         t = leg / legs
-        turned = [_rotation(t * way) @ frame for way, frame in zip(ways, frames, strict=True)]
+        turned = [_rotation(t * path) @ frame for path, frame in zip(ways, frames, strict=True)]
         place = arc_end + t * (there - arc_end)
         found.append(Waypoint(start=_pose(here, turned[0]), end=_pose(place, turned[1]), name="clamps"))
     return found

@@ -35,13 +35,13 @@ def run(scene: Scene, store: CaseStore, reporter: Reporter, world: World, iterat
     Raises `BadInput` for what the shell cannot do, `Missing` without dolfinx; on all processes.
     """
     options = shell_options(scene, iteration=iteration)
-    asked = check_price(scene)
+    requested = check_price(scene)
     found = []
     for ratio in require_shell(scene):
         problem = shell_problem(scene, ratio)
         size = " x ".join(map(str, problem.elements))
         shared = f", {world.size} processes" if world.size > 1 else ""
-        shared += f", {asked.text}" if asked.said else ""
+        shared += f", {requested.text}" if requested.said else ""
         reporter.step(f"shell: w/h = {ratio:g}, {size} elements{shared}")
         state = state_of(scene, _case(problem, options, store, reporter, world))
         if state.ok and scene.shell.tolerance is None:

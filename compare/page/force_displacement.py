@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.measure.travel import POSITION, TURN, Stand, Travel
+from compare.measure.load_curve import POSITION, TURN, LoadCurve, LoadPoint
 from compare.page.page import Picture
 from compare.page.state import FORCE, MOMENT, NUMBER
 from compare.page.table import Column
@@ -53,7 +53,7 @@ def wall_columns(records: Sequence[Mapping[str, Any]]) -> tuple[Column, ...]:
     )
 
 
-def supports_of(stand: Stand) -> dict[str, float]:
+def supports_of(stand: LoadPoint) -> dict[str, float]:
     """Forces and moments of a state under the keys of the columns."""
     found: dict[str, float] = {}
     for kind, vectors in (("force", stand.forces), ("moment", stand.moments)):
@@ -63,15 +63,15 @@ def supports_of(stand: Stand) -> dict[str, float]:
     return found
 
 
-def stand_of(
+def load_point_of(
     values: Mapping[str, Any], forces: Mapping[str, Any], moments: Mapping[str, Any], walls: Sequence[str] = ()
-) -> Stand:
+) -> LoadPoint:
     """A state from the contract's `forces` and `moments`; walls: their names, in keys by name or number."""
     given = {name: forces.get(name) for name in ("start", "end")}
     given |= {f"wall.{name}": force for name, force in zip(walls, forces.get("walls") or (), strict=False)}
     numbers = {f"wall.{number}.": f"wall.{name}." for number, name in enumerate(walls)}
     named = {_renamed(key, numbers): value for key, value in values.items()}
-    return Stand(
+    return LoadPoint(
         named,
         {name: np.asarray(force, dtype=float) for name, force in given.items() if force is not None},
         {name: np.asarray(moments[name], dtype=float) for name in ("start", "end") if moments.get(name) is not None},
@@ -85,32 +85,32 @@ def _renamed(key: str, numbers: Mapping[str, str]) -> str:
     return key
 
 
-def curve_of(travel: Travel | None) -> dict[int, dict[str, float]]:
+def curve_of(load_curve: LoadCurve | None) -> dict[int, dict[str, float]]:
     """The curve under the keys of `CURVE`, by the number of the state; empty for a number, and without a curve."""
     names = {POSITION: ("displacement", "force_along"), TURN: ("angle", "moment_along")}
-    if travel is None or travel.kind not in names:
+    if load_curve is None or load_curve.kind not in names:
         return {}
-    way, force = names[travel.kind]
-    found = zip(travel.states, travel.way, travel.force, strict=True)
-    return {int(k): {way: float(x), force: float(y)} for k, x, y in found}
+    path, force = names[load_curve.kind]
+    found = zip(load_curve.states, load_curve.way, load_curve.force, strict=True)
+    return {int(k): {path: float(x), force: float(y)} for k, x, y in found}
 
 
-def draw(path: Path, travel: Travel, units: Units, title: str) -> Picture:
+def draw(path: Path, load_curve: LoadCurve, units: Units, title: str) -> Picture:
     """Writes the picture, in mm and N where SI is known, and describes it."""
     from matplotlib.figure import Figure
 
     from compare.page.drawing import save
 
-    x, x_label = _scaled(travel.way, _of_way(travel), units)
-    y, y_label = _scaled(travel.force, MOMENT if travel.kind == TURN else FORCE, units)
+    x, x_label = _scaled(load_curve.way, _of_path(load_curve), units)
+    y, y_label = _scaled(load_curve.force, MOMENT if load_curve.kind == TURN else FORCE, units)
     names = {POSITION: ("displacement", "force along it"), TURN: ("angle", "moment about its axis")}
-    along, against = names.get(travel.kind, (travel.key, "size of the force"))
-    held = travel.support if travel.support.startswith("wall") else f"clamp.{travel.support}"
+    along, against = names.get(load_curve.kind, (load_curve.key, "size of the force"))
+    held = load_curve.support if load_curve.support.startswith("wall") else f"clamp.{load_curve.support}"
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.add_subplot()
     axes.plot(x, y, "o-", color="#1f5fa8", ms=3.5, lw=1.2)
     axes.axhline(0.0, color="0.6", lw=0.6)
-    axes.set_xlabel(f"{along} of {held}{x_label}" if travel.kind in names else f"{travel.key}{x_label}")
+    axes.set_xlabel(f"{along} of {held}{x_label}" if load_curve.kind in names else f"{load_curve.key}{x_label}")
     axes.set_ylabel(f"{against}{y_label}")
     axes.set_title(title, fontsize=10)
     axes.grid(True, lw=0.3, alpha=0.6)
@@ -123,8 +123,8 @@ def draw(path: Path, travel: Travel, units: Units, title: str) -> Picture:
     )
 
 
-def _of_way(travel: Travel) -> str:
-    return {POSITION: "l", TURN: "rad"}.get(travel.kind, "")
+def _of_path(load_curve: LoadCurve) -> str:
+    return {POSITION: "l", TURN: "rad"}.get(load_curve.kind, "")
 
 
 def _scaled(values: Any, unit: str, units: Units) -> tuple[Any, str]:

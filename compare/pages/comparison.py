@@ -15,8 +15,8 @@ from compare.page.claims import SHELLS
 from compare.page.pair import PAIR, PLANAR, Row
 from compare.page.remedies import message
 from compare.page.table import Column, Table
-from compare.page.told import force, length
 from compare.page.verdict import Verdict
+from compare.page.wording import force, length
 from compare.pages.elastica import BEGAN
 from compare.pages.solve import sentences
 from compare.record.quantity import Quantity, first

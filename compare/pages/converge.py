@@ -18,8 +18,8 @@ from compare.page.page import Picture
 from compare.page.pair import PAIR, Row
 from compare.page.si import for_reader, with_si
 from compare.page.table import Cell, Column, Table
-from compare.page.told import length
 from compare.page.verdict import Check, Verdict, unchecked
+from compare.page.wording import length
 from compare.pages import comparison as tables
 from compare.pages.result import comparison_result
 from compare.pages.written import write_fast, write_shells
@@ -75,10 +75,10 @@ def _limit_check(one: Study) -> Check:
     if one.limit is None:
         return unchecked("limit", f"it takes {LEAST_FOR_LIMIT} distances above the errors")
     low, high = one.limit.d0.both
-    said = f"{low:.1e} to {high:.1e} l are left at h/w = 0"
+    text = f"{low:.1e} to {high:.1e} l are left at h/w = 0"
     if low > 0.0:
-        return Check("limit", worst(FAIR, grade("distance", low)), said, low, YARDSTICK)
-    return Check("limit", GOOD if high <= YARDSTICK else UNKNOWN, said, high, YARDSTICK)
+        return Check("limit", worst(FAIR, grade("distance", low)), text, low, YARDSTICK)
+    return Check("limit", GOOD if high <= YARDSTICK else UNKNOWN, text, high, YARDSTICK)
 
 
 def sentences(found: Sequence[Study]) -> list[str]:
@@ -342,7 +342,7 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
         for one in found
         for surface in write_fast(out, one.comparison, f"_{one.ruling}" if several else "", _head(one, several))
     ]
-    said = sentences(found)
+    lines = sentences(found)
     page.Study(
         "converge",
         f"{first.scene.title}: convergence as h/w falls",
@@ -352,12 +352,12 @@ def write(out: Path, found: Sequence[Study], again: str) -> None:
             for one in found
             for t in (for_reader(row_table(one, several), first.scene.units), scalar_table(one, several))
         ),
-        sentences=tuple(said),
+        sentences=tuple(lines),
         pictures=(
             Picture(
                 "converge.png",
                 "Distance between ribbon and shell against h/w, both logarithmic, with error bars, fitted lines "
-                f"and their bands. {' '.join(said[:4])}",
+                f"and their bands. {' '.join(lines[:4])}",
                 "Convergence as h/w falls",
             ),
         ),

@@ -159,8 +159,8 @@ def _checks(cost: Cost, target: float | None, models: Sequence[str]) -> list[Che
         reached = Check("reached", POOR, "no run reaches the yardstick", None, YARDSTICK)
     else:
         kind = "error" if cost.common is None else "distance"
-        said = f"an error of {target:.0e} l is reached"
-        reached = Check("reached", grade(kind, target), said, target, GOOD_UP_TO[kind])
+        text = f"an error of {target:.0e} l is reached"
+        reached = Check("reached", grade(kind, target), text, target, GOOD_UP_TO[kind])
     far = [model for model in models if model in cost.far]
     return [
         reached,

@@ -12,7 +12,7 @@ from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import BESIDE, State
 from compare.models.scope import beyond_the_ribbon
-from compare.page import told
+from compare.page import wording
 from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
@@ -88,11 +88,11 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     values = {name: value for name, value in energy.to_dict().items() if name in ("elastic", "gravity", "tip")}
     hangs = scene.tip is not None and scene.tip.force is None and scene.tip.tension is None
     force = np.array([scene.tip_load]) if hangs else scene.tip_force
-    load = [("load at the tip", told.force(force, units))] if scene.tip is not None else []
+    load = [("load at the tip", wording.force(force, units))] if scene.tip is not None else []
     place = [
-        ("energy", told.energies(values, units, state.errors.get("energy", {}))),
-        ("s = l", told.place(end.position, units)),
-        *told.supports(state, units),
+        ("energy", wording.energies(values, units, state.errors.get("energy", {}))),
+        ("s = l", wording.place(end.position, units)),
+        *wording.supports(state, units),
     ]
     return [
         ("status", message(state)),
@@ -100,7 +100,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         *load,
         ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
         ("began at", BEGAN[state.start]),
-        ("discretisation error", "unknown" if state.error is None else told.length(units, state.error)),
+        ("discretisation error", "unknown" if state.error is None else wording.length(units, state.error)),
         ("time", spent(state.seconds)),
     ]
 

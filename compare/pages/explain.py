@@ -11,8 +11,8 @@ from compare.models.base import Effect
 from compare.page.state import DIMENSIONS
 from compare.page.study import Study
 from compare.page.table import Column, Table
-from compare.page.told import length
 from compare.page.verdict import Verdict
+from compare.page.wording import length
 from compare.pages.presenter import presenter
 from compare.pages.result import state_result
 from compare.record.quantity import Quantity
@@ -139,13 +139,13 @@ def answer(scene: Scene, found: Explanation, solves: Solves | None) -> Verdict:
 
 def sentences(scene: Scene, found: Explanation, solves: Solves | None) -> list[str]:
     """Sizes, what costs most, what costs and changes nothing, shell and third opinion."""
-    said = _evaluation_sentences(found)
+    lines = _evaluation_sentences(found)
     if solves is not None:
-        said += _solve_sentences(found, solves)
+        lines += _solve_sentences(found, solves)
     if scene.strip.second_moment is not None:
-        return [*said, "Ribbon and shell: none; the rod of strip.second_moment only the elastica has."]
-    said.append(f"Shell: {found.shell}")
-    return [*said, f"Third opinion: {found.third_opinion}."] if found.third_opinion else said
+        return [*lines, "Ribbon and shell: none; the rod of strip.second_moment only the elastica has."]
+    lines.append(f"Shell: {found.shell}")
+    return [*lines, f"Third opinion: {found.third_opinion}."] if found.third_opinion else lines
 
 
 def _evaluation_sentences(found: Explanation) -> list[str]:

@@ -33,30 +33,30 @@ _COLUMNS = (
 )
 
 
-def table(found: Identified) -> Table:
+def table(fit: Identified) -> Table:
     """A row for every fitted key."""
     rows = []
-    for fitted in found.keys:
+    for fitted in fit.keys:
         low, high = fitted.interval or (None, None)
         unit = KEYS[fitted.key].unit or "-"
         rows.append((fitted.key, fitted.value, low, high, unit, fitted.start, fitted.error))
     return Table("Fitted keys", _COLUMNS, tuple(rows))
 
 
-def answer(found: Identified) -> Verdict:
+def answer(fit: Identified) -> Verdict:
     """How near the fitted ribbon is to the points."""
-    left = _length(found, found.rms)
-    keys = ", ".join(f"{fitted.key} = {fitted.value:.5g}" for fitted in found.keys)
-    if not found.ok:
+    left = _length(fit, fit.rms)
+    keys = ", ".join(f"{fitted.key} = {fitted.value:.5g}" for fitted in fit.keys)
+    if not fit.ok:
         text = f"The fit did not end at a stable equilibrium; the last one is {left} from the points: {keys}"
-        return Verdict.of("identify", text, _checks(found))
-    moved = ", moved onto it," if found.registered is not None else ""
-    count = len(found.points.places)
-    if not found.passes:
+        return Verdict.of("identify", text, _checks(fit))
+    moved = ", moved onto it," if fit.registered is not None else ""
+    count = len(fit.points.places)
+    if not fit.passes:
         text = f"No fit: the nearest ribbon stays {left} from the {count} points{moved} with {keys}"
-        return Verdict.of("identify", text, _checks(found))
+        return Verdict.of("identify", text, _checks(fit))
     text = f"{keys}: the ribbon passes the {count} points{moved} at {left} (root mean square)"
-    return Verdict.of("identify", text, _checks(found)).doubted("fit")
+    return Verdict.of("identify", text, _checks(fit)).doubted("fit")
 
 
 def _checks(found: Identified) -> list[Check]:
@@ -67,21 +67,21 @@ def _checks(found: Identified) -> list[Check]:
     return [finite(state), residual(state), stable_here(state), fit]
 
 
-def _length(found: Identified, value: float) -> str:
+def _length(fit: Identified, value: float) -> str:
     """A length with its share of the strip's, where it has a unit."""
-    units = found.scene.units
+    units = fit.scene.units
     return units.text(value, "l") + (f", {100.0 * value:.2g} % of its length," if units.known else "")
 
 
-def _noise(found: Identified) -> str:
+def _noise(fit: Identified) -> str:
     """What is left beside the points' own scatter."""
-    text = found.scene.units.text
-    if found.scatter is None:
+    text = fit.scene.units.text
+    if fit.scatter is None:
         return "The points are too few to tell their own scatter from a difference of shapes."
-    own = text(found.scatter, "l")
-    if found.rms <= SYSTEMATIC * found.scatter:
+    own = text(fit.scatter, "l")
+    if fit.rms <= SYSTEMATIC * fit.scatter:
         return f"The points scatter by {own} about a smooth curve: what is left is their noise."
-    if found.rms <= YARDSTICK:
+    if fit.rms <= YARDSTICK:
         return f"The points scatter by {own} about a smooth curve: what is left is no noise, but too small to be seen."
     return (
         f"The points scatter by {own} about a smooth curve: what is left is no noise, and the intervals do not hold. "
@@ -89,19 +89,19 @@ def _noise(found: Identified) -> str:
     )
 
 
-def _placed(found: Identified) -> str:
+def _placed(fit: Identified) -> str:
     """Where the points stand."""
-    text = found.scene.units.text
-    if found.registered is not None:
-        at = found.registered
+    text = fit.scene.units.text
+    if fit.registered is not None:
+        at = fit.registered
         shift, turn = at.motion.shift, np.degrees(at.motion.turn)
         off = "" if at.shift_error is None else f" (standard error {text(float(np.linalg.norm(at.shift_error)), 'l')})"
         return (
             f"The points were moved as a rigid body: {text(float(np.linalg.norm(shift)), 'l')}{off} and "
             f"{float(np.linalg.norm(turn)):.3g} degrees about their mean."
         )
-    if found.offset is not None:
-        seen = found.offset
+    if fit.offset is not None:
+        seen = fit.offset
         return (
             f"The points seem to stand elsewhere: moved by {text(seen.shift, 'l')} and turned by "
             f"{np.degrees(seen.turn):.2g} degrees they would be about {text(seen.rms, 'l')} from the ribbon. Mend "
@@ -110,43 +110,43 @@ def _placed(found: Identified) -> str:
     return "Points stand in the axes of the scene: nothing is moved to fit them."
 
 
-def sentences(found: Identified) -> list[str]:
+def sentences(fit: Identified) -> list[str]:
     """What else to know of the fit."""
-    how = "by their abscissae" if found.points.s is not None else "each with the nearest point of the centreline"
+    how = "by their abscissae" if fit.points.s is not None else "each with the nearest point of the centreline"
     said = [
-        f"{len(found.points.places)} points, {how}; {found.iterations} equilibria; {message(found.state)}.",
-        _placed(found),
-        _noise(found),
+        f"{len(fit.points.places)} points, {how}; {fit.iterations} equilibria; {message(fit.state)}.",
+        _placed(fit),
+        _noise(fit),
     ]
-    if found.began_beside:
+    if fit.began_beside:
         said.append("The scene's own state is a saddle: the fit began at the stable one that is nearer to the points.")
-    if found.differenced:
+    if fit.differenced:
         said.append("Where the equilibrium has no derivative (straight, or at a bifurcation) it was differenced.")
-    if found.hardly:
+    if fit.hardly:
         said.append(
-            f"The keys can hardly be told apart by these points (condition {found.condition:.1e}): the intervals say "
+            f"The keys can hardly be told apart by these points (condition {fit.condition:.1e}): the intervals say "
             "so; fix one of them, or measure another load."
         )
     return said
 
 
-def result(found: Identified) -> dict[str, Any]:
+def result(fit: Identified) -> dict[str, Any]:
     """result.json: that of the fitted scene, and `identified`."""
-    length, at = found.scene.units.length, found.registered
+    length, at = fit.scene.units.length, fit.registered
     return {
-        **state_result(found.scene, found.state),
+        **state_result(fit.scene, fit.state),
         "identified": {
             "keys": [
                 {"key": f.key, "value": f.value, "interval": f.interval, "error": f.error, "start": f.start}
-                for f in found.keys
+                for f in fit.keys
             ],
-            "points": len(found.points.places),
-            "feet": found.feet,
-            "rms": found.rms,
-            "rms_m": None if length is None else found.rms * length,
-            "grade": found.grade,
-            "scatter": found.scatter,
-            "offset": found.offset,
+            "points": len(fit.points.places),
+            "feet": fit.feet,
+            "rms": fit.rms,
+            "rms_m": None if length is None else fit.rms * length,
+            "grade": fit.grade,
+            "scatter": fit.scatter,
+            "offset": fit.offset,
             "registered": None
             if at is None
             else {
@@ -156,33 +156,33 @@ def result(found: Identified) -> dict[str, Any]:
                 "shift_error": at.shift_error,
                 "pivot": at.motion.pivot,
             },
-            "condition": found.condition,
-            "correlation": found.correlation,
-            "equilibria": found.iterations,
-            "converged": found.converged,
+            "condition": fit.condition,
+            "correlation": fit.correlation,
+            "equilibria": fit.iterations,
+            "converged": fit.converged,
         },
     }
 
 
-def write(out: Path, found: Identified, again: str) -> None:
+def write(out: Path, fit: Identified, again: str) -> None:
     """Writes everything of a fit into the folder `out`, each file atomically."""
-    identify_picture(out / PICTURE, found)
-    atomic_write_text(out / FITTED, found.scene.to_toml())
-    shown = table(found)
+    identify_picture(out / PICTURE, fit)
+    atomic_write_text(out / FITTED, fit.scene.to_toml())
+    shown = table(fit)
     Study(
         "identify",
-        found.scene.title,
+        fit.scene.title,
         tables=(shown,),
-        verdict=answer(found),
-        sentences=tuple(sentences(found)),
+        verdict=answer(fit),
+        sentences=tuple(sentences(fit)),
         pictures=(
             Picture(
                 PICTURE,
-                f"Two side views of the fitted centreline and the {len(found.points.places)} measured points, whose "
-                f"distances from it have a root mean square of {found.rms:.2e} l.",
+                f"Two side views of the fitted centreline and the {len(fit.points.places)} measured points, whose "
+                f"distances from it have a root mean square of {fit.rms:.2e} l.",
                 "The measured points on the fitted centreline, from two sides.",
             ),
         ),
         data={"table.csv": shown},
         files={"result.json": "all numbers", "table.csv": "the fitted keys", FITTED: "the scene with the fitted keys"},
-    ).write(out, result(found), again, found.scene)
+    ).write(out, result(fit), again, fit.scene)

@@ -86,21 +86,21 @@ def matching(pattern: str | None) -> tuple[list[str], bool]:
     """
     if pattern is None:
         return list(KEYS), True
-    asked = pattern.strip().strip("[]").lower()
+    requested = pattern.strip().strip("[]").lower()
     for test in (
-        lambda name: name == asked,
-        lambda name: fnmatch.fnmatchcase(name, asked) or fnmatch.fnmatchcase(name.rpartition(".")[2], asked),
-        lambda name: asked in name,
-        lambda name: len(asked) > 2 and asked in _plain_meaning(KEYS[name]).lower(),
+        lambda name: name == requested,
+        lambda name: fnmatch.fnmatchcase(name, requested) or fnmatch.fnmatchcase(name.rpartition(".")[2], requested),
+        lambda name: requested in name,
+        lambda name: len(requested) > 2 and requested in _plain_meaning(KEYS[name]).lower(),
     ):
         found = [name for name in KEYS if test(name)]
         if found:
             return found, True
-    whole = difflib.get_close_matches(asked, KEYS, n=3, cutoff=0.8)
-    if whole or "." in asked:
-        return whole or difflib.get_close_matches(asked, KEYS, n=3, cutoff=0.5), False
+    whole = difflib.get_close_matches(requested, KEYS, n=3, cutoff=0.8)
+    if whole or "." in requested:
+        return whole or difflib.get_close_matches(requested, KEYS, n=3, cutoff=0.5), False
     fields = {name.rpartition(".")[2]: name for name in reversed(list(KEYS))}
-    return [fields[field] for field in difflib.get_close_matches(asked, fields, n=3, cutoff=0.6)], False
+    return [fields[field] for field in difflib.get_close_matches(requested, fields, n=3, cutoff=0.6)], False
 
 
 def table_of(names: Sequence[str]) -> Table:

@@ -13,8 +13,8 @@ from compare.page.pair import PAIR, Times
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import LAST, USUAL, Cell, Column, Table
-from compare.page.told import length, percent
 from compare.page.verdict import Check, Verdict, unchecked
+from compare.page.wording import length, percent
 from compare.pages import result as results
 from compare.record.quantity import ABSENT, DATA, Part, Quantity, pick
 from compare.record.views import document, unit_of
@@ -210,21 +210,21 @@ def _extremes(findings: Sequence[Finding]) -> list[str]:
     known = [f for f in findings if f.share is not None]
     by_share = sorted(known, key=lambda f: f.share or 0.0)
     by_distance = sorted((f for f in known if f.distance is not None), key=lambda f: f.distance or 0.0)
-    said: list[str] = []
+    lines: list[str] = []
     for title, chosen in (
         ("least stretching", by_share[:1]),
         ("most stretching", by_share[-1:]),
         ("farthest", by_distance[-1:]),
     ):
-        said += [f"{title.capitalize()}. {f.sentence}" for f in chosen]
+        lines += [f"{title.capitalize()}. {f.sentence}" for f in chosen]
     causes = [f.cause for f in known]
     counts = ", ".join(f"{name.replace('_', ' ')} {causes.count(name)}" for name in dict.fromkeys(causes))
-    said.append(f"What stretches most, by number of cases: {counts}.")
+    lines.append(f"What stretches most, by number of cases: {counts}.")
     open_ones = [f for f in findings if f.row is not None and f.row.hausdorff is not None and not f.row.claimed]
     if open_ones:
-        said.append(f"In {len(open_ones)} cases the distance is not above the discretisation errors (see the table).")
-    said += [f.sentence for f in findings if f.share is None]
-    return said
+        lines.append(f"In {len(open_ones)} cases the distance is not above the discretisation errors (see the table).")
+    lines += [f.sentence for f in findings if f.share is None]
+    return lines
 
 
 def answer(findings: Sequence[Finding], units: Units | None = None) -> Verdict:
@@ -264,15 +264,15 @@ def _checks(finding: Finding, command: str) -> list[Check]:
         found["rivals"] = unchecked("rivals", rival.text)
     sure = finding.another is False
     for name, value in (("distance", finding.distance), ("share", finding.left_out)):
-        said = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
+        text = f"{name} {'not known' if value is None else f'{100.0 * value:.2g} %'}"
         if name == "share" and finding.row is None:
-            said += doubted_share(finding.estimate).removesuffix(".")
+            text += doubted_share(finding.estimate).removesuffix(".")
         if name == "distance" and finding.row is None:
-            said += other_side(finding.estimate).removesuffix(".")
+            text += other_side(finding.estimate).removesuffix(".")
         grade = UNKNOWN if value is None or not sure else finding.grades.get(name, UNKNOWN)
         if name in found:  # the shell's row has its own word about it
             grade = worst(grade, found[name].grade)
-        found[name] = Check(name, grade, said, value)
+        found[name] = Check(name, grade, text, value)
     return list(found.values())
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
-from compare.measure.travel import Stand, travel_of
+from compare.measure.load_curve import LoadPoint, load_curve_of
 from compare.models.base import State
 from compare.models.capabilities import Rival
 from compare.models.quantities import Answered
@@ -20,7 +20,7 @@ from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.fields import stretching
 from compare.models.ribbon.state import RibbonShape
 from compare.models.ribbon.taut import words as taut_words
-from compare.page import force_displacement, told
+from compare.page import force_displacement, wording
 from compare.page.drawing import pictured
 from compare.page.page import STRIP, Picture, Surface
 from compare.page.remedies import message
@@ -79,7 +79,7 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         data["path.csv"] = with_si(path_table(state.log, scene), scene.units)
         files["path.csv"] = "every step of the path, with the forces of what holds the ribbon"
         stands = path_stands(state.log, scene)
-        curve = travel_of([stand for _, stand in stands], scene.strip.length)
+        curve = load_curve_of([stand for _, stand in stands], scene.strip.length)
         if curve is not None and drawn:
             title = f"{scene.title}: force against displacement"
             shown += (force_displacement.draw(out / force_displacement.PICTURE, curve, scene.units, title),)
@@ -111,11 +111,11 @@ PATH: tuple[Quantity[Mapping[str, Any]], ...] = (
 PATH_SUPPORTS: tuple[Quantity[Any], ...] = (*pick(STATE, "forces", "moments"), *force_displacement.CURVE)
 
 
-def path_stands(log: Sequence[Mapping[str, Any]], scene: Scene) -> list[tuple[int, Stand]]:
+def path_stands(log: Sequence[Mapping[str, Any]], scene: Scene) -> list[tuple[int, LoadPoint]]:
     """The accepted steps of a way by their number in its log: values of the path's keys, forces, moments."""
     names = [str(number) if wall.name is None else wall.name for number, wall in enumerate(scene.walls)]
     return [
-        (number, force_displacement.stand_of(entry["moved"], entry["forces"], entry["moments"], names))
+        (number, force_displacement.load_point_of(entry["moved"], entry["forces"], entry["moments"], names))
         for number, entry in enumerate(log)
         if "moved" in entry
     ]
@@ -126,7 +126,7 @@ def path_table(log: Sequence[Mapping[str, Any]], scene: Scene) -> Table:
     is moved and the path's keys (vectors by component, in the scene's unit); nothing where nothing is known."""
     records: list[dict[str, Any]] = [dict(entry) for entry in log]
     stands = path_stands(log, scene)
-    curve = force_displacement.curve_of(travel_of([stand for _, stand in stands], scene.strip.length))
+    curve = force_displacement.curve_of(load_curve_of([stand for _, stand in stands], scene.strip.length))
     moved: dict[str, Column] = {}
     for place, (number, stand) in enumerate(stands):
         records[number] |= force_displacement.supports_of(stand) | curve.get(place, {})
@@ -154,9 +154,9 @@ def choice_text(choice: Mapping[str, Any]) -> str:
     for step in choice["steps"]:
         estimate, took = step["estimate"], float(step["seconds"])
         spent_on = f"({took:.1f} s)" if took >= 1.0 else f"({1e3 * took:.0f} ms)"
-        told = "not known" if estimate is None else f"{estimate:.1e}"
+        text = "not known" if estimate is None else f"{estimate:.1e}"
         beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
-        said.append(f"{step['model']} {told}{beyond} {spent_on}")
+        said.append(f"{step['model']} {text}{beyond} {spent_on}")
     end = ": taken" if choice["enough"] else ": not enough, take the shell (ribbonbench shell)"
     rival = choice.get("rival")
     doubt = "" if rival is None else f", but not sure: {Rival(**rival).text}"
@@ -222,7 +222,7 @@ def _touching(state: State, number: int, units: Units) -> str:
         units.text(first, "l", 4) if first == last else f"{units.text(first, 'l', 4)} to {units.text(last, 'l', 4)}"
         for first, last in lines
     )
-    return f" at s = {', '.join(each)}{told.within(known[number] if number < len(known) else None, 'l', units)}"
+    return f" at s = {', '.join(each)}{wording.within(known[number] if number < len(known) else None, 'l', units)}"
 
 
 def _bent(scene: Scene, state: State, units: Units) -> list[tuple[str, str]]:
@@ -278,24 +278,24 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found = [("status", message(state))]
     if state.is_equilibrium:
         found += [
-            ("energy", told.energies(parts, units, state.errors.get("energy", {}))),
-            ("middle", told.place(e.middle.position, units)),
-            ("end" if scene.clamp_end or scene.closure else "free end", told.place(e.end.position, units)),
+            ("energy", wording.energies(parts, units, state.errors.get("energy", {}))),
+            ("middle", wording.place(e.middle.position, units)),
+            ("end" if scene.clamp_end or scene.closure else "free end", wording.place(e.end.position, units)),
             *_bent(scene, state, units),
         ]
         if e.forces_why:
             found.append(("forces", f"not determined: {e.forces_why}; {taut_words(scene)}"))
         free = () if scene.clamp_start is not None else ("force at s = 0", "moment at s = 0")
-        found += [row for row in told.supports(state, units) if row[0] not in free]
+        found += [row for row in wording.supports(state, units) if row[0] not in free]
         sure = state.errors.get("forces", {}).get("walls", ())
         for number, wall in enumerate(state.supports.walls):
             plate = "" if wall["height"] is None else f", plate at {units.text(wall['height'], 'l', 4)} from rest"
-            error = told.within(sure[number] if number < len(sure) else None, "D w / l^2", units)
+            error = wording.within(sure[number] if number < len(sure) else None, "D w / l^2", units)
             touching = f"{wall['contacts'].size} points in contact{_touching(state, number, units)}"
-            text = f"{told.force(wall['force'], units)}{error}; {touching}{plate}"
+            text = f"{wording.force(wall['force'], units)}{error}; {touching}{plate}"
             found.append((f"force of wall {wall['name']}", text))
     if e.penetration is not None:
-        found.append(("beyond the walls", f"at most {told.length(units, e.penetration)}, anywhere along the edges"))
+        found.append(("beyond the walls", f"at most {wording.length(units, e.penetration)}, anywhere along the edges"))
     found += [
         ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
         ("lowest eigenvalue", _lowest(state)),
@@ -305,11 +305,11 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         found.append(("auto", choice_text(state.numbers["auto"])))
     found.append((f"why {used}", formulation_why(scene, used)))
     if scene.path:
-        way = document(PATH_NUMBERS, Answered(scene, state))["path"]
-        resumed = ", continued from an interrupted run" if way["resumed"] else ""
-        steps = f"{way['stages']} stages, {way['steps']} steps, {way['rejected']} rejected{resumed}: path.csv"
+        path = document(PATH_NUMBERS, Answered(scene, state))["path"]
+        resumed = ", continued from an interrupted run" if path["resumed"] else ""
+        steps = f"{path['stages']} stages, {path['steps']} steps, {path['rejected']} rejected{resumed}: path.csv"
         found.append(("path", steps))
-    error = "unknown" if state.error is None else told.length(units, state.error)
+    error = "unknown" if state.error is None else wording.length(units, state.error)
     found.append(("discretisation error", f"{error}, {state.error_why}" if state.error_why else error))
     found.append(("time", spent(state.seconds)))
     return found

@@ -14,8 +14,8 @@ from compare.page.remedies import message
 from compare.page.state import STATE, own_of
 from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
-from compare.page.told import energies, length, place
 from compare.page.verdict import Verdict
+from compare.page.wording import energies, length, place
 from compare.pages.presenter import presenter
 from compare.pages.result import spent, state_result
 from compare.record.quantity import joined

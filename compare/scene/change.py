@@ -173,10 +173,10 @@ def changed(document: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, A
     result = copy.deepcopy(dict(document))
     given = {key for key, value in keys.items() if value is not None}
     for ways in EXCLUSIVE:
-        if any(key in given for way in ways for key in way):
-            for way in ways:
-                if not any(key in given for key in way):
-                    for key in way:
+        if any(key in given for path in ways for key in path):
+            for path in ways:
+                if not any(key in given for key in path):
+                    for key in path:
                         _assign(result, key, None)
     if keys.get("shell.clamp") == "edge" and "shell.corner" not in given:
         _assign(result, "shell.corner", None)  # the whole edge has no corners of a size

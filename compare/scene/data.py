@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.scene.given import law
+from compare.scene.inputs import law
 from compare.scene.loads import force_scale, gamma_of, load_of
 from compare.scene.spec import (
     ClampSpec,

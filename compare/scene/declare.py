@@ -106,7 +106,7 @@ class Range:
 @dataclass(frozen=True)
 class Known:
     """The dimensionless numbers for which the models are known to work: "-1e4 <= K l <= 1e4", "Gamma <= 1e12" or
-    "h / l >= 1e-8", each entry where there are several. `compare.scene.given.known` checks them."""
+    "h / l >= 1e-8", each entry where there are several. `compare.scene.inputs.known` checks them."""
 
     text: str
     symbol: str

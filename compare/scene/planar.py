@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.scene.data import SceneData
-from compare.scene.given import law
+from compare.scene.inputs import law
 
 PLANAR_TOLERANCE = 1e-9
 """Largest component along t_x, of a unit vector or of a distance over l, for which a scene counts as planar."""

@@ -16,8 +16,8 @@ from compare import registry
 from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.data import Sections
-from compare.scene.given import law
 from compare.scene.held import read_clamp, read_closure, read_walls
+from compare.scene.inputs import law
 from compare.scene.loads import read_gravity, read_tip
 from compare.scene.spec import (
     FIRST_OVER_WIDTH,

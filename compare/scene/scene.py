@@ -21,10 +21,10 @@ from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import check_geometry
 from compare.scene.data import SceneData
 from compare.scene.declare import Kind
-from compare.scene.given.known import check_known
-from compare.scene.given.plausible import implausible
-from compare.scene.given.source import name_of, shipped, text_of, text_of_shipped
-from compare.scene.given.without_effect import without_effect
+from compare.scene.inputs.known import check_known
+from compare.scene.inputs.plausible import implausible
+from compare.scene.inputs.source import name_of, shipped, text_of, text_of_shipped
+from compare.scene.inputs.without_effect import without_effect
 from compare.scene.keys import KEYS, contract_name
 from compare.scene.planar import nonplanar_reason
 from compare.scene.read import one_line, read_sections

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 from compare import registry
 from compare.scene.declare import FORCE, LENGTH, MOMENT, NONE, PER_LENGTH, Key, Kind, declared, key
-from compare.scene.given.law import Law, Linear
+from compare.scene.inputs.law import Law, Linear
 
 ENERGIES = tuple(energy for entry in registry.BUILT_IN for energy in entry.energies)
 """Values of `model.energy` that are always there; models from outside bring their own (`compare.registry`)."""

@@ -45,10 +45,10 @@ class States:
     @property
     def seconds(self) -> FloatArray:
         """When a film shows each state (K,): from 0, growing, `STAGE_SECONDS` a stage."""
-        way = np.where(self.stage > 1.0, self.stage - 2.0 + self.t, 0.0) * STAGE_SECONDS
-        times = np.zeros_like(way)
-        for k in range(1, len(way)):
-            times[k] = max(times[k - 1] + LEAST_SECONDS, times[k - 1] + way[k] - way[k - 1])
+        path = np.where(self.stage > 1.0, self.stage - 2.0 + self.t, 0.0) * STAGE_SECONDS
+        times = np.zeros_like(path)
+        for k in range(1, len(path)):
+            times[k] = max(times[k - 1] + LEAST_SECONDS, times[k - 1] + path[k] - path[k - 1])
         return times
 
     def arrays(self) -> dict[str, NDArray[Any]]:

@@ -136,11 +136,11 @@ def convexity(state: State) -> Check:
     if state.nonconvex is None:
         return nothing("convexity", "its twist is no field of its own, or its energy is convex")
     if state.nonconvex > 0.0:
-        said = (
+        text = (
             f"on {100.0 * state.nonconvex:.2g} % of the length its energy is not convex in curvature and twist, and "
             'the elements hold it there (model.energy = "finite" or "wunderlich" says itself how long a passage is)'
         )
-        return Check("convexity", UNKNOWN, said, state.nonconvex, 0.0)
+        return Check("convexity", UNKNOWN, text, state.nonconvex, 0.0)
     return Check("convexity", GOOD, "its energy is convex all along the strip", 0.0, 0.0)
 
 
@@ -172,8 +172,8 @@ def forces(state: State) -> Check:
         for errors, values in zip(each, sizes, strict=True)
     ]
     most = float(max(off))
-    said = f"forces and moments within {100.0 * most:.2g} %"
-    return Check("forces", grade("force", most), said, most, GOOD_UP_TO["force"])
+    text = f"forces and moments within {100.0 * most:.2g} %"
+    return Check("forces", grade("force", most), text, most, GOOD_UP_TO["force"])
 
 
 def rivals(scene: Scene, state: State) -> Check:
@@ -200,8 +200,8 @@ def branch(scene: Scene, state: State) -> Check:
     if state.branch == "own":
         return Check("branch", GOOD, "on the side of its starting shape")
     if state.branch == "slid":
-        said = "its seed means the other side of the clamps, where the strip would not stay: it slides here"
-        return Check("branch", FAIR, said)
+        text = "its seed means the other side of the clamps, where the strip would not stay: it slides here"
+        return Check("branch", FAIR, text)
     return Check("branch", POOR, "its seed means another state, on the other side of the clamps")
 
 
@@ -243,8 +243,8 @@ def stable_here(state: State) -> Check:
     if state.stable is None:
         return unchecked("stability", "whether it is stable is not known")
     held = state.stable and state.status is not Status.UNSTABLE
-    said = "it is stable on its elements" if held else "it is not stable"
-    return Check("stability", GOOD if held else POOR, said, state.lowest_eigenvalue)
+    text = "it is stable on its elements" if held else "it is not stable"
+    return Check("stability", GOOD if held else POOR, text, state.lowest_eigenvalue)
 
 
 def walls(scene: Scene, state: State) -> Check:
@@ -253,8 +253,8 @@ def walls(scene: Scene, state: State) -> Check:
         return nothing("walls", "there is no wall")
     between = state.numbers.get("penetration_between")
     if between is not None:  # of nodes that are not behind a wall: an error of the mesh
-        said = f"deepest point beyond a wall, between nodes, {between:.1e} l"
-        return Check("walls", grade("error", float(between)), said, float(between), GOOD_UP_TO["error"])
+        text = f"deepest point beyond a wall, between nodes, {between:.1e} l"
+        return Check("walls", grade("error", float(between)), text, float(between), GOOD_UP_TO["error"])
     deepest = state.numbers.get("penetration")
     if deepest is None:
         return unchecked("walls", "how far it is beyond a wall is not known")

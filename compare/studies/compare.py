@@ -119,9 +119,9 @@ def compare(
         check_keys(one, scene)
     check_price(scene)
     repeats = 0 if bare else None
-    asked = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
+    requested = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
     own = quick.variants(scene)
-    beside = tuple(quick.solve(variant.scene, options=asked, say=reporter) for variant in own)
+    beside = tuple(quick.solve(variant.scene, options=requested, say=reporter) for variant in own)
     fast = beside[-1]
     grid = Grid.for_shape(scene, max(state.shape.bend if state.shape is not None else 1.0 for state in beside))
     lines = [_on_grid(state, grid) for state in beside]

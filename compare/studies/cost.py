@@ -28,7 +28,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.cost_bench import Bench
 from compare.studies.cost_plan import OWN, Cost, Entry, Plan, Reference, Row, chosen
-from compare.studies.cost_runs import Kept, Run, machine
+from compare.studies.cost_runs import CachedRun, Run, machine
 
 __all__ = ["Cost", "Plan", "available", "measure"]
 
@@ -55,7 +55,7 @@ def measure(scene: Scene, plan: Plan, folder: Path, reporter: Reporter, *, fresh
             "--reference", wanted, f"is not among the models that are run ({', '.join(sorted(models))})",
             f"choose from {', '.join(sorted(models))}, {OWN}",
         )  # fmt: skip
-    bench = Bench(scene, plan, Kept(folder, fresh), reporter, began)
+    bench = Bench(scene, plan, CachedRun(folder, fresh), reporter, began)
     references = {name: bench.reference(mine) for name, mine in models.items()}
     known = tuple(reference for reference, _ in references.values() if reference is not None)
     runs: list[Run] = []

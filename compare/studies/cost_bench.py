@@ -23,7 +23,7 @@ from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.shared import shared_store
 from compare.studies.cost_plan import Entry, Plan, Reference, Start, family
-from compare.studies.cost_runs import Finest, Kept, Run, finest, run_of, together
+from compare.studies.cost_runs import CachedRun, Finest, Run, finest, run_of, together
 from compare.studies.cost_start import request, seconds_of_first
 
 #: How many times longer than the last size of a ladder the next one may take, all its repetitions together.
@@ -47,7 +47,7 @@ class _Within(Reporter):
 class Bench:
     """A measurement under way. base: the state of the model beside the shells, as the scene asks for it."""
 
-    def __init__(self, scene: Scene, plan: Plan, kept: Kept, reporter: Reporter, began: float) -> None:
+    def __init__(self, scene: Scene, plan: Plan, kept: CachedRun, reporter: Reporter, began: float) -> None:
         self.scene, self.plan, self.kept, self.reporter, self.began = scene, plan, kept, reporter, began
         self.left_out: list[str] = []
         #: Models whose every solve is a process of its own, known from their references.
@@ -195,9 +195,9 @@ class Bench:
             return None
         entry = next(entry for entry in entries if entry.ladder.name == run.solver)
         assert run.size is not None
-        asked = request(entry.scene, entry.model.name, run.size)
+        requested = request(entry.scene, entry.model.name, run.size)
         self.reporter.step(f"{name}: first calls in fresh processes")
-        seconds = [seconds_of_first(asked) for _ in range(self.plan.repeats)]
+        seconds = [seconds_of_first(requested) for _ in range(self.plan.repeats)]
         good = [s for s in seconds if s is not None]
         if not good:
             return None
@@ -205,7 +205,7 @@ class Bench:
         if self.plan.compilation:
             self.reporter.step(f"{name}: a first call that compiles everything")
             with tempfile.TemporaryDirectory(prefix="ribbonbench-cache-") as cache:
-                compiled = seconds_of_first(asked, Path(cache))
+                compiled = seconds_of_first(requested, Path(cache))
         warm = run.warm or 0.0
         return Start(name, float(np.median(good)) - warm, None if compiled is None else compiled - warm)
 

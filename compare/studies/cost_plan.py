@@ -78,21 +78,21 @@ def chosen(scene: Scene, plan: Plan) -> tuple[tuple[Entry, ...], tuple[str, ...]
     A model that would ignore a key of the scene is left out, as `ribbonbench solve` refuses it. Of a model that a scene
     asks several solves of the last one counts. Raises `BadInput` where none is left.
     """
-    asked = scene if plan.ratio is None else scene.replace({"shell.width_to_thickness": [plan.ratio]})
+    requested = scene if plan.ratio is None else scene.replace({"shell.width_to_thickness": [plan.ratio]})
     found: list[Entry] = []
     why: dict[str, str] = {}
     for name in names():
         one: Model = model(name)
-        ladders = [x for x in one.ladders(asked) if not plan.solvers or family(x.name) in plan.solvers]
-        refused = _refused(one, asked) if any(ladder.sizes for ladder in ladders) else None
+        ladders = [x for x in one.ladders(requested) if not plan.solvers or family(x.name) in plan.solvers]
+        refused = _refused(one, requested) if any(ladder.sizes for ladder in ladders) else None
         for ladder in ladders:
             reason = ladder.why if not ladder.sizes else None if refused is None else str(refused)
             if ladder.sizes and refused is None:
-                found.append(Entry(one, one.variants(asked)[-1].scene, sized(ladder, plan)))
+                found.append(Entry(one, one.variants(requested)[-1].scene, sized(ladder, plan)))
             elif reason is not None:
                 why.setdefault(family(ladder.name), f"{family(ladder.name)}: {reason}")
     if not found:
-        wanted = plan.solvers or families(asked)
+        wanted = plan.solvers or families(requested)
         raise BadInput("--solvers", ", ".join(wanted), f"none can solve the scene ({'; '.join(why.values())})")
     return tuple(found), tuple(why.values())
 

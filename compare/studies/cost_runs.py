@@ -127,7 +127,7 @@ def machine() -> dict[str, Any]:
 _T = TypeVar("_T")
 
 
-class Kept:
+class CachedRun:
     """Finished runs and references in the folder `root`: found again on the same machine, with the same versions and
     sources, which stand in the `parts` of their key. A process that died is tried again.
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from compare.models.base import Effect, Model, check_keys
 from compare.models.capabilities import Evaluates, Evaluation
-from compare.models.choice import chosen, is_third_opinion, shell_in_words, third_opinion
+from compare.models.choice import chosen, is_cross_check, shell_in_words, third_opinion
 from compare.scene.scene import Scene
 
 
@@ -35,14 +35,14 @@ def explain(scene: Scene) -> Explanation:
         model=model.name,
         effects=model.effects(scene),
         evaluation=model.evaluation(scene) if isinstance(model, Evaluates) else None,
-        third_opinion=_third_opinion(scene, model),
+        third_opinion=_cross_check(scene, model),
         shell=f"{shell.why}; {shell.words}" if shell.on else f"none: {shell.why}.",
     )
 
 
-def _third_opinion(scene: Scene, model: Model) -> str:
+def _cross_check(scene: Scene, model: Model) -> str:
     """Whether there is one, and where it begins."""
-    if is_third_opinion(model):
+    if is_cross_check(model):
         return ""
     if third_opinion(scene, model) is None:
         return f"no elastica: {scene.nonplanar_reason()}"

@@ -18,7 +18,7 @@ from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR
 from compare.models.base import State
 from compare.models.choice import differentiable
-from compare.scene.given.law import is_table
+from compare.scene.inputs.law import is_table
 from compare.scene.scene import Scene
 from compare.studies.fit import judged
 from compare.studies.fit.judged import Offset
@@ -154,17 +154,17 @@ def identify(
         would = f"; they would span {', '.join(spans)}" if spans else ""
         remedy = f"give them in the unit of strip.length, or name theirs{would}"
         raise BadInput("POINTS", len(points.places), far, remedy)
-    found = _identified(scene, points, keys, register)
+    fit = _identified(scene, points, keys, register)
     dot = points.extent < _LEAST_EXTENT
-    if dot or not found.passes:
-        guess = _in_another_unit(scene, points, keys, unit, register, math.inf if dot else found.rms)
+    if dot or not fit.passes:
+        guess = _in_another_unit(scene, points, keys, unit, register, math.inf if dot else fit.rms)
         if guess is not None:
-            left = scene.units.text(found.rms, "l")
-            said = f"lie within {points.extent:.2g} of the strip's length" if dot else f"stay {left} from the ribbon"
-            raise _of_unit(scene, points, f"{said} in this unit", guess)
+            left = scene.units.text(fit.rms, "l")
+            text = f"lie within {points.extent:.2g} of the strip's length" if dot else f"stay {left} from the ribbon"
+            raise _of_unit(scene, points, f"{text} in this unit", guess)
     if say is not None:
-        say(f"{found.iterations} equilibria")
-    return found
+        say(f"{fit.iterations} equilibria")
+    return fit
 
 
 def _of_unit(scene: Scene, points: Points, said: str, guess: tuple[str, Identified]) -> BadInput:
@@ -270,11 +270,11 @@ def _in_another_unit(
     best: tuple[str, Identified] | None = None
     for name, factor in _units(scene, points, unit).items():
         try:
-            found = _identified(scene, points.in_unit(factor / unit), keys, register)
+            fit = _identified(scene, points.in_unit(factor / unit), keys, register)
         except BadInput:
             continue
-        if found.ok and found.grade in (GOOD, FAIR) and found.rms < (best[1].rms if best else 0.5 * than):
-            best = name, found
+        if fit.ok and fit.grade in (GOOD, FAIR) and fit.rms < (best[1].rms if best else 0.5 * than):
+            best = name, fit
     return best
 
 

@@ -29,7 +29,7 @@ from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
 from compare.models.scope import require_shell
 from compare.page.pair import Row
-from compare.page.told import percent
+from compare.page.wording import percent
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
@@ -299,15 +299,15 @@ def stretching_zones(scene: Scene, maps: Maps, width_to_thickness: float) -> tup
 
 
 def _by_cause(
-    found: Estimate, zones: Mapping[str, float], share: float, shear: float, shear_away: float
+    estimate: Estimate, zones: Mapping[str, float], share: float, shear: float, shear_away: float
 ) -> dict[str, float]:
     """The shell's stretching by cause: clamps and shear as measured, in-plane bending and tension as estimated (they
     cannot be told apart in a map of energy), the edges' layers the rest."""
     parts = {
         "clamps": zones["clamps"] * share,
         "shear": shear * shear_away,
-        "in_plane": found.parts.get("in_plane", 0.0),
-        "tension": found.parts.get("tension", 0.0),
+        "in_plane": estimate.parts.get("in_plane", 0.0),
+        "tension": estimate.parts.get("tension", 0.0),
     }
     return {"edges": max(share - sum(parts.values()), 0.0), **parts}
 
@@ -399,46 +399,49 @@ def _doubt(finding: Finding) -> str:
         return doubted_share(finding.estimate) + other_side(finding.estimate)
     if row.hausdorff is None:
         return ""
-    said = ""
+    text = ""
     if row.share_error is not None and finding.share and row.share_error > _SHARE_CHANGE * finding.share:
-        said = (
+        text = (
             f" By the change to another mesh the share is sure to {percent(row.share_error)}: refine shell.elements "
             "before quoting it."
         )
     if row.claimed:
-        return said
+        return text
     if row.shell_error is None or row.ribbon_error is None:
-        return said + " The discretisation error of one model is unknown: the distance is no claim."
-    return said + (
+        return text + " The discretisation error of one model is unknown: the distance is no claim."
+    return text + (
         f" The distance is not above the discretisation errors (ribbon {row.ribbon_error:.1e} l, shell "
         f"{row.shell_error:.1e} l)."
     )
 
 
-def doubted_share(found: Estimate) -> str:
+def doubted_share(estimate: Estimate) -> str:
     """How much more the strip may stretch than is estimated, where that is as much as a tenth of it; "" elsewhere."""
-    where = doubted_where(found)
+    where = doubted_where(estimate)
     if not where:
         return ""
     return f" {where[0].upper() + where[1:]} the strip may stretch instead of bending sharply: up to " + (
-        f"{percent(found.share + found.more)} of energy in all."
+        f"{percent(estimate.share + estimate.more)} of energy in all."
     )
 
 
-def doubted_where(found: Estimate) -> str:
+def doubted_where(estimate: Estimate) -> str:
     """Where that is; "" where it is not as much."""
-    if not found.more > _TOLD * found.share:
+    if not estimate.more > _TOLD * estimate.share:
         return ""
-    places = {"where its curvature passes zero": found.passages, "where its rulings crowd at a clamp": found.crowded}
-    return " and ".join(name for name, value in places.items() if value > _TOLD * found.more)
+    places = {
+        "where its curvature passes zero": estimate.passages,
+        "where its rulings crowd at a clamp": estimate.crowded,
+    }
+    return " and ".join(name for name, value in places.items() if value > _TOLD * estimate.more)
 
 
-def other_side(found: Estimate) -> str:
+def other_side(estimate: Estimate) -> str:
     """That the shell may rest on either side of the ribbon, with both energies; "" where there is one."""
-    if found.sides is None:
+    if estimate.sides is None:
         return ""
-    energies = " and ".join(f"{energy:.6g}" for energy in found.sides.energies)
-    apart = found.sides.distances[1]
+    energies = " and ".join(f"{energy:.6g}" for energy in estimate.sides.energies)
+    apart = estimate.sides.distances[1]
     distance = "not known" if apart is None else f"{percent(apart)} of l"
     return (
         f" A shell may rest on either side of the ribbon (total energies {energies} D w / l), which is not known; on "

@@ -58,8 +58,8 @@ def slice_key(task: Task) -> Hashable | None:
 
     if task.solver == COMPARE or task.errors or task.leave_saddle:
         return None
-    asked = model(task.solver)
-    return asked.together(task.scene) if isinstance(asked, Batches) else None
+    requested = model(task.solver)
+    return requested.together(task.scene) if isinstance(requested, Batches) else None
 
 
 def run_cases(tasks: Sequence[Task]) -> list[Record]:
@@ -73,10 +73,10 @@ def run_cases(tasks: Sequence[Task]) -> list[Record]:
         return [run_case(task) for task in tasks]
     clock = time.perf_counter()
     try:
-        asked = model(tasks[0].solver)
-        if any(asked.refusal(task.scene) is not None for task in tasks):
+        requested = model(tasks[0].solver)
+        if any(requested.refusal(task.scene) is not None for task in tasks):
             return [run_case(task) for task in tasks]
-        states = asked.solve_together([task.scene for task in tasks])
+        states = requested.solve_together([task.scene for task in tasks])
         rows = [row_of(task.scene, state) for task, state in zip(tasks, states, strict=True)]
     except Exception:
         return [run_case(task) for task in tasks]
@@ -133,19 +133,19 @@ def _solved(task: Task) -> Record:
     """One row for each solve that the scene asks the model for."""
     from compare.models.base import Options
 
-    asked = model(task.solver)
+    requested = model(task.solver)
     # a way is not resumed here: a case is short, and its end is what is kept
     store = None if task.scene.path and task.solver != RICHEST else shared_store(Path(task.folder))
     options = Options(leave_saddle=task.leave_saddle, error=task.errors and task.solver != RICHEST, store=store)
     rows: list[Row] = []
     messages: list[str] = []
-    variants = asked.variants(task.scene)
+    variants = requested.variants(task.scene)
     for variant in variants:
-        state = asked.solve(variant.scene, options=options)
+        state = requested.solve(variant.scene, options=options)
         rows.append({**variant.keys, **row_of(task.scene, state, task.errors)})
         label = ", ".join(f"{_LABELS.get(key, key)} = {value:g}" for key, value in variant.keys.items())
-        said = message(state)
-        messages.append(f"{label}: {said}" if label else said)
+        text = message(state)
+        messages.append(f"{label}: {text}" if label else text)
     return {"status": worst(rows), "message": "; ".join(messages), "rows": rows}
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, grade
-from compare.measure.travel import Travel, travel_of, watched
+from compare.measure.load_curve import LoadCurve, load_curve_of, watched
 from compare.page import force_displacement
 from compare.page.drawing import pictured
 from compare.page.page import Page, Picture
@@ -55,20 +55,20 @@ def rows_of(finished: Finished) -> Rows:
         for row, number in zip(record["rows"] or [{}], branch or [None], strict=True):
             own = row_of(OF_GRID, Placed(case, number))
             found.append({"status": record["status"], "stable": None, **case.point.values, **row, **own})
-    for travel, numbers in _curves(finished, found).values():
-        for place, values in force_displacement.curve_of(travel).items():
+    for load_curve, numbers in _curves(finished, found).values():
+        for place, values in force_displacement.curve_of(load_curve).items():
             found[numbers[place]].update(values)
     return found
 
 
-def _curves(finished: Finished, rows: Rows) -> dict[Any, tuple[Travel | None, list[int]]]:
+def _curves(finished: Finished, rows: Rows) -> dict[Any, tuple[LoadCurve | None, list[int]]]:
     """Of a sweep over one axis: for each w/h (None: of a model without) the curve of what is moved, and the rows of its
     states."""
     if len(finished.sweep.axes) != 1:
         return {}
     scenes = {case.point.number: case.point.scene for case in finished.cases}
     keys = watched(finished.sweep.keys)
-    found: dict[Any, tuple[Travel | None, list[int]]] = {}
+    found: dict[Any, tuple[LoadCurve | None, list[int]]] = {}
     for ratio in dict.fromkeys(row.get("width_to_thickness") for row in rows):
         numbers = [k for k, row in enumerate(rows) if row.get("width_to_thickness") == ratio and _held(row)]
         stands = []
@@ -81,8 +81,8 @@ def _curves(finished: Finished, rows: Rows) -> dict[Any, tuple[Travel | None, li
             )  # fmt: skip
             walls = dict.fromkeys(key.split(".")[2] for key in rows[k] if key.startswith("force.wall."))
             pushed = [[rows[k][f"force.wall.{name}.{c}"] for c in "xyz"] for name in walls]
-            stands.append(force_displacement.stand_of(values, {**forces, "walls": pushed}, moments, list(walls)))
-        found[ratio] = travel_of(stands, finished.sweep.scene.strip.length), numbers
+            stands.append(force_displacement.load_point_of(values, {**forces, "walls": pushed}, moments, list(walls)))
+        found[ratio] = load_curve_of(stands, finished.sweep.scene.strip.length), numbers
     return found
 
 
@@ -397,12 +397,14 @@ def write(out: Path, finished: Finished, again: str) -> Page:
 
         alt = sweep_picture.draw(out / "sweep.png", finished, rows, show, against)
         pictures.append(Picture("sweep.png", alt, f"{show} over the sweep"))
-        curves = {ratio: travel for ratio, (travel, _) in _curves(finished, rows).items() if travel is not None}
+        curves = {
+            ratio: load_curve for ratio, (load_curve, _) in _curves(finished, rows).items() if load_curve is not None
+        }
         if curves:
-            ratio, travel = list(curves.items())[-1]
+            ratio, load_curve = list(curves.items())[-1]
             title = f"{sweep.title}: force against displacement" + (f", w/h = {ratio:g}" if len(curves) > 1 else "")
             units = sweep.scene.units if _units(finished) is not None else Units()
-            pictures.append(force_displacement.draw(out / force_displacement.PICTURE, travel, units, title))
+            pictures.append(force_displacement.draw(out / force_displacement.PICTURE, load_curve, units, title))
 
     pictured(draw)
     return Study(

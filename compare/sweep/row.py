@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.measure.travel import Stand
+from compare.measure.load_curve import LoadPoint
 from compare.models.base import State
 from compare.models.quantities import Answered
 from compare.page.force_displacement import supports_of
@@ -34,9 +34,9 @@ def _reach(a: Answered) -> Any:
     scene, end = a.scene, a.state.end
     if end is None or scene.up is None or scene.start_position is None or scene.end_position is not None:
         return ABSENT
-    way = end.position - scene.start_position
-    drop = -float(way @ scene.up)
-    across = float(np.linalg.norm(way + drop * scene.up))
+    path = end.position - scene.start_position
+    drop = -float(path @ scene.up)
+    across = float(np.linalg.norm(path + drop * scene.up))
     return drop / across if across > 0.0 else ABSENT
 
 
@@ -83,7 +83,7 @@ def row_of(scene: Scene, state: State, errors: bool = False) -> Row:
     if scene.several_equilibria:
         row["quarters"] = state.shape.centreline(np.array(_QUARTERS)).tolist()
     walls = {f"wall.{wall['name']}": wall["force"] for wall in state.supports.walls}
-    row |= supports_of(Stand({}, walls, {}))
+    row |= supports_of(LoadPoint({}, walls, {}))
     if told:
         sure = zip(state.supports.walls, state.errors.get("forces", {}).get("walls") or (), strict=False)
         row |= {f"force_error.wall.{wall['name']}": float(error) for wall, error in sure if error is not None}

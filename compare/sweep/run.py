@@ -43,21 +43,21 @@ def _check_point(sweep: Sweep, point: Point) -> None:
     from compare.models.base import check_keys
     from compare.models.choice import beside_the_shell
     from compare.models.effects.price import check_price
-    from compare.scene.given.plausible import check_meant
+    from compare.scene.inputs.plausible import check_meant
 
     scene = point.scene
     check_meant(scene)
     if sweep.leave_saddle and sweep.solver not in (USUAL, COMPARE):
         raise BadInput("--leave-saddle", None, f"is for the {USUAL}, and the solver is {sweep.solver}", "leave it out")
-    asked = beside_the_shell(scene) if sweep.solver == COMPARE else model(sweep.solver)
+    requested = beside_the_shell(scene) if sweep.solver == COMPARE else model(sweep.solver)
     if "model.energy" in sweep.keys and sweep.solver != RICHEST:
         chosen = name_for(scene.model.energy)
-        if chosen != asked.name:
+        if chosen != requested.name:
             raise BadInput(
-                "model.energy", scene.model.energy, f"is not the {asked.name}'s",
+                "model.energy", scene.model.energy, f"is not the {requested.name}'s",
                 f"leave it out, or choose solver {chosen}",
             )  # fmt: skip
-    check_keys(asked, scene)
+    check_keys(requested, scene)
     if sweep.solver == COMPARE:
         check_keys(model(RICHEST), scene)
         check_price(scene)
@@ -67,8 +67,8 @@ def software_digest(solver: str) -> str:
     """What stands for versions and sources in a case's key: of the solver, and of what makes a record of its answer; a
     comparison may ask any model."""
     record = "compare.sweep.pair" if solver == COMPARE else "compare.sweep.case"
-    asked = names() if solver == COMPARE else (solver,)
-    return case_key(software(*sorted({record, *map(home, asked)})))
+    requested = names() if solver == COMPARE else (solver,)
+    return case_key(software(*sorted({record, *map(home, requested)})))
 
 
 def key_of(sweep: Sweep, point: Point, digest: str) -> str:

@@ -187,7 +187,7 @@ _BESIDE: list[Worker] = []
 """The worker beside this process of an mpirun."""
 
 
-def run_beside(tasks: Sequence[Task]) -> list[Record]:
+def run_reference(tasks: Sequence[Task]) -> list[Record]:
     """Runs cases in the worker beside this process, which is made when absent or dead."""
     from compare.store.world import placed
 
@@ -204,7 +204,7 @@ def run_beside(tasks: Sequence[Task]) -> list[Record]:
             death = str(died)
             _BESIDE.pop().end()
     if not alone:
-        return [record for task in tasks for record in run_beside([replace(task, slice=None)])]
+        return [record for task in tasks for record in run_reference([replace(task, slice=None)])]
     return [{**crashed(f"{death}, {TRIES} times"), "worker": placed()[0]}]
 
 
@@ -229,7 +229,7 @@ class ClusterCrew:
             while flying or waiting:
                 while waiting and len(flying) < AHEAD * self.size:
                     job = waiting.pop()
-                    flying[self.executor.submit(run_beside, [tasks[index] for index in job])] = job
+                    flying[self.executor.submit(run_reference, [tasks[index] for index in job])] = job
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
                     yield from zip(flying.pop(future), future.result(), strict=True)
         finally:

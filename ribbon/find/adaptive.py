@@ -71,9 +71,9 @@ def solve_to_tolerance(
         raise RibbonInputError("tolerance", tolerance, "a distance over l in (0, 0.1)")
     if "segments" in keywords:
         raise RibbonInputError("segments", keywords["segments"], "give a tolerance or segments, not both")
-    asked, seed, how, budget, solver = split(keywords)
-    asked["segments"] = FIRST_SEGMENTS
-    request = Request.of(strip, clamp, gravity, **asked)
+    requested, seed, how, budget, solver = split(keywords)
+    requested["segments"] = FIRST_SEGMENTS
+    request = Request.of(strip, clamp, gravity, **requested)
     with within(budget), choose.using(solver):
         return _to_tolerance(request, seed, how, tolerance, strict)
 

@@ -270,14 +270,14 @@ def held(state: Equilibrium, of: Sides, relaxed: Relaxed) -> Equilibrium:
     if spent():
         return replace(state, branch=Branch.LEFT)
     start = relax.placed(of.problem, *of.brought)
-    way = _walked(of, start)
-    if way.residual <= RESIDUAL_TOLERANCE:
-        walked = relaxed(of.problem, way.x)
+    path = _walked(of, start)
+    if path.residual <= RESIDUAL_TOLERANCE:
+        walked = relaxed(of.problem, path.x)
         if walked.ok:
-            state = replace(walked, iterations=walked.iterations + way.iterations + state.iterations)
+            state = replace(walked, iterations=walked.iterations + path.iterations + state.iterations)
     if not of.other(state.problem, state.x):
         return replace(state, branch=Branch.OWN)
-    down = of.other(of.problem, way.x) and of.problem.value(way.x) < of.problem.value(start)
+    down = of.other(of.problem, path.x) and of.problem.value(path.x) < of.problem.value(start)
     return replace(state, branch=Branch.SLID if down else Branch.LEFT)
 
 
@@ -287,7 +287,7 @@ def _walked(of: Sides, start: FloatArray) -> Minimum:
     x, steps = start, 0
     with choose.using("newton"):
         while True:
-            way = relax.once(of.problem, x, dict(_WAY))
-            x, steps = way.x, steps + way.iterations
-            if way.residual <= RESIDUAL_TOLERANCE or steps >= _STEPS or spent() or of.other(of.problem, x):
-                return replace(way, iterations=steps)
+            path = relax.once(of.problem, x, dict(_WAY))
+            x, steps = path.x, steps + path.iterations
+            if path.residual <= RESIDUAL_TOLERANCE or steps >= _STEPS or spent() or of.other(of.problem, x):
+                return replace(path, iterations=steps)

@@ -124,12 +124,12 @@ def negative(hessian: FloatArray, weights: FloatArray) -> bool:
     return bool(np.linalg.eigvalsh(hessian / np.outer(size, size))[0] < -_SCALED_NEGATIVE)
 
 
-def judge(problem: Problem, found: Minimum) -> Stability:
+def judge(problem: Problem, minimum: Minimum) -> Stability:
     """Second-order check of a stationary point, in the unknowns of its problem."""
     if isinstance(problem, ChainedProblem):
-        return check(problem, found.x)
+        return check(problem, minimum.x)
     assert isinstance(problem, MixedProblem)
-    return check_mixed(problem, found.x, found.multipliers, found.rows)
+    return check_mixed(problem, minimum.x, minimum.multipliers, minimum.rows)
 
 
 def check_mixed(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
@@ -279,10 +279,10 @@ def _on_fewer_chained(problem: ChainedProblem, x: FloatArray, active: int) -> St
     while lengths.size > _DENSE_LIMIT:
         lengths = transfer.merged(lengths)
     few = problem.with_changes(lengths=lengths)
-    found = choose.minimise(few, transfer.on_joints(problem, x, few))
-    if not found.residual <= RESIDUAL_TOLERANCE:
+    minimum = choose.minimise(few, transfer.on_joints(problem, x, few))
+    if not minimum.residual <= RESIDUAL_TOLERANCE:
         return Stability(np.nan, np.zeros(problem.size), x, None, False, active)
-    few_check = check(few, found.x)
+    few_check = check(few, minimum.x)
     mode, at = (transfer.on_joints(few, y, problem) for y in (few_check.mode, few_check.at))
     return replace(few_check, mode=mode, at=at, active=active)
 

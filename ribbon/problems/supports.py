@@ -31,7 +31,7 @@ _ONE_PLACE = 1e-6
 _PASSED = 2
 
 
-class Glued(Protocol):
+class Mixed(Protocol):
     """What is asked of a mixed problem: `ribbon.problems.mixed.MixedProblem` has it."""
 
     @property
@@ -63,7 +63,7 @@ def _moment(by_q: FloatArray, q: FloatArray) -> FloatArray:
     return np.array([0.5 * by_q @ quaternion.compose(np.eye(4)[1 + k], q) for k in range(3)])
 
 
-def start(problem: Glued, x: FloatArray, rows: FloatArray) -> Force:
+def start(problem: Mixed, x: FloatArray, rows: FloatArray) -> Force:
     """What the clamp at s = 0 exerts, about that point."""
     counted = rows.copy()
     for name, where in problem.block_slices().items():
@@ -80,7 +80,7 @@ def start(problem: Glued, x: FloatArray, rows: FloatArray) -> Force:
     return Force(force, moment)
 
 
-def end(problem: Glued, x: FloatArray, rows: FloatArray) -> Force | None:
+def end(problem: Mixed, x: FloatArray, rows: FloatArray) -> Force | None:
     """What the clamp at s = l exerts, about that point; None where there is none."""
     if problem.end is None:
         return None
@@ -98,7 +98,7 @@ def end(problem: Glued, x: FloatArray, rows: FloatArray) -> Force | None:
     return Force(force, moment)
 
 
-def walls(problem: Glued, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
+def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
     """What every wall exerts, in order."""
     found = []
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])

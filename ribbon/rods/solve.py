@@ -124,13 +124,13 @@ def _minimised(problem: CurveAngle, y: FloatArray, options: dict[str, Any] | Non
     tolerance = max(1e-10, min(rounding(problem), 1e-4 * float(pulled.max()) if pulled.size else np.inf))
     for _ in range(rounds):
         problem = problem.anchored(y)
-        asked = {"tol": tolerance, "max_iter": ITERATIONS, **(options or {})}
+        requested = {"tol": tolerance, "max_iter": ITERATIONS, **(options or {})}
         if quasi:
             reduced = QuasiStatic(problem, problem.angles(y))
-            result = minimise(reduced, problem.positions(y).ravel(), asked)
+            result = minimise(reduced, problem.positions(y).ravel(), requested)
             y = reduced.whole(result.x)
         else:
-            result = minimise(problem, y, asked)
+            result = minimise(problem, y, requested)
             y = result.x
         count += result.iterations
         residual = result.residual / size_of_forces(problem)

@@ -67,26 +67,26 @@ def minimise(
     start, and the message says so. Raises `IpoptMissing` where nothing but Ipopt can be asked and it is not there.
     """
     if isinstance(problem, ChainedProblem) and by_recursion(problem, options):
-        found = newton.minimise(problem, start, options, progress, **how)
-        arrived = found.residual <= FOUND or spent()
+        minimum = newton.minimise(problem, start, options, progress, **how)
+        arrived = minimum.residual <= FOUND or spent()
     else:
         known = set(options or {}) <= set(newton_rows.OPTIONS)
         if _asked.get() == "ipopt" or not isinstance(problem, MixedProblem) or not known:
             return ipopt.minimise(problem, start, options, progress, warm)
-        found = newton_rows.minimise(problem, start, options, progress, warm)
+        minimum = newton_rows.minimise(problem, start, options, progress, warm)
         # after as many steps as it was given Ipopt, which makes the same ones, has not arrived either
-        arrived = found.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST)
+        arrived = minimum.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST)
     if arrived or _asked.get() == "newton":
-        return found
+        return minimum
     try:
         other = ipopt.minimise(problem, start, options, progress, warm)
     except IpoptMissing as missing:
-        return replace(found, message=f"{found.message} (Ipopt might: {missing})")
-    if found.residual <= other.residual:
-        return found
+        return replace(minimum, message=f"{minimum.message} (Ipopt might: {missing})")
+    if minimum.residual <= other.residual:
+        return minimum
     return replace(
         other,
-        iterations=found.iterations + other.iterations,
-        seconds=found.seconds + other.seconds,
-        message=f"{other.message} (Ipopt; before: {found.message})",
+        iterations=minimum.iterations + other.iterations,
+        seconds=minimum.seconds + other.seconds,
+        message=f"{other.message} (Ipopt; before: {minimum.message})",
     )

@@ -79,7 +79,7 @@ def minimise(
 
     warm: multipliers of the bounds (n,), lower minus upper, of a state beside it.
     """
-    asked = {**OPTIONS, **(options or {})}
+    requested = {**OPTIONS, **(options or {})}
     clock = time.perf_counter()
     mu = _COLD_MU if warm is None else _WARM_MU
     at = _Barrier(problem, start, _COLD_PUSH if warm is None else _WARM_PUSH)
@@ -88,18 +88,20 @@ def minimise(
     z_l = np.where(np.isfinite(at.l), np.maximum(guess[at.free], mu / (w - at.l)), 0.0)
     z_u = np.where(np.isfinite(at.u), np.maximum(-guess[at.free], mu / (at.u - w)), 0.0)
     code, count = MOST, 0
-    for count in range(int(asked["max_iter"]) + 1):
+    for count in range(int(requested["max_iter"]) + 1):
         gradient = problem.gradient(at.x(w))[at.free]
         below, above = w - at.l, at.u - w
         slope = float(np.abs(gradient - z_l + z_u).max(initial=0.0))
-        if max(slope, _gap(z_l, below, 0.0), _gap(z_u, above, 0.0)) <= asked["tol"]:
+        if max(slope, _gap(z_l, below, 0.0), _gap(z_u, above, 0.0)) <= requested["tol"]:
             code = SOLVED
             break
-        if count == int(asked["max_iter"]) or budget.spent():
+        if count == int(requested["max_iter"]) or budget.spent():
             code = STOPPED if budget.spent() else MOST
             break
-        while mu > asked["tol"] / 10.0 and max(slope, _gap(z_l, below, mu), _gap(z_u, above, mu)) <= _KAPPA_EPS * mu:
-            mu = max(asked["tol"] / 10.0, min(_KAPPA_MU * mu, mu**_THETA_MU))
+        while (
+            mu > requested["tol"] / 10.0 and max(slope, _gap(z_l, below, mu), _gap(z_u, above, mu)) <= _KAPPA_EPS * mu
+        ):
+            mu = max(requested["tol"] / 10.0, min(_KAPPA_MU * mu, mu**_THETA_MU))
         towards = gradient - mu / below + mu / above
         matrix = problem.hessian(at.x(w))[np.ix_(at.free, at.free)] + np.diag(z_l / below + z_u / above)
         step = _step(matrix, -towards)

@@ -86,7 +86,7 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Way:
+class LoadPath:
     """A tape whose targets go from `begin` to `finish` (rows,)."""
 
     rod: Rod

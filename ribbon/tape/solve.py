@@ -1,7 +1,7 @@
 """A tape through a row of stages: from rest to the first holds, from those to the next, with all that happens.
 
 Where a stage's way only turns back in load (a snap), it is followed; where it branches, the tape jumps at that load
-from its last stable state to another stable one (`Way.jump`), pushed flat a little in the middle, and goes on.
+from its last stable state to another stable one (`LoadPath.jump`), pushed flat a little in the middle, and goes on.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.tape.held import Hold
-from ribbon.tape.path import Point, Steps, Way, begun, standing
+from ribbon.tape.path import LoadPath, Point, Steps, begun, standing
 from ribbon.tape.rod import Rod
 from ribbon.tape.section import FloatArray, Section
 
@@ -99,7 +99,7 @@ def solve(
     rod = Rod(section, lengths, *first, dent=dent)
     x, marks, iterations, residual, negative = begun(rod), [], 0, 0.0, 0
 
-    def note(stage: int, way: Way, point: Point) -> None:
+    def note(stage: int, way: LoadPath, point: Point) -> None:
         mark = marked(way.rod, stage, point)
         marks.append(mark)
         if told is not None:
@@ -108,7 +108,7 @@ def solve(
     for stage, (start, end) in enumerate(stages):
         before = standing(rod, x)
         rod = replace(rod, start=start, end=end)
-        way = Way(rod, before, np.concatenate([start.targets, end.targets]))
+        way = LoadPath(rod, before, np.concatenate([start.targets, end.targets]))
         with within(budget):
             point = way.settled(x, 0.0)
             if point is None:
@@ -136,7 +136,7 @@ def solve(
 _NOWHERE = "no equilibrium at the beginning of a stage"
 
 
-def _gone(way: Way, point: Point, steps: Steps | None) -> list[Point]:
+def _gone(way: LoadPath, point: Point, steps: Steps | None) -> list[Point]:
     """The points of a stage, jumps among them."""
     found: list[Point] = []
     rod = way.rod
@@ -165,7 +165,7 @@ def _gone(way: Way, point: Point, steps: Steps | None) -> list[Point]:
     return found
 
 
-def _beyond(way: Way, last: Point, load: float, push: FloatArray) -> Point | None:
+def _beyond(way: LoadPath, last: Point, load: float, push: FloatArray) -> Point | None:
     """Where the tape is once `load`, where a branching was passed, is exceeded: it is raised until the state of `last`
     is unstable or gone, and the tape jumps from it. None: it does not settle."""
     for more in RAISED:
@@ -211,7 +211,7 @@ def refined(tape: Tape) -> Tape | None:
     for places, own in zip(finer.multipliers, rod.multipliers, strict=True):
         x[places] = tape.x[own]
     targets = np.concatenate([finer.start.targets, finer.end.targets])
-    point = Way(finer, targets, targets).settled(x, 1.0)
+    point = LoadPath(finer, targets, targets).settled(x, 1.0)
     if point is None:
         return None
     status = Status.UNSTABLE if point.negative else Status.CONVERGED

@@ -306,10 +306,10 @@ def trust_region(problem: BoundedProblem, start: FloatArray, limits: Limits | No
 def _ipopt(problem: BoundedProblem, start: FloatArray, limits: Limits, options: dict[str, object]) -> Descent:
     counted = _Counted(problem, limits)
     stop = {"tol": float(limits.tolerance), "max_iter": limits.steps, "max_cpu_time": float(limits.seconds)}
-    found = ipopt.minimise(counted, np.array(start, dtype=float), {**stop, **options})
+    minimum = ipopt.minimise(counted, np.array(start, dtype=float), {**stop, **options})
     counted.counts["gradient"] -= 1  # the residual that ipopt.minimise reports
-    reason = found.message.split("(")[0].strip(" .")
-    return counted.result(found.x, found.iterations, f"not converged (Ipopt: {reason})")
+    reason = minimum.message.split("(")[0].strip(" .")
+    return counted.result(minimum.x, minimum.iterations, f"not converged (Ipopt: {reason})")
 
 
 def ipopt_exact(problem: BoundedProblem, start: FloatArray, limits: Limits | None = None) -> Descent:

@@ -314,7 +314,7 @@ def hessian(x, lengths, multipliers, factor, local, states, gamma, up, weight, f
     """
     count = lengths.size
     weigh = gamma != 0.0 and factor != 0.0
-    glued = count if seam != 0 else count - 1
+    mixed = count if seam != 0 else count - 1
     glue = ORTHONORMAL * (count - first)
     y = np.zeros((3, 3))
     back = np.zeros((3, 3))
@@ -329,7 +329,7 @@ def hessian(x, lengths, multipliers, factor, local, states, gamma, up, weight, f
         k = STRIDE * i
         jet = states[i]
         frame = x[k + FRAME : k + SHAPE].reshape(3, 3)
-        if i < glued:
+        if i < mixed:
             last = i == count - 1
             flip = -1.0 if last else 1.0
             delta = float(seam) if last else 1.0

@@ -52,8 +52,8 @@ def opened(problem: ShellProblem) -> ShellProblem:
 
 def laid(problem: ShellProblem, surface: ShellSurface) -> ShellSurface:
     """The surface brought onto the wall that carries the band; as it is where something else holds it."""
-    way = lifted(problem, surface.points.reshape(-1, 3), surface.directors.reshape(-1, 3))
-    return dataclasses.replace(surface, points=surface.points + way)
+    path = lifted(problem, surface.points.reshape(-1, 3), surface.directors.reshape(-1, 3))
+    return dataclasses.replace(surface, points=surface.points + path)
 
 
 def _matrix(frame: np.ndarray) -> Matrix:

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from shellref.elastica.fem import Discretisation
-from shellref.elastica.problem import Array, ElasticaProblem, Way
+from shellref.elastica.problem import Array, ElasticaProblem, LoadPath
 from shellref.elastica.system import MOST_DENSE, System, dense_pairs, sparse_pairs
 
 ENDS = ("clamped-free", "pinned-pinned", "clamped-pinned", "clamped-clamped")
@@ -60,7 +60,7 @@ def buckling_modes(
             raise ValueError(f"elements = {elements}: must be a whole number >= 1")
         elements = np.linspace(0.0, 1.0, int(elements) + 1)
     problem = strut(ends)
-    system = System(elements, degree, Way(problem, problem), hermite)
+    system = System(elements, degree, LoadPath(problem, problem), hermite)
     discrete = system.discrete
     straight = np.zeros(system.size)
     rows = system.holding(straight)[:, discrete.free]

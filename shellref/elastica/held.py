@@ -1,4 +1,4 @@
-"""From a natural shape to the problem asked, along a `Way`: by arc length, or by plain steps that stop at limit points.
+"""From a natural shape to the problem, along a `LoadPath`: by arc length, or by plain steps that stop at limit points.
 
 The way begins where nothing pulls: no loads, and the held end and the given angles where the natural shape has them. A
 strip without natural curvature between two held points would begin straight and taut, where its support's force is not
@@ -17,7 +17,7 @@ from ribbonbench import clock
 from shellref import law
 from shellref.elastica.arc import ArcOptions, Branch, Point, point_at, states_at, switch, trace
 from shellref.elastica.path import ElasticaOptions
-from shellref.elastica.problem import Array, ElasticaProblem, Way
+from shellref.elastica.problem import Array, ElasticaProblem, LoadPath
 from shellref.elastica.system import System
 
 TAUT = 0.999
@@ -54,7 +54,7 @@ def suitable_bow(problem: ElasticaProblem) -> float:
     return max(-6.0, min(6.0, turn)) if abs(turn) > 0.5 else 2.0
 
 
-def way_to(problem: ElasticaProblem, bow: float | None = None) -> Way:
+def path_to(problem: ElasticaProblem, bow: float | None = None) -> LoadPath:
     """The way that begins at the natural shape of `problem`, or of one bent by `bow` when that is straight."""
     curvature = problem.curvature
     chord = problem.natural_chord()
@@ -74,7 +74,7 @@ def way_to(problem: ElasticaProblem, bow: float | None = None) -> Way:
         end=None if problem.end is None else (chord.real, chord.imag),
         end_angle=None if problem.end_angle is None else (start or 0.0) + float(law.integral(curvature, 1.0)),
     )
-    return Way(first, problem)
+    return LoadPath(first, problem)
 
 
 def natural_state(system: System) -> Array:
@@ -94,7 +94,7 @@ def drive(
     problem: ElasticaProblem, nodes: Array, degree: int, hermite: bool, tolerance: float, options: ElasticaOptions
 ) -> Arrival:
     """The end of the way to `problem`; `options.arc_length` "never" takes plain steps, anything else arc length."""
-    system = System(nodes, degree, way_to(problem, options.bow), hermite)
+    system = System(nodes, degree, path_to(problem, options.bow), hermite)
     arc = ArcOptions(tolerance=tolerance, steps=options.arc_steps)
     natural = natural_state(system)
     start = point_at(system, natural, 0.0, arc)

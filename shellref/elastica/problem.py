@@ -150,7 +150,7 @@ class ElasticaProblem:
 
 
 @dataclass(frozen=True)
-class Way:
+class LoadPath:
     """Problems on a straight line from one to another: `at(0)` is `first`, `at(1)` is `last`, beyond both too.
 
     Weight vector, force, curvature, angles and end point are linear in the parameter; what is free or held is the same

@@ -22,7 +22,7 @@ from shellref.elastica.arc import ArcOptions, point_at, trace
 from shellref.elastica.fem import Array
 from shellref.elastica.held import Arrival, best_end, natural_state, not_begun, plain_steps
 from shellref.elastica.path import ElasticaOptions
-from shellref.elastica.problem import ElasticaProblem, Way
+from shellref.elastica.problem import ElasticaProblem, LoadPath
 from shellref.elastica.result import ElasticaResult, ElasticaStatus
 from shellref.elastica.solve import arrived, graded_nodes
 from shellref.elastica.system import System
@@ -84,7 +84,7 @@ def solve_along(
 
     `options.arc_length`: "always" follows every way by arc length; "auto" the first one, and one whose end is held;
     "never" none. A way that does not arrive ends the solve there: its status and message say where.
-    Raises ValueError for fewer than two problems, or ones held differently (`Way`).
+    Raises ValueError for fewer than two problems, or ones held differently (`LoadPath`).
     """
     if len(problems) < 2:
         raise ValueError(f"problems: {len(problems)}, must be two or more")
@@ -126,7 +126,7 @@ def _near(
     problem: ElasticaProblem, joints: Array, degree: int, options: ElasticaOptions, s: Array, theta: Array
 ) -> ElasticaResult | None:
     began = time.perf_counter()
-    system = System(joints, degree, Way(problem, problem))
+    system = System(joints, degree, LoadPath(problem, problem))
     z = np.zeros(system.size)
     z[: system.count] = system.discrete.projected(np.interp(system.discrete.s, s, theta))
     angles = [a for a in (problem.start_angle, problem.end_angle) if a is not None]
@@ -150,7 +150,7 @@ def _along(problems: Sequence[ElasticaProblem], joints: Array, degree: int, opti
     iterations = steps = limits = switches = 0
     result: ElasticaResult | None = None
     for index, (first, last) in enumerate(pairwise(problems)):
-        system = System(joints, degree, Way(first, last))
+        system = System(joints, degree, LoadPath(first, last))
         tolerance = max(_tolerance(first, options), _tolerance(last, options))
         arc = ArcOptions(tolerance=tolerance, steps=options.arc_steps)
         first_z = natural_state(system) if z is None else z

@@ -1,7 +1,7 @@
 r"""Equilibrium of the planar elastica as one square system G(z, t) = 0 along a way of problems.
 
-z = (coefficients of theta (N,), reactions R_j (m,)); t: parameter of the `Way`. With the forms of `shellref.elastica`
-and B_j = int <t_perp, n_j> v, the rows are (docs/theory.md, eq. (8.5))
+z = (coefficients of theta (N,), reactions R_j (m,)); t: parameter of the `LoadPath`. With the forms of
+`shellref.elastica` and B_j = int <t_perp, n_j> v, the rows are (docs/theory.md, eq. (8.5))
 
     free unknown of theta    int (theta' - K) v' + <t_perp, p> v ,   p = Gamma (1 - s) u - F - sum_j R_j n_j
     given unknown            theta - its angle
@@ -27,7 +27,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from shellref.elastica.fem import Discretisation
-from shellref.elastica.problem import Array, ElasticaForces, ElasticaProblem, Way
+from shellref.elastica.problem import Array, ElasticaForces, ElasticaProblem, LoadPath
 
 MOST_DENSE = 260
 """Number of unknowns up to which eigenvalues are computed with dense matrices."""
@@ -48,7 +48,7 @@ class Solved:
 class System:
     """One discretisation along one way."""
 
-    def __init__(self, nodes: Array, degree: int, way: Way, hermite: bool = False) -> None:
+    def __init__(self, nodes: Array, degree: int, way: LoadPath, hermite: bool = False) -> None:
         problem = way.last
         self.way = way
         self.discrete = Discretisation(nodes, degree, problem.start_angle, problem.end_angle, hermite)

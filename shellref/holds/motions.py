@@ -49,9 +49,9 @@ def free(supports: Sequence[Support], directions: Sequence[np.ndarray], centre: 
                 rows.append(np.hstack([none, _crossed(held.slide)]))
         if held.frame:
             rows.append(np.hstack([none, unit]))
-    for way in directions:
-        rows.append(np.hstack([way, np.zeros(3)])[None, :])
-        rows.append(np.hstack([none, _crossed(way)]))
+    for path in directions:
+        rows.append(np.hstack([path, np.zeros(3)])[None, :])
+        rows.append(np.hstack([none, _crossed(path)]))
     _, sizes, right = np.linalg.svd(np.vstack(rows))
     rank = int(np.sum(sizes > RANK * max(1.0, float(sizes.max()))))
     return np.asarray(right[rank:])

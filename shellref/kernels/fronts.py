@@ -52,7 +52,7 @@ def structured(children, cells, number, shared):
     at = np.full(len(shared), -1)
     for t in range(count):
         # the unknowns of the front, in the order in which they come
-        begin, size, asked = start[t], 0, where[t]
+        begin, size, requested = start[t], 0, where[t]
         need = 2 * width
         if children[t, 0] >= 0:
             need = 0
@@ -61,23 +61,23 @@ def structured(children, cells, number, shared):
                 need += start[c + 1] - start[c]
         while begin + need > len(index):
             index, known = np.append(index, np.empty_like(index)), np.append(known, np.empty_like(known))
-        while asked + need > len(place):
+        while requested + need > len(place):
             place = np.append(place, np.empty_like(place))
         if children[t, 0] < 0:
             for i in range(width):
                 u = number[cells[t], i]
-                place[asked + i] = u
+                place[requested + i] = u
                 if u >= 0:
                     index[begin + size], known[begin + size] = u, 1
                     size += 1
-            asked += width
+            requested += width
         else:
             for k in range(2):
                 c = children[t, k]
                 for i in range(start[c] + pivots[c], start[c + 1]):
                     u = index[i]
-                    place[asked] = u
-                    asked += 1
+                    place[requested] = u
+                    requested += 1
                     if at[u] < 0:
                         at[u] = size
                         index[begin + size], known[begin + size] = u, known[i]
@@ -94,11 +94,11 @@ def structured(children, cells, number, shared):
                     k += 1
             if last:
                 pivots[t] = k - begin
-        for i in range(where[t], asked):
+        for i in range(where[t], requested):
             place[i] = at[place[i]] if place[i] >= 0 else -1
         for i in range(size):
             at[own[i]] = -1
-        start[t + 1], where[t + 1] = begin + size, asked
+        start[t + 1], where[t + 1] = begin + size, requested
     return start, index[: start[count]].copy(), pivots, where, place[: where[count]].copy()
 
 
@@ -187,11 +187,11 @@ def factored(
                 c = children[t, k]
                 b = start[c + 1] - start[c] - pivots[c]
                 least -= b * b
-            old, asked = least, where[t]
+            old, requested = least, where[t]
             for k in range(2):
                 c = children[t, k]
                 b = start[c + 1] - start[c] - pivots[c]
-                left, at = stack[old : old + b * b].reshape(b, b), place[asked : asked + b]
+                left, at = stack[old : old + b * b].reshape(b, b), place[requested : requested + b]
                 for i in range(b):
                     x, row = at[i], left[i]
                     for j in range(i, b):
@@ -200,7 +200,7 @@ def factored(
                             f[x, y] += row[j]
                         else:
                             f[y, x] += row[j]
-                old, asked = old + b * b, asked + b
+                old, requested = old + b * b, requested + b
             top = least
         for i in range(p):
             f[i, i] += diagonal[own[i]]

@@ -159,12 +159,12 @@ def _give_up(walker: Walker, walk: Walk, turned: bool) -> None:
     """The path did not come to the full load."""
     stage = walker.stages[walk.stage]
     highest = max((s.load for s in walk.steps if s.accepted and s.stage == stage.name), default=0.0)
-    told = f"the path was followed to {walk.point.load:.6g} (max_steps = {walker.options.max_steps})"
+    text = f"the path was followed to {walk.point.load:.6g} (max_steps = {walker.options.max_steps})"
     if turned or highest > walk.point.load:
-        reason = f"{stage.name} does not reach its full value: the highest load carried is {highest:.6g} of it; {told}"
+        reason = f"{stage.name} does not reach its full value: the highest load carried is {highest:.6g} of it; {text}"
         walk.stop(ShellStatus.LIMIT_POINT, reason)
     else:
-        walk.stop(ShellStatus.NOT_CONVERGED, f"{stage.name} is not at its full value yet: {told}")
+        walk.stop(ShellStatus.NOT_CONVERGED, f"{stage.name} is not at its full value yet: {text}")
 
 
 def _advance(walker: Walker, walk: Walk, direction: Direction, ds: float) -> tuple[Attempt, Direction | None, str]:
@@ -191,8 +191,8 @@ def _finish(walker: Walker, walk: Walk, attempt: Attempt) -> bool:
     share = (1.0 - point.load) / (attempt.load - point.load)
     state = retract(point.state, share * (attempt.state - point.state))
     last = e.solve(state, point.stress.extrapolate(attempt.stress, -share), stage, 1.0)
-    way = max(e.largest(attempt.state - point.state), 1e-6)
-    if not last.converged or e.largest(last.state - state) > 0.5 * way:
+    path = max(e.largest(attempt.state - point.state), 1e-6)
+    if not last.converged or e.largest(last.state - state) > 0.5 * path:
         walker.log(walk, "arc", last.load, last, False, "jumped" if last.converged else "")
         return False
     walker.accept(walk, "arc", last)

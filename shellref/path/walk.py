@@ -325,8 +325,8 @@ class Walker:
         stage = self.stages[at] if self.stages else self._stage(walk)
         mode, negative = lowest_mode(self.equilibrium, walk.point.state, stage, load)
         if mode.at_fold:
-            said = f"its lowest eigenvalue {mode.value:.2g} is zero to rounding ({mode.rounding:.2g})"
-            message = f"{there}, at a fold: {said}, neither stable nor unstable{self.equilibrium.thin()}"
+            text = f"its lowest eigenvalue {mode.value:.2g} is zero to rounding ({mode.rounding:.2g})"
+            message = f"{there}, at a fold: {text}, neither stable nor unstable{self.equilibrium.thin()}"
             return Verdict(ShellStatus.CONVERGED, message, None, mode.value)
         if negative is None and mode.value is None:
             message = f"{there}; its stability is not known: {self.equilibrium.trouble}"

@@ -176,7 +176,7 @@ def _shortest(a: Array, b: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Way:
+class LoadPath:
     """From one problem (t = 0) to another (t = 1) that is held alike: stiffnesses, rest shape, loads and held points go
     straight, held frames by the shortest turn."""
 

@@ -15,7 +15,7 @@ import numpy as np
 from ribbonbench import clock
 from shellref.rod.elements import Elements, State
 from shellref.rod.newton import Balance, Solved, held_exactly
-from shellref.rod.problem import Held, RodProblem, Way
+from shellref.rod.problem import Held, LoadPath, RodProblem
 from shellref.rod.quaternion import Array, rotation, turn_between
 from shellref.rod.stability import descend, lowest_mode
 
@@ -90,7 +90,7 @@ def follow(elements: Elements, state: State, problems: Sequence[RodProblem], ste
     for stage, (first, last) in enumerate(itertools.pairwise(problems)):
         walk.stage, walk.reached = stage, 0.0
         wanted = steps[stage] if stage < len(steps) else None
-        _stage(elements, walk, Way(_joined(first, last, walk.state), last), stage, wanted)
+        _stage(elements, walk, LoadPath(_joined(first, last, walk.state), last), stage, wanted)
         if walk.why:
             return walk
     assert walk.balance is not None
@@ -108,7 +108,7 @@ def _joined(first: RodProblem, last: RodProblem, state: State) -> RodProblem:
     return replace(first, start=begins(last.start, 0), end=begins(last.end, -1))
 
 
-def _stage(elements: Elements, walk: Walk, way: Way, stage: int, wanted: int | None) -> None:
+def _stage(elements: Elements, walk: Walk, way: LoadPath, stage: int, wanted: int | None) -> None:
     """One stage."""
     balance = Balance(elements, way.last)
     walk.balance = balance
@@ -161,7 +161,7 @@ def _turn(one: State, other: State) -> float:
     return float(np.linalg.norm(turn_between(one.q, other.q), axis=1).max())
 
 
-def _snap(balance: Balance, walk: Walk, way: Way, stage: int, share: float, fade: Array | None) -> bool:
+def _snap(balance: Balance, walk: Walk, way: LoadPath, stage: int, share: float, fade: Array | None) -> bool:
     """Down in energy at a slightly larger load, where the path ends; False: it did not settle."""
     problem = way.at(share)
     if walk.snaps >= SNAPS or fade is not None or not problem.conservative:

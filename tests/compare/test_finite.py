@@ -12,7 +12,7 @@ import pytest
 
 from compare.cli import DONE, NOT_CONVERGED, main
 from compare.page.table import Column, Table
-from compare.page.told import energies, force, length, moment, place
+from compare.page.wording import energies, force, length, moment, place
 from compare.scene.scene import loads
 from compare.scene.units import Units, quantity, reading
 from compare.store.finite import explained

@@ -13,7 +13,7 @@ import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.pages.keys import described, matching, table_of
-from compare.scene.given.source import name_of
+from compare.scene.inputs.source import name_of
 from compare.scene.keys import KEYS
 from compare.scene.scene import load, loads, shipped
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from compare import registry
-from compare.models.ribbon.way import run_key
+from compare.models.ribbon.stages import run_key
 from compare.models.shell_build import shell_problem
 from compare.models.shell_process import shell_key
 from compare.scene.scene import load
@@ -44,7 +44,7 @@ def kept(name: str) -> dict[str, tuple[Callable[[], object], tuple[str, ...]]]:
 KEPT: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
     **{key: value for name in NAMES for key, value in kept(name).items()},
     "sweep of comparisons": (lambda: software_digest(COMPARE), ("compare.sweep.pair", *map(registry.home, NAMES))),
-    "way": (lambda: run_key(SCENE, False), ("compare.models.ribbon.way",)),
+    "way": (lambda: run_key(SCENE, False), ("compare.models.ribbon.stages",)),
     "shell": (lambda: shell_key(PROBLEM, ShellOptions()), ("shellref.worker",)),
     "shell's walk": (lambda: sources.digest("shellref.path.solver"), ("shellref.path.solver",)),
 }

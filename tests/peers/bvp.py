@@ -46,8 +46,8 @@ def best(found: Case) -> Settings:
         tried = run(found, (per_turn, loose, steps, 1e-3))
         if tried.error < BRANCH:
             ways.append((tried.seconds, (per_turn, loose, steps)))
-    for _, way in sorted(ways):
+    for _, path in sorted(ways):
         for tolerance in TOLERANCES:
-            if run(found, (*way, tolerance)).error <= TARGET:
-                return (*way, tolerance)
+            if run(found, (*path, tolerance)).error <= TARGET:
+                return (*path, tolerance)
     raise AssertionError(f"{found.name}: solve_bvp does not reach {TARGET:g}")

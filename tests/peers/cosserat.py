@@ -85,7 +85,7 @@ def relaxed(given: dict) -> dict:
     stepper = ea.PositionVerlet()
     now = stepper.step(simulator, 0.0, step)
     first = time.process_time() - begun
-    target, asked = np.array(given["tip"]), given["asked"]
+    target, requested = np.array(given["tip"]), given["asked"]
     times, tips, seconds, errors, stepped = [], [], [], [], []
     begun = time.process_time()
     steps, rests = 1, False
@@ -99,7 +99,7 @@ def relaxed(given: dict) -> dict:
         seconds.append(time.process_time() - begun)
         errors.append(float(np.linalg.norm(tip - target)))
         stepped.append(steps)
-        rests = settled(errors, tips, asked)
+        rests = settled(errors, tips, requested)
         if rests or not np.isfinite(errors[-1]) or seconds[-1] > given["budget"]:
             break
     return {

@@ -73,7 +73,7 @@ class Shifted:
 
     def heights(self, shifts: FloatArray) -> FloatArray:
         """(2, k): heights at shifts (k,), forth and back."""
-        return np.stack([np.interp(shifts, way[0], way[1]) for way in (self.forth, self.back)])
+        return np.stack([np.interp(shifts, path[0], path[1]) for path in (self.forth, self.back)])
 
 
 def names() -> list[str]:
@@ -220,22 +220,22 @@ def measured(name: str, before: dict[str, dict[str, Run]]) -> dict[str, dict[str
         apart = np.abs(limit.heights(at) - best.heights)[:, keep].max()
         # second order: the limit is off by 1 / (CUT^2 - 1) of the difference
         error = float(np.abs(coarse.heights(at) - limit.heights(at))[:, keep].max()) * CUT**2 / (CUT**2 - 1)
-        asked, words = error, f"{words}; at N = {finer(CUT)[0]} {apart:.1e} l from ours"
+        requested, words = error, f"{words}; at N = {finer(CUT)[0]} {apart:.1e} l from ours"
     else:
         apart = np.abs(coarse.heights(at) - best.heights)[:, keep].max()
-        asked, error = before[_case(LIMITED)][NAME].error, float("nan")
+        requested, error = before[_case(LIMITED)][NAME].error, float("nan")
         words = f"{words}; {apart:.1e} l from ours"
     seconds = [coarse.seconds, *(shifted(energy).seconds for _ in range(ROUNDS - 1))]
     found = {NAME: Run(words, error, statistics.median(seconds))}
     for segments in LADDER:
         ours = [followed(energy, coarse, segments) for _ in range(WARM + 1)][1:]
         far = float(np.abs(ours[0].heights - best.heights)[:, keep].max())
-        if far <= asked:
+        if far <= requested:
             words = f"p = {segments}, {at.size} shifts forth and back"
             found[OURS] = Run(words, far, statistics.median(o.seconds for o in ours))
             break
     else:
-        raise AssertionError(f"ours, {energy.ours}: no more than {LADDER[-1]} segments reach {asked:.1e}")
+        raise AssertionError(f"ours, {energy.ours}: no more than {LADDER[-1]} segments reach {requested:.1e}")
     few = [followed(energy, coarse, segments, WIDE) for _ in range(WARM + 1)][1:]
     same = np.array([int(np.argmin(np.abs(at - shift))) for shift in few[0].shifts])
     far = float(np.abs(few[0].heights - best.heights[:, same])[:, keep[same]].max())

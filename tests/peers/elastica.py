@@ -33,7 +33,7 @@ from tests.reference.elastica_collocation import collocation
 SCRIPT = Path(__file__).with_name("cosserat.py")
 NAME = "PyElastica"
 #: Distances of the free end (l) asked for.
-ASKED = (1e-3, 1e-4)
+REQUESTED = (1e-3, 1e-4)
 #: Searched at 1e-3: elements, stiffness of stretching and shear (over that of bending / l^2), damping (1 / time).
 SEARCH = tuple(itertools.product((45, 60, 30, 20, 14), (1e5, 5e4, 2e4, 2e5), (4.0,)))
 DAMPING = (2.5, 6.0, 9.0, 13.0)
@@ -192,22 +192,22 @@ def _fastest(rod: Rod, tried: list[Settings], asked: float, budget: float) -> tu
 
 
 def best(rod: Rod) -> dict[float, Settings]:
-    """The fastest settings of every error of `ASKED` that it reaches within `BUDGET`."""
+    """The fastest settings of every error of `REQUESTED` that it reaches within `BUDGET`."""
     out: dict[float, Settings] = {}
-    first = _fastest(rod, [Settings(*given) for given in SEARCH], ASKED[0], BUDGET)
+    first = _fastest(rod, [Settings(*given) for given in SEARCH], REQUESTED[0], BUDGET)
     if first is None:
-        raise AssertionError(f"{rod.name}: none of {len(SEARCH)} settings of {NAME} reaches {ASKED[0]:g}")
+        raise AssertionError(f"{rod.name}: none of {len(SEARCH)} settings of {NAME} reaches {REQUESTED[0]:g}")
     found = first[1]
-    again = _fastest(rod, [found, *(Settings(found.elements, found.stiff, c) for c in DAMPING)], ASKED[0], BUDGET)
-    out[ASKED[0]] = (again or first)[1]
-    for asked in ASKED[1:]:
-        ratio, found = ASKED[0] / asked, out[ASKED[0]]
+    again = _fastest(rod, [found, *(Settings(found.elements, found.stiff, c) for c in DAMPING)], REQUESTED[0], BUDGET)
+    out[REQUESTED[0]] = (again or first)[1]
+    for requested in REQUESTED[1:]:
+        ratio, found = REQUESTED[0] / requested, out[REQUESTED[0]]
         tried = [
             Settings(round(found.elements * ratio**0.5 * n), found.stiff * ratio * k, found.damping) for n, k in FINER
         ]
-        finer = _fastest(rod, tried, asked, BUDGET)
+        finer = _fastest(rod, tried, requested, BUDGET)
         if finer is not None:
-            out[asked] = finer[1]
+            out[requested] = finer[1]
     return out
 
 
@@ -215,11 +215,11 @@ def measured(name: str, _: dict[str, dict[str, Run]]) -> dict[str, dict[str, Run
     """Rod of this name and error asked for -> peer -> median of `ROUNDS`, in turn."""
     out = {}
     for rod in (r for r in rods() if r.name == name):
-        for asked, settings in best(rod).items():
-            runs = [(rod.ours(asked), run(rod, settings, asked)) for _ in range(ROUNDS)]
-            out[f"{rod.name}, {asked:g} l"] = {
+        for requested, settings in best(rod).items():
+            runs = [(rod.ours(requested), run(rod, settings, requested)) for _ in range(ROUNDS)]
+            out[f"{rod.name}, {requested:g} l"] = {
                 name: Run(done[0].settings, max(r.error for r in done), statistics.median(r.seconds for r in done))
                 for name, done in zip(("ribbon.solve", NAME), zip(*runs, strict=True), strict=True)
             }
-            print(f"  {rod.name}, {asked:g}: {out[f'{rod.name}, {asked:g} l']}", flush=True)
+            print(f"  {rod.name}, {requested:g}: {out[f'{rod.name}, {requested:g} l']}", flush=True)
     return out

@@ -159,19 +159,19 @@ def main(arguments: list[str]) -> int:
         group.add_argument(f"--{option}", action="store_true")
     parser.add_argument("--jobs", type=int, choices=(1, 2), default=1)
     parser.add_argument("--minutes", type=float, default=math.inf)
-    asked = parser.parse_args(arguments)
-    unknown = [name for name in asked.names if name not in NAMES]
+    requested = parser.parse_args(arguments)
+    unknown = [name for name in requested.names if name not in NAMES]
     if unknown:
         print(f"unknown: {', '.join(unknown)}; choose from {', '.join(NAMES)}", file=sys.stderr)
         return 2
-    names = asked.names or list(NAMES)
-    if asked.readme:
+    names = requested.names or list(NAMES)
+    if requested.readme:
         return rendered(stale.FAILED)
-    if asked.stale:
+    if requested.stale:
         print(stale.listing(sorted(stale.statuses(Pages(), names), key=remake.expected), remake.expected))
         return stale.DONE
-    alone = len(names) == 1 and not asked.remake
-    code = one(names[0]) if alone else several(names, not asked.remake, asked.jobs, asked.minutes)
+    alone = len(names) == 1 and not requested.remake
+    code = one(names[0]) if alone else several(names, not requested.remake, requested.jobs, requested.minutes)
     return rendered(code if alone else stale.FAILED) or code
 
 

@@ -54,7 +54,7 @@ class Number:
 
 
 def of_settled(record: Mapping[str, Any], shown: str = ".4f") -> Number:
-    """A critical number as `compare.measure.settled.Settled.record` has it: with its error, or why there is none."""
+    """A critical number as `compare.measure.mesh_limit.Settled.record` has it: with its error, or why there is none."""
     why = "" if record["error"] is not None else "it does not settle over its meshes"
     return Number(record["value"], record["error"], record["unit"], shown, why)
 

@@ -165,8 +165,8 @@ def remake(
         tried[status.name] = status.key
         wanted, rest = expected(status), left()
         if rest <= 0.0 or rest < wanted < math.inf:
-            told = "" if math.isinf(wanted) else f": {wanted:.0f} s"
-            outcomes[status.name] = Outcome(f"no time left{told}")
+            text = "" if math.isinf(wanted) else f": {wanted:.0f} s"
+            outcomes[status.name] = Outcome(f"no time left{text}")
             return
         code, why = work(status.name)
         made = pages().read(status.name)

@@ -115,8 +115,8 @@ def listing(found: Sequence[Status], expected: Callable[[Status], float]) -> str
     ]
     lines = columns(["page", "age", "takes", "why"], rows) if rows else []
     total = sum(expected(one) for one in stale if math.isfinite(expected(one)))
-    said = f"{len(stale)} of {len(found)} pages are stale; those whose time is known take {total:.0f} s"
-    return "\n".join([*lines, said])
+    text = f"{len(stale)} of {len(found)} pages are stale; those whose time is known take {total:.0f} s"
+    return "\n".join([*lines, text])
 
 
 def summary(pages: Pages, done: Mapping[str, str]) -> str:

@@ -31,20 +31,22 @@ def _roof(height: float) -> Wall:
     return Wall((0.0, height, 0.0), (0.0, -1.0, 0.0))
 
 
-def _checks(found: Equilibrium, weight: float = 0.0) -> Iterator[Check]:
+def _checks(equilibrium: Equilibrium, weight: float = 0.0) -> Iterator[Check]:
     """An equilibrium that stays on its walls' side, says how far it does, and whose supports carry its weight."""
-    yield holds("converged", found.status.code == "converged", f"{found.status.code}: {found.message}")
-    own = judged(found, spectrum=False)
+    yield holds(
+        "converged", equilibrium.status.code == "converged", f"{equilibrium.status.code}: {equilibrium.message}"
+    )
+    own = judged(equilibrium, spectrum=False)
     yield from own
     measured = next((check.value for check in own if check.what.startswith("penetration")), np.inf)
-    told = np.nan if found.penetration is None else found.penetration
+    told = np.nan if equilibrium.penetration is None else equilibrium.penetration
     yield Check("penetration beyond the one said (l)", measured - told, SAID, said=f"{told:.3g}")  # it samples
-    if found.ok:
-        assert found.start is not None  # determined: the strip is not stretched
-        held = found.start.force + sum(wall.force for wall in found.walls)
-        if found.end_support is not None:
-            held = held + found.end_support.force
-        size = max(1.0, weight, max(float(np.abs(wall.force).max()) for wall in found.walls))
+    if equilibrium.ok:
+        assert equilibrium.start is not None  # determined: the strip is not stretched
+        held = equilibrium.start.force + sum(wall.force for wall in equilibrium.walls)
+        if equilibrium.end_support is not None:
+            held = held + equilibrium.end_support.force
+        size = max(1.0, weight, max(float(np.abs(wall.force).max()) for wall in equilibrium.walls))
         off = float(np.abs(held - weight * np.array(UP)).max()) / size
         yield Check("supports do not carry the weight, relative to the largest force", off, BALANCE)
 

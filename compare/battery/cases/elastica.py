@@ -124,10 +124,10 @@ def _s_shape(rung: Rung) -> Iterator[Check]:
 def _energies(problem) -> list[float]:  # type: ignore[no-untyped-def]
     """Energies of the equilibria that deflation finds from arcs, S-shapes and waves."""
     from shellref.elastica.branches import equilibria
-    from shellref.elastica.problem import Way
+    from shellref.elastica.problem import LoadPath
     from shellref.elastica.system import System
 
-    system = System(np.linspace(0.0, 1.0, 21), DEGREE, Way(problem, problem))
+    system = System(np.linspace(0.0, 1.0, 21), DEGREE, LoadPath(problem, problem))
     s = system.discrete.s
     guesses = []
     for shape in (np.sin(2.0 * math.pi * s), np.sin(math.pi * s), np.sin(3.0 * math.pi * s)):
@@ -150,7 +150,7 @@ def _curl(rung: Rung) -> Iterator[Check]:
 
 def _branches(rung: Rung) -> Iterator[Check]:
     from shellref.elastica.branches import equilibria
-    from shellref.elastica.problem import Way
+    from shellref.elastica.problem import LoadPath
     from shellref.elastica.system import System
 
     load = float(rung) * math.pi**2 / 4.0
@@ -158,7 +158,7 @@ def _branches(rung: Rung) -> Iterator[Check]:
     shot = all_equilibria(problem, 2.0 * math.sqrt(load) + 0.1, 400)  # with 200 a close pair is missed
     expected = 1 + 2 * sum(1 for n in range(20) if (2 * n + 1) ** 2 < float(rung))
     yield near("equilibria by shooting", len(shot), expected, 0.0)
-    system = System(np.linspace(0.0, 1.0, 41), DEGREE, Way(_problem(), problem))
+    system = System(np.linspace(0.0, 1.0, 41), DEGREE, LoadPath(_problem(), problem))
     straight = system.discrete.natural_shape(system.way.at(0.0))
     bent = [system.discrete.projected(a * np.sin((n + 0.5) * math.pi * system.discrete.s))
             for n in range(5) for a in (1.0, -1.0, 2.5, -2.5)]  # fmt: skip

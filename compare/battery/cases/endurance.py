@@ -43,8 +43,8 @@ def _grown(count: int, do: Callable[[int], object], before: int) -> Iterator[Che
             at.append(number + 1)
             sizes.append(_resident())
     slope = float(np.polyfit(at[len(at) // 4 :], sizes[len(at) // 4 :], 1)[0])
-    said = f"{sizes[0] / 1024:.0f} MB at first, {sizes[-1] / 1024:.0f} MB at last"
-    yield Check("growth by a call (kB)", slope, GROWTH if count >= FEW else GROWTH_OF_FEW, said=said)
+    text = f"{sizes[0] / 1024:.0f} MB at first, {sizes[-1] / 1024:.0f} MB at last"
+    yield Check("growth by a call (kB)", slope, GROWTH if count >= FEW else GROWTH_OF_FEW, said=text)
     yield Check("descriptors left open", float(_descriptors() - opened), 0.0)
 
 

@@ -214,9 +214,9 @@ def _long_helix(turn: Rung) -> Iterator[Check]:
     chord = [axis[i] * along * (s - wave.real) + (i == 2) * wave.real + cross[i] * wave.imag for i in range(3)]
     found = _values(a, b, 0.0, m, length)
     bound = 1e-13 + 2e-15 * float(angle(s))
-    said = f"turned by {float(angle(s)):.5g}"
-    yield Check("tangent", _worst([found[2], found[5], found[8]], frame_z), bound, said=said)
-    yield Check("chord (over the segment's length)", _worst(found[9:12], chord) / length, bound, said=said)
+    text = f"turned by {float(angle(s)):.5g}"
+    yield Check("tangent", _worst([found[2], found[5], found[8]], frame_z), bound, said=text)
+    yield Check("chord (over the segment's length)", _worst(found[9:12], chord) / length, bound, said=text)
 
 
 CASES: tuple[Case, ...] = (

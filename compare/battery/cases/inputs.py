@@ -64,8 +64,8 @@ class _Tried:
 
     def checks(self) -> Iterator[Check]:
         """What has to hold of them."""
-        said = f"{self.taken} taken, {self.refused} refused"
-        yield holds("some are taken and some refused", self.taken > 0 and self.refused > 0, said)
+        text = f"{self.taken} taken, {self.refused} refused"
+        yield holds("some are taken and some refused", self.taken > 0 and self.refused > 0, text)
         yield Check("traces", float(len(self.traces)), 0.0, said="; ".join(self.traces[:5]))
         yield Check("errors that are not one plain line", float(len(self.lines)), 0.0, said="; ".join(self.lines[:5]))
         yield Check("wrong answers", float(len(self.wrong)), 0.0, said="; ".join(self.wrong[:5]))

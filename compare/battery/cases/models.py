@@ -185,12 +185,12 @@ FRAMED = {
 
 def framed(rung: Rung) -> Iterator[Check]:
     """One model's scene, said otherwise."""
-    model, _, way = str(rung).partition(" ")
+    model, _, path = str(rung).partition(" ")
     name, energy = FRAMED[model]
     scene = load(name)
     if scene.model.energy != energy:
         scene = scene.replace({"model.energy": energy, "strip.thickness": 5e-4})
-    mirror, far, unit = MOTIONS[way]
+    mirror, far, unit = MOTIONS[path]
     motion, shift = _motion(mirror), far * np.array([0.6, -0.48, 0.64])
     a, b = solve(moved(scene, np.eye(3), np.zeros(3), 1.0)), solve(moved(scene, motion, shift, unit))
     assert a.shape is not None
@@ -345,13 +345,13 @@ def _cases() -> tuple[Case, ...]:
             "ends as stated; no NaN; supports, weight and tip in balance; solved again, and begun at itself, the same",
             "scene", scene_case(name), first, tuple(s for s in scenes if s not in first),
         ))  # fmt: skip
-    ways = tuple(f"{model} {way}" for model in FRAMED for way in MOTIONS)
+    ways = tuple(f"{model} {path}" for model in FRAMED for path in MOTIONS)
     energies = tuple(registry.energies())
     found += [
         Case(
             "models/said otherwise", "turned, 1e4 l away, mirrored, in other units",
             "the state goes with the scene to 1e-9; its energy and lowest eigenvalue stay", "model and way", framed,
-            ("antman mirrored",), tuple(way for way in ways if way != "antman mirrored"),
+            ("antman mirrored",), tuple(path for path in ways if path != "antman mirrored"),
             {"curve_angle far": "its unknowns are positions, whose third differences lose the digits of the shift: it "
              "ends as not converged, with no wrong state"},
         ),

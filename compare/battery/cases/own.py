@@ -66,7 +66,7 @@ def of_command(words: Words, judge: Judge, each: int = EACH) -> Callable[[Rung],
     def run(rung: Rung) -> Iterator[Check]:
         with tempfile.TemporaryDirectory(prefix="ribbonbench-own-") as place:
             folder = Path(place)
-            asked = []
+            requested = []
             for number in range(int(rung) * each, int(rung) * each + each):
                 text, scene = own(number)
                 command = words(scene)
@@ -74,19 +74,19 @@ def of_command(words: Words, judge: Judge, each: int = EACH) -> Callable[[Rung],
                     file = folder / f"own_{number}.toml"
                     file.write_text(text, encoding="utf-8")
                     out = folder / f"out_{number}"
-                    asked.append((number, scene, out, [command[0], str(file), *command[1:], "--out", str(out)]))
-            if asked:
-                yield from _worst(_answers(folder, asked, judge))
+                    requested.append((number, scene, out, [command[0], str(file), *command[1:], "--out", str(out)]))
+            if requested:
+                yield from _worst(_answers(folder, requested, judge))
             else:
                 yield holds("no scene of this rung is for the command", True)
 
     return run
 
 
-Asked = list[tuple[int, Scene, Path, list[str]]]
+Requested = list[tuple[int, Scene, Path, list[str]]]
 
 
-def _answers(folder: Path, asked: Asked, judge: Judge) -> Iterator[Check]:
+def _answers(folder: Path, asked: Requested, judge: Judge) -> Iterator[Check]:
     """The checks of every answer, each with the number of its scene."""
     orders, answers = folder / "orders.json", folder / "answers.json"
     orders.write_text(json.dumps([words for _, _, _, words in asked]))

@@ -227,7 +227,7 @@ def damaged_case(rung: Rung) -> Iterator[Check]:
     """A finished case in the store that is no longer what was written."""
     with _Room() as place:
         store, written = CaseStore(place / "cases"), [0]
-        told: list[str] = []
+        lines: list[str] = []
         keys = [case_key("battery", number) for number in range(2)]
 
         def write(folder: Path, number: int) -> None:
@@ -236,15 +236,15 @@ def damaged_case(rung: Rung) -> Iterator[Check]:
 
         def found(number: int) -> Path:
             key = keys[number]
-            return store.get(key, damaged=told.append) or store.put(key, lambda folder: write(folder, number))
+            return store.get(key, damaged=lines.append) or store.put(key, lambda folder: write(folder, number))
 
         folders = [found(number) for number in range(2)]
         found(0)
-        yield holds("a whole case is found", written[0] == 2 and not told, f"{written[0]} written, {told}")
+        yield holds("a whole case is found", written[0] == 2 and not lines, f"{written[0]} written, {lines}")
         _damage(str(rung), *folders)
         again = found(0)
         yield holds("it is made again", written[0] == 3, f"{written[0]} written")
-        yield holds("it is said", len(told) == 1, str(told))
+        yield holds("it is said", len(lines) == 1, str(lines))
         intact = (again / "numbers.bin").read_bytes() == random.Random(0).randbytes(1000)
         yield holds("it is right again", intact and store.get(keys[0]) == again)
         yield holds("nothing half done left", not leftovers(place), ", ".join(leftovers(place)))

@@ -40,19 +40,19 @@ class Tally:
     claimed: int = 0
     solves: int = 0
 
-    def add(self, found: State, name: str) -> None:
+    def add(self, state: State, name: str) -> None:
         """Counts an answer and has it judged; name: of the start, to be found again."""
         self.solves += 1
-        self.words[found.word] = self.words.get(found.word, 0) + 1
-        if found.native is None:
+        self.words[state.word] = self.words.get(state.word, 0) + 1
+        if state.native is None:
             return
-        bad = [check for check in judged(found.native) if not check.ok]
-        self.wrong += [f"{name} ({found.word}): {check.what} {check.value:.2g}, {check.said}" for check in bad]
+        bad = [check for check in judged(state.native) if not check.ok]
+        self.wrong += [f"{name} ({state.word}): {check.what} {check.value:.2g}, {check.said}" for check in bad]
 
-    def ranked(self, found: State, lowest: float) -> None:
+    def ranked(self, state: State, lowest: float) -> None:
         """Counts whether a stable answer is above the lowest that was found, and what the tool had said of it."""
-        minima = found.native.minima
-        if not found.ok or energy(found) <= lowest + SAME * max(1.0, abs(lowest)):
+        minima = state.native.minima
+        if not state.ok or energy(state) <= lowest + SAME * max(1.0, abs(lowest)):
             return
         self.above += 1
         self.told += minima is not None and not minima.lowest
@@ -74,9 +74,9 @@ class Tally:
         yield Check("share without an equilibrium", 1.0 - equilibria / max(1, self.solves), lost, said=said)
 
 
-def energy(found: State) -> float:
+def energy(state: State) -> float:
     """Total energy of an equilibrium, D w / l."""
-    total = None if found.energy is None else found.energy.total
+    total = None if state.energy is None else state.energy.total
     return np.inf if total is None else total
 
 

@@ -65,9 +65,9 @@ def _thin(rung: Rung) -> Iterator[Check]:
     ratio = float(rung)
     result = _solved(thickness=0.1 * ratio, **HANGING)
     yield from thin.judged(result, stiff=2.0 * EPS * 12.0 / (0.1 * ratio) ** 2)
-    said = f"{result.stable}, lowest eigenvalue {result.lowest_eigenvalue}"
+    text = f"{result.stable}, lowest eigenvalue {result.lowest_eigenvalue}"
     known = result.stable is True if ratio > 5e-5 else result.stable is not False
-    yield holds("stable (below h/w = 1e-4: or not known, within rounding)", known, said)
+    yield holds("stable (below h/w = 1e-4: or not known, within rounding)", known, text)
     yield from _elastica(result, 3e-5)
 
 
@@ -163,8 +163,8 @@ def _fast(rung: Rung) -> Iterator[Check]:
     yield from thin.judged(fast)
     off = float(np.abs(fast.surface.points - slow.surface.points).max())
     yield Check("distance from the state of short steps (l)", off, 1e-7)
-    said = f"{len(fast.steps)} steps, {sum(not step.accepted for step in fast.steps)} of them refused"
-    yield holds("every step kept is in equilibrium", all(s.correction < 1e-7 for s in fast.steps if s.accepted), said)
+    text = f"{len(fast.steps)} steps, {sum(not step.accepted for step in fast.steps)} of them refused"
+    yield holds("every step kept is in equilibrium", all(s.correction < 1e-7 for s in fast.steps if s.accepted), text)
 
 
 def _coarse(rung: Rung) -> Iterator[Check]:

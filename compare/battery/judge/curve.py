@@ -62,9 +62,9 @@ def integrated(
     for low, high in itertools.pairwise(joints):
         inside = (wanted > low) & (wanted <= high)
         at = np.append(wanted[inside], high)
-        way = solve_ivp(slope, (low, high), y, method="DOP853", t_eval=np.unique(at), rtol=1e-12, atol=1e-13)
-        places = np.searchsorted(way.t, at)
-        found[inside], y = way.y[:, places[:-1]].T, way.y[:, places[-1]]
+        path = solve_ivp(slope, (low, high), y, method="DOP853", t_eval=np.unique(at), rtol=1e-12, atol=1e-13)
+        places = np.searchsorted(path.t, at)
+        found[inside], y = path.y[:, places[:-1]].T, path.y[:, places[-1]]
     return found[:, 9:], found[:, :9].reshape(-1, 3, 3)
 
 

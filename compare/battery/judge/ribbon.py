@@ -165,13 +165,13 @@ def stability(found: Any, own: Discrete, force: FloatArray) -> list[Check]:
         value, _, other = lowest(there, multipliers(there)[0])
         if other < sign or value < least:
             least, sign = value, other
-    said = f"lowest eigenvalue {least:.6g}, the solver's {found.lowest_eigenvalue:.6g}"
+    text = f"lowest eigenvalue {least:.6g}, the solver's {found.lowest_eigenvalue:.6g}"
     right = sign >= 0 if found.status.code == "converged" else sign <= 0
-    checks = [holds("status is that of the lowest eigenvalue", right, f"{found.status.code}; {said}")]
+    checks = [holds("status is that of the lowest eigenvalue", right, f"{found.status.code}; {text}")]
     start = found.problem.start
     if start is not None and start.is_whole and np.isfinite(least) and not _undetermined(own):
         off = abs(least - found.lowest_eigenvalue) / max(1.0, abs(least))
-        checks.append(Check("lowest eigenvalue apart, relative", off, EIGENVALUE, said=said))
+        checks.append(Check("lowest eigenvalue apart, relative", off, EIGENVALUE, said=text))
     return checks
 
 

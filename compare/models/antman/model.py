@@ -28,7 +28,7 @@ from compare.models.base import (
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task, another_model
 from compare.models.quantities.antman import QUANTITIES
-from compare.scene.given.law import at
+from compare.scene.inputs.law import at
 
 if TYPE_CHECKING:
     from compare.models.antman.problem import Walk
@@ -138,24 +138,24 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
         """Along the walk, and on from a saddle where that is asked for."""
         return problem.solve(problem.mesh, bool(options.leave_saddle))
 
-    def estimated(self, problem: Walk, found: RodResult) -> RodResult:
+    def estimated(self, problem: Walk, result: RodResult) -> RodResult:
         """By elements half as long, begun at the answer, or gone to all the way where nothing is found there."""
         from shellref.rod.solve import UNKNOWN, error_of
 
-        if found.status in UNKNOWN:
-            return found
+        if result.status in UNKNOWN:
+            return result
         again = None if problem.near is not None else problem.solve
-        return replace(found, error=error_of(found, again))
+        return replace(result, error=error_of(result, again))
 
-    def finer(self, found: RodResult) -> RodResult | None:
+    def finer(self, result: RodResult) -> RodResult | None:
         """Elements half as long, begun at the answer."""
         from shellref.rod.solve import refined
 
-        return refined(found)
+        return refined(result)
 
-    def state(self, scene: Scene, found: RodResult) -> State:
+    def state(self, scene: Scene, result: RodResult) -> State:
         """The rod in space."""
-        r = found
+        r = result
         count = len(r.elements.joints) - 1
         return State(
             model=self.name,

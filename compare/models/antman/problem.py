@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from compare.errors import BadInput
 from compare.models.base import BESIDE, Shape
 from compare.scene.data import unit
-from compare.scene.given.law import Law, turn
-from compare.scene.given.law import values as values_of
+from compare.scene.inputs.law import Law, turn
+from compare.scene.inputs.law import values as values_of
 from compare.scene.scene import Scene
 from compare.scene.spec import SAY_ELEMENTS, ClampSpec, RodSpec
 from shellref.rod.problem import Held, RodProblem, Section, rectangle

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.models.base import Shape
-from compare.scene.given.law import turn as turn_of
+from compare.scene.inputs.law import turn as turn_of
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import Rod, RodEnd, marched, rotation
 from ribbon.rods.solve import newton, solve

@@ -16,7 +16,7 @@ import numpy as np
 
 from compare.errors import BadInput
 from compare.models.shell_build import shell_elements
-from compare.scene.given.accepted import YES, accepted
+from compare.scene.inputs.accepted import YES, accepted
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

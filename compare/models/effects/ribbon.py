@@ -28,7 +28,7 @@ from compare.models.effects.ribbon_off import (
 from compare.models.effects.switches import at_rest
 from compare.models.ribbon.build import formulation_why, has_free_twist
 from compare.models.scope import require_shell
-from compare.scene.given.law import values, words
+from compare.scene.inputs.law import values, words
 from compare.scene.scene import Scene
 from ribbon import RibbonInputError
 from ribbon.energies import ENERGIES, FREE_ENERGIES

@@ -9,7 +9,7 @@ from compare.models.base import Effect
 from compare.models.effects.weightless import weightless
 from compare.models.scope import require_shell
 from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_words
-from compare.scene.given.law import values
+from compare.scene.inputs.law import values
 from compare.scene.stages import stages_without
 
 if TYPE_CHECKING:

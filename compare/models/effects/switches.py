@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from compare.models.base import Effect
 from compare.models.effects.weightless import weightless
-from compare.scene.given.law import values, words
+from compare.scene.inputs.law import values, words
 from compare.scene.stages import stages_without
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from compare.models.capabilities import Reference
 from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task
 from compare.models.quantities.elastica import QUANTITIES
-from compare.scene.given.law import at
+from compare.scene.inputs.law import at
 
 if TYPE_CHECKING:
     from compare.models.elastica.start import Start
@@ -159,20 +159,22 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
         """One way to the equilibrium."""
         return problem.solve(False)
 
-    def estimated(self, problem: Sized, found: ElasticaResult) -> ElasticaResult:
+    def estimated(self, problem: Sized, result: ElasticaResult) -> ElasticaResult:
         """The same way again, and on halved elements."""
         return problem.solve(True)
 
-    def finer(self, found: ElasticaResult) -> ElasticaResult | None:
+    def finer(self, result: ElasticaResult) -> ElasticaResult | None:
         """Elements cut in two, begun at the angle of the answer."""
         from shellref.elastica.start import halved, solve_near
 
-        nodes = found.nodes
-        return solve_near(found.problem, nodes, found.angle(nodes), halved(nodes), found.degree, estimate_error=False)
+        nodes = result.nodes
+        return solve_near(
+            result.problem, nodes, result.angle(nodes), halved(nodes), result.degree, estimate_error=False
+        )
 
-    def state(self, scene: Scene, found: ElasticaResult) -> State:
+    def state(self, scene: Scene, result: ElasticaResult) -> State:
         """In space, at the clamp."""
-        r = found
+        r = result
         known = r.status.value != "limit_point"
         # the elastica measures heights from its clamp, a state from the origin
         height = 0.0 if scene.up is None else float(scene.position @ scene.up)

@@ -70,10 +70,10 @@ def start_of(scene: Scene, near: Shape | None = None) -> Start:
     return alone
 
 
-def _apart(scene: Scene, found: ElasticaResult, shape: Shape) -> float:
+def _apart(scene: Scene, result: ElasticaResult, shape: Shape) -> float:
     """Largest distance of the two centrelines at equal s, in l."""
     s = np.linspace(0.0, 1.0, 201)
-    line = embed(found, scene.position, scene.frame, s)
+    line = embed(result, scene.position, scene.frame, s)
     return float(np.linalg.norm(line - shape.centreline(s), axis=1).max())
 
 
@@ -88,10 +88,10 @@ def _near(scene: Scene, shape: Shape) -> Start | None:
         return None
 
     def once(elements: int | None, degree: int | None, estimate: bool) -> ElasticaResult:
-        found = solve_near(problem, s, theta, elements or ELEMENTS, degree or DEGREE, estimate_error=estimate)
-        if found is None:  # on the usual elements it was there
+        result = solve_near(problem, s, theta, elements or ELEMENTS, degree or DEGREE, estimate_error=estimate)
+        if result is None:  # on the usual elements it was there
             raise BadInput("elements", elements, "is too coarse for the elastica beside this shape", "take more")
-        return found
+        return result
 
     return Start(BESIDE, once)
 

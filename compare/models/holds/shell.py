@@ -101,14 +101,14 @@ def _pose(position: FloatArray, frame: FloatArray | None) -> Pose:
 
 def _hanging(scene: Scene, sign: float) -> FloatArray:
     """A frame whose tangent is `sign` times up, or along the force at the end, or along z."""
-    way = np.array([0.0, 0.0, 1.0])
+    path = np.array([0.0, 0.0, 1.0])
     if scene.gamma and scene.up is not None:
-        way = sign * scene.up
+        path = sign * scene.up
     elif scene.tip_force.any():
-        way = unit(scene.tip_force)
-    across = np.eye(3)[int(np.argmin(np.abs(way)))]
-    normal = unit(np.cross(way, across))
-    return np.stack([np.cross(normal, way), normal, way], axis=1)
+        path = unit(scene.tip_force)
+    across = np.eye(3)[int(np.argmin(np.abs(path)))]
+    normal = unit(np.cross(path, across))
+    return np.stack([np.cross(normal, path), normal, path], axis=1)
 
 
 def _between(
@@ -122,7 +122,7 @@ def _between(
     ways = [frame[:, k] for frame in known for k in (1, 2, 0)]
     ways += [] if scene.up is None else [scene.up]
     ways += list(np.eye(3)[[1, 0, 2]])
-    normal = next(x for x in (way - (way @ along) * along for way in ways) if np.linalg.norm(x) > 1e-3)
+    normal = next(x for x in (path - (path @ along) * along for path in ways) if np.linalg.norm(x) > 1e-3)
     middle = np.stack([np.cross(unit(normal), along), unit(normal), along], axis=1)
     found: list[FloatArray | None] = []
     for frame, angle in zip(frames, (-0.5 * curvature, 0.5 * curvature), strict=True):

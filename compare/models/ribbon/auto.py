@@ -2,9 +2,9 @@
 
 From the cheapest on, each is solved and its distance (Hausdorff over l) to the shell estimated: that to the strip with
 energy "finite", which costs milliseconds from the shape of the one before, and what "finite" itself leaves out
-(`compare.models.ribbon.beyond`). The first within the accuracy is taken. Where not even "finite" is, the shell is asked
-for: the answer is then that of "finite", and says so. All this is of one state: where a lower one was seen beside it
-(`compare.models.ribbon.rivals`) the choice says that it is not sure.
+(`compare.models.ribbon.neglected`). The first within the accuracy is taken. Where not even "finite" is, the shell is
+asked for: the answer is then that of "finite", and says so. All this is of one state: where a lower one was seen beside
+it (`compare.models.ribbon.rivals`) the choice says that it is not sure.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 from compare.measure.grid import Grid
 from compare.models.base import Options, Seconds
 from compare.models.capabilities import Rival
-from compare.models.ribbon.beyond import apart, beside, beyond
+from compare.models.ribbon.neglected import apart, beside, beyond
 from compare.models.ribbon.rivals import probe
 from compare.models.ribbon.solving import solved as solved_as
 from compare.models.ribbon.solving import solver
 from compare.scene.planar import nonplanar_reason
 
 if TYPE_CHECKING:
-    from compare.models.ribbon.way import Way
+    from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
@@ -80,7 +80,7 @@ class Choice:
     steps: tuple[Step, ...]
     enough: bool
     skipped: Mapping[str, float] = field(default_factory=dict)
-    solved: Mapping[str, tuple[Way | None, Equilibrium, Seconds]] = field(default_factory=dict)
+    solved: Mapping[str, tuple[LoadPath | None, Equilibrium, Seconds]] = field(default_factory=dict)
     rival: Rival | None = None
 
     @property
@@ -107,7 +107,7 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
     assert accuracy is not None, "asked only of scenes that want it"
     options = replace(options or Options(), repeats=0)
     steps: list[Step] = []
-    solved: dict[str, tuple[Way | None, Equilibrium, Seconds]] = {}
+    solved: dict[str, tuple[LoadPath | None, Equilibrium, Seconds]] = {}
     clock = time.perf_counter()
     first = LADDER[0]
     if say is not None:
@@ -174,11 +174,11 @@ def reference(scene: Scene, start: Equilibrium, accuracy: float) -> Equilibrium:
     return refine_to_tolerance(found, _FINE * accuracy, leave_saddle=True, strict=False)
 
 
-def _name(scene: Scene, energy: str, found: Equilibrium) -> str:
+def _name(scene: Scene, energy: str, equilibrium: Equilibrium) -> str:
     """ "elastica" for Sadowsky's strip that stays in the plane of a planar scene."""
     if energy != LADDER[0] or nonplanar_reason(scene) is not None:
         return energy
-    return PLANAR if float(np.abs(found.tau(np.linspace(0.0, 1.0, 201))).max()) < _PLANE else energy
+    return PLANAR if float(np.abs(equilibrium.tau(np.linspace(0.0, 1.0, 201))).max()) < _PLANE else energy
 
 
 def _known(value: float) -> float | None:

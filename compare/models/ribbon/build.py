@@ -100,13 +100,13 @@ def ribbon_gravity(scene: Scene) -> Gravity | None:
     return Gravity(up=scene.up, exact=scene.gravity.exact)
 
 
-def asked_formulation(scene: Scene) -> str:
+def requested_formulation(scene: Scene) -> str:
     """The formulation asked of the ribbon; a path is gone in the mixed model unless the scene says otherwise.
 
     (Its steps start warm with multipliers, and stages may hold what the chained model cannot.)
     """
-    asked = scene.model.formulation
-    return "mixed" if asked == "auto" and scene.path else asked
+    requested = scene.model.formulation
+    return "mixed" if requested == "auto" and scene.path else requested
 
 
 def build_arguments(scene: Scene) -> dict[str, Any]:
@@ -120,7 +120,7 @@ def build_arguments(scene: Scene) -> dict[str, Any]:
         "walls": ribbon_walls(scene),
         "energy": ribbon_energy(scene),
         "segments": np.asarray(scene.model.lengths),
-        "formulation": asked_formulation(scene),
+        "formulation": requested_formulation(scene),
         "held_by": scene.model.held_by,
         "stiffness": scene.model.stiffness,
         "in_plane": scene.model.in_plane,

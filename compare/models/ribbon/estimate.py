@@ -15,11 +15,11 @@ In-plane bending and tension follow from the weight beyond each section, and fro
 Edges and shear are those of the strip with energy "finite", which starts from the ribbon's own shape: rulings tie the
 twist to the curvature, tau = eta kappa, so that a ribbon does not twist where its curvature passes zero; a strip of
 some thickness does, is no developable surface there, and stretches most of all. How far the shape moves is the distance
-to that strip, and what it leaves out (`compare.models.ribbon.beyond`). An energy of the user's own is no neighbour of
-it, and not every ribbon has one: then the ribbon, softened by its edges (`ribbon.energies.edge_layer`, or what its
+to that strip, and what it leaves out (`compare.models.ribbon.neglected`). An energy of the user's own is no neighbour
+of it, and not every ribbon has one: then the ribbon, softened by its edges (`ribbon.energies.edge_layer`, or what its
 energy brings in their place), says both.
 
-An energy with a free twist has some of this itself (`compare.models.ribbon.remaining`).
+An energy with a free twist has some of this itself (`compare.models.ribbon.neglected_free`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from compare.measure.distance import grid_hausdorff
 from compare.models.base import natural_constant
 from compare.models.capabilities import Estimate, Sides
-from compare.models.ribbon.beyond import (
+from compare.models.ribbon.neglected import (
     FOLD,
     beside,
     corner_turn,
@@ -47,7 +47,7 @@ from compare.models.ribbon.beyond import (
 )
 from compare.models.ribbon.rivals import RULED, either_side, probe
 from compare.models.ribbon.taut import taut
-from compare.scene.given import law
+from compare.scene.inputs import law
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis.along import line_density

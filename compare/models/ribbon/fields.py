@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from compare.measure.energy_map import by_name, stretching_zones
 from compare.models.base import State
-from compare.scene.given.law import at
+from compare.scene.inputs.law import at
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis.along import area_density, segment_of

@@ -7,7 +7,7 @@ import math
 from compare.errors import BadInput
 from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
-from compare.scene.given.law import values
+from compare.scene.inputs.law import values
 from compare.scene.scene import Scene
 from ribbon.energies.names import FREE
 
@@ -131,14 +131,14 @@ def _stiffness(scene: Scene, energy: str) -> BadInput:
 
 def _ruling(scene: Scene, energy: str) -> BadInput | None:
     """A straight ruling that the scene itself asks for."""
-    asked = [
+    requested = [
         (f"{name}.ruling", spec.ruling)
         for name, spec in (
             ("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end), ("closure", scene.closure)
         )
         if spec is not None and f"{name}.ruling" in scene.own_keys
     ]  # fmt: skip
-    for key, ruling in asked:
+    for key, ruling in requested:
         if ruling == "straight":
             remedy = f'remove it, or choose energy = "{FINITE}", which knows of clamped edges'
             return BadInput(key, ruling, f'is asked of energy = "{energy}", which knows no ruling', remedy)

@@ -39,7 +39,7 @@ from compare.registry import name_for
 
 if TYPE_CHECKING:
     from compare.models.capabilities import Estimate, Moves
-    from compare.models.ribbon.way import Way
+    from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
@@ -111,17 +111,17 @@ class RibbonModel(Model):
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """Chained, glued, and with segments placed by a tolerance."""
-        glued = Ladder("mixed", tuple(Size("mixed", (p,)) for p in SEGMENTS))
+        mixed = Ladder("mixed", tuple(Size("mixed", (p,)) for p in SEGMENTS))
         if scene.path:
             return (
                 Ladder("chained", why="a [[path]] is gone in the mixed model"),
-                glued,
+                mixed,
                 Ladder("placed", why="a [[path]] names its own segments"),
             )
         why = self._no_chain(scene)
         return (
             Ladder("chained", () if why else tuple(Size("chained", (p,)) for p in SEGMENTS), why),
-            glued,
+            mixed,
             Ladder("placed", tuple(Size("placed", (x,)) for x in TOLERANCES)),
         )
 
@@ -168,7 +168,7 @@ class RibbonModel(Model):
         size: Size | None,
         options: Options,
         say: Reporter | None,
-        done: tuple[Way | None, Equilibrium, Seconds] | None = None,
+        done: tuple[LoadPath | None, Equilibrium, Seconds] | None = None,
     ) -> State:
         """With the energy of the scene; done: what is solved already."""
         from compare.models.ribbon.build import ribbon_energy
@@ -183,8 +183,8 @@ class RibbonModel(Model):
                 stages = f", {len(scene.path) + 1} stages" if scene.path else ""
                 say.step(f"ribbon: {ribbon_energy(scene)}, {what}{stages}")
             with compiling(say):
-                way, found, seconds = done or solved(scene, options, say)
-        state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, way)
+                path, found, seconds = done or solved(scene, options, say)
+        state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, path)
         if not options.error:
             return state
         with within(scene.model.budget), choose.using(scene.model.solver):
@@ -210,9 +210,9 @@ class RibbonModel(Model):
         """The largest number of segments (of `SEGMENTS`, where all sizes are tolerances) cut in four, glued unless only
         chained ones are asked for."""
         ladders = {size.ladder for size in sizes}
-        glued = bool(scene.path) or "mixed" in ladders or "chained" not in ladders
+        mixed = bool(scene.path) or "mixed" in ladders or "chained" not in ladders
         most = max((size.values[0] for size in sizes if size.ladder != "placed"), default=SEGMENTS[-1])
-        start = Size("mixed" if glued else "chained", (most,))
+        start = Size("mixed" if mixed else "chained", (most,))
         if say is not None:
             say.step(f"reference of the ribbon: {4 * most:g} and {8 * most:g} segments")
         quick = replace(options or Options(), error=False, repeats=0, store=None)
@@ -225,7 +225,7 @@ class RibbonModel(Model):
     def estimate(self, scene: Scene, state: State, width_to_thickness: float, say: Reporter | None = None) -> Estimate:
         """How far a shell of this w/h would be from the state (`compare.models.ribbon.estimate`, `remaining`)."""
         from compare.models.ribbon.estimate import estimate
-        from compare.models.ribbon.remaining import remaining
+        from compare.models.ribbon.neglected_free import remaining
 
         found = remaining if state.native.has_free_twist else estimate
         with compiling(say):
@@ -323,8 +323,8 @@ def _grid(options: Options) -> Grid:
     return options.grid
 
 
-def _shown(size: Size, found: Equilibrium) -> Size:
+def _shown(size: Size, equilibrium: Equilibrium) -> Size:
     """A size that was asked for, with the number of segments that a tolerance has led to."""
     if size.ladder != "placed":
         return size
-    return replace(size, words=f"{found.problem.lengths.size} (for {size.values[0]:.0e})")
+    return replace(size, words=f"{equilibrium.problem.lengths.size} (for {size.values[0]:.0e})")

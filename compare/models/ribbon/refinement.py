@@ -133,8 +133,8 @@ def _of_placed(e: Equilibrium) -> tuple[dict[str, Any], str]:
         return _errors(e, chain, error_of_last), "of the placed segments"
     finer = refine(e)
     chain = [e.numbers, finer.numbers] if finer.ok else [e.numbers]
-    told = "forces and energies from one refinement" if finer.ok else f"on segments cut in two {finer.message}"
-    return _errors(e, chain, error_of_first), f"of the placed segments; {told}"
+    text = "forces and energies from one refinement" if finer.ok else f"on segments cut in two {finer.message}"
+    return _errors(e, chain, error_of_first), f"of the placed segments; {text}"
 
 
 def _in_the_limit(state: State, finest: State, values: list[float], scene: Scene | None) -> State:
@@ -173,8 +173,8 @@ def _with_limit(state: State, limit: Limit) -> State:
         state = replace(state, errors={**state.errors, "lowest_eigenvalue": own})
     if limit.signed or abs(limit.value) <= SIGNED or state.stable is None:
         return state
-    said = f"its lowest eigenvalue tends to {limit.value:.2g} within {limit.error:.2g}: whether it is stable is open"
-    return replace(state, stable=None, message=f"{state.message}; {said}")
+    text = f"its lowest eigenvalue tends to {limit.value:.2g} within {limit.error:.2g}: whether it is stable is open"
+    return replace(state, stable=None, message=f"{state.message}; {text}")
 
 
 def _of_a_saddle(state: State, say: Reporter | None, grid: Grid | None, scene: Scene | None) -> State:
@@ -195,9 +195,9 @@ def _of_a_saddle(state: State, say: Reporter | None, grid: Grid | None, scene: S
         few, many = e.problem.lengths.size, finer.problem.lengths.size
         there = state_of(scene, finer, own_size(finer), state.seconds)
         found = judged(there, say, grid, scene)
-        said = f"{found.message}; a saddle on {few} segments only, stable on {many}"
+        text = f"{found.message}; a saddle on {few} segments only, stable on {many}"
         return replace(
-            found, message=said, log=state.log, start=state.start, reused=state.reused,
+            found, message=text, log=state.log, start=state.start, reused=state.reused,
             refinements=(*tried[:-1], *found.refinements),
         )  # fmt: skip
     finest, limit, chain = _finer_saddle(finer, tried)
@@ -260,17 +260,20 @@ class _Wide:
     width: float
 
 
-def _tried(found: Equilibrium, distance: float | None) -> Refinement:
+def _tried(equilibrium: Equilibrium, distance: float | None) -> Refinement:
     """One equilibrium as a refinement."""
-    return _refinement(found.problem.lengths.size, found.status.code, found.lowest_eigenvalue, distance)
+    return _refinement(
+        equilibrium.problem.lengths.size, equilibrium.status.code, equilibrium.lowest_eigenvalue, distance
+    )
 
 
-def _all_tried(found: Equilibrium) -> tuple[Refinement, ...]:
+def _all_tried(equilibrium: Equilibrium) -> tuple[Refinement, ...]:
     """The equilibrium itself, or all on the way of a tolerance that placed its segments."""
-    if not found.refinements:
-        return (_tried(found, None),)
+    if not equilibrium.refinements:
+        return (_tried(equilibrium, None),)
     return tuple(
-        _refinement(one.segments, one.status.code, one.lowest_eigenvalue, one.distance) for one in found.refinements
+        _refinement(one.segments, one.status.code, one.lowest_eigenvalue, one.distance)
+        for one in equilibrium.refinements
     )
 
 

@@ -57,14 +57,14 @@ def is_probed(scene: Scene) -> bool:
     return not (scene.several_equilibria or scene.walls or scene.closure is not None or scene.path)
 
 
-def probe(scene: Scene, found: Equilibrium) -> Rival | None:
+def probe(scene: Scene, equilibrium: Equilibrium) -> Rival | None:
     """The lowest rival of a stable equilibrium of the scene that the probe sees; None: none, or none was looked for
     (`is_probed`)."""
     from ribbon.find.solve import solve_shape
 
-    if not found.ok or not is_probed(scene):
+    if not equilibrium.ok or not is_probed(scene):
         return None
-    here = _counterpart(scene, found) if found.problem.fields.free else found
+    here = _counterpart(scene, equilibrium) if equilibrium.problem.fields.free else equilibrium
     if here is None or not here.ok or here.problem.row_count:
         return None
     own = here.energy.total
@@ -81,9 +81,9 @@ def probe(scene: Scene, found: Equilibrium) -> Rival | None:
     return best
 
 
-def either_side(scene: Scene, found: Equilibrium, best: Equilibrium) -> tuple[Equilibrium, ...]:
-    """`best`, the strip with energy "finite" that was found from the ribbon `found` (`compare.models.ribbon.beyond.
-    beside`), and where there is one the state on the ribbon's other side.
+def either_side(scene: Scene, equilibrium: Equilibrium, best: Equilibrium) -> tuple[Equilibrium, ...]:
+    """`best`, the strip with energy "finite" that was found from the ribbon `equilibrium`
+    (`compare.models.ribbon.neglected.beside`), and where there is one the state on the ribbon's other side.
 
     A ribbon without thickness may rest between two states of the strip that has some, as a column between both sides to
     which it buckles: a shell that begins at the ribbon's surface goes to one of them, and the strip with energy
@@ -92,35 +92,35 @@ def either_side(scene: Scene, found: Equilibrium, best: Equilibrium) -> tuple[Eq
     inflections; not looked for where the first is so near that neither keeps a distance from being good.
     """
     from compare.measure.grid import Grid
-    from compare.models.ribbon.beyond import apart, inflections
+    from compare.models.ribbon.neglected import apart, inflections
     from ribbon.find.solve import solve_from
 
     grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 401))).max()))
-    moved = apart(found, best, grid)
+    moved = apart(equilibrium, best, grid)
     if FARTHER * moved <= APART:
         return (best,)
-    omega, eta = found.problem.joint_values(found.x)
-    twist = eta if found.problem.fields.free else eta * omega
+    omega, eta = equilibrium.problem.joint_values(equilibrium.x)
+    twist = eta if equilibrium.problem.fields.free else eta * omega
     there = best.problem.joint_values(best.x)
     problem: Any = best.problem
     other = solve_from(problem, problem.state(2.0 * omega - there[0], 2.0 * twist - there[1]), leave_saddle=True)
-    if not other.ok or inflections(other) > max(inflections(found), inflections(best)):
+    if not other.ok or inflections(other) > max(inflections(equilibrium), inflections(best)):
         return (best,)
-    beside = moved < apart(best, other, grid) and apart(found, other, grid) <= FARTHER * moved
+    beside = moved < apart(best, other, grid) and apart(equilibrium, other, grid) <= FARTHER * moved
     return (best, other) if beside else (best,)
 
 
-def _starts(found: Equilibrium, width: float) -> Iterator[tuple[FloatArray, FloatArray]]:
+def _starts(equilibrium: Equilibrium, width: float) -> Iterator[tuple[FloatArray, FloatArray]]:
     """omega and eta (p + 1,) of the starts: a flip beside the clamp, the twist reversed."""
-    s = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
-    omega, eta = found.problem.joint_values(found.x)
+    s = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
+    omega, eta = equilibrium.problem.joint_values(equilibrium.x)
     for widths in LAYERS:
         sign = np.where(s < widths * width, -1.0, 1.0)
         yield sign * omega, sign * eta
     yield omega, -eta
 
 
-def _counterpart(scene: Scene, found: Equilibrium) -> Equilibrium | None:
+def _counterpart(scene: Scene, equilibrium: Equilibrium) -> Equilibrium | None:
     """The strip of `PROBED` that rests near one with a free twist."""
     from compare.errors import BadInput
     from compare.models.ribbon.build import ribbon_problem
@@ -129,10 +129,10 @@ def _counterpart(scene: Scene, found: Equilibrium) -> Equilibrium | None:
 
     plain = scene.replace({"model.energy": PROBED, "model.accuracy": None, "model.stiffness": None})
     try:
-        problem: Any = ribbon_problem(plain).with_changes(lengths=found.problem.lengths)
+        problem: Any = ribbon_problem(plain).with_changes(lengths=equilibrium.problem.lengths)
     except (BadInput, RibbonInputError):
         return None
-    omega, twist = found.problem.joint_values(found.x)
+    omega, twist = equilibrium.problem.joint_values(equilibrium.x)
     return solve_shape(problem, *_ruled(omega, twist))
 
 
@@ -142,15 +142,15 @@ def _ruled(omega: FloatArray, twist: FloatArray) -> tuple[FloatArray, FloatArray
     return omega, np.clip(twist / bent, -_STEEPEST, _STEEPEST)
 
 
-def near(found: Equilibrium, shape: Shape, finer: int = 1) -> Equilibrium:
-    """Where the strip of `found`, on its own segments cut into `finer` parts each, comes to rest from another model's
-    shape; whatever its status.
+def near(equilibrium: Equilibrium, shape: Shape, finer: int = 1) -> Equilibrium:
+    """Where the strip of `equilibrium`, on its own segments cut into `finer` parts each, comes to rest from another
+    model's shape; whatever its status.
 
     The start has the shape's curvature and twist at the joints (`compare.measure.curvatures`), nothing else of it.
     """
     from ribbon.find.solve import solve_shape
 
-    problem: Any = found.problem
+    problem: Any = equilibrium.problem
     if finer > 1:
         problem = problem.with_changes(lengths=np.repeat(problem.lengths / finer, finer))
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])

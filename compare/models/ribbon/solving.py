@@ -10,15 +10,15 @@ from compare.models.base import Options, Seconds, State
 from compare.models.timing import clocked, repeated
 
 if TYPE_CHECKING:
-    from compare.models.ribbon.way import Way
+    from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
 
 
-def solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way | None, Equilibrium, Seconds]:
+def solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[LoadPath | None, Equilibrium, Seconds]:
     """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed."""
-    from compare.models.ribbon.way import run_key, run_way
+    from compare.models.ribbon.stages import run_key, run_way
 
     leave = bool(options.leave_saddle)
     if not scene.path:
@@ -26,13 +26,13 @@ def solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[Way | 
         return None, found, seconds
     folder = None if options.store is None else options.store.way(run_key(scene, leave))
     detail = None if say is None else say.detail
-    way, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail, film=True), 0)
+    path, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail, film=True), 0)
     if folder is not None:
         with contextlib.suppress(OSError):  # empty: the way is finished
             folder.rmdir()
-    if not way.resumed:  # gone again without the folder: nothing kept may shorten it
+    if not path.resumed:  # gone again without the folder: nothing kept may shorten it
         seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
-    return way, way.equilibrium, seconds
+    return path, path.equilibrium, seconds
 
 
 def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium]:

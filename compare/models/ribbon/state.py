@@ -24,10 +24,10 @@ from compare.models.base import (
     natural_constant,
     on_strip,
 )
-from compare.scene.given.law import values
+from compare.scene.inputs.law import values
 
 if TYPE_CHECKING:
-    from compare.models.ribbon.way import Way
+    from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from ribbon import Equilibrium
 
@@ -85,12 +85,12 @@ class RibbonShape:
         return fields(self.equilibrium, on_strip(s), v)
 
 
-def own_size(found: Equilibrium) -> Size:
+def own_size(equilibrium: Equilibrium) -> Size:
     """The size that a ribbon has."""
-    return Size(found.problem.formulation, (float(found.problem.lengths.size),))
+    return Size(equilibrium.problem.formulation, (float(equilibrium.problem.lengths.size),))
 
 
-def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: Way | None = None) -> State:
+def state_of(scene: Scene | None, e: Equilibrium, size: Size, seconds: Seconds, way: LoadPath | None = None) -> State:
     """A ribbon's equilibrium as a state; scene: names its walls."""
     lower, upper = e.problem.bounds()  # type: ignore[attr-defined]
     plates = any(wall.stiffness is not None for wall in scene.walls) if scene is not None else bool(e.energy.plates)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.scene.given.law import values
+from compare.scene.inputs.law import values
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

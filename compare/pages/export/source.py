@@ -188,10 +188,12 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
         named = [(found.label, found.sheet) for found in source.surfaces]
         content = export_gltf.glb_bytes(named, source.page.up, source.page.title)
         put("surfaces.glb", content, "all surfaces with fields, binary glTF 2.0")
-        way = source.states
-        if way is not None and len(way.t) > 1:
-            film = export_gltf.film_bytes(way.points, (way.s, way.v), way.seconds, source.page.up, source.page.title)
-            put("path.glb", film, f"{len(way.t)} states of the path as an animation, binary glTF 2.0")
+        path = source.states
+        if path is not None and len(path.t) > 1:
+            film = export_gltf.film_bytes(
+                path.points, (path.s, path.v), path.seconds, source.page.up, source.page.title
+            )
+            put("path.glb", film, f"{len(path.t)} states of the path as an animation, binary glTF 2.0")
     if "csv" in formats and source.ribbon:
         put("centreline.csv", export_formats.line_csv(source.ribbon), "centreline of the ribbon, CSV")
         put("segments.csv", export_formats.segments_csv(source.ribbon), "segments of the ribbon, CSV")
@@ -243,9 +245,9 @@ def write_page_of(out: Path, source: Source, files: dict[str, str], again: str) 
         for stem, s in kept.items()
         if f"{stem}.vtu" in files
     )
-    said = f"{len(files)} files of {len(source.surfaces)} surfaces. {source.scale.words}"
+    text = f"{len(files)} files of {len(source.surfaces)} surfaces. {source.scale.words}"
     verdict = answer(source, files)
-    study = Study("export", page.title, (sizes(out, files),), verdict, (said,), surfaces=shown, files=files)
+    study = Study("export", page.title, (sizes(out, files),), verdict, (text,), surfaces=shown, files=files)
     exported = replace(study.page(again, page.provenance), scene=page.scene, up=page.up)
     more = {"exported": files, "scale": source.scale.to_dict(), "answer": verdict}
     atomic_write_json(out / "result.json", {**source.result, **more})

@@ -11,13 +11,13 @@ from compare.page.drawing import RIBBON_COLOUR, SHELL_COLOURS, save, screen_axes
 from compare.studies.identify import Identified
 
 
-def identify_picture(path: Path, found: Identified) -> Path:
+def identify_picture(path: Path, fit: Identified) -> Path:
     """Both views with the distances of the points drawn as lines; in the unit of the strip's length."""
-    assert found.state.shape is not None
-    length = found.scene.strip.length
-    line = length * found.state.shape.centreline(np.linspace(0.0, 1.0, 801))
-    points, feet = length * found.points.places, length * found.state.shape.centreline(found.feet)
-    up, unit = found.scene.up, "m" if found.scene.units.known else "unit of strip.length"
+    assert fit.state.shape is not None
+    length = fit.scene.strip.length
+    line = length * fit.state.shape.centreline(np.linspace(0.0, 1.0, 801))
+    points, feet = length * fit.points.places, length * fit.state.shape.centreline(fit.feet)
+    up, unit = fit.scene.up, "m" if fit.scene.units.known else "unit of strip.length"
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, screen, name in zip(panels, screen_axes([line], up), ("front", "side"), strict=True):
@@ -30,5 +30,5 @@ def identify_picture(path: Path, found: Identified) -> Path:
         axes.set_aspect("equal", adjustable="datalim")
         axes.grid(alpha=0.3)
     panels[0].legend(fontsize="small")
-    figure.suptitle(found.scene.title)
+    figure.suptitle(fit.scene.title)
     return save(figure, path)

@@ -147,12 +147,12 @@ def _tables(table: Table) -> str:
     """The main columns of a table, what all rows have in common, and to fold out all columns, in parts that are no
     wider than the main table: readable on a phone and on paper."""
     short, common = main_table(table)
-    said = f"<p>{escape(common)}</p>" if common else ""
+    text = f"<p>{escape(common)}</p>" if common else ""
     if len(short.columns) == len(with_values(table).columns):
         return _table(short)
     parts = "".join(map(_table, whole_in_parts(table)))
     count = len(with_values(table).columns)
-    return f'{_table(short)}{said}<details class="all"><summary>All {count} columns</summary>{parts}</details>'
+    return f'{_table(short)}{text}<details class="all"><summary>All {count} columns</summary>{parts}</details>'
 
 
 def _table(table: Table) -> str:

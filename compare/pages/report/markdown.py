@@ -19,8 +19,8 @@ def document(parts: Sequence[Part], links: Sequence[str], still: str) -> str:
     lines = [f"# {markdown_text(report_title(parts))}", ""]
     if len(parts) > 1:
         for number, part in enumerate(parts, start=1):
-            said = "" if part.page.verdict is None else f": **{markdown_text(part.page.verdict.line)}**"
-            lines.append(f"{number}. [{markdown_text(part.page.title)}](#r{number}) ({_code(part.name)}){said}")
+            text = "" if part.page.verdict is None else f": **{markdown_text(part.page.verdict.line)}**"
+            lines.append(f"{number}. [{markdown_text(part.page.title)}](#r{number}) ({_code(part.name)}){text}")
         lines.append("")
     for number, (part, link) in enumerate(zip(parts, links, strict=True), start=1):
         lines += _part(part, link, still, number if len(parts) > 1 else 0)

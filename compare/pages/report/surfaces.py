@@ -137,8 +137,8 @@ def view(
         else:
             colour = shell_colour(ratios.index(surface.width_to_thickness))
         partner = _partner(sheet, [(k, pairs[k][1]) for k in fast]) if surface.of_shell else None
-        way = (states or {}).get(surface.states)
-        shown.append(Shown(surface, thinned(sheet, points_each), to_rgb(colour), place in seen, partner, way))
+        path = (states or {}).get(surface.states)
+        shown.append(Shown(surface, thinned(sheet, points_each), to_rgb(colour), place in seen, partner, path))
     clouds = [one.sheet.points for one in shown]
     clouds += [one.states.points.reshape(-1, 3) for one in shown if one.states is not None]
     cloud = np.concatenate(clouds)

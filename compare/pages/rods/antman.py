@@ -13,7 +13,7 @@ from compare.measure.grid import Grid
 from compare.models.base import BESIDE, State
 from compare.models.quantities import Answered
 from compare.models.quantities.antman import along
-from compare.page import told
+from compare.page import wording
 from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
@@ -94,15 +94,15 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> Sequence[tup
     assert energy is not None
     assert end is not None
     place = [
-        ("energy", told.energies(energy.to_dict(), units, state.errors.get("energy", {}))),
-        ("s = l", told.place(end.position, units)),
-        *told.supports(state, units),
+        ("energy", wording.energies(energy.to_dict(), units, state.errors.get("energy", {}))),
+        ("s = l", wording.place(end.position, units)),
+        *wording.supports(state, units),
     ]
     loads = []
     if np.any(scene.tip_force):
-        loads.append(("force at the tip", told.force(scene.tip_force, units)))
+        loads.append(("force at the tip", wording.force(scene.tip_force, units)))
     if np.any(scene.tip_moment):
-        loads.append(("moment at the tip", told.moment(scene.tip_moment, units)))
+        loads.append(("moment at the tip", wording.moment(scene.tip_moment, units)))
     return [
         ("status", message(state)),
         *(place if state.is_equilibrium else []),
@@ -110,7 +110,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> Sequence[tup
         ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
         ("began at", BEGAN[state.start]),
         ("model", f"antman, {state.size.label} elements of degree {state.size.degree}"),
-        ("discretisation error", "unknown" if state.error is None else told.length(units, state.error)),
+        ("discretisation error", "unknown" if state.error is None else wording.length(units, state.error)),
         ("time", spent(state.seconds)),
     ]
 

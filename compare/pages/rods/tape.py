@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.measure.grid import Grid
 from compare.models.base import State
-from compare.page import told
+from compare.page import wording
 from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.remedies import message
@@ -76,17 +76,17 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     units = units or scene.units
     found = [("status", message(state))]
     if state.energy is not None:
-        found.append(("energy", told.energies(state.energy.to_dict(), units, state.errors.get("energy", {}))))
+        found.append(("energy", wording.energies(state.energy.to_dict(), units, state.errors.get("energy", {}))))
     if state.is_equilibrium and state.end is not None:
-        found.append(("s = l", told.place(np.asarray(state.end.position), units)))
-        found += told.supports(state, units)
+        found.append(("s = l", wording.place(np.asarray(state.end.position), units)))
+        found += wording.supports(state, units)
         if "fold" in state.numbers:
-            place = told.length(units, state.numbers["fold"])
+            place = wording.length(units, state.numbers["fold"])
             across = state.numbers["flattest"] / (scene.transverse_curvature or 1.0)
             found.append(("flattest section", f"at s = {place}, {across:.2g} of its curvature at rest"))
     found.append(("residual", f"{state.residual:.1e} after {state.iterations} iterations"))
     found.append(("elements", f"{state.size.label}, {state.unknowns} unknowns"))
-    found.append(("discretisation error", "unknown" if state.error is None else told.length(units, state.error)))
+    found.append(("discretisation error", "unknown" if state.error is None else wording.length(units, state.error)))
     found.append(("time", spent(state.seconds)))
     return found
 

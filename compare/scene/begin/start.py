@@ -35,7 +35,7 @@ _MATERIALS = {name: f"{known.words}, about {known.young / 1e9:g} GPa" for name, 
 _CURVED = "natural curvature (0: flat; two numbers with a comma: at start, at end)"
 
 #: What is asked, in this order. Numbers without SI units are those of a strip of length 1.
-ASKED = (
+REQUESTED = (
     Ask("length", "length of the strip", "length", "0.3", True),
     Ask("width", "its width", "length", "0.01", True),
     Ask("material", "material, for typical values", "choice", "steel", True, _MATERIALS),
@@ -56,7 +56,7 @@ ASKED = (
 
 def asked(si: bool) -> tuple[Ask, ...]:
     """What is asked with SI units, or without."""
-    return tuple(ask for ask in ASKED if ask.si in (None, si))
+    return tuple(ask for ask in REQUESTED if ask.si in (None, si))
 
 
 def default_of(ask: Ask, said: Mapping[str, str]) -> str:
@@ -95,8 +95,8 @@ def checked(ask: Ask, text: str) -> Any:
 def started(said: Mapping[str, str], si: bool, title: str, weight: bool = True) -> tuple[str, Scene]:
     """The text of the scene that the words of options (or answers) say, and the scene read from it.
 
-    said: by the names of `ASKED`, as typed; what is not there is as by default. `BadInput` names the option: also for
-    what belongs to the other kind of units.
+    said: by the names of `REQUESTED`, as typed; what is not there is as by default. `BadInput` names the option: also
+    for what belongs to the other kind of units.
     """
     offered = asked(si)
     for name in said:

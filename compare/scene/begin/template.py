@@ -122,7 +122,7 @@ def _strip(start: Start) -> list[str]:
 
     curvature = start.natural_curvature[0] if len(start.natural_curvature) == 1 else list(start.natural_curvature)
     flat = not any(start.natural_curvature)
-    said = "naturally flat; positive: bends away from t_y" if flat else "positive: bends away from t_y"
+    text = "naturally flat; positive: bends away from t_y" if flat else "positive: bends away from t_y"
     lines = ["", "[strip]", _line(start, "strip.length", start.length), _line(start, "strip.width", start.width)]
     if start.thickness is not None:
         lines.append(_line(start, "strip.thickness", start.thickness))
@@ -134,7 +134,7 @@ def _strip(start: Start) -> list[str]:
         lines.append(_line(start, "strip.density", start.density, source("density")))
     elif start.gamma is not None and start.weighs:
         lines.append(_line(start, "strip.gamma", start.gamma))
-    return [*lines, _line(start, "strip.natural_curvature", curvature, said)]
+    return [*lines, _line(start, "strip.natural_curvature", curvature, text)]
 
 
 def _gravity(start: Start) -> list[str]:

@@ -199,7 +199,7 @@ def placed(state: State, points: Points) -> Motion:
     room = max(1.0 - along[-1], 0.0)
     along = along / max(along[-1], 1.0)
     starts = [nearest(state, points.places)]
-    starts += [first + way for first in (0.0, 0.5 * room, room) for way in (along, along[-1] - along)]
+    starts += [first + path for first in (0.0, 0.5 * room, room) for path in (along, along[-1] - along)]
     best, least = Motion(np.zeros(3), np.zeros(3), pivot), math.inf
     for begun in starts:
         s = begun

@@ -31,12 +31,12 @@ APART = 1e-6
 _ALONG, _TOWARDS, _NEAREST = 4001, 400, 1e-9
 
 
-def passages(found: Equilibrium) -> FloatArray:
+def passages(equilibrium: Equilibrium) -> FloatArray:
     """Abscissae over l (m,), ascending, inside the strip, where its curvature changes its sign (linear between the
     joints, as it is on every element)."""
-    problem = found.problem
+    problem = equilibrium.problem
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    omega = problem.joint_values(found.x)[0]
+    omega = problem.joint_values(equilibrium.x)[0]
     k = np.flatnonzero(omega[:-1] * omega[1:] < 0.0)
     at = s[k] + (s[k + 1] - s[k]) * omega[k] / (omega[k] - omega[k + 1])
     on_joints = s[1:-1][omega[1:-1] == 0.0]
@@ -88,9 +88,9 @@ class Grading:
             joints.append(np.concatenate([inner, [last]]))
         return np.diff(np.concatenate(joints))
 
-    def __call__(self, found: Equilibrium) -> FloatArray:
-        """Lengths (p,) over l for the state `found`: what `ribbon.follow` takes as `place`."""
-        return self.lengths(passages(found))
+    def __call__(self, equilibrium: Equilibrium) -> FloatArray:
+        """Lengths (p,) over l for the state `equilibrium`: what `ribbon.follow` takes as `place`."""
+        return self.lengths(passages(equilibrium))
 
 
 def settled(problem: Problem, start: Equilibrium, grading: Grading, rounds: int = 2) -> Equilibrium:

@@ -158,8 +158,8 @@ class How:
 
 def split(keywords: SolveKeywords) -> tuple[StripKeywords, Seed, How, float | None, str | None]:
     """The keywords of `Request.of`, the seed, the search, the budget and the solver of keywords of `ribbon.solve`."""
-    asked = keywords.copy()
-    seed = Seed(asked.pop("seed_curvature", "natural"), asked.pop("seed_ruling", 0.0))
-    how = How(asked.pop("options", None), asked.pop("progress", None), asked.pop("leave_saddle", False))
-    budget, solver = asked.pop("budget", None), asked.pop("solver", None)
-    return asked, seed, how, budget, solver
+    requested = keywords.copy()
+    seed = Seed(requested.pop("seed_curvature", "natural"), requested.pop("seed_ruling", 0.0))
+    how = How(requested.pop("options", None), requested.pop("progress", None), requested.pop("leave_saddle", False))
+    budget, solver = requested.pop("budget", None), requested.pop("solver", None)
+    return requested, seed, how, budget, solver

@@ -75,8 +75,8 @@ def judged(problem: Problem, minimum: Minimum, how: How) -> Equilibrium:
 
 def _measured(problem: Problem, minimum: Minimum, parts: FloatArray, wanted: bool) -> _Measured:
     finite = bool(np.all(np.isfinite(minimum.x)) and np.all(np.isfinite(parts)))
-    asked = wanted and finite and (not problem.row_count or minimum.residual <= RESIDUAL_TOLERANCE)
-    check = stability.judge(problem, minimum) if asked else None
+    requested = wanted and finite and (not problem.row_count or minimum.residual <= RESIDUAL_TOLERANCE)
+    check = stability.judge(problem, minimum) if requested else None
     steepest = 0.0
     if not problem.fields.free:
         steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)

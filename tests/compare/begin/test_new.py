@@ -195,8 +195,8 @@ def test_units_of_a_kind_are_in_order(kind):
 
 def test_questions_are_asked_again_until_the_answer_is_right():
     typed = iter(["long", "-1", "25 cm", "", "pet", "", "", "", "0.7", "0.4", "", "two", "0.8"])
-    said: list[str] = []
-    found = answers(True, lambda question: next(typed), said.append)
+    lines: list[str] = []
+    found = answers(True, lambda question: next(typed), lines.append)
     assert found == {"length": "25 cm", "material": "pet", "poisson": "0.4", "held": "two", "apart": "0.8"}
     assert next(typed, None) is None
     _, scene = started(found, True, "x")

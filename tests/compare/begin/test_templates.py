@@ -10,14 +10,14 @@ from compare.scene.begin.start import started
 from compare.scene.begin.template import HELD
 
 #: As the command solves a ribbon without a path.
-ASKED = Options(leave_saddle=True, error=True)
+REQUESTED = Options(leave_saddle=True, error=True)
 
 
 def is_good(said):
     """The state of the template for these words, after what holds of all of them."""
     _, scene = started(said, True, "x")
     assert scene.notes() == ()
-    state = solve(scene, options=ASKED)
+    state = solve(scene, options=REQUESTED)
     assert (state.word, state.stable) == ("converged", True)
     assert state.branch in (None, "own")
     assert answer(scene, state).grade == "good"
@@ -45,7 +45,7 @@ def test_a_light_strip_between_two_clamps_stands_and_a_heavy_one_hangs():
 
 def test_a_strip_that_hangs_straight_down_is_no_alarm():
     """Its weight stretches it by a part in 1e7 and nothing bends: "1e+02 % of the energy: poor" on b061e3f."""
-    from compare.page.told import percent
+    from compare.page.wording import percent
     from compare.studies.limits import Thresholds, quick
 
     _, scene = started({"material": "steel", "held": "hanging"}, True, "x")

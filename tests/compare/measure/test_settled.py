@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from compare.measure.settled import LEAST_ORDER, MOST_ORDER, settled
+from compare.measure.mesh_limit import LEAST_ORDER, MOST_ORDER, settled
 
 
 @given(

@@ -10,8 +10,8 @@ from compare.measure.grid import Grid
 from compare.models import solve
 from compare.models.base import Status
 from compare.models.ribbon.auto import choose, chosen
-from compare.models.ribbon.beyond import beyond
 from compare.models.ribbon.model import RibbonModel
+from compare.models.ribbon.neglected import beyond
 from compare.scene.scene import Scene, load
 from compare.studies.limits import with_clamp
 

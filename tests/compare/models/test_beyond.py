@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.models import solve
-from compare.models.ribbon.beyond import beside, beyond, thin, to_shell
+from compare.models.ribbon.neglected import beside, beyond, thin, to_shell
 from compare.scene.scene import load
 from compare.studies.limits import with_clamp
 from tests.compare.models.test_models_4_3 import shells

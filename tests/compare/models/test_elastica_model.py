@@ -69,10 +69,10 @@ def test_along_a_path():
     keys = {"model.energy": "elastica", "seed.curvature": [2.0, 2.0]}
     scene = load("start_5_3_3_4").replace(keys)
     straight = solve_scene(scene, "elastica", options=Options(error=True))
-    by_way = solve_scene(scene.replace({"path": [{"strip.gamma": 1.0}]}), "elastica", options=Options(error=True))
-    assert by_way.start == "path"
-    assert by_way.native.status.value == straight.native.status.value == "converged"
-    assert by_way.native.energy.total == pytest.approx(straight.native.energy.total, abs=1e-8)
+    by_path = solve_scene(scene.replace({"path": [{"strip.gamma": 1.0}]}), "elastica", options=Options(error=True))
+    assert by_path.start == "path"
+    assert by_path.native.status.value == straight.native.status.value == "converged"
+    assert by_path.native.energy.total == pytest.approx(straight.native.energy.total, abs=1e-8)
 
 
 def test_a_path_that_lets_go_is_refused():
@@ -155,11 +155,11 @@ def test_solve_near_and_along():
     first = natural_start(problem, (2.0, -2.0))
     assert first.end_angle == pytest.approx(0.0, abs=1e-15)
     assert first.gamma == 0.0
-    found = solve_along([first, problem])
-    assert found.status.value == "converged"
-    again = solve_near(problem, found.nodes, found.theta)
+    result = solve_along([first, problem])
+    assert result.status.value == "converged"
+    again = solve_near(problem, result.nodes, result.theta)
     assert again is not None
-    assert again.energy.total == pytest.approx(found.energy.total, abs=1e-10)
+    assert again.energy.total == pytest.approx(result.energy.total, abs=1e-10)
     assert again.error is not None
     assert again.error < 1e-8
     with pytest.raises(ValueError, match="two or more"):

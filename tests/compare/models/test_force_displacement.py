@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from compare.cli import main
-from compare.measure.travel import Stand, travel_of
-from compare.models.ribbon.way import run_way
+from compare.measure.load_curve import LoadPoint, load_curve_of
+from compare.models.ribbon.stages import run_way
 from compare.page.csv import as_csv
 from compare.pages.ribbon import path_stands, path_table
 from compare.scene.scene import loads
@@ -17,7 +17,7 @@ from tests.compare.scene import held_scenes
 NONE = {"start": None, "end": None, "walls": []}
 
 
-def way_of(*changes):
+def load_path_of(*changes):
     text = held_scenes.PATH
     for old, new in changes:
         assert old in text
@@ -30,7 +30,7 @@ def way_of(*changes):
 
 @pytest.fixture(scope="module")
 def path():
-    return way_of(("steps = 3", "steps = 12"))
+    return load_path_of(("steps = 3", "steps = 12"))
 
 
 def trapezoid(values, places):
@@ -48,7 +48,7 @@ def test_the_work_along_the_path_is_the_change_of_energy(path):
     """Stage 2: pushed together by 0.2 l in steps of 1/60 l; the trapezoid's error is of the second order."""
     scene, log = path
     stands = path_stands(log, scene)
-    curve = travel_of([stand for _, stand in stands], scene.strip.length)
+    curve = load_curve_of([stand for _, stand in stands], scene.strip.length)
     assert (curve.key, curve.kind, curve.support) == ("clamp.end.position", "position", "end")
     numbers, energy = of_stage(log, stands, 2)
     way, force = curve.way[numbers], curve.force[numbers]
@@ -65,13 +65,13 @@ def test_the_work_of_a_turned_clamp_is_that_of_its_moment():
     c, s = np.cos(np.pi / 8.0), np.sin(np.pi / 8.0)
     turned = f"tangent = [{c}, 0.0, {s}]\nnormal = [{-s}, 0.0, {c}]"
     stages = held_scenes.PATH.split("[[path]]\n", 1)[1]
-    scene, log = way_of(
+    scene, log = load_path_of(
         ("position = [0.6, 0.0, 0.1]\n", "position = [0.7, 0.0, 0.0]\n"),
         (held_scenes.FLAT, f'{turned}\nruling = "straight"\n'),
         (stages, '"clamp.end.tangent" = [1.0, 0.0, 0.0]\n"clamp.end.normal" = [0.0, 0.0, 1.0]\n'),
     )  # fmt: skip
     stands = path_stands(log, scene)
-    curve = travel_of([stand for _, stand in stands], 1.0)
+    curve = load_curve_of([stand for _, stand in stands], 1.0)
     assert curve.kind == "turn"
     assert curve.way[-1] == pytest.approx(np.pi / 8.0, rel=1e-9)
     energy = [log[entry]["energy"] for entry, _ in stands]
@@ -117,33 +117,33 @@ def test_a_path_in_si_has_its_curve_in_newtons_and_a_picture(tmp_path):
 def stand(**values):
     named = {name.replace("_", "."): value for name, value in values.items() if name not in ("end", "wall")}
     forces = {"end": np.array(values["end"])} if "end" in values else {}
-    return Stand(named, forces, {})
+    return LoadPoint(named, forces, {})
 
 
 def test_a_way_round_a_corner_is_measured_along_itself():
     places = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0])
     states = [stand(clamp_end_position=list(p), end=[3.0, 5.0, 0.0]) for p in places]
-    curve = travel_of(states, 2.0)
+    curve = load_curve_of(states, 2.0)
     assert curve.way.tolist() == [0.0, 0.5, 0.5, 1.5]
     assert curve.force.tolist() == [3.0, 3.0, 3.0, 5.0]
 
 
 def test_states_without_the_support_have_no_place_on_the_curve():
     states = [
-        Stand({"clamp.end.position": None}, {}, {}),
+        LoadPoint({"clamp.end.position": None}, {}, {}),
         *(stand(clamp_end_position=[x, 0.0, 0.0], end=[x, 0.0, 0.0]) for x in (1.0, 2.0, 4.0)),
     ]
-    curve = travel_of(states, 1.0)
+    curve = load_curve_of(states, 1.0)
     assert curve.states.tolist() == [1, 2, 3]
     assert curve.way.tolist() == [0.0, 1.0, 3.0]
 
 
 def test_a_number_is_told_against_the_size_of_the_force():
     states = [stand(strip_gamma=g, end=[0.0, 3.0 * g, 4.0 * g]) for g in (1.0, 2.0)]
-    curve = travel_of(states, 1.0)
+    curve = load_curve_of(states, 1.0)
     assert (curve.kind, curve.way.tolist(), curve.force.tolist()) == ("number", [1.0, 2.0], [5.0, 10.0])
-    assert travel_of(states[:1], 1.0) is None
-    assert travel_of([Stand({"strip.gamma": g}, {}, {}) for g in (1.0, 2.0)], 1.0) is None
+    assert load_curve_of(states[:1], 1.0) is None
+    assert load_curve_of([LoadPoint({"strip.gamma": g}, {}, {}) for g in (1.0, 2.0)], 1.0) is None
 
 
 def test_a_sweep_over_a_place_has_forces_and_their_curve(tmp_path):

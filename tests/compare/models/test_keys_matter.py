@@ -148,8 +148,8 @@ def scene_with(key: str, value: Any, energy: str) -> Scene:
 def answer(scene: Scene, model: str) -> list[float]:
     """What a scene leads to, as numbers: energies, places, size; of a shell what its worker is asked."""
     if model == "shell":
-        asked = [shell_problem(scene, ratio).to_dict() for ratio in require_shell(scene)]
-        return [json.dumps([asked, shell_options(scene).to_dict()], sort_keys=True)]  # type: ignore[list-item]
+        requested = [shell_problem(scene, ratio).to_dict() for ratio in require_shell(scene)]
+        return [json.dumps([requested, shell_options(scene).to_dict()], sort_keys=True)]  # type: ignore[list-item]
     state = registry.model(model).solve(scene)
     assert state.energy is not None
     numbers = [state.energy.total, state.energy.elastic, *state.end.position, *state.middle.frame.ravel()]

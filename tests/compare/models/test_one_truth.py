@@ -98,9 +98,9 @@ def test_a_sweep_of_the_elastica_reads_seed_and_path(tmp_path):
         assert row["energy.total"] == pytest.approx(state.energy.total, rel=SAME)
         totals[sign] = row["energy.total"]
     assert abs(totals[1.0] - totals[-1.0]) > 1.0
-    by_way = scene.replace({"seed.curvature": [-6.0, 12.0, -6.0], "path": [{"strip.gamma": 3.0}]})
-    assert in_a_sweep(by_way, "elastica", tmp_path)["energy.total"] == pytest.approx(
-        solve(by_way).energy.total, rel=SAME
+    by_path = scene.replace({"seed.curvature": [-6.0, 12.0, -6.0], "path": [{"strip.gamma": 3.0}]})
+    assert in_a_sweep(by_path, "elastica", tmp_path)["energy.total"] == pytest.approx(
+        solve(by_path).energy.total, rel=SAME
     )
 
 

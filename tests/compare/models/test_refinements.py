@@ -128,8 +128,8 @@ def test_a_tolerance_that_is_only_the_default_ends_with_what_was_reached(monkeyp
     assert found.native.tolerance_error > 1e-3
     assert found.native.problem.lengths.size <= 2 * 60
     assert found.refinements[-1].distance == found.native.tolerance_error
-    _, asked = solved(twisted + "[model]\ntolerance = 1e-3\n")
-    assert asked.status is Status.NOT_CONVERGED
+    _, requested = solved(twisted + "[model]\ntolerance = 1e-3\n")
+    assert requested.status is Status.NOT_CONVERGED
 
 
 def test_ends_held_a_length_apart_are_straight_on_any_segments():

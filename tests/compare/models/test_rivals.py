@@ -228,21 +228,21 @@ def test_a_shell_whose_own_path_ends_higher_begins_again_at_the_ribbons_surface(
     first = same_state(quick_one, scene, state, high, grid)
     assert first.answer is not True
 
-    def asked(path: State, given: State, same=first, **changes):
+    def requested(path: State, given: State, same=first, **changes):
         arguments = Shells(path, given), variant, path, same, quick_one, scene, state
         return lower_state(*arguments, replace(options, **changes))
 
-    found, same = asked(high, low)
+    found, same = requested(high, low)
     assert found.start == OWN_IS_HIGHER
     assert same.answer is True
     assert f"{high.energy.total:.6g} for {low.energy.total:.6g}" in same.again
     higher = replace(low, energy=replace(high.energy, gravity=high.energy.gravity + 1.0))
     for there, said in ((higher, "no lower"), (replace(low, status=Status.NOT_CONVERGED), "no stable state")):
-        found, same = asked(high, there)
+        found, same = requested(high, there)
         assert found is high
         assert same.answer is first.answer
         assert said in same.again
-    assert asked(high, low, selects=True)[0] is high, "the scene says which state is meant"
+    assert requested(high, low, selects=True)[0] is high, "the scene says which state is meant"
 
 
 @pytest.mark.validate
@@ -272,6 +272,6 @@ def test_the_unseen_scene_is_compared_in_no_distance(unseen, tmp_path):
     assert fit_slope(found.rows) is None
     assert row.counterpart.distance < 0.01
     assert row.counterpart.energy < found.fast.energy.total
-    told = another_state(row, found.fast, unseen.units)
-    assert f"{row.energy.total:.6g}" in told
-    assert f"{found.fast.energy.total:.6g}" in told
+    text = another_state(row, found.fast, unseen.units)
+    assert f"{row.energy.total:.6g}" in text
+    assert f"{found.fast.energy.total:.6g}" in text

@@ -78,13 +78,13 @@ def test_what_nothing_resists():
     ],
 )  # fmt: skip
 def test_what_the_shell_cannot_close(change, key, words):
-    def asked():
+    def requested():
         scene = SCENE.replace(change)
         require_shell(scene)
         return shell_problem(scene, 10.0)
 
     with pytest.raises(BadInput, match=words) as caught:
-        asked()
+        requested()
     assert caught.value.key == key
     assert "\n" not in str(caught.value)
 

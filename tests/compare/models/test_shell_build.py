@@ -111,14 +111,14 @@ def test_the_way_begins_on_an_arc_between_the_clamps_and_ends_in_them(name):
     distance = np.linalg.norm(first.end_position - first.start_position)
     assert strip.end.poses[0].position == pytest.approx(first.end_position, abs=1e-9)
     assert 2.0 * math.sin(0.5 * problem.start_curvature) / problem.start_curvature == pytest.approx(distance, abs=1e-9)
-    for way, position, frame in (
+    for path, position, frame in (
         (strip.start, scene.start_position, scene.start_frame),
         (strip.end, scene.end_position, scene.end_frame),
     ):
-        assert way.poses[-1].position == pytest.approx(position)
-        assert np.shape(way.poses[-1].frame) == frame.shape == (3, 3)
-        np.testing.assert_allclose(way.poses[-1].frame, frame, atol=1e-12)
-        frames = [np.array(pose.frame) for pose in way.poses]
+        assert path.poses[-1].position == pytest.approx(position)
+        assert np.shape(path.poses[-1].frame) == frame.shape == (3, 3)
+        np.testing.assert_allclose(path.poses[-1].frame, frame, atol=1e-12)
+        frames = [np.array(pose.frame) for pose in path.poses]
         turns = [np.linalg.norm(rotation_vector(b @ a.T)) for a, b in pairwise(frames)]
         assert max(turns) <= MOST_TURN + 1e-9
     names = [stage.name for stage in strip.stages]
@@ -132,8 +132,8 @@ def test_an_arc_of_more_than_half_a_turn_is_not_wound_up():
     problem, strip = path_of("shift_7_2")
     turn = problem.start_curvature
     assert turn == pytest.approx(3.79, abs=0.01)
-    for way, sign in ((strip.start, 1.0), (strip.end, -1.0)):
-        frames = [np.array(pose.frame) for pose in way.poses]
+    for path, sign in ((strip.start, 1.0), (strip.end, -1.0)):
+        frames = [np.array(pose.frame) for pose in path.poses]
         turns = [rotation_vector(b @ a.T) for a, b in pairwise(frames)]
         across = frames[0][:, 0]
         assert sum(float(t @ across) for t in turns) == pytest.approx(

@@ -11,7 +11,7 @@ from compare.errors import BadInput
 from compare.models.base import Options
 from compare.models.effects.price import ITERATIONS, MEASURED, MOST, check_price, price
 from compare.registry import model
-from compare.scene.given.accepted import YES, accepting
+from compare.scene.inputs.accepted import YES, accepting
 from compare.scene.scene import load
 from tests.test_setup import ROOT
 
@@ -23,9 +23,9 @@ def test_the_price_is_made_of_what_was_measured():
     found = [(int(row[1].replace(",", "")), float(row[4]), int(row[3]), float(row[7])) for row in rows]
     assert tuple(found) == MEASURED
     for cells, seconds, newton, gigabytes in MEASURED:
-        asked = price((cells, 1))
-        assert asked.seconds == pytest.approx(ITERATIONS * seconds / newton, rel=1e-9)
-        assert asked.gigabytes == pytest.approx(gigabytes, rel=1e-9)
+        requested = price((cells, 1))
+        assert requested.seconds == pytest.approx(ITERATIONS * seconds / newton, rel=1e-9)
+        assert requested.gigabytes == pytest.approx(gigabytes, rel=1e-9)
 
 
 def test_prices_rise_with_cells_and_degree():

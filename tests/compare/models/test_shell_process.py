@@ -178,12 +178,12 @@ def test_compare_begins_at_the_ribbon_and_believes_it_where_it_selects(
 ):
     """And the other mesh, for the error, at the state of the first: both are on one branch, unless the path is asked
     for."""
-    asked = []
+    requested = []
 
     def fake(problem, store, options=None, progress=None, start=None):
-        asked.append((problem.elements, options, start))
+        requested.append((problem.elements, options, start))
         surface = start or flat(problem.width)
-        folder = tmp_path / f"{len(asked)}"
+        folder = tmp_path / f"{len(requested)}"
         folder.mkdir()
         surface.save(folder / "shell.npz")
         data = {"status": "converged", "stable": True, "seconds": {"total": 1.0}, "start": "given" if start else "path"}
@@ -192,7 +192,7 @@ def test_compare_begins_at_the_ribbon_and_believes_it_where_it_selects(
     monkeypatch.setattr("compare.models.shell.run_shell", fake)
     scene = load(name).replace({**SMALL, "model.elements": 20, "shell.start": start})
     found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
-    (fine, first, surface), (check, second, again) = asked
+    (fine, first, surface), (check, second, again) = requested
     assert (fine, check) == ((12, 2), (24, 4))
     assert (first.begin if surface is not None else None) == believed
     assert first.coarse is coarse
@@ -205,10 +205,10 @@ def test_compare_begins_at_the_ribbon_and_believes_it_where_it_selects(
 
 
 def test_a_tolerance_brings_its_own_estimate(tmp_path, monkeypatch):
-    asked = []
+    requested = []
 
     def fake(problem, store, options=None, progress=None, start=None):
-        asked.append(options.accuracy)
+        requested.append(options.accuracy)
         start.save(tmp_path / "shell.npz")
         mesh = {"accuracy": 1e-3, "reached": True, "estimate": 4e-4, "meshes": []}
         data = {"status": "converged", "stable": True, "seconds": {}, "discretisation": mesh, "start": "given"}
@@ -217,7 +217,7 @@ def test_a_tolerance_brings_its_own_estimate(tmp_path, monkeypatch):
     monkeypatch.setattr("compare.models.shell.run_shell", fake)
     scene = load("shift_7_2").replace({**SMALL, "shell.tolerance": 1e-3, "model.elements": 20})
     found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True))
-    assert asked == [1e-3]
+    assert requested == [1e-3]
     assert found.rows[0].shell_error == 4e-4
 
 

@@ -76,14 +76,14 @@ def shape(request):
 @pytest.mark.parametrize("s", [-1e-3, 1.5, float("nan")])
 def test_no_shape_goes_on_beyond_the_strip(shape, s):
     v = np.zeros(1)
-    asked = (
+    requested = (
         lambda at: shape.centreline(at),
         lambda at: shape.frames(at),
         lambda at: shape.points(at, v),
         lambda at: shape.fields(at, v),
         lambda at: shape.pose(at[-1]),
     )
-    for ask in asked:
+    for ask in requested:
         with pytest.raises(BadInput) as failed:
             ask(np.array([0.5, s]))
         assert failed.value.key == "s"

@@ -13,9 +13,9 @@ import pytest
 from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
-from compare.models.ribbon import way
+from compare.models.ribbon import stages
 from compare.models.ribbon.build import ribbon_arguments
-from compare.models.ribbon.way import COLUMNS, STATE_FILE, run_key, run_way
+from compare.models.ribbon.stages import COLUMNS, STATE_FILE, run_key, run_way
 from compare.page.csv import as_csv
 from compare.pages.result import state_result
 from compare.pages.ribbon import path_table
@@ -112,7 +112,7 @@ def test_a_state_that_is_found_again_is_the_one_that_was_kept(scene, whole, tmp_
     again = run_way(scene, tmp_path)
     assert (again.resumed, again.solved) == (True, 0)
     for field in dataclasses.fields(Equilibrium):
-        ours, kept = (getattr(way.equilibrium, field.name) for way in (whole, again))
+        ours, kept = (getattr(path.equilibrium, field.name) for path in (whole, again))
         if field.name not in ("problem", "seconds", "log", "evaluations"):  # what differs from run to run
             assert np.array_equal(ours, kept) if isinstance(ours, np.ndarray) else repr(ours) == repr(kept), field.name
 
@@ -139,7 +139,7 @@ def test_a_stage_that_fails_stops_the_way_with_its_log(scene, monkeypatch):
     def failing(problem_at, start, **keywords):
         return replace(start, status=Status.INFEASIBLE, stable=None, message="the way stopped at t = 0", log=())
 
-    monkeypatch.setattr(way, "follow", failing)
+    monkeypatch.setattr(stages, "follow", failing)
     found = run_way(scene).equilibrium
     assert found.status is Status.INFEASIBLE
     assert found.message.startswith("stage 2 of 3: ")

@@ -88,10 +88,10 @@ def test_the_sets_are_found():
 @pytest.mark.parametrize("name", SETS)
 def test_a_table_fits(name, width):
     table = filled(SETS[name])
-    said = shown(table, width, legend=False)
-    lines = [line for line in said.splitlines() if line[:1] in "┏┃┡│└├"]
+    text = shown(table, width, legend=False)
+    lines = [line for line in text.splitlines() if line[:1] in "┏┃┡│└├"]
     assert max(map(len, lines)) <= width
-    body = cells(said)
+    body = cells(text)
     assert 1 <= len(body[0]) <= MOST
     short, _ = main_table(table)
     drawn = {cell for row in body for cell in row}
@@ -165,10 +165,10 @@ def test_the_lowest_ranks_stay_in_their_order():
 
 
 def test_a_line_above_what_stands_below():
-    said = shown(table(((10, "a", 1e-3, None, 0.5, True), (20, "b", 2e-3, None, 0.7, False)),
+    text = shown(table(((10, "a", 1e-3, None, 0.5, True), (20, "b", 2e-3, None, 0.7, False)),
                        (("ribbon", None, 5e-4, None, None, None),)))  # fmt: skip
-    assert said.index("ribbon", said.index("└") - 200) > said.index("├") > said.index("20")
-    assert "of the ribbon" in said
+    assert text.index("ribbon", text.index("└") - 200) > text.index("├") > text.index("20")
+    assert "of the ribbon" in text
 
 
 def test_pairs_fit_too():

@@ -62,9 +62,9 @@ def result(folder, title="A strip", surfaces=2, film=False, **more):
         fields = {"S": s, "v": v, "omega": s - 0.5} | ({"energy": s * s} if k else {})
         write_vtu(folder / name, points, fields)
         kind = "shell" if k else "ribbon"
-        way = FILE if film and not k else ""
+        path = FILE if film and not k else ""
         label = f"{kind} {k}" + EVIL * (title == EVIL)
-        listed.append(Surface(name, label, kind, width_to_thickness=10.0 * k or None, states=way))
+        listed.append(Surface(name, label, kind, width_to_thickness=10.0 * k or None, states=path))
     if film:
         (folder / FILE).write_bytes(states().to_bytes())
     columns = Column("w", "w/h", kind="digits"), Column("word", "word"), Column("value", "value", "l", "exponent:2")

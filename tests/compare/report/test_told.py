@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from compare.page import told
+from compare.page import wording
 from compare.scene.units import Units
 
 UNITS = Units(length=0.3, width=0.01, stiffness=1.9e-4)
@@ -19,9 +19,9 @@ def numbers(text):
 @pytest.mark.parametrize(
     ("tell", "factor", "unit", "base"),
     [
-        (told.force, 1.9e-4 / 0.09, "mN", 1e3),
-        (told.moment, 1.9e-4 / 0.3, "N mm", 1e3),
-        (told.place, 0.3, "mm", 1e3),
+        (wording.force, 1.9e-4 / 0.09, "mN", 1e3),
+        (wording.moment, 1.9e-4 / 0.3, "N mm", 1e3),
+        (wording.place, 0.3, "mm", 1e3),
     ],
 )
 def test_components_in_si(tell, factor, unit, base):
@@ -34,15 +34,15 @@ def test_components_in_si(tell, factor, unit, base):
 
 def test_energies_have_one_prefix():
     parts = {"elastic": 4.0, "gravity": -0.01, "tip": None, "plates": 1e-16}
-    assert numbers(told.energies(parts, UNITS)) == pytest.approx(
+    assert numbers(wording.energies(parts, UNITS)) == pytest.approx(
         [4.0 * 1.9e-4 / 0.3 * 1e3, -0.01 * 1.9e-4 / 0.3 * 1e3, 0.0], rel=1e-3
     )
-    assert numbers(told.energies(parts, Units()))[:2] == [4.0, -0.01]
+    assert numbers(wording.energies(parts, Units()))[:2] == [4.0, -0.01]
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-5, 0.03, 7.0, 1e4])
 def test_no_size_is_told_in_a_wrong_prefix(size):
     scale = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9}
-    text = told.force(np.array([size, 0.0, 0.0]), UNITS)
+    text = wording.force(np.array([size, 0.0, 0.0]), UNITS)
     unit = text.partition(" (")[0].split()[-1]
     assert numbers(text)[0] * scale[unit] == pytest.approx(size * UNITS.force, rel=1e-3)

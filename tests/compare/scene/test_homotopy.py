@@ -51,23 +51,23 @@ LINEAR = [
 
 @pytest.mark.parametrize(("key", "value", "of", "start", "end"), LINEAR, ids=[case[0] for case in LINEAR])
 def test_numbers_and_points_move_linearly(key, value, of, start, end):
-    way = between(BASE, BASE.replace({key: value}))
-    assert way.continuous
-    assert way.switched == ()
+    path = between(BASE, BASE.replace({key: value}))
+    assert path.continuous
+    assert path.switched == ()
     for t in (0.0, 0.25, 0.9, 1.0):
         expected = (1.0 - t) * np.array(start) + t * np.array(end)
-        np.testing.assert_allclose(of(way(t)), expected, rtol=1e-14, atol=1e-15)
+        np.testing.assert_allclose(of(path(t)), expected, rtol=1e-14, atol=1e-15)
 
 
 def test_the_ends_are_exact():
     """t = 0 and t = 1 give the scenes themselves, with what only they carry (here a path, a seed, a title)."""
     first = BASE.replace({"path": [{"strip.gamma": 3.0}], "title": "first"})
     last = BASE.replace({"strip.gamma": 1.0 / 3.0, "seed.curvature": [1.0, 2.0, 3.0], "title": "last"})
-    way = between(first, last)
-    assert way(0.0) is first
-    assert way(1.0) is last
-    assert (way.first, way.last) == (first, last)
-    middle = way(0.5)
+    path = between(first, last)
+    assert path(0.0) is first
+    assert path(1.0) is last
+    assert (path.first, path.last) == (first, last)
+    middle = path(0.5)
     assert middle.path == ()
     assert middle.title == "last"
     assert middle.seed == last.seed
@@ -76,9 +76,9 @@ def test_the_ends_are_exact():
 
 def test_si_scenes_move_in_young_and_density():
     one = loads(text(SI))
-    way = between(one, one.replace({"strip.young": 3.6e9, "strip.density": 2000.0, "strip.thickness": 2e-4}))
-    assert way.switched == ()
-    middle = way(0.5)
+    path = between(one, one.replace({"strip.young": 3.6e9, "strip.density": 2000.0, "strip.thickness": 2e-4}))
+    assert path.switched == ()
+    middle = path(0.5)
     assert (middle.strip.young, middle.strip.density, middle.strip.thickness) == pytest.approx((2.7e9, 1500.0, 1.5e-4))
 
 
@@ -99,10 +99,10 @@ def test_frames_turn_at_a_constant_rate_about_a_fixed_axis(end, angle):
     axis = np.array([2.0, -1.0, 2.0]) / 3.0
     before = BASE.start_frame if end == "start" else BASE.end_frame
     scene = BASE.replace({"wall": None})
-    way = between(scene, scene.replace(turned(Rotation.from_rotvec(angle * axis).as_matrix() @ before, end)))
-    assert way.continuous
+    path = between(scene, scene.replace(turned(Rotation.from_rotvec(angle * axis).as_matrix() @ before, end)))
+    assert path.continuous
     for t in (0.0, 0.2, 0.5, 0.9, 1.0):
-        frame = getattr(way(t), f"{end}_frame")
+        frame = getattr(path(t), f"{end}_frame")
         np.testing.assert_allclose(frame, Rotation.from_rotvec(t * angle * axis).as_matrix() @ before, atol=4e-15)
         np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-15)
 
@@ -124,19 +124,19 @@ def test_the_shortest_rotation_between_any_two_frames(seed, t):
 
 def test_positions_stay_linear_while_the_frame_turns():
     frame = Rotation.from_rotvec([0.0, 1.0, 0.0]).as_matrix() @ BASE.end_frame
-    way = between(BASE, BASE.replace(turned(frame) | {"clamp.end.position": [0.3, 0.0, 0.1]}))
-    np.testing.assert_allclose(way(0.5).end_position, [0.15, 0.0, 0.3], atol=1e-15)
-    np.testing.assert_allclose(way(0.5).end_frame[:, 2], [math.sin(0.5), 0.0, math.cos(0.5)], atol=1e-15)
+    path = between(BASE, BASE.replace(turned(frame) | {"clamp.end.position": [0.3, 0.0, 0.1]}))
+    np.testing.assert_allclose(path(0.5).end_position, [0.15, 0.0, 0.3], atol=1e-15)
+    np.testing.assert_allclose(path(0.5).end_frame[:, 2], [math.sin(0.5), 0.0, math.cos(0.5)], atol=1e-15)
 
 
 @pytest.mark.parametrize("key", ["gravity.up", "wall.floor.normal"])
 @pytest.mark.parametrize("angle", [1e-9, 1.0, 3.1])
 def test_directions_turn_along_their_great_circle(key, angle):
     scene = BASE.replace({"wall.1": None, "wall.floor.stiffness": 1.0})  # a rigid one would sweep over the clamps
-    way = between(scene, scene.replace({key: [math.cos(angle), math.sin(angle), 0.0]}))
-    assert way.continuous
+    path = between(scene, scene.replace({key: [math.cos(angle), math.sin(angle), 0.0]}))
+    assert path.continuous
     for t in (0.0, 0.3, 0.7, 1.0):
-        now = way(t)
+        now = path(t)
         direction = now.up if key == "gravity.up" else now.wall_normals[0]
         np.testing.assert_allclose(direction, [math.cos(t * angle), math.sin(t * angle), 0.0], atol=1e-15)
 
@@ -166,8 +166,8 @@ def test_half_a_turn_asks_for_a_stage_in_between(keys, key, offered):
 
 def test_just_less_than_half_a_turn_has_a_shortest_way():
     angle = math.pi - 1e-6
-    way = between(BASE, BASE.replace({"clamp.end.normal": [math.sin(angle), math.cos(angle), 0.0]}))
-    np.testing.assert_allclose(way(0.5).end_frame[:, 1], [1.0, 0.0, 0.0], atol=1e-6)
+    path = between(BASE, BASE.replace({"clamp.end.normal": [math.sin(angle), math.cos(angle), 0.0]}))
+    np.testing.assert_allclose(path(0.5).end_frame[:, 1], [1.0, 0.0, 0.0], atol=1e-6)
 
 
 # -- what switches ----------------------------------------------------------------------------------
@@ -197,12 +197,12 @@ SWITCHES = [
 @pytest.mark.parametrize("there", [True, False])
 def test_what_cannot_be_interpolated_switches_at_once(keys, switched, there):
     pair = (BASE, BASE.replace(keys))
-    way = between(*(pair if there else pair[::-1]))
-    assert not way.continuous
-    assert sorted(way.switched) == sorted(switched)
-    assert way(0.0) is way.first
+    path = between(*(pair if there else pair[::-1]))
+    assert not path.continuous
+    assert sorted(path.switched) == sorted(switched)
+    assert path(0.0) is path.first
     for t in (1e-9, 0.5, 1.0):
-        assert way(t) is way.last
+        assert path(t) is path.last
 
 
 def test_closures_switch_key_by_key():
@@ -212,10 +212,10 @@ def test_closures_switch_key_by_key():
 
 
 def test_a_switch_beside_a_move_takes_the_last_value_from_the_start():
-    way = between(BASE, BASE.replace({"strip.gamma": 50.0, "model.elements": 40, "clamp.end.ruling": "free"}))
-    assert way.continuous
-    assert set(way.switched) == {"model.elements", "clamp.end.ruling"}
-    early = way(1e-6)
+    path = between(BASE, BASE.replace({"strip.gamma": 50.0, "model.elements": 40, "clamp.end.ruling": "free"}))
+    assert path.continuous
+    assert set(path.switched) == {"model.elements", "clamp.end.ruling"}
+    early = path(1e-6)
     assert early.model.elements == 40
     assert early.clamp_end.ruling == "free"
     assert early.gamma == pytest.approx(100.0, abs=1e-4)
@@ -223,9 +223,9 @@ def test_a_switch_beside_a_move_takes_the_last_value_from_the_start():
 
 def test_nothing_to_do():
     for last in (BASE, BASE.replace({"title": "another", "seed.ruling": 0.1, "shell.elements": [9, 2]})):
-        way = between(BASE, last)
-        assert not way.continuous
-        assert way.switched == ()
+        path = between(BASE, last)
+        assert not path.continuous
+        assert path.switched == ()
 
 
 # -- every scene on the way is a good one -----------------------------------------------------------
@@ -234,9 +234,9 @@ def test_nothing_to_do():
 def test_element_lengths_grow_with_the_strip():
     first = loads(text({"model.element_lengths": "[0.25, 0.75]"}))
     last = first.replace({"strip.length": 3.0, "model.element_lengths": [0.75, 2.25]})
-    way = between(first, last)
-    assert way.switched == ()
-    assert way(0.5).model.element_lengths == pytest.approx((0.5, 1.5))
+    path = between(first, last)
+    assert path.switched == ()
+    assert path(0.5).model.element_lengths == pytest.approx((0.5, 1.5))
     other = between(first, last.replace({"model.element_lengths": [1.5, 1.5]}))
     assert other.switched == ("model.element_lengths",)
     assert other(0.5).model.lengths == pytest.approx((0.5, 0.5))
@@ -245,27 +245,27 @@ def test_element_lengths_grow_with_the_strip():
 def test_a_seed_too_steep_for_the_width_on_the_way_is_left_out():
     first = loads(text({"strip.width": "0.3"}))
     last = first.replace({"strip.width": 0.03, "seed.ruling": [0.0, 50.0]})
-    way = between(first, last)
-    assert way(0.5).seed.ruling == (0.0, 0.0)
-    assert way(0.99).seed.ruling == (0.0, 50.0)
+    path = between(first, last)
+    assert path(0.5).seed.ruling == (0.0, 0.0)
+    assert path(0.99).seed.ruling == (0.0, 50.0)
 
 
 @pytest.mark.parametrize("t", [1e-12, 1e-6, 0.5, 1.0 - 1e-12])
 def test_from_stretched_straight_to_bent_and_turned(t):
     first = BASE.replace({"wall": None, "clamp.start.normal": [0, 1, 0], "clamp.end.position": [0, 0, 1]})
     keys = turned(Rotation.from_rotvec([3.0, 0.0, 0.0]).as_matrix() @ first.end_frame)
-    way = between(first, first.replace(keys | {"clamp.end.position": [0.0, 0.3, 0.4]}))
-    assert way(t).end_position[2] == pytest.approx(1.0 - 0.6 * t)
+    path = between(first, first.replace(keys | {"clamp.end.position": [0.0, 0.3, 0.4]}))
+    assert path(t).end_position[2] == pytest.approx(1.0 - 0.6 * t)
 
 
 def test_a_way_through_a_wall_is_refused_where_it_happens():
     """The wall swings round the clamped point: both ends are good, the middle is not."""
     first = loads(text(extra='[[wall]]\npoint = [-0.5, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\nname = "door"\n'))
     last = first.replace({"wall.door.normal": [0.0, 0.0, 1.0], "wall.door.point": [0.5, 0.0, 0.0]})
-    way = between(first, last)
-    assert way(0.1).walls
+    path = between(first, last)
+    assert path(0.1).walls
     with pytest.raises(BadInput, match=r"wrong side of wall\.door") as caught:
-        way(0.6)
+        path(0.6)
     assert caught.value.key == "clamp.start.position"
     assert "0.6 of it behind" in caught.value.problem
     assert "[[path]] stage in between" in caught.value.remedy
@@ -281,8 +281,8 @@ def test_the_stages_of_a_path_chain_up():
     scene = BASE.replace({"path": [{"strip.gamma": 0.0}, {"clamp.end.position": [0.0, 0.0, 0.9], "gravity": False}]})
     stages = scene.stages()
     ways = [between(*pair) for pair in pairwise(stages)]
-    assert [way.continuous for way in ways] == [True, True]
-    assert [way.switched for way in ways] == [("gravity",), ("gravity",)]
+    assert [path.continuous for path in ways] == [True, True]
+    assert [path.switched for path in ways] == [("gravity",), ("gravity",)]
     assert ways[1](0.5).gamma == 50.0
     assert ways[1](0.5).end_position[2] == pytest.approx(0.7)
 
@@ -292,12 +292,12 @@ PULLED = loads(text({"tip.force": "[0.0, 4.0, 0.0]", "tip.tension": "2.0", "stri
 
 def test_loads_at_the_end_grow_from_nothing_and_turn_linearly():
     bare = PULLED.replace({"tip": False})
-    for way, at in ((between(bare, PULLED), 0.25), (between(PULLED, bare), 0.75)):
-        assert way.continuous
-        assert way.switched == ()
-        np.testing.assert_allclose(way(at).tip_force, 0.25 * PULLED.tip_force, rtol=1e-14)
-    way = between(PULLED, PULLED.replace({"tip.force": [2.0, 0.0, 0.0]}))
-    np.testing.assert_allclose(way(0.5).tip_force, [1.0, 2.0, 2.0], rtol=1e-14)
+    for path, at in ((between(bare, PULLED), 0.25), (between(PULLED, bare), 0.75)):
+        assert path.continuous
+        assert path.switched == ()
+        np.testing.assert_allclose(path(at).tip_force, 0.25 * PULLED.tip_force, rtol=1e-14)
+    path = between(PULLED, PULLED.replace({"tip.force": [2.0, 0.0, 0.0]}))
+    np.testing.assert_allclose(path(0.5).tip_force, [1.0, 2.0, 2.0], rtol=1e-14)
 
 
 def test_a_load_at_an_end_that_is_held_later_switches():

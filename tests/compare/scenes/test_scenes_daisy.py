@@ -89,11 +89,11 @@ def test_newton_from_rest_ends_on_the_sheets_saddle():
     """Section 3.2 with 10 g: Newton from theta = pi/2 + kappa_0 s goes to the nearly upright, unstable equilibrium."""
     scene = load("daisy_sheet")
     s = np.linspace(0.0, 1.0, 101)
-    found = solve_near(elastica_problem(scene), s, scene.curvature[0] * s)
-    assert found is not None
-    assert found.status.value == "unstable"
+    result = solve_near(elastica_problem(scene), s, scene.curvature[0] * s)
+    assert result is not None
+    assert result.status.value == "unstable"
     saddle = next(one for one in stem_equilibria(lab_stem(-1.0, "polar"), 0.010) if not one.stable)
-    assert 0.1 * embed(found, scene.position, scene.frame, np.array([1.0]))[0][:2] == pytest.approx(
+    assert 0.1 * embed(result, scene.position, scene.frame, np.array([1.0]))[0][:2] == pytest.approx(
         saddle.tip, abs=2e-8
     )
     assert saddle.tip == pytest.approx((-0.0091033, 0.0995060), abs=1e-7)  # results/daisy.md

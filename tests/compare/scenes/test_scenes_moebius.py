@@ -9,7 +9,7 @@ import pytest
 
 from compare.models import solve as solve_scene
 from compare.models.ribbon.build import ribbon_arguments
-from compare.models.ribbon.way import run_way
+from compare.models.ribbon.stages import run_way
 from compare.scene.scene import load, loads
 from ribbon import Closure, Equilibrium, Strip, solve
 from ribbon.find.adaptive import solve_to_tolerance

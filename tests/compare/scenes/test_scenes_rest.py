@@ -14,7 +14,7 @@ from compare.models.elastica.start import elastica_problem
 from compare.models.shell import ShellModel
 from compare.models.shell_build import shell_problem
 from compare.registry import model
-from compare.scene.given import law
+from compare.scene.inputs import law
 from compare.scene.scene import load, loads
 from shellref import ShellOptions
 from shellref.elastica.solve import solve as elastica_solve

@@ -141,9 +141,9 @@ def test_three_rows_have_no_limit():
 
 def test_richardson_finds_the_value_at_zero():
     points = rows(0.3 * X**0.7)
-    found = richardson(points, -0.3 + 0.5 * X**0.7)
-    assert found.value == pytest.approx(-0.3, abs=1e-4)
-    assert found.both[0] <= found.value <= found.both[1]
+    estimate = richardson(points, -0.3 + 0.5 * X**0.7)
+    assert estimate.value == pytest.approx(-0.3, abs=1e-4)
+    assert estimate.both[0] <= estimate.value <= estimate.both[1]
     rough = richardson(points, -0.3 + 0.5 * X**0.7, np.full(X.size, 1e-3))
     assert rough.errors[1] - rough.errors[0] > 5e-4
     three = richardson(rows(0.3 * X[:3] ** 0.7, x=X[:3]), -0.3 + 0.5 * X[:3] ** 0.7)

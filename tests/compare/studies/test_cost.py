@@ -28,7 +28,7 @@ from compare.store.store import CaseStore
 from compare.studies.compare import compare as compare_scene
 from compare.studies.cost import available, measure
 from compare.studies.cost_plan import Cost, Plan, Reference, Row, chosen, families
-from compare.studies.cost_runs import Finest, Kept, Run
+from compare.studies.cost_runs import CachedRun, Finest, Run
 from tests.compare.scene.scene_texts import PLANAR, text
 from tests.compare.studies.outside import SIZES, Apart, Arc, ArcShape, Coarse, registered
 
@@ -101,32 +101,32 @@ ROWS = (
 
 def test_the_sentence_names_times_sizes_and_the_factor():
     cost = made(ROWS, replace(QUICK, targets=(1e-3,)))
-    said = cost_write.sentences(cost)
-    own = next(text for text in said if text.startswith("Discretisation"))
+    lines = cost_write.sentences(cost)
+    own = next(text for text in lines if text.startswith("Discretisation"))
     # medians: 0.02 and 0.04 s at 1e-2 and 1e-4, so sqrt(2) 0.02 at 1e-3; the shell 2 s: a factor 70.7
     assert "to 1 permille of l" in own
     assert "28.3 ms (chained 10 to chained 20)" in own
     assert "2 s (shell 25 x 2 to shell 50 x 4)" in own
     assert "a factor 70.7 from ribbon to shell" in own
-    against = next(text for text in said if text.startswith("Against one reference"))
+    against = next(text for text in lines if text.startswith("Against one reference"))
     assert "own error 1.0e-05 l" in against
     assert "the ribbon does not reach it: 1.6e-02 at best" in against
     assert "factor" not in against
-    assert any("however fine" in text and "1.6e-02" in text for text in said)
-    assert any("chained 40 (not_converged)" in text for text in said)
-    assert any("OMP_NUM_THREADS=1" in text and "a cpu" in text for text in said)
-    assert any("not planar" in text for text in said)
+    assert any("however fine" in text and "1.6e-02" in text for text in lines)
+    assert any("chained 40 (not_converged)" in text for text in lines)
+    assert any("OMP_NUM_THREADS=1" in text and "a cpu" in text for text in lines)
+    assert any("not planar" in text for text in lines)
 
 
 def test_a_shell_on_its_own_and_from_the_ribbons_surface_are_told_apart():
     near = (row("shell near", "25 x 2", (0.1,), 1e-2, 1e-2), row("shell near", "50 x 4", (0.4,), 1e-4, 1e-4))
     cost = made((*ROWS, *near), replace(QUICK, targets=(1e-3,)))
     assert [party.words for party in cost.parties] == ["ribbon", "shell on its own", "shell from the ribbon's surface"]
-    said = cost_write.sentences(cost)
-    own = next(text for text in said if text.startswith("Discretisation"))
+    lines = cost_write.sentences(cost)
+    own = next(text for text in lines if text.startswith("Discretisation"))
     assert "a factor 70.7 from ribbon to shell on its own" in own
     assert "a factor 7.07 from ribbon to shell from the ribbon's surface" in own
-    assert any("its inertia checked" in text for text in said)
+    assert any("its inertia checked" in text for text in lines)
     reached = {
         r["model"]: r["seconds"] for r in cost_write.reach_table(cost).records() if r["kind"] == "discretisation"
     }
@@ -284,7 +284,7 @@ def test_finished_runs_are_found_again_and_fresh_ones_made(flat):
 
 
 def test_an_interrupted_ladder_loses_nothing_that_was_finished(tmp_path):
-    kept = Kept(tmp_path)
+    kept = CachedRun(tmp_path)
     kept.run(["a"], lambda: run("chained", "5", (1.0, 2.0), np.ones((2, 2, 3))))
 
     def stopped() -> Run:
@@ -292,23 +292,23 @@ def test_an_interrupted_ladder_loses_nothing_that_was_finished(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         kept.run(["b"], stopped)
-    found = Kept(tmp_path).run(["a"], stopped)
+    found = CachedRun(tmp_path).run(["a"], stopped)
     assert found.reused
     assert found.seconds == (1.0, 2.0)
     assert found.points.shape == (2, 2, 3)
     with pytest.raises(KeyboardInterrupt):
-        Kept(tmp_path).finest(["a"], stopped)
+        CachedRun(tmp_path).finest(["a"], stopped)
     fine = Finest(run("ribbon", "80 segments", (), np.ones((2, 2, 3))), 1e-6, "160 segments", run("x", "5", (1.0,)))
-    Kept(tmp_path).finest(["a"], lambda: fine)
-    kept = Kept(tmp_path).finest(["a"], stopped)
+    CachedRun(tmp_path).finest(["a"], lambda: fine)
+    kept = CachedRun(tmp_path).finest(["a"], stopped)
     assert (kept.error, kept.checked, kept.against.seconds) == (1e-6, "160 segments", (1.0,))
     assert kept.run.points.shape == (2, 2, 3)
-    without = Kept(tmp_path).run(["c"], lambda: run("chained", "5", ()))
+    without = CachedRun(tmp_path).run(["c"], lambda: run("chained", "5", ()))
     assert without.points is None
-    assert Kept(tmp_path).run(["c"], stopped).warm is None
-    Kept(tmp_path).run(["d"], lambda: replace(run("shell", "5 x 2", (), ok=False), status="crashed"))
+    assert CachedRun(tmp_path).run(["c"], stopped).warm is None
+    CachedRun(tmp_path).run(["d"], lambda: replace(run("shell", "5 x 2", (), ok=False), status="crashed"))
     with pytest.raises(KeyboardInterrupt):  # a process that died is tried again
-        Kept(tmp_path).run(["d"], stopped)
+        CachedRun(tmp_path).run(["d"], stopped)
 
 
 def test_an_unstable_size_is_a_row_without_a_mark(flat):
@@ -527,8 +527,8 @@ def test_a_reference_that_is_not_run_is_refused(tmp_path, capsys):
 @pytest.mark.shell
 def test_cost_from_the_command_line(tmp_path, capsys):
     pytest.importorskip("dolfinx")
-    asked = "--solvers chained shell --segments 10 20 --meshes 10x2 20x2 --width-to-thickness 20.0 --target 0.01"
-    arguments = ["cost", "curl_4_3", *asked.split(), "--repeats", "1", "--budget", "1e9", "--out", str(tmp_path)]
+    requested = "--solvers chained shell --segments 10 20 --meshes 10x2 20x2 --width-to-thickness 20.0 --target 0.01"
+    arguments = ["cost", "curl_4_3", *requested.split(), "--repeats", "1", "--budget", "1e9", "--out", str(tmp_path)]
     assert main(arguments) == 0
     assert "permille of l" in capsys.readouterr().out
     result = json.loads((tmp_path / "result.json").read_text())

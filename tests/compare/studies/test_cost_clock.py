@@ -82,8 +82,8 @@ def scene_of(name):
 @pytest.mark.parametrize("case", CASES)
 def test_a_first_call_is_one_solve(case, clock):
     name, model, size = CASES[case]
-    asked = json.loads(json.dumps(cost_start.request(scene_of(name), model, size)))
-    assert cost_start.main(asked) == 0
+    requested = json.loads(json.dumps(cost_start.request(scene_of(name), model, size)))
+    assert cost_start.main(requested) == 0
     assert clock.solves == 1
 
 
@@ -161,6 +161,6 @@ def test_a_process_is_timed_from_its_start_to_its_end(monkeypatch):
     monkeypatch.setattr(cost_start.time, "perf_counter", clock)
     monkeypatch.setattr(cost_start.subprocess, "run", run)
     name, model, size = CASES["elastica"]
-    asked = cost_start.request(scene_of(name), model, size)
-    assert cost_start.seconds_of_first(asked) == 5.0
-    assert cost_start.seconds_of_first({**asked, "scene": "nothing"}) is None
+    requested = cost_start.request(scene_of(name), model, size)
+    assert cost_start.seconds_of_first(requested) == 5.0
+    assert cost_start.seconds_of_first({**requested, "scene": "nothing"}) is None

@@ -98,10 +98,10 @@ def test_off_is_not_computed():
     assert e.problem.formulation == "chained"
     assert e.evaluations["series"] == 0
     assert solve(**ribbon_arguments(load("curl_4_3"))).evaluations["series"] > 0
-    glued = ribbon_problem(loads(held_scenes.CIRCLE))
-    assert not glued.has_gravity
-    assert not glued.has_natural_curvature
-    assert glued.plates == ()
+    mixed = ribbon_problem(loads(held_scenes.CIRCLE))
+    assert not mixed.has_gravity
+    assert not mixed.has_natural_curvature
+    assert mixed.plates == ()
 
 
 def test_costs_are_measured_where_an_effect_can_be_off_alone(monkeypatch):
@@ -141,9 +141,9 @@ def test_the_formulation_and_why():
     placed = load("curl_4_3").replace({"model.tolerance": 1e-3, "model.elements": None, "model.grading": None})
     placed = explain(placed).evaluation
     assert (placed.formulation, "held at s = 0 only" in placed.why) == ("chained", True)
-    asked = load("curl_4_3").replace({"model.formulation": "mixed"})
-    assert explain(asked).evaluation.formulation == "mixed"
-    assert explain(asked).evaluation.why == "asked for"
+    requested = load("curl_4_3").replace({"model.formulation": "mixed"})
+    assert explain(requested).evaluation.formulation == "mixed"
+    assert explain(requested).evaluation.why == "asked for"
 
 
 def test_the_heaviest_placed_strips_are_mixed_and_say_why():

@@ -24,7 +24,7 @@ from compare.models import solve as solve_scene
 from compare.models.effects.ribbon_off import explained_problem, keys_without, starting_state
 from compare.models.elastica import start as elastica_start
 from compare.models.elastica.model import ElasticaModel
-from compare.models.ribbon import way
+from compare.models.ribbon import stages
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.model import RibbonModel
 from compare.models.shell import ShellModel
@@ -228,7 +228,7 @@ def test_no_path_no_tolerance_no_elastica_no_process(monkeypatch, tmp_path):
     for name in ("solve_elastica", "solve_near", "solve_along", "start_of"):
         monkeypatch.setattr(elastica_start, name, _raise)
     for name in ("run_way", "follow"):
-        monkeypatch.setattr(way, name, _raise)
+        monkeypatch.setattr(stages, name, _raise)
     monkeypatch.setattr(shell_process, "subprocess", SimpleNamespace(Popen=_raise))
     assert main(["solve", "curl_4_3", "--out", str(tmp_path), "--quiet"]) == DONE
 
@@ -236,7 +236,7 @@ def test_no_path_no_tolerance_no_elastica_no_process(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("scene", "broken", "name"),
     [
-        (loads(held_scenes.PATH), way, "follow"),
+        (loads(held_scenes.PATH), stages, "follow"),
         (loads(held_scenes.TWO_CLAMPS.replace("elements = 16", "tolerance = 1e-2")), adaptive, "solve_to_tolerance"),
     ],
 )

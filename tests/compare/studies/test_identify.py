@@ -37,13 +37,13 @@ def exact(scene):
 
 @pytest.mark.parametrize("with_s", [True, False])
 def test_exact_points_give_the_keys_back(scene, exact, with_s):
-    found = identify(scene, Points(exact, S if with_s else None), list(TRUE))
-    assert found.ok
-    for fitted in found.keys:
+    fit = identify(scene, Points(exact, S if with_s else None), list(TRUE))
+    assert fit.ok
+    for fitted in fit.keys:
         assert fitted.value == pytest.approx(TRUE[fitted.key], rel=1e-6)
-    assert found.rms < 1e-9
-    np.testing.assert_allclose(found.feet, S, atol=1e-6)
-    assert found.iterations < 25
+    assert fit.rms < 1e-9
+    np.testing.assert_allclose(fit.feet, S, atol=1e-6)
+    assert fit.iterations < 25
 
 
 def test_the_jacobian_is_that_of_the_residuals(scene, exact):
@@ -67,9 +67,9 @@ def test_intervals_cover_what_is_true(scene, exact):
     rng = np.random.default_rng(11)
     inside = []
     for _ in range(20):
-        found = identify(scene, Points(exact + 2e-3 * rng.normal(size=exact.shape), S), list(TRUE))
-        inside += [low < TRUE[f.key] < high for f in found.keys for low, high in [f.interval]]
-        assert 1e-3 < found.rms < 6e-3
+        fit = identify(scene, Points(exact + 2e-3 * rng.normal(size=exact.shape), S), list(TRUE))
+        inside += [low < TRUE[f.key] < high for f in fit.keys for low, high in [f.interval]]
+        assert 1e-3 < fit.rms < 6e-3
     assert 0.85 <= np.mean(inside) <= 1.0
 
 
@@ -163,18 +163,18 @@ def test_points_in_axes_of_their_own(scene, exact, with_s, turn):
     """Any turn and shift are found together with the keys; noise of the points is their scatter."""
     rng = np.random.default_rng(7)
     places = np.array([3.0, -1.0, 0.5]) + Rotation.from_rotvec(turn).apply(exact)
-    found = identify(scene, Points(places, S if with_s else None), list(TRUE), register=True)
-    assert found.passes
-    assert found.rms < 1e-8
-    assert {f.key: f.value for f in found.keys} == pytest.approx(TRUE, rel=1e-5)
-    np.testing.assert_allclose(found.points.places, exact, atol=1e-7)
-    turned = Rotation.from_rotvec(found.registered.motion.turn) * Rotation.from_rotvec(turn)
+    fit = identify(scene, Points(places, S if with_s else None), list(TRUE), register=True)
+    assert fit.passes
+    assert fit.rms < 1e-8
+    assert {f.key: f.value for f in fit.keys} == pytest.approx(TRUE, rel=1e-5)
+    np.testing.assert_allclose(fit.points.places, exact, atol=1e-7)
+    turned = Rotation.from_rotvec(fit.registered.motion.turn) * Rotation.from_rotvec(turn)
     assert turned.magnitude() < 1e-6
     noisy = places + 1e-3 * rng.normal(size=places.shape)
-    found = identify(scene, Points(noisy, S if with_s else None), list(TRUE), register=True)
-    assert found.passes
-    assert found.scatter == pytest.approx(1e-3 * np.sqrt(3.0 if with_s else 2.0), rel=0.5)
-    for f in found.keys:  # the interval knows that the motion was not known either
+    fit = identify(scene, Points(noisy, S if with_s else None), list(TRUE), register=True)
+    assert fit.passes
+    assert fit.scatter == pytest.approx(1e-3 * np.sqrt(3.0 if with_s else 2.0), rel=0.5)
+    for f in fit.keys:  # the interval knows that the motion was not known either
         low, high = f.interval
         assert low - 0.5 * (high - low) < TRUE[f.key] < high + 0.5 * (high - low)
 
@@ -232,8 +232,8 @@ def test_points_in_a_larger_unit_than_the_strip(exact):
     with pytest.raises(BadInput) as caught:
         identify(scene, Points(1e-3 * places), ["strip.gamma"])
     assert "--unit 1000" in caught.value.remedy
-    found = identify(scene, Points(1e-3 * places).in_unit(1e3), ["strip.gamma"])
-    assert found.keys[0].value == pytest.approx(60.0, rel=1e-6)
+    fit = identify(scene, Points(1e-3 * places).in_unit(1e3), ["strip.gamma"])
+    assert fit.keys[0].value == pytest.approx(60.0, rel=1e-6)
 
 
 def test_what_is_left_is_judged(scene, exact):
@@ -261,10 +261,10 @@ def test_it_begins_where_the_curl_is_zero(curl):
     scene = load("figure_4_1")
     true = curl / scene.strip.length
     places = curve(scene.replace({"strip.natural_curvature": true}), S)
-    found = identify(scene.replace({"strip.natural_curvature": 0.0}), Points(places), ["strip.natural_curvature"])
-    assert found.differenced
-    assert found.passes
-    assert found.keys[0].value == pytest.approx(true, rel=1e-6)
+    fit = identify(scene.replace({"strip.natural_curvature": 0.0}), Points(places), ["strip.natural_curvature"])
+    assert fit.differenced
+    assert fit.passes
+    assert fit.keys[0].value == pytest.approx(true, rel=1e-6)
 
 
 @pytest.mark.parametrize("curl", [3.0, -3.0])
@@ -275,17 +275,17 @@ def test_it_begins_beside_a_saddle(scene, curl):
     )
     assert registry.model("ribbon").solve(standing, options=Options(leave_saddle=False)).stable is False
     places = curve(standing.replace({"strip.natural_curvature": curl}), S)
-    found = identify(standing, Points(places), ["strip.natural_curvature"])
-    assert found.began_beside
-    assert found.passes
-    assert found.keys[0].value == pytest.approx(curl, rel=1e-6)
-    assert curve(found.scene, S) == pytest.approx(places, abs=1e-6)  # fitted.toml is that state
+    fit = identify(standing, Points(places), ["strip.natural_curvature"])
+    assert fit.began_beside
+    assert fit.passes
+    assert fit.keys[0].value == pytest.approx(curl, rel=1e-6)
+    assert curve(fit.scene, S) == pytest.approx(places, abs=1e-6)  # fitted.toml is that state
 
 
 def test_a_poor_fit_is_begun_elsewhere():
     """From no curl the least squares of a heavy curl end 0.2 l away."""
     scene = load("curl_4_3")
     places = curve(scene.replace({"strip.natural_curvature": 5.0}), S)
-    found = identify(scene.replace({"strip.natural_curvature": 0.0}), Points(places), ["strip.natural_curvature"])
-    assert found.grade == "good"
-    assert found.keys[0].value == pytest.approx(5.0, rel=1e-6)
+    fit = identify(scene.replace({"strip.natural_curvature": 0.0}), Points(places), ["strip.natural_curvature"])
+    assert fit.grade == "good"
+    assert fit.keys[0].value == pytest.approx(5.0, rel=1e-6)

@@ -117,8 +117,8 @@ def test_quick_says_why():
     assert found.ok
     assert found.row is None
     assert found.level == "fair"
-    said = f"By estimate from the ribbon alone: inextensible model off by {100 * found.distance:.2g} % of l"
-    assert found.sentence.startswith(said)
+    text = f"By estimate from the ribbon alone: inextensible model off by {100 * found.distance:.2g} % of l"
+    assert found.sentence.startswith(text)
     assert found.distance == pytest.approx(0.0208, rel=0.1)  # the shell's
     assert "layers along the free edges" in found.sentence
     assert found.false_safe is None

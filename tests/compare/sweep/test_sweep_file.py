@@ -151,16 +151,16 @@ def test_files_that_are_none(tmp_path, raw):
 
 
 def test_what_a_solver_cannot_take_is_said_with_the_point():
-    def asked(scene, solver, *axes, **more):
+    def requested(scene, solver, *axes, **more):
         import dataclasses
 
         sweep = load_sweep(scene, {}, [parse_axis(axis) for axis in axes])
         return check(dataclasses.replace(sweep, solver=solver, **more))
 
     with pytest.raises(BadInput, match=r"planar.*point 0"):
-        asked("curl_4_3", "elastica", "strip.gamma=1,2")
+        requested("curl_4_3", "elastica", "strip.gamma=1,2")
     with pytest.raises(BadInput, match="point 0"):
-        asked("moebius_6_1", "shell", "strip.width=0.05,0.06")
+        requested("moebius_6_1", "shell", "strip.width=0.05,0.06")
     with pytest.raises(BadInput, match="leave-saddle"):
-        asked("cantilever", "elastica", "strip.gamma=1,2", leave_saddle=True)
-    assert len(asked("cantilever", "elastica", "strip.gamma=1,2")) == 2
+        requested("cantilever", "elastica", "strip.gamma=1,2", leave_saddle=True)
+    assert len(requested("cantilever", "elastica", "strip.gamma=1,2")) == 2

@@ -136,13 +136,13 @@ def test_the_table_is_the_same_and_the_output_says_which_way(tmp_path, monkeypat
     monkeypatch.setattr("compare.sweep.run.slice_key", lambda task: None)
     assert main([*command, "--out", str(tmp_path / "b")]) == end
     assert "each case alone" in " ".join(capsys.readouterr().err.split())
-    tables = [rows_of(tmp_path / way) for way in "ab"]
+    tables = [rows_of(tmp_path / path) for path in "ab"]
     assert {row["status"] for row in tables[0]} == ({"converged", "saddle"} if more else {"converged"})
     unstable = sum(row["stable"] == "false" for row in tables[0])
     left = [float(row["left_saddle"]) for row in tables[0] if row.get("left_saddle")]
     assert (unstable > 0, len(left) > 0) == (bool(more), not more)
     assert all(above > 0.0 for above in left)
-    assert [result_of(tmp_path / way)["together"] for way in "ab"] == [8 - len(left), 0]
+    assert [result_of(tmp_path / path)["together"] for path in "ab"] == [8 - len(left), 0]
     for row in (*tables[0], *tables[1]):
         del row["seconds"]
     assert tables[0] == tables[1]

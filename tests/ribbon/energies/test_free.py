@@ -68,17 +68,17 @@ def test_derivatives_at_random_states(name, section):
 @pytest.mark.parametrize("at", [(3.0, 0.7, 4.0, -3.0), (-12.0, 3.3, 20.0, 30.0), (0.9, 0.05, 1.0, 1.0)])
 def test_taylor_orders(name, at):
     """The remainder falls as step^2 after the gradient and as step^3 after the Hessian, bounded from both sides."""
-    at, way = np.array(at), np.array([0.6, -0.5, 2.0, 1.5])
+    at, path = np.array(at), np.array([0.6, -0.5, 2.0, 1.5])
     here = density(name, at, 5.0, 2.0)
     if name == "kirchhoff":  # a polynomial of degree two
-        moved = density(name, at + way, 5.0, 2.0)[0]
-        assert moved == pytest.approx(here[0] + here[1:5] @ way + 0.5 * way @ hessian(here) @ way, rel=1e-14)
+        moved = density(name, at + path, 5.0, 2.0)[0]
+        assert moved == pytest.approx(here[0] + here[1:5] @ path + 0.5 * path @ hessian(here) @ path, rel=1e-14)
         return
     first, second = [], []
     for h in 0.05 * 0.5 ** np.arange(5):
-        rest = density(name, at + h * way, 5.0, 2.0)[0] - here[0] - h * here[1:5] @ way
+        rest = density(name, at + h * path, 5.0, 2.0)[0] - here[0] - h * here[1:5] @ path
         first.append(abs(rest))
-        second.append(abs(rest - 0.5 * h * h * way @ hessian(here) @ way))
+        second.append(abs(rest - 0.5 * h * h * path @ hessian(here) @ path))
     assert 1.9 < np.log2(first[-2] / first[-1]) < 2.1
     assert 2.7 < np.log2(second[-2] / second[-1]) < 3.3
 

@@ -36,12 +36,12 @@ def test_derivatives(formulation, curvature):
     found = equilibrium(formulation, **{"strip.natural_curvature": curvature})
     problem, x = softened(found.problem, 1e-3), found.x
     rng = np.random.default_rng(0)
-    way, step = 1e-2 * rng.standard_normal(x.size), 1e-4
-    slope = (problem.value(x + step * way) - problem.value(x - step * way)) / (2 * step)
-    assert slope == pytest.approx(problem.gradient(x) @ way, rel=1e-7, abs=1e-8)
-    turn = (problem.gradient(x + step * way) - problem.gradient(x - step * way)) / (2 * step)
+    path, step = 1e-2 * rng.standard_normal(x.size), 1e-4
+    slope = (problem.value(x + step * path) - problem.value(x - step * path)) / (2 * step)
+    assert slope == pytest.approx(problem.gradient(x) @ path, rel=1e-7, abs=1e-8)
+    turn = (problem.gradient(x + step * path) - problem.gradient(x - step * path)) / (2 * step)
     assert turn.shape == x.shape
-    np.testing.assert_allclose(turn, dense(problem, x) @ way, rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(turn, dense(problem, x) @ path, rtol=1e-6, atol=1e-7)
 
 
 def test_the_inner_problem_is_still_there():

@@ -65,10 +65,10 @@ def test_both_minimisers_stay_on_the_side_of_the_seed(solver):
 
 
 def test_placed_segments_stay_on_the_side_of_the_seed():
-    found = solve_to_tolerance(**steel(*HUNG_PLACED), tolerance=1e-3, strict=False)
-    assert found.ok
-    assert found.branch is Branch.OWN
-    assert found.middle.position[1] > 0.2
+    equilibrium = solve_to_tolerance(**steel(*HUNG_PLACED), tolerance=1e-3, strict=False)
+    assert equilibrium.ok
+    assert equilibrium.branch is Branch.OWN
+    assert equilibrium.middle.position[1] > 0.2
 
 
 def test_many_segments_stay_on_the_side_of_the_seed():
@@ -88,15 +88,15 @@ def test_a_scene_and_its_seed_upside_down_give_the_state_upside_down():
 
 def test_where_long_steps_change_the_side_short_ones_find_the_state_of_the_seed():
     up = np.array([0.09, 0.83, 0.55])
-    asked = {
+    requested = {
         "height": 0.0,
         "angles": (-0.33, 0.29),
         "gamma": 540.0,
         "up": tuple(up / np.linalg.norm(up)),
         "aside": -0.06,
     }
-    stands = turned(**asked, seed=(-12.0, 12.0, -12.0))
-    hangs = turned(**asked, seed=(12.0, -12.0, 12.0))
+    stands = turned(**requested, seed=(-12.0, 12.0, -12.0))
+    hangs = turned(**requested, seed=(12.0, -12.0, 12.0))
     assert stands.ok
     assert hangs.ok
     assert stands.branch is hangs.branch is Branch.OWN
@@ -105,9 +105,9 @@ def test_where_long_steps_change_the_side_short_ones_find_the_state_of_the_seed(
 
 def test_an_arch_that_its_weight_pushes_through_says_that_it_slid():
     """At Gamma = 1222 no arch stands: from its seed the energy falls to the state that hangs."""
-    asked = {"height": 0.0, "angles": (0.0, 0.0), "gamma": 1222.0, "up": UP, "apart": 0.69}
-    slid = turned(**asked, seed=(-6.3, 6.3, -6.3))
-    hangs = turned(**asked, seed=(6.3, -6.3, 6.3))
+    requested = {"height": 0.0, "angles": (0.0, 0.0), "gamma": 1222.0, "up": UP, "apart": 0.69}
+    slid = turned(**requested, seed=(-6.3, 6.3, -6.3))
+    hangs = turned(**requested, seed=(6.3, -6.3, 6.3))
     assert slid.ok
     assert slid.branch is Branch.SLID
     assert hangs.branch is Branch.OWN

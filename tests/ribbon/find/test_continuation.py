@@ -96,27 +96,27 @@ def test_a_shape_goes_over_to_other_segments_and_formulations(low):
 def test_a_tolerance_is_kept_on_a_curl(tolerance):
     strip = Strip(1.0, 0.03, 0.4, natural_curvature=10.0, gamma=100.0)
     clamp = Clamp((0, 0, 0), (0, 0, 1), (-(2.0**-0.5), 2.0**-0.5, 0), "straight")
-    found = solve_to_tolerance(strip, clamp, Gravity((1, 0, 0)), tolerance=tolerance)
-    assert found.ok
-    assert found.tolerance_error <= tolerance
-    finer = refine(found, 4)
-    assert distance(found, finer) <= tolerance
-    lengths = found.problem.lengths
+    equilibrium = solve_to_tolerance(strip, clamp, Gravity((1, 0, 0)), tolerance=tolerance)
+    assert equilibrium.ok
+    assert equilibrium.tolerance_error <= tolerance
+    finer = refine(equilibrium, 4)
+    assert distance(equilibrium, finer) <= tolerance
+    lengths = equilibrium.problem.lengths
     assert lengths[0] < lengths.max()  # the straight ruling turns near the clamp
 
 
 def test_a_wunderlich_event_is_resolved_without_segments_placed_by_hand():
     strip = Strip(1.0, 0.03, 0.5)
-    found = solve_to_tolerance(strip, closure=Closure("moebius"), tolerance=2e-4)
-    assert found.ok
-    assert found.tolerance_error <= 2e-4
-    lengths = found.problem.lengths
+    equilibrium = solve_to_tolerance(strip, closure=Closure("moebius"), tolerance=2e-4)
+    assert equilibrium.ok
+    assert equilibrium.tolerance_error <= 2e-4
+    lengths = equilibrium.problem.lengths
     s = np.concatenate([[0.0], np.cumsum(lengths)])
     assert s[int(np.argmin(lengths))] < 0.03 or s[int(np.argmin(lengths))] > 0.96  # the event sits at the seam
     assert lengths.min() < 0.2 * 0.03
     uniform = solve(strip, closure=Closure("moebius"), segments=lengths.size)
     reference = solve(strip, closure=Closure("moebius"), segments=1600)
-    errors = [abs(e.energy.total - reference.energy.total) for e in (found, uniform)]
+    errors = [abs(e.energy.total - reference.energy.total) for e in (equilibrium, uniform)]
     assert errors[0] < 0.2 * errors[1]
 
 

@@ -79,6 +79,6 @@ def test_a_strip_in_pieces_reaches_as_far_beyond_a_wall_as_in_one(place):
     """The minimiser leaves the straight strip in pieces, each before the wall: its own length is beyond it."""
     problem = build(Strip(1.0, 0.05), Clamp(), walls=ahead(place), segments=24)
     straight = np.zeros(25)
-    found = solve_from(problem, problem.state(straight, straight))
-    assert found.status is Status.INFEASIBLE
-    assert found.penetration == pytest.approx(1.0 - place, rel=1e-6)
+    equilibrium = solve_from(problem, problem.state(straight, straight))
+    assert equilibrium.status is Status.INFEASIBLE
+    assert equilibrium.penetration == pytest.approx(1.0 - place, rel=1e-6)

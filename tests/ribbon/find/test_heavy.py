@@ -72,8 +72,8 @@ def test_rounding_is_not_a_negative_direction():
 
 def test_a_heavy_strip_that_hangs_out_of_its_clamps_plane_is_no_saddle():
     up = Gravity(up=tuple(np.array([0.17, 0.825, 0.565]) / np.linalg.norm([0.17, 0.825, 0.565])))
-    found = solve_to_tolerance(Strip(1.0, 0.05, 0.4, 0.0, 1e4), Clamp(), up, tolerance=1e-3)
-    assert found.ok, found.message
+    equilibrium = solve_to_tolerance(Strip(1.0, 0.05, 0.4, 0.0, 1e4), Clamp(), up, tolerance=1e-3)
+    assert equilibrium.ok, equilibrium.message
 
 
 def test_a_heavy_coil_leaves_its_plane():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.battery.judge.ribbon import judged
-from compare.models.ribbon.way import run_way
+from compare.models.ribbon.stages import run_way
 from compare.scene.scene import load
 from ribbon import Closure, Strip, solve
 from ribbon.find.adaptive import solve_to_tolerance
@@ -45,12 +45,12 @@ def test_nothing_pushes_a_free_band_along_itself(width):
     The balance is the judge's, which knows of no seam; at w/l = 0.01127 the state with the seam held, on which segments
     are placed, is no mirror image of itself.
     """
-    found = solve_to_tolerance(Strip(1, width, 0.38), closure=Closure("moebius"), tolerance=1e-3)
-    assert found.ok
-    assert "push" not in found.message
-    (balance,) = [check for check in judged(found, spectrum=False) if check.what.startswith("not in balance")]
+    equilibrium = solve_to_tolerance(Strip(1, width, 0.38), closure=Closure("moebius"), tolerance=1e-3)
+    assert equilibrium.ok
+    assert "push" not in equilibrium.message
+    (balance,) = [check for check in judged(equilibrium, spectrum=False) if check.what.startswith("not in balance")]
     assert balance.value < 0.2 * balance.bound
-    lengths = found.problem.lengths[1:] / found.problem.lengths[1:].sum()
+    lengths = equilibrium.problem.lengths[1:] / equilibrium.problem.lengths[1:].sum()
     uneven = solve(Strip(1, width, 0.38), closure=Closure("moebius"), segments=lengths)
     assert uneven.ok
     assert "push it along itself" in uneven.message

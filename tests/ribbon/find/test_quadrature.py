@@ -59,9 +59,9 @@ def test_turned_clamps_of_finite_from_one_start():
     """At b061e3f the elastic energy was 24.57 on 20 elements; integrated densely 9942, nearly all of it in one."""
     problem = build(**turned("finite", 40, 1e-3))
     shapes = starting_shapes(problem, "natural", 0.0)
-    found = solve_shape(problem, *next(islice(shapes, 2, None)))
-    assert found.ok, found.message
-    assert_of_its_energy(found)
+    equilibrium = solve_shape(problem, *next(islice(shapes, 2, None)))
+    assert equilibrium.ok, equilibrium.message
+    assert_of_its_energy(equilibrium)
 
 
 @pytest.mark.validate

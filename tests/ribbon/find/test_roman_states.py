@@ -80,10 +80,10 @@ def test_plane_contacts_of_two_folds_and_more(count):
     the force of the elastica with flat parts; at 0.19 it touches along lines."""
     experiment = roman.Experiment(gamma=0.0)
     for scaled, kind in ((0.17, "plane"), (0.19, "line")):
-        found = experiment.folded(count, scaled / count, 60)
-        seen = roman.folds(found, scaled / count)
-        assert found.ok
+        equilibrium = experiment.folded(count, scaled / count, 60)
+        seen = roman.folds(equilibrium, scaled / count)
+        assert equilibrium.ok
         assert (seen.count, seen.kind(1.01 / 60)) == (count, kind)
         if kind == "plane":
             force = count * roman.plane_contact(scaled / count, roman.DELTA, count).force
-            assert roman.press(found) == pytest.approx(force, rel=2e-2)
+            assert roman.press(equilibrium) == pytest.approx(force, rel=2e-2)

@@ -23,16 +23,16 @@ TURNED_OVER = Clamp(tangent=(1.0, 0.0, 0.0), normal=(0.0, 0.0, -1.0))
 def test_a_heavy_strip_begins_with_its_boundary_layer(clamp, gamma):
     """The end hangs nearly a length below the clamp, out by about l / sqrt(Gamma)."""
     strip = Strip(1.0, 0.03, 0.3, 0.0, gamma)
-    found = solve_to_tolerance(strip, clamp, UP, tolerance=1e-3)
-    assert found.ok, found.message
+    equilibrium = solve_to_tolerance(strip, clamp, UP, tolerance=1e-3)
+    assert equilibrium.ok, equilibrium.message
     equal = solve(strip, clamp, UP)
     assert equal.iterations <= 100  # a thousand from the straight strip; rounding counts here
-    assert [part.status for part in found.refinements] == [Status.CONVERGED] * 2
-    assert abs(found.end.position[1]) < 1e-6  # in its plane
+    assert [part.status for part in equilibrium.refinements] == [Status.CONVERGED] * 2
+    assert abs(equilibrium.end.position[1]) < 1e-6  # in its plane
     angle = np.arccos(-clamp.frame[2, 2])
     # the layer's first integral: out by 2 sin(angle / 2) / sqrt(Gamma), and down by a length but for the turn
-    assert found.end.position[0] == pytest.approx(2.0 * np.sin(angle / 2.0) / gamma**0.5, rel=0.5)
-    assert -1.0 < found.end.position[2] < -1.0 + 3.0 / gamma**0.5
+    assert equilibrium.end.position[0] == pytest.approx(2.0 * np.sin(angle / 2.0) / gamma**0.5, rel=0.5)
+    assert -1.0 < equilibrium.end.position[2] < -1.0 + 3.0 / gamma**0.5
 
 
 def test_equal_segments_find_the_heavy_strip_in_few_iterations():

@@ -38,23 +38,23 @@ def arch(*walls: Wall) -> Equilibrium:
     return found
 
 
-def wall_rows(found: Equilibrium, k: int) -> tuple[np.ndarray, np.ndarray]:
+def wall_rows(equilibrium: Equilibrium, k: int) -> tuple[np.ndarray, np.ndarray]:
     """Distances of the edges from wall k and its multipliers (what the wall exerts), two a joint, then one for every
     point that is held between them."""
-    problem = found.problem
+    problem = equilibrium.problem
     blocks, slices = problem.blocks(), problem.block_slices()  # type: ignore[attr-defined]
     assert isinstance(blocks[f"wall_{k}"], WallRows)
     names = [name for name in (f"wall_{k}", f"touch_{k}") if name in blocks]
-    values = [blocks[name].values(found.x) for name in names]
-    return np.concatenate(values), -np.concatenate([found.rows[slices[name]] for name in names])
+    values = [blocks[name].values(equilibrium.x) for name in names]
+    return np.concatenate(values), -np.concatenate([equilibrium.rows[slices[name]] for name in names])
 
 
-def edges(found: Equilibrium) -> np.ndarray:
+def edges(equilibrium: Equilibrium) -> np.ndarray:
     """Both edges of the rulings at the joints, from the result and not from the rows: (p + 1, 2, 3)."""
-    points, frames = found.joints
-    eta = found.eta(np.concatenate([[0.0], np.cumsum(found.problem.lengths)]).clip(0.0, 1.0))
+    points, frames = equilibrium.joints
+    eta = equilibrium.eta(np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)]).clip(0.0, 1.0))
     ruling = frames[:, :, 0] + eta[:, None] * frames[:, :, 2]
-    half = 0.5 * found.problem.strip.relative_width
+    half = 0.5 * equilibrium.problem.strip.relative_width
     return np.stack([points + half * ruling, points - half * ruling], axis=1)
 
 

@@ -61,20 +61,20 @@ def test_derivatives_have_their_orders(energy, plate, where):
         np.add.at(hessian, rows.hessian_structure(), rows.hessian(x, push))
         hessian += np.tril(hessian, -1).T
         first, second = np.zeros(steps.size), np.zeros(steps.size)
-        for way in ways:
-            left = np.array([push @ (rows.values(x + h * way) - rows.values(x) - h * jacobian @ way) for h in steps])
+        for path in ways:
+            left = np.array([push @ (rows.values(x + h * path) - rows.values(x) - h * jacobian @ path) for h in steps])
             first += left**2
-            second += (left - 0.5 * steps**2 * (way @ hessian @ way)) ** 2
+            second += (left - 0.5 * steps**2 * (path @ hessian @ path)) ** 2
         assert 1.9 < 0.5 * np.log2(first[-2] / first[-1]) < 2.1
         assert 2.8 < 0.5 * np.log2(second[-2] / second[-1]) < 3.2
 
 
-def integrated(found: Equilibrium, s: np.ndarray) -> np.ndarray:
+def integrated(equilibrium: Equilibrium, s: np.ndarray) -> np.ndarray:
     """Both edges (2, k, 3) at s (k,): r' = t_z and t' = kappa x t integrated from the first joint, of omega and eta at
     the joints alone (docs/theory.md, eq. (1.1))."""
-    joints = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
-    omega, eta = found.problem.joint_values(found.x)
-    points, frames = found.joints
+    joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
+    omega, eta = equilibrium.problem.joint_values(equilibrium.x)
+    points, frames = equilibrium.joints
 
     def rate(t, y):
         m = y[3:].reshape(3, 3)
@@ -89,17 +89,17 @@ def integrated(found: Equilibrium, s: np.ndarray) -> np.ndarray:
         run = solve_ivp(rate, (a, b), y, dense_output=True, rtol=1e-10, atol=1e-13)
         out[:, inside], y = run.sol(s[inside]), run.y[:, -1]
     ruling = out[3:].reshape(3, 3, -1)[:, 0] + np.interp(s, joints, eta) * out[3:].reshape(3, 3, -1)[:, 2]
-    half = found.problem.half_width
+    half = equilibrium.problem.half_width
     return np.stack([(out[:3] + side * half * ruling).T for side in (1.0, -1.0)])
 
 
-def beyond(found: Equilibrium, per_segment: int = 15) -> float:
+def beyond(equilibrium: Equilibrium, per_segment: int = 15) -> float:
     """How far the edges reach beyond a rigid wall, integrated apart from the solver."""
-    joints = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
+    joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
     shares = np.arange(per_segment) / per_segment
-    s = np.append((joints[:-1, None] + found.problem.lengths[:, None] * shares).ravel(), joints[-1])
-    edges = integrated(found, s)
-    return max(-float(((edges - w.point) @ np.asarray(w.normal)).min()) for w in found.problem.walls)
+    s = np.append((joints[:-1, None] + equilibrium.problem.lengths[:, None] * shares).ravel(), joints[-1])
+    edges = integrated(equilibrium, s)
+    return max(-float(((edges - w.point) @ np.asarray(w.normal)).min()) for w in equilibrium.problem.walls)
 
 
 @pytest.mark.parametrize("where", ["fixed", "any", "inside"])

@@ -36,16 +36,16 @@ def test_taylor_orders(seed, held):
     """Central differences of the energy give the gradient, those of the gradient the Hessian, to order 2."""
     problem, y = random_rod(seed, held)
     rows = np.random.default_rng(seed + 9).normal(size=EDGES)
-    way = np.random.default_rng(seed + 5).normal(size=y.size)
-    slope = problem.gradient(y) @ way
-    bend = problem.hessian_matrix(y, rows) @ way
+    path = np.random.default_rng(seed + 5).normal(size=y.size)
+    slope = problem.gradient(y) @ path
+    bend = problem.hessian_matrix(y, rows) @ path
 
     def pulled(at: np.ndarray) -> np.ndarray:
         return problem.gradient(at) + problem.jacobian_matrix(at).T @ rows
 
     misses = []
     for step in (2e-4, 1e-4):
-        more, less = y + step * way, y - step * way
+        more, less = y + step * path, y - step * path
         first = (problem.value(more) - problem.value(less)) / (2 * step) - slope
         second = (pulled(more) - pulled(less)) / (2 * step) - bend
         misses.append((abs(first), np.abs(second).max()))
@@ -56,10 +56,10 @@ def test_taylor_orders(seed, held):
 
 def test_rows_and_their_derivatives():
     problem, y = random_rod(4)
-    way = np.random.default_rng(0).normal(size=y.size)
+    path = np.random.default_rng(0).normal(size=y.size)
     step = 1e-5
-    difference = (problem.constraints(y + step * way) - problem.constraints(y - step * way)) / (2 * step)
-    assert problem.jacobian_matrix(y) @ way == pytest.approx(difference, abs=1e-9)
+    difference = (problem.constraints(y + step * path) - problem.constraints(y - step * path)) / (2 * step)
+    assert problem.jacobian_matrix(y) @ path == pytest.approx(difference, abs=1e-9)
 
 
 def test_a_turned_rod_has_the_same_energy():

@@ -33,12 +33,12 @@ def test_gradient_at_fixed_theta(seed):
     theta, points = problem.bishop(y), problem.positions(y)
     last = problem.evaluated(y).strain[-1, 2]
     rng = np.random.default_rng(seed)
-    way, turn = rng.normal(size=points.shape), rng.normal(size=theta.size)
+    path, turn = rng.normal(size=points.shape), rng.normal(size=theta.size)
     by_place, by_angle = by_bishop(problem, y)
-    slope = (by_place * way).sum() + by_angle @ turn
+    slope = (by_place * path).sum() + by_angle @ turn
 
     def energy(step: float) -> float:
-        other, z = on_bishop(problem, points + step * way, theta + step * turn, last)
+        other, z = on_bishop(problem, points + step * path, theta + step * turn, last)
         return other.evaluated(z).energy
 
     assert energy(0.0) == pytest.approx(problem.evaluated(y).energy, rel=1e-10)
@@ -62,20 +62,20 @@ def test_derivatives_with_the_angles_eliminated():
     reduced = QuasiStatic(problem, y[3::4])
     x = problem.positions(y).ravel()
     rows = np.random.default_rng(8).normal(size=problem.rod.edges)
-    way = np.random.default_rng(5).normal(size=x.size)
-    slope = reduced.gradient(x) @ way
+    path = np.random.default_rng(5).normal(size=x.size)
+    slope = reduced.gradient(x) @ path
     lower = reduced.hessian(x, rows)
     hessian = np.zeros((x.size, x.size))
     hessian[reduced.hessian_structure()] = lower
     hessian += np.tril(hessian, -1).T
-    bend = hessian @ way
+    bend = hessian @ path
 
     def pulled(at: np.ndarray) -> np.ndarray:
         return reduced.gradient(at) + reduced.jacobian_matrix(at).T @ rows
 
     misses = []
     for step in (4e-4, 2e-4):
-        more, less = x + step * way, x - step * way
+        more, less = x + step * path, x - step * path
         first = (reduced.value(more) - reduced.value(less)) / (2 * step) - slope
         second = (pulled(more) - pulled(less)) / (2 * step) - bend
         misses.append((abs(first), np.abs(second).max()))

@@ -58,10 +58,10 @@ def test_a_strip_stiff_in_its_plane_takes_a_step_towards_the_one_that_is_not():
     """The thicker, the farther; the first step is nearly the whole way."""
     here, there = held(), held(in_plane=True)
     step = pulled(here, [np.zeros((16, 4))])
-    way = there.position(S) - here.position(S)
+    path = there.position(S) - here.position(S)
     found = step.in_plane.position(S) - here.position(S)
-    assert np.abs(way).max() > 1e-5
-    np.testing.assert_allclose(found, way, rtol=0.0, atol=0.03 * np.abs(way).max())
+    assert np.abs(path).max() > 1e-5
+    np.testing.assert_allclose(found, path, rtol=0.0, atol=0.03 * np.abs(path).max())
     assert np.abs(step.terms[0].position(S) - here.position(S)).max() < 1e-12
     bent = step.in_plane.in_plane(S)
     np.testing.assert_allclose(bent, there.in_plane(S), rtol=0.0, atol=0.03 * np.abs(bent).max())
@@ -77,13 +77,13 @@ def test_a_chained_strip_keeps_its_energy_and_its_bending_in_the_plane():
     """On the unknowns of the glued ribbon it is the same equilibrium, with the same derivatives."""
     keys = {"energy": "kirchhoff", "stiffness": "plate", "segments": 12}
     clamp = Clamp((0, 0, 0), (0, 0, 1), (-R, R, 0))
-    chained, glued = (solve(strip(), clamp, UP, formulation=name, **keys) for name in ("chained", "mixed"))
+    chained, mixed = (solve(strip(), clamp, UP, formulation=name, **keys) for name in ("chained", "mixed"))
     here = point(chained)
     assert here.problem.value(here.x) == pytest.approx(chained.energy.total, rel=1e-12)
     lower, upper = here.problem.bounds()
     residual = here.problem.gradient(here.x) + here.problem.jacobian_matrix(here.x).T @ here.rows
     assert np.abs(residual[lower < upper]).max() < 1e-6
-    a, b = (gradients(found, wrt=["gamma"]).position(1.0)["gamma"] for found in (chained, glued))
+    a, b = (gradients(found, wrt=["gamma"]).position(1.0)["gamma"] for found in (chained, mixed))
     np.testing.assert_allclose(a, b, rtol=1e-5)
 
 

@@ -68,8 +68,8 @@ def test_a_ruling_at_its_bound_does_not_shorten_the_step_of_the_others():
     assert step[place] > upper[place] - x[place]
     bounds = chained_newton.Bounds(lower, upper, 1.0)
     chained_newton._inside(linear, shift, x, slopes, bounds, 1e10, right, step, turned)
-    way = chained_newton._SHARE * (upper[place] - x[place])
-    assert step[place] == pytest.approx(way, rel=1e-4)
+    path = chained_newton._SHARE * (upper[place] - x[place])
+    assert step[place] == pytest.approx(path, rel=1e-4)
     free = ~held
     free[place] = False
     hessian = problem.hessian(x) + shift * problem.metric()
@@ -85,9 +85,9 @@ def test_heavy_strips_take_few_steps():
     for gamma in (300.0, 500.0, 700.0, 900.0):
         for curl in (-1.9, -0.7, 0.4, 1.6):
             problem = heavy(gamma, curl)
-            found = newton.minimise(problem, started(problem))
-            assert found.residual <= 1e-9
-            steps.append(found.iterations)
+            minimum = newton.minimise(problem, started(problem))
+            assert minimum.residual <= 1e-9
+            steps.append(minimum.iterations)
     assert np.mean(steps) <= 31.0
 
 

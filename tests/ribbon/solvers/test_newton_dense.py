@@ -38,19 +38,19 @@ class Bowl:
 def test_minima_on_bounds_and_their_multipliers():
     inf = np.inf
     bowl = Bowl([2.0, -3.0, 0.5, 1.0, 7.0], [-1.0, -1.0, -1.0, -inf, 0.3], [1.0, inf, inf, inf, 0.3])
-    found = newton_dense.minimise(bowl, np.zeros(5))
-    assert found.finished
-    np.testing.assert_allclose(found.x, [1.0, -1.0, 0.5, 1.0, 0.3], atol=1e-9)
-    at = bowl.gradient(found.x)
-    np.testing.assert_allclose(found.multipliers[:4], [at[0], at[1], 0.0, 0.0], atol=1e-8)
+    minimum = newton_dense.minimise(bowl, np.zeros(5))
+    assert minimum.finished
+    np.testing.assert_allclose(minimum.x, [1.0, -1.0, 0.5, 1.0, 0.3], atol=1e-9)
+    at = bowl.gradient(minimum.x)
+    np.testing.assert_allclose(minimum.multipliers[:4], [at[0], at[1], 0.0, 0.0], atol=1e-8)
     assert at[0] < 0 < at[1]  # pressed against the upper, against the lower bound
 
 
 def test_it_leaves_a_place_where_the_hessian_is_not_positive():
     bowl = Bowl([0.0, 0.0], [-5.0, -5.0], [5.0, 5.0], c=-1.0)
-    found = newton_dense.minimise(bowl, np.array([0.1, -0.1]))
-    np.testing.assert_allclose(np.abs(found.x), [1.0, 1.0], atol=1e-8)
-    assert found.multipliers == pytest.approx(0.0, abs=1e-8)
+    minimum = newton_dense.minimise(bowl, np.array([0.1, -0.1]))
+    np.testing.assert_allclose(np.abs(minimum.x), [1.0, 1.0], atol=1e-8)
+    assert minimum.multipliers == pytest.approx(0.0, abs=1e-8)
 
 
 def test_it_says_how_it_ended():

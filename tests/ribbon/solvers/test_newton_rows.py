@@ -89,9 +89,9 @@ def test_it_says_how_it_ended_and_ipopt_is_asked_where_it_found_nothing():
     ended = newton_rows.minimise(far, start, {"max_iter": 60})
     assert ended.code in (newton_rows.NO_STEP, newton_rows.MOST)
     with choose.using("newton"):
-        asked = choose.minimise(far, start, {"max_iter": 60})
-    assert not asked.finished
-    assert "Ipopt" in asked.message or asked.residual == ended.residual
+        requested = choose.minimise(far, start, {"max_iter": 60})
+    assert not requested.finished
+    assert "Ipopt" in requested.message or requested.residual == ended.residual
 
 
 def test_other_names_are_refused():

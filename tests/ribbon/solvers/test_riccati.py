@@ -53,9 +53,9 @@ def test_metric_times_a_vector():
 
 def test_a_weightless_strip_needs_no_rotation():
     problem = chained(gamma=0.0, gravity=None)
-    found = newton.minimise(problem, problem.linear((1.0, 2.0), (0.3, -0.2)))
-    assert found.finished
-    assert np.allclose(found.x, ipopt.minimise(problem, found.x).x, rtol=0.0, atol=1e-9)
+    minimum = newton.minimise(problem, problem.linear((1.0, 2.0), (0.3, -0.2)))
+    assert minimum.finished
+    assert np.allclose(minimum.x, ipopt.minimise(problem, minimum.x).x, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("energy", ["wunderlich", "sadowsky", "kirchhoff", "finite"])
@@ -70,12 +70,12 @@ def test_newton_agrees_with_ipopt(energy, tip):
 def test_rulings_on_their_bound():
     """A wide Sadowsky strip whose rulings meet on the edge: the multipliers press, and Ipopt finds the same."""
     problem = chained("sadowsky", 40, (20.0, 5.0, -10.0), gamma=0.0, width=0.2, natural_curvature=(-6.0, 6.0))
-    found = newton.minimise(problem, problem.natural_state())
-    pressed = found.multipliers != 0.0
+    minimum = newton.minimise(problem, problem.natural_state())
+    pressed = minimum.multipliers != 0.0
     assert pressed.any()
-    assert kkt_residual(problem, found.x, found.multipliers) <= 1e-9
-    judge = ipopt.minimise(problem, found.x)
-    assert np.abs(problem.joints(found.x)[0] - problem.joints(judge.x)[0]).max() <= 1e-8
+    assert kkt_residual(problem, minimum.x, minimum.multipliers) <= 1e-9
+    judge = ipopt.minimise(problem, minimum.x)
+    assert np.abs(problem.joints(minimum.x)[0] - problem.joints(judge.x)[0]).max() <= 1e-8
 
 
 @pytest.mark.parametrize("gamma", [20.0, 300.0])
@@ -107,12 +107,12 @@ def test_stability_is_that_of_all_eigenvalues(segments, monkeypatch):
 def test_nested_start_is_the_same_state_and_says_what_is_missing():
     problem = chained(segments=320, gamma=100.0)
     at_once = newton.minimise(problem, problem.natural_state())
-    found = nested.minimum(problem, problem.natural_state())
-    assert np.abs(found.x - at_once.x).max() <= 1e-8 * np.abs(at_once.x).max()
+    minimum = nested.minimum(problem, problem.natural_state())
+    assert np.abs(minimum.x - at_once.x).max() <= 1e-8 * np.abs(at_once.x).max()
     finer = problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2))
     there = nested.minimum(finer, finer.natural_state())
-    missing = np.abs(problem.joints(found.x)[0] - finer.joints(there.x)[0][::2]).max()
-    assert missing <= found.moved <= 40.0 * missing
+    missing = np.abs(problem.joints(minimum.x)[0] - finer.joints(there.x)[0][::2]).max()
+    assert missing <= minimum.moved <= 40.0 * missing
 
 
 def test_many_segments_in_one_go():

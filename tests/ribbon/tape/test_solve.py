@@ -9,7 +9,7 @@ import pytest
 
 from ribbon.tape.held import Hold
 from ribbon.tape.law import greatest, plateau, uniform
-from ribbon.tape.path import Way, begun, standing
+from ribbon.tape.path import LoadPath, begun, standing
 from ribbon.tape.rod import Rod
 from ribbon.tape.section import Section
 from ribbon.tape.solve import Status, refined, solve
@@ -143,8 +143,8 @@ def test_warping_of_the_membrane_lets_the_clamps_reach_farther():
         ends = Hold((0.0, 0.0), None, 0.0), Hold((1.0, 0.12), 0.0)
         x = begun(Rod(shape, np.full(100, 0.01), ends[0], Hold((1.0, 0.0), 0.0)))
         rod = Rod(shape, np.full(100, 0.01), *ends)
-        way = Way(rod, standing(rod, x), rod.targets(*ends))
-        for point in way.walk(way.settled(x, 0.0)):
+        path = LoadPath(rod, standing(rod, x), rod.targets(*ends))
+        for point in path.walk(path.settled(x, 0.0)):
             if point.negative:
                 break
         born.append(float(rod.s[int(np.argmin(rod.nodes(point.x)[:, 4]))]))

@@ -113,13 +113,13 @@ def test_faces_are_half_a_thickness_before_the_midsurface(gap):
 def test_a_plate_on_a_spring_gives_way():
     """k q = F, and the force is that of a rigid plate at its place."""
     stiff = squeezed(0.26, stiffness=500.0)
-    upper, way = -stiff.walls[1]["force"][1], stiff.walls[1]["height"]
-    np.testing.assert_allclose(upper, -500.0 * way, rtol=1e-9)
+    upper, path = -stiff.walls[1]["force"][1], stiff.walls[1]["height"]
+    np.testing.assert_allclose(upper, -500.0 * path, rtol=1e-9)
     rigid = solve(
-        ring(0.26, walls=(plates(0.26)[0], dataclasses.replace(plates(0.26)[1], point=(0.0, 0.13 - way, 0.0))))
+        ring(0.26, walls=(plates(0.26)[0], dataclasses.replace(plates(0.26)[1], point=(0.0, 0.13 - path, 0.0))))
     )
     np.testing.assert_allclose(rigid.walls[1]["force"][1], -upper, rtol=1e-7)
-    np.testing.assert_allclose(stiff.energy["plates"], 0.5 * 500.0 * way**2, rtol=1e-12)
+    np.testing.assert_allclose(stiff.energy["plates"], 0.5 * 500.0 * path**2, rtol=1e-12)
 
 
 def test_a_wall_that_moves_away_lets_the_strip_go():

@@ -378,8 +378,8 @@ def test_bad_input_is_named(call, word):
 def test_imports_nothing_it_should_not():
     """Independence: neither dolfinx nor the two packages it is compared with."""
     unwanted = {"dolfinx", "ribbon", "compare"}
-    wing = ("solve", "branches", "buckling")
-    names = ", ".join([*(f"shellref.elastica.{name}" for name in wing), "tests.validation.elastica.elastica_daisy"])
+    sources = ("solve", "branches", "buckling")
+    names = ", ".join([*(f"shellref.elastica.{name}" for name in sources), "tests.validation.elastica.elastica_daisy"])
     code = f"import sys, {names}; print({{m.split('.')[0] for m in sys.modules}} & {unwanted})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

@@ -10,7 +10,7 @@ import scipy.integrate
 
 from shellref.elastica.arc import point_at, trace
 from shellref.elastica.buckling import ENDS, buckling_modes, exact_loads, strut
-from shellref.elastica.problem import Way
+from shellref.elastica.problem import LoadPath
 from shellref.elastica.system import System
 
 MESHES = {1: (10, 30, 100, 300, 1000), 2: (10, 20, 40, 80), 3: (6, 9, 12, 18), 4: (2, 3, 4, 6)}
@@ -61,8 +61,8 @@ def test_a_pinned_struts_mode_is_a_cosine_and_leaves_the_ends_on_the_axis():
 def test_the_path_bifurcates_at_the_linear_load(ends):
     """Two ways to one number on one mesh: an eigenvalue of the path's tangent, and the linear problem."""
     first = buckling_modes(12, 3, 1, ends).loads[0]
-    way = Way(strut(ends, 0.0), strut(ends, 1.2 * first))
-    system = System(np.linspace(0.0, 1.0, 13), 3, way)
+    path = LoadPath(strut(ends, 0.0), strut(ends, 1.2 * first))
+    system = System(np.linspace(0.0, 1.0, 13), 3, path)
     branch = trace(system, point_at(system, np.zeros(system.size), 0.0), 1.0, (0.0, 1.0))
     assert len(branch.bifurcations()) == 1
     assert 1.2 * first * branch.bifurcations()[0].point.t == pytest.approx(first, rel=1e-10)

@@ -16,8 +16,8 @@ from shellref.elastica import system as elastica_system
 from shellref.elastica.arc import Branch, point_at, trace
 from shellref.elastica.buckling import buckling_modes, strut
 from shellref.elastica.fem import ROUNDING, Discretisation
-from shellref.elastica.held import natural_state, suitable_bow, way_to
-from shellref.elastica.problem import Way
+from shellref.elastica.held import natural_state, path_to, suitable_bow
+from shellref.elastica.problem import LoadPath
 from shellref.elastica.solve import ElasticaOptions, ElasticaProblem, ElasticaResult, ElasticaStatus, solve
 from shellref.elastica.start import solve_along
 from shellref.elastica.system import System, dense_pairs, solve_sparse, sparse_pairs
@@ -180,7 +180,7 @@ def raised_end(gamma: float, height: float) -> tuple[System, Branch]:
     low = ElasticaProblem(gamma=gamma, end_angle=0.0, end=(0.7, 0.0))
     start = solve(low, np.linspace(0.0, 1.0, 25), 4, ElasticaOptions(bow=-2.0), estimate_error=False)
     assert start.middle[1] > 0.3
-    system = System(start.nodes, 4, Way(low, replace(low, end=(0.7, height))))
+    system = System(start.nodes, 4, LoadPath(low, replace(low, end=(0.7, height))))
     theta = system.discrete.projected(start.angle(system.discrete.s.ravel()).reshape(system.discrete.s.shape))
     first = point_at(system, np.concatenate([theta, start.forces.end]), 0.0)
     return system, trace(system, first, 1.0, (-1.0, 1.0))
@@ -255,7 +255,7 @@ def test_the_bound_of_rounding_holds_for_states_rounded_anew(nodes, degree, herm
     eps, rng = np.finfo(float).eps, np.random.default_rng(0)
     problem = ElasticaProblem(gamma=100.0, curvature=(3.0, 1.0), force=(1.0, -4.0), start_angle=0.5)
     joints = np.linspace(0.0, 1.0, nodes + 1)
-    system = System(joints, degree, Way(problem, problem), hermite)
+    system = System(joints, degree, LoadPath(problem, problem), hermite)
     z = solve(problem, joints, degree, estimate_error=False, hermite=hermite)._coefficients
     loads, bound = system.loads(z, 1.0), system.rounding(z, 1.0)
     free = system.discrete.free
@@ -333,7 +333,7 @@ def test_jacobian_and_rate_are_derivatives(problem, hermite):
     """Central differences of G with two steps: the difference falls by four with the step; G is affine in t."""
     if problem.end is None:
         return
-    system = System(np.linspace(0.0, 1.0, 7) ** 1.3, 3, way_to(problem), hermite)
+    system = System(np.linspace(0.0, 1.0, 7) ** 1.3, 3, path_to(problem), hermite)
     rng = np.random.default_rng(0)
     z = natural_state(system) + 0.3 * rng.normal(size=system.size)
     v = rng.normal(size=system.size)
@@ -350,7 +350,7 @@ def test_jacobian_and_rate_are_derivatives(problem, hermite):
 def test_dense_and_sparse_eigenvalues_agree():
     problem = HELD["clamped-clamped, weight, curvature"]
     for nodes, degree in ((np.linspace(0, 1, 61), 4), (np.linspace(0, 1, 81), 4)):
-        system = System(nodes, degree, Way(problem, problem))
+        system = System(nodes, degree, LoadPath(problem, problem))
         theta = system.discrete.projected(np.sin(2 * np.pi * system.discrete.s))
         z = np.concatenate([theta, [-40.0, 1.0]])
         values, modes = system.eigenpairs(z, 1.0)
@@ -391,9 +391,9 @@ def test_suitable_bow_turns_as_the_end_asks():
         (lambda: solve(ElasticaProblem(), 10, degree=2, hermite=True), "Hermite"),
         (lambda: ElasticaOptions(arc_length="sometimes"), "arc_length = 'sometimes'"),
         (lambda: ElasticaOptions(bow=0.0), "bow = 0.0"),
-        (lambda: Way(ElasticaProblem(), ElasticaProblem(end=(0.5, 0.0))), "end = None"),
+        (lambda: LoadPath(ElasticaProblem(), ElasticaProblem(end=(0.5, 0.0))), "end = None"),
         (
-            lambda: Way(
+            lambda: LoadPath(
                 ElasticaProblem(end=(0.5, 0.0), slide=(1.0, 0.0)), ElasticaProblem(end=(0.5, 0.0), slide=(0.0, 1.0))
             ),
             "slide",

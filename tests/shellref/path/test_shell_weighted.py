@@ -125,12 +125,12 @@ def test_of_a_linear_problem_the_change_is_exact(goal, axis):
     problem = replace(PULLED, tip=(1e-5, -2e-5, 0.0), thickness=0.02, elements=(4, 2))
     solver = solver_of(problem, options)
     result = solver.run()
-    found = weighted.Weighted(result, solver).direction(axis)
-    assert found.sharp
+    estimate = weighted.Weighted(result, solver).direction(axis)
+    assert estimate.sharp
     cut = solver_of(problem, options, solver.model.grid.refined(*((2, 1), (1, 2))[axis]))
     change = asked(cut.run(), goal) - asked(result, goal)
     assert np.linalg.norm(change) > 0
-    np.testing.assert_allclose(found.change, change, atol=1e-3 * np.linalg.norm(change))
+    np.testing.assert_allclose(estimate.change, change, atol=1e-3 * np.linalg.norm(change))
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_the_error_to_a_much_finer_mesh(problem, goal):
 def test_indicators_are_what_single_columns_change(curl):
     """Each column cut alone: the position of the end moves by the column's indicator, to a third of the largest."""
     result, solver = curl
-    found = weighted.Weighted(result, solver).direction(0)
+    estimate = weighted.Weighted(result, solver).direction(0)
     before = asked(result, "end")
     single = []
     for column in range(12):
@@ -171,18 +171,18 @@ def test_indicators_are_what_single_columns_change(curl):
             asked(solver_of(CURL, grid=solver.model.grid.refined(parts, 1)).run(result.surface), "end") - before
         )
     single = np.linalg.norm(single, axis=1)
-    assert np.abs(found.each - single).max() < 0.34 * single.max()
-    assert np.corrcoef(found.each, single)[0, 1] > 0.95
-    assert np.linalg.norm(found.indicators.sum(axis=0)) == pytest.approx(found.size, rel=1.0)
+    assert np.abs(estimate.each - single).max() < 0.34 * single.max()
+    assert np.corrcoef(estimate.each, single)[0, 1] > 0.95
+    assert np.linalg.norm(estimate.indicators.sum(axis=0)) == pytest.approx(estimate.size, rel=1.0)
 
 
 def test_a_mesh_too_coarse_to_be_judged_is_cut_everywhere(curl, monkeypatch):
     """The cut mesh's tangent has another inertia than the state: the indicators' sum stands for the change."""
     result, solver = curl
     other = replace(result, negative_eigenvalues=1)
-    found = weighted.Weighted(other, solver).direction(0)
-    assert not found.sharp
-    np.testing.assert_allclose(found.change, found.indicators.sum(axis=0))
+    estimate = weighted.Weighted(other, solver).direction(0)
+    assert not estimate.sharp
+    np.testing.assert_allclose(estimate.change, estimate.indicators.sum(axis=0))
     row, parts = judged(other, solver, 1e-9)
     assert row["sharp"] == [False, False]
     assert parts == [[2] * 12, [2] * 2]

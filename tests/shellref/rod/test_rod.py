@@ -101,7 +101,7 @@ def test_the_state_does_not_know_its_path():
         ([unloaded, CURL, pulled], (3, 7)),
         ([unloaded, only_force, pulled], (5, 2)),
     )
-    found = [solve(way, 10, 2, steps) for way, steps in ways]
+    found = [solve(path, 10, 2, steps) for path, steps in ways]
     assert all(one.stable for one in found)
     for other in found[1:]:
         np.testing.assert_allclose(other.state.r, found[0].state.r, atol=1e-9)

@@ -264,7 +264,7 @@ def ribbon_miss(gamma: float) -> float:
 
 
 #: A hundred times the ribbon's own tolerance; weights at which it is asked what stopping so early changes.
-EARLY, ASKED = 1e-6, (10.0, 100.0, 1000.0, 1e4, 1e5)
+EARLY, REQUESTED = 1e-6, (10.0, 100.0, 1000.0, 1e4, 1e5)
 
 
 def ribbon_left(gamma: float) -> float:
@@ -336,7 +336,7 @@ def run(out: Path) -> dict[str, Number]:
         "ratio_10": Number(elastica_ratio(10.0), abs(elastica_ratio(10.0) - exact(10.0)), shown=".10g"),
         "worst_elastica": rounding(worst, shown=".0e"),
         # what the elastica and the shooting leave together, and the ribbon's own tolerance
-        "worst_ribbon": Number(ribbon_worst, 2.0 * worst + max(map(ribbon_left, ASKED)), shown=".1e"),
+        "worst_ribbon": Number(ribbon_worst, 2.0 * worst + max(map(ribbon_left, REQUESTED)), shown=".1e"),
     }
     for gamma in (100.0, 1000.0):
         numbers[f"ribbon_{gamma:g}"] = Number(ribbon_miss(gamma), 2.0 * worst + ribbon_left(gamma), shown="+.0e")

@@ -71,10 +71,10 @@ def critical_table() -> tuple[str, float]:
     rows, worst = [], 0.0
     for kind, said in MOMENTS.items():
         found = critical_masses(lab_stem(0.0, kind))
-        worst = max(worst, *(abs(found[way] / found["euler"] - 1.0) for way in ("eigenvalue", "path")))
+        worst = max(worst, *(abs(found[path] / found["euler"] - 1.0) for path in ("eigenvalue", "path")))
         moment = lab_stem(0.0, kind).second_moment
         place = ", ".join(f"{1e3 * mass:g} g {'above' if mass > found['euler'] else 'below'}" for mass in MASSES)
-        rows.append([said, f"{moment:.6e}", *(f"{1e3 * found[way]:.8f}" for way in ("euler", "eigenvalue", "path")),
+        rows.append([said, f"{moment:.6e}", *(f"{1e3 * found[path]:.8f}" for path in ("euler", "eigenvalue", "path")),
                      place])  # fmt: skip
     heads = ["I", "I, m^4", "Euler, g", "eigenvalue, g", "path, g", "the sheet's masses"]
     return page.table(heads, rows), worst

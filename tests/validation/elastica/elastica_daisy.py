@@ -24,7 +24,7 @@ from shellref.elastica.arc import ArcOptions, Branch, Point, point_at, states_at
 from shellref.elastica.branches import diagram, equilibria
 from shellref.elastica.buckling import buckling_modes
 from shellref.elastica.fem import stability
-from shellref.elastica.problem import Array, Way
+from shellref.elastica.problem import Array, LoadPath
 from shellref.elastica.rod import Rod, circular, circular_polar
 from shellref.elastica.system import System
 
@@ -88,7 +88,7 @@ def stem_system(rod: Rod, mass: float, elements: int = 20, degree: int = 3) -> S
     """The stem along the way from no mass (t = 0) to this one (kg; t = 1)."""
     if not 0.0 < mass < math.inf:
         raise ValueError(f"mass = {mass}: must be greater than zero")
-    return System(np.linspace(0.0, 1.0, elements + 1), degree, Way(rod.problem(0.0), rod.problem(mass)))
+    return System(np.linspace(0.0, 1.0, elements + 1), degree, LoadPath(rod.problem(0.0), rod.problem(mass)))
 
 
 def from_rest(system: System) -> Array:

@@ -35,7 +35,7 @@ ALONE = False
 
 #: The ways round of the start clamp; the oblique seed of the probes, and its energy.
 TURNS = {"downwards first": [0.0, 1.0, 0.0], "upwards first": [0.0, -1.0, 0.0]}
-OBLIQUE, ASKED = 0.01, ("downwards first", "wunderlich")
+OBLIQUE, REQUESTED = 0.01, ("downwards first", "wunderlich")
 
 
 def flat(turn: str, energy: str, ruling: float, elements: int = 20) -> State:
@@ -201,8 +201,8 @@ def _kept() -> dict[str, Any]:
 #: The light cantilever whose share is computed again, on 60 x 4 and 90 x 6.
 LIGHT = (0.1, 1e-3, 0.0, 10.0)
 PROBES = {
-    "flat_iterations": lambda: flat(*ASKED, OBLIQUE).iterations,
-    "flat_energy": lambda: flat(*ASKED, OBLIQUE).energy.total,
+    "flat_iterations": lambda: flat(*REQUESTED, OBLIQUE).iterations,
+    "flat_energy": lambda: flat(*REQUESTED, OBLIQUE).energy.total,
     "edge_down": lambda: _tip(on_edge("straight", 0.4, 40))[2],
     "share_10": lambda: share(*LIGHT),
 }
@@ -211,7 +211,7 @@ _TIME = "processor times of one run"
 
 def _numbers(found: dict[str, Any]) -> dict[str, Number]:
     """What other pages quote, and the probes' numbers with their change on twice as many elements."""
-    state, finer = (flat(*ASKED, OBLIQUE, elements) for elements in (20, 40))
+    state, finer = (flat(*REQUESTED, OBLIQUE, elements) for elements in (20, 40))
     tips = [_tip(on_edge("straight", 0.4, elements))[2] for elements in (40, 80)]
     slower = [float(row[4]) for row in found["rows"] if row[1] == "(5.2)"]
     shares = {gamma: [share(*LIGHT[:3], gamma, mesh) for mesh in ((60, 4), (90, 6))] for gamma in (10.0, 100.0, 1000.0)}

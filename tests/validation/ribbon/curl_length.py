@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
-from compare.measure.settled import Settled, settled
+from compare.measure.mesh_limit import Settled, settled
 from ribbon import Clamp, Equilibrium, Gravity, Strip, solve
 from ribbon.find.continuation import StepRecord, follow
 from ribbon.find.solve import Problem, build, solve_from
@@ -82,11 +82,11 @@ class Curl:
         for k in range(1, count + 1):
             problem = self.problem(at + (length - at) * k / count)
             assert isinstance(problem, ChainedProblem)
-            found = solve_from(problem, polish(problem, x), near=True)
-            x = found.x
-        if excursion(found) > PLANAR or found.residual > 1e-8:
+            equilibrium = solve_from(problem, polish(problem, x), near=True)
+            x = equilibrium.x
+        if excursion(equilibrium) > PLANAR or equilibrium.residual > 1e-8:
             raise AssertionError(f"{self}, l = {length}: left the plane, or not stationary")
-        return found
+        return equilibrium
 
     def critical(self) -> tuple[float, Equilibrium]:
         """Length (m) at which the planar equilibrium loses stability, to 1e-6, and the last stable one."""
@@ -111,11 +111,11 @@ class Curl:
         """The stable state followed from one length to another, half a centimetre a step: (l, excursion), both in m."""
         seen: list[tuple[float, float]] = [(first, excursion(start) * first)]
 
-        def on_step(record: StepRecord, found: Equilibrium) -> None:
+        def on_step(record: StepRecord, equilibrium: Equilibrium) -> None:
             length = first + (last - first) * record.t
-            if not found.ok or record.jump:
-                raise AssertionError(f"{self}, l = {length}: {found.message}, jump: {record.jump}")
-            seen.append((length, excursion(found) * length))
+            if not equilibrium.ok or record.jump:
+                raise AssertionError(f"{self}, l = {length}: {equilibrium.message}, jump: {record.jump}")
+            seen.append((length, excursion(equilibrium) * length))
 
         end = follow(
             lambda t: self.problem(first + (last - first) * t), start, steps=round(abs(last - first) / STEP),
@@ -124,9 +124,9 @@ class Curl:
         return end, seen
 
 
-def excursion(found: Equilibrium) -> float:
+def excursion(equilibrium: Equilibrium) -> float:
     """Largest distance of the centreline from the plane of the clamp's t_y and t_z, in l."""
-    return float(np.abs(found.position(np.linspace(0.0, 1.0, 401))[:, 0]).max())
+    return float(np.abs(equilibrium.position(np.linspace(0.0, 1.0, 401))[:, 0]).max())
 
 
 def square_root(curl: Curl, critical: float) -> float:

@@ -97,8 +97,8 @@ class Timed:
 def _hanging(formulation: str, energy: str, p: int) -> tuple[int, float]:
     """Iterations of Ipopt on the hanging scene from the thesis's seed, and the energy that it reaches."""
     problem, x = _bare(_arguments(HANGING, energy=energy, formulation=formulation, elements=p))
-    found = ipopt.minimise(problem, x)
-    return found.iterations, problem.value(found.x)
+    minimum = ipopt.minimise(problem, x)
+    return minimum.iterations, problem.value(minimum.x)
 
 
 PROBES = {
@@ -244,16 +244,16 @@ def _chained_between_clamps(e: Equilibrium) -> tuple[np.ndarray, np.ndarray, flo
     x[0], x[1] = omega[0], eta[0]
     x[2::2], x[3::2] = np.diff(omega) / problem.lengths, np.diff(eta) / problem.lengths
     # from a point off the solution, so that it has to find it
-    found = ipopt.minimise(chained, x * 1.001, {"mu_init": 1e-6, "tol": 1e-11})
-    if found.residual > RESIDUAL_TOLERANCE or chained.flipped(found.x):
-        raise AssertionError(f"chained, p = {problem.lengths.size}: {found.message}")
-    points, frames = chained.joints(found.x)
-    q = chained.parameters(found.x)
+    minimum = ipopt.minimise(chained, x * 1.001, {"mu_init": 1e-6, "tol": 1e-11})
+    if minimum.residual > RESIDUAL_TOLERANCE or chained.flipped(minimum.x):
+        raise AssertionError(f"chained, p = {problem.lengths.size}: {minimum.message}")
+    points, frames = chained.joints(minimum.x)
+    q = chained.parameters(minimum.x)
     grid = surface(
         q, problem.lengths, points, frames, chained.exponent_limit, problem.strip.relative_width, 80, 4
     ).points  # fmt: skip
     middle = grid.reshape(81, 5, 3)[40, 2]
-    return grid, middle, chained.value(found.x), -found.rows[chained.block_slices()["end_position"]]
+    return grid, middle, chained.value(minimum.x), -minimum.rows[chained.block_slices()["end_position"]]
 
 
 @cache
@@ -349,12 +349,12 @@ def costs() -> dict[str, list[tuple[int, list[float]]]]:
         for p in counts:
             problem, x = _bare(_arguments(HANGING, formulation=formulation, elements=p))
             points = (x + 1e-3, x + 1.001e-3)
-            glued = problem.rows is not None
-            rows = np.full(problem.constraint_bounds()[0].size, 0.1) if glued else None
+            mixed = problem.rows is not None
+            rows = np.full(problem.constraint_bounds()[0].size, 0.1) if mixed else None
 
-            def value(k: int, problem=problem, points=points, glued=glued) -> None:
+            def value(k: int, problem=problem, points=points, mixed=mixed) -> None:
                 problem.value(points[k])
-                if glued:
+                if mixed:
                     problem.constraints(points[k])
 
             def gradient(k: int, problem=problem, points=points) -> None:
@@ -366,14 +366,14 @@ def costs() -> dict[str, list[tuple[int, list[float]]]]:
             def hessian(k: int, problem=problem, points=points, rows=rows) -> None:
                 problem.hessian(points[k], *(() if rows is None else (rows,)))
 
-            def everything(k: int, parts=(value, gradient, hessian), more=jacobian, glued=glued) -> None:
+            def everything(k: int, parts=(value, gradient, hessian), more=jacobian, mixed=mixed) -> None:
                 for part in parts:
                     part(k)
-                if glued:
+                if mixed:
                     more(k)
 
             seconds = [
-                _per_call(value), _per_call(gradient), _per_call(jacobian) if glued else 0.0, _per_call(hessian),
+                _per_call(value), _per_call(gradient), _per_call(jacobian) if mixed else 0.0, _per_call(hessian),
                 _per_call(everything),
             ]  # fmt: skip
             out[formulation].append((p, seconds))

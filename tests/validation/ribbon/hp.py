@@ -35,7 +35,7 @@ ERRORS = (1e-4, 1e-6, 1e-8)
 LADDER = tuple(round(5 * 2 ** (k / 2)) for k in range(11))
 FURTHER = tuple(round(5 * 2 ** (k / 2)) for k in range(11, 23))
 #: The coil on which the probes ask the prototype, degree and elements, and what solve_bvp leaves of its free end (l).
-LIGHTEST, ASKED, REFERENCE = "coil_10_100", ((1, 20), (2, 10), (4, 5)), 1e-9
+LIGHTEST, REQUESTED, REFERENCE = "coil_10_100", ((1, 20), (2, 10), (4, 5)), 1e-9
 #: Unknowns up to which the prototype is asked (its Jacobian is one of differences); segments it begins from.
 MOST, START = 700, 1280
 
@@ -188,7 +188,7 @@ def run(out: Path) -> dict[str, Number]:
     band, fits = _band()
     for word, these in fits.items():
         numbers |= _unknowns(f"band_{word.replace(' ', '_')}", these, TURNS)
-    for degree, segments in ASKED:
+    for degree, segments in REQUESTED:
         numbers[f"error_{degree}_{segments}"] = Number(_tip_error(degree, segments), REFERENCE, "l", ".1e")
     for segments in (20, 57):
         numbers[f"error_{segments}"] = Number(_ribbon_error(segments), REFERENCE, "l", ".1e")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from compare.models.ribbon.way import run_way
+from compare.models.ribbon.stages import run_way
 from compare.scene.scene import load
 from ribbon import Clamp, Closure, Equilibrium, Strip, solve
 from ribbon.find.adaptive import cut, indicators, refine_to_tolerance
@@ -64,16 +64,16 @@ class Measured:
     seconds: float
 
 
-def _measured(kind: str, found: Equilibrium, reference: Equilibrium, seconds: float) -> Measured:
-    grid = found.surface(400, 4).points - reference.surface(400, 4).points
-    support, other = found.end_support, reference.end_support
+def _measured(kind: str, equilibrium: Equilibrium, reference: Equilibrium, seconds: float) -> Measured:
+    grid = equilibrium.surface(400, 4).points - reference.surface(400, 4).points
+    support, other = equilibrium.end_support, reference.end_support
     assert support is not None
     assert other is not None
     force = np.linalg.norm(support.force - other.force) / np.linalg.norm(other.force)
     return Measured(
-        kind, found.problem.lengths.size, float(np.linalg.norm(grid, axis=1).max()),
-        found.energy.total / reference.energy.total - 1.0, float(force), found.max_abs_eta_prime_w_half,
-        float(found.problem.lengths.min()), seconds,
+        kind, equilibrium.problem.lengths.size, float(np.linalg.norm(grid, axis=1).max()),
+        equilibrium.energy.total / reference.energy.total - 1.0, float(force), equilibrium.max_abs_eta_prime_w_half,
+        float(equilibrium.problem.lengths.min()), seconds,
     )  # fmt: skip
 
 
@@ -165,9 +165,9 @@ def tolerated(width: float) -> list[Equilibrium]:
     return states
 
 
-def _scaled(found: Equilibrium) -> float:
+def _scaled(equilibrium: Equilibrium) -> float:
     """Energy over pi^2."""
-    return float(found.energy.total / np.pi**2)
+    return float(equilibrium.energy.total / np.pi**2)
 
 
 def _energies() -> tuple[list[list[str]], dict[float, Number]]:
@@ -194,16 +194,16 @@ PROBES = {
 }
 
 
-def differences(found: Equilibrium, h: float) -> tuple[FloatArray, FloatArray]:
+def differences(equilibrium: Equilibrium, h: float) -> tuple[FloatArray, FloatArray]:
     """dE/d(place of the end) (3,) and dE/d(its rotation about the axes) (3,) by central differences of step h."""
-    problem: Any = found.problem
+    problem: Any = equilibrium.problem
     frame = problem.end.frame
     place = np.asarray(problem.end.position)
 
     def energy(shift: FloatArray, turn: FloatArray) -> float:
         turned = Rotation.from_rotvec(turn).as_matrix() @ frame
         end = Clamp(tuple(place + shift), tuple(turned[:, 2]), tuple(turned[:, 1]), problem.end.ruling)
-        moved = switch(problem.with_changes(end=end), found, check=False)
+        moved = switch(problem.with_changes(end=end), equilibrium, check=False)
         if moved.residual > 1e-8:
             raise AssertionError(moved.message)
         return moved.energy.total
@@ -214,9 +214,9 @@ def differences(found: Equilibrium, h: float) -> tuple[FloatArray, FloatArray]:
     return np.array(force), np.array(moment)
 
 
-def extrapolated(found: Equilibrium, h: float = STEP) -> tuple[FloatArray, FloatArray]:
+def extrapolated(equilibrium: Equilibrium, h: float = STEP) -> tuple[FloatArray, FloatArray]:
     """`differences` with the error's terms of order h^2 and h^4 removed (Richardson)."""
-    levels = [differences(found, h / 2**k) for k in range(3)]
+    levels = [differences(equilibrium, h / 2**k) for k in range(3)]
     out = []
     for kind in (0, 1):
         a, b, c = (level[kind] for level in levels)
@@ -225,12 +225,12 @@ def extrapolated(found: Equilibrium, h: float = STEP) -> tuple[FloatArray, Float
     return out[0], out[1]
 
 
-def _multipliers(found: Equilibrium) -> tuple[str, float]:
-    support = found.end_support
+def _multipliers(equilibrium: Equilibrium) -> tuple[str, float]:
+    support = equilibrium.end_support
     assert support is not None
     rows, worst = [], 0.0
     for name, exact, measured in zip(
-        ("force", "moment"), (support.force, support.moment), extrapolated(found), strict=True
+        ("force", "moment"), (support.force, support.moment), extrapolated(equilibrium), strict=True
     ):
         error = float(np.abs(measured - exact).max() / np.linalg.norm(exact))
         worst = max(worst, error)
@@ -242,22 +242,22 @@ def _vector(value: FloatArray) -> str:
     return ", ".join(f"{v + 0.0:.7f}" for v in np.where(np.abs(value) < 5e-8, 0.0, value))
 
 
-def shifted(found: Equilibrium, at: float) -> Equilibrium:
+def shifted(equilibrium: Equilibrium, at: float) -> Equilibrium:
     """The same weightless band cut at `at`: omega and eta change sign beyond the old seam; solved again from there."""
-    problem: Any = found.problem
+    problem: Any = equilibrium.problem
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)]) + at
     sign = np.where(s > 1.0, -1.0, 1.0)
     s = np.clip(np.where(s > 1.0, s - 1.0, s), 0.0, 1.0)
     return solve(
         problem.strip, closure=Closure("moebius"), segments=problem.lengths,
-        seed_curvature=tuple(sign * found.omega(s)), seed_ruling=tuple(sign * found.eta(s)),
+        seed_curvature=tuple(sign * equilibrium.omega(s)), seed_ruling=tuple(sign * equilibrium.eta(s)),
     )  # fmt: skip
 
 
-def other_zero(found: Equilibrium) -> float:
+def other_zero(equilibrium: Equilibrium) -> float:
     """The first s > 0 with eta = 0 away from the seam."""
     s = np.linspace(0.05, 0.5, 20001)
-    eta = found.eta(s)
+    eta = equilibrium.eta(s)
     k = int(np.nonzero(eta[:-1] * eta[1:] < 0)[0][0])
     return float(s[k] - eta[k] * (s[k + 1] - s[k]) / (eta[k + 1] - eta[k]))
 
@@ -373,9 +373,9 @@ def run(out: Path) -> dict[str, Number]:
     }
 
 
-def _solved(found: Equilibrium) -> Number:
+def _solved(equilibrium: Equilibrium) -> Number:
     """Energy over pi^2 on these elements: good to what the minimiser leaves."""
-    return Number(_scaled(found), 1e-9 * _scaled(found), "pi^2 D w / l", ".7f")
+    return Number(_scaled(equilibrium), 1e-9 * _scaled(equilibrium), "pi^2 D w / l", ".7f")
 
 
 def _shapes(runs: dict[float, list[Measured]]) -> dict[str, Number]:

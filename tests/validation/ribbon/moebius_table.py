@@ -32,14 +32,14 @@ def placed(scene: Scene, segments: int) -> Equilibrium:
     return solve(**ribbon_arguments(scene.replace({"model.elements": segments})))
 
 
-def pushes(found: Equilibrium) -> tuple[FloatArray, FloatArray, FloatArray]:
+def pushes(equilibrium: Equilibrium) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Points (k, 3) of the edges that the table pushes, how hard (k,), and their abscissae (k,)."""
-    problem: Any = found.problem
-    push = -found.rows[problem.block_slices()["wall_0"]].reshape(-1, 2)
+    problem: Any = equilibrium.problem
+    push = -equilibrium.rows[problem.block_slices()["wall_0"]].reshape(-1, 2)
     joints = problem.blocks()["wall_0"].joints
-    points, frames = found.joints
+    points, frames = equilibrium.joints
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    eta = found.eta(s)
+    eta = equilibrium.eta(s)
     ruling = problem.half_width * (frames[:, :, 0] + eta[:, None] * frames[:, :, 2])
     edges = np.stack([points + ruling, points - ruling], axis=1)[joints]
     touching = push > 1e-6
@@ -47,44 +47,44 @@ def pushes(found: Equilibrium) -> tuple[FloatArray, FloatArray, FloatArray]:
     if problem.touching:  # between the joints
         at = np.array([touch.s for touch in problem.touching])
         side = problem.half_width * np.array([[touch.side] for touch in problem.touching])
-        frames = found.frame(at)
-        between = found.position(at) + side * (frames[:, :, 0] + found.eta(at)[:, None] * frames[:, :, 2])
-        force = -found.rows[problem.block_slices()["touch_0"]]
+        frames = equilibrium.frame(at)
+        between = equilibrium.position(at) + side * (frames[:, :, 0] + equilibrium.eta(at)[:, None] * frames[:, :, 2])
+        force = -equilibrium.rows[problem.block_slices()["touch_0"]]
         more = [part[force > 1e-6] for part in (between, force, at)]
         found_at = [np.concatenate(pair) for pair in zip(found_at, more, strict=True)]
     return found_at[0], found_at[1], found_at[2]
 
 
-def heights(found: Equilibrium) -> tuple[float, float]:
+def heights(equilibrium: Equilibrium) -> tuple[float, float]:
     """Height of the centre of the weight and of the highest point of the surface above the table."""
-    wall = found.problem.walls[0]  # type: ignore[attr-defined]
+    wall = equilibrium.problem.walls[0]  # type: ignore[attr-defined]
     normal = np.asarray(wall.normal)
     middles = (np.arange(4000) + 0.5) / 4000
-    centre = float(np.mean((found.position(middles) - np.asarray(wall.point)) @ normal))
-    return centre, float(((found.surface(400, 4).points - np.asarray(wall.point)) @ normal).max())
+    centre = float(np.mean((equilibrium.position(middles) - np.asarray(wall.point)) @ normal))
+    return centre, float(((equilibrium.surface(400, 4).points - np.asarray(wall.point)) @ normal).max())
 
 
-def unbalanced(found: Equilibrium) -> tuple[float, float]:
+def unbalanced(equilibrium: Equilibrium) -> tuple[float, float]:
     """Size of weight plus wall force, and of their moment about the centre of the weight, along the table."""
-    gravity = found.problem.gravity
+    gravity = equilibrium.problem.gravity
     assert gravity is not None
     up = np.asarray(gravity.up)
-    weight = -found.problem.strip.gamma * up
-    points, push, _ = pushes(found)
+    weight = -equilibrium.problem.strip.gamma * up
+    points, push, _ = pushes(equilibrium)
     middles = (np.arange(4000) + 0.5) / 4000
-    centre = found.position(middles).mean(axis=0)
+    centre = equilibrium.position(middles).mean(axis=0)
     moment = np.cross(points - centre, push[:, None] * up).sum(axis=0)
-    return float(np.linalg.norm(found.walls[0].force + weight)), float(np.linalg.norm(moment))
+    return float(np.linalg.norm(equilibrium.walls[0].force + weight)), float(np.linalg.norm(moment))
 
 
-def turned(found: Equilibrium, axis: FloatArray, angle: float) -> Equilibrium:
+def turned(equilibrium: Equilibrium, axis: FloatArray, angle: float) -> Equilibrium:
     """Where the band comes to rest that is lifted off the table, turned by `angle` about `axis`, and let go."""
-    problem: Any = found.problem
+    problem: Any = equilibrium.problem
     spin = quaternion.from_matrix(Rotation.from_rotvec(angle * axis).as_matrix())
-    start = quaternion.compose(spin, found.x[problem.layout.joint(0).quaternion])
+    start = quaternion.compose(spin, equilibrium.x[problem.layout.joint(0).quaternion])
     fresh = problem.with_changes(reference=tuple(start.tolist()))
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    x = relax.placed(fresh, found.omega(s), found.eta(s))
+    x = relax.placed(fresh, equilibrium.omega(s), equilibrium.eta(s))
     wall = problem.walls[0]
     normal, points = np.asarray(wall.normal), problem.layout.positions(x)
     drop = float(((points - np.asarray(wall.point)) @ normal).min()) - 1.2 * problem.half_width
@@ -92,30 +92,33 @@ def turned(found: Equilibrium, axis: FloatArray, angle: float) -> Equilibrium:
     return solve_from(fresh, x)
 
 
-def contact_line(found: Equilibrium) -> FloatArray:
+def contact_line(equilibrium: Equilibrium) -> FloatArray:
     """Unit vector along the ruling at s = l/2."""
-    middle = found.middle
-    line = middle.frame[:, 0] + found.eta([0.5])[0] * middle.frame[:, 2]
+    middle = equilibrium.middle
+    line = middle.frame[:, 0] + equilibrium.eta([0.5])[0] * middle.frame[:, 2]
     return np.asarray(line / np.linalg.norm(line))
 
 
-def _energy(found: Equilibrium) -> float:
+def _energy(equilibrium: Equilibrium) -> float:
     """Total energy with heights counted from the table."""
-    wall, gravity = found.problem.walls[0], found.problem.gravity  # type: ignore[attr-defined]
+    wall, gravity = equilibrium.problem.walls[0], equilibrium.problem.gravity  # type: ignore[attr-defined]
     assert gravity is not None
-    return found.energy.total - found.problem.strip.gamma * float(np.asarray(wall.point) @ np.asarray(gravity.up))
+    return equilibrium.energy.total - equilibrium.problem.strip.gamma * float(
+        np.asarray(wall.point) @ np.asarray(gravity.up)
+    )
 
 
-def _row(name: str, found: Equilibrium) -> list[str]:
-    centre, top = heights(found)
-    force, moment = unbalanced(found)
-    _, push, s = pushes(found)
-    weight = found.problem.strip.gamma
+def _row(name: str, equilibrium: Equilibrium) -> list[str]:
+    centre, top = heights(equilibrium)
+    force, moment = unbalanced(equilibrium)
+    _, push, s = pushes(equilibrium)
+    weight = equilibrium.problem.strip.gamma
     shares = ", ".join(f"{a:.4g} ({b / weight:.2f})" for a, b in zip(s, push, strict=True))
     return [
-        name, str(found.problem.lengths.size), found.status.code, f"{found.lowest_eigenvalue:.3f}",
-        f"{found.energy.elastic:.4f}", f"{_energy(found) - found.energy.elastic:.4f}", f"{_energy(found):.4f}",
-        f"{centre:.4f}", f"{top:.4f}", f"{_lift(found):.10f}", f"{force:.0e}", f"{moment:.0e}", shares,
+        name, str(equilibrium.problem.lengths.size), equilibrium.status.code, f"{equilibrium.lowest_eigenvalue:.3f}",
+        f"{equilibrium.energy.elastic:.4f}", f"{_energy(equilibrium) - equilibrium.energy.elastic:.4f}",
+        f"{_energy(equilibrium):.4f}",
+        f"{centre:.4f}", f"{top:.4f}", f"{_lift(equilibrium):.10f}", f"{force:.0e}", f"{moment:.0e}", shares,
     ]  # fmt: skip
 
 
@@ -149,11 +152,11 @@ def coarse(name: str) -> Equilibrium:
     return placed(load(SCENES[name]), SEGMENTS[0])
 
 
-def _lift(found: Equilibrium) -> float:
+def _lift(equilibrium: Equilibrium) -> float:
     """Force of the table against the weight."""
-    gravity = found.problem.gravity
+    gravity = equilibrium.problem.gravity
     assert gravity is not None
-    return float(found.walls[0].force @ np.asarray(gravity.up))
+    return float(equilibrium.walls[0].force @ np.asarray(gravity.up))
 
 
 PROBES = {

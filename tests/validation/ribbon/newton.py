@@ -33,7 +33,7 @@ CURLED = ("coil_40_1200", "coil_100_7500", "curl_4_3")
 BATCH, SEGMENTS, BESIDE = 10000, 40, 200
 REPEATS = 5
 #: Of the random ones, those that the probes try again; and the segments on which they ask for a stability.
-FEW, ASKED = 8, 320
+FEW, REQUESTED = 8, 320
 _TIME = "CPU time of one run"
 
 
@@ -145,8 +145,8 @@ def _curled(name: str, p: int) -> Any:
 
 
 def _eigenvalue(name: str) -> float:
-    """The lowest eigenvalue of its state on `ASKED` segments."""
-    problem = _curled(name, ASKED)
+    """The lowest eigenvalue of its state on `REQUESTED` segments."""
+    problem = _curled(name, REQUESTED)
     return stability.check(problem, nested.minimum(problem, problem.natural_state()).x).eigenvalue
 
 
@@ -218,7 +218,7 @@ def _sizes() -> tuple[list[list[str]], dict[str, Number]]:
                 ]
             )
             eigenvalues.append(check.eigenvalue)
-            if p == ASKED:  # with its change from a quarter as many
+            if p == REQUESTED:  # with its change from a quarter as many
                 error = abs(eigenvalues[-1] - eigenvalues[-2])
                 numbers[f"eigenvalue_{name}"] = Number(check.eigenvalue, error, "D w / l", ".6f")
         numbers[f"steps_{name}_{p}"] = Number(found.iterations, 0, shown="d")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from compare.models.ribbon.solving import solver
-from compare.models.ribbon.way import run_way
+from compare.models.ribbon.stages import run_way
 from compare.scene.scene import load
 from ribbon import Clamp, Closure, Equilibrium, Gravity, Strip, Wall, solve
 from ribbon.errors import RibbonInputError
@@ -96,13 +96,13 @@ def _both(run: Callable[[], Equilibrium]) -> Pair:
     )
 
 
-def _judged(found: Equilibrium) -> float:
+def _judged(equilibrium: Equilibrium) -> float:
     """How far Ipopt moves the joints (l) when it begins at the state with its multipliers."""
-    problem: Any = found.problem
+    problem: Any = equilibrium.problem
     if not problem.row_count:
         return 0.0
-    again = ipopt.minimise(problem, found.x, None, None, (found.rows, found.multipliers))
-    return float(np.abs(problem.joints(again.x)[0] - problem.joints(found.x)[0]).max())
+    again = ipopt.minimise(problem, equilibrium.x, None, None, (equilibrium.rows, equilibrium.multipliers))
+    return float(np.abs(problem.joints(again.x)[0] - problem.joints(equilibrium.x)[0]).max())
 
 
 def shipped(name: str) -> dict[str, Any]:
@@ -210,12 +210,12 @@ def sized(name: str, segments: int) -> dict[str, Any]:
     for _ in range(3):
         for key, minimise in (("newton", newton_rows.minimise), ("ipopt", ipopt.minimise)):
             clock = time.process_time()
-            found = minimise(many.with_changes(), start, {"mu_init": 1e-5})
+            minimum = minimise(many.with_changes(), start, {"mu_init": 1e-5})
             times[key].append(time.process_time() - clock)
             if key == "newton":
-                one = found
+                one = minimum
             else:
-                other = found
+                other = minimum
     apart = float(np.abs(many.joints(one.x)[0] - many.joints(other.x)[0]).max())
     seconds = {key: float(np.median(t)) for key, t in times.items()}
     return {
@@ -239,13 +239,13 @@ def alone() -> dict[str, Any]:
     """Newton and the stability check on `MANY` segments between two clamps: CPU s."""
     many, start = _from_few("two clamps", MANY)
     clock = time.process_time()
-    found = newton_rows.minimise(many, start, {"mu_init": 1e-5})
+    minimum = newton_rows.minimise(many, start, {"mu_init": 1e-5})
     seconds = time.process_time() - clock
-    held = reduction.tangent(many, found.x, found.multipliers, found.rows)
+    held = reduction.tangent(many, minimum.x, minimum.multipliers, minimum.rows)
     clock = time.process_time()
-    lowest, _ = SecondVariation(many, found.x, found.rows, held).lowest()
+    lowest, _ = SecondVariation(many, minimum.x, minimum.rows, held).lowest()
     return {
-        "iterations": found.iterations, "residual": found.residual, "seconds": seconds, "lowest": lowest,
+        "iterations": minimum.iterations, "residual": minimum.residual, "seconds": seconds, "lowest": lowest,
         "stability": time.process_time() - clock,
     }  # fmt: skip
 
@@ -269,11 +269,11 @@ def nested(name: str, segments: int) -> dict[str, Any]:
         "eigenvalue": found.lowest_eigenvalue, "stability": found.seconds["stability"],
     }  # fmt: skip
     if segments < MANY:
-        asked, doubling.is_possible = doubling.is_possible, lambda *_: False
+        requested, doubling.is_possible = doubling.is_possible, lambda *_: False
         try:
             other, out["long"] = run(segments)
         finally:
-            doubling.is_possible = asked
+            doubling.is_possible = requested
         out["apart"] = float(np.abs(found.problem.joints(found.x)[0] - other.problem.joints(other.x)[0]).max())
     return out
 

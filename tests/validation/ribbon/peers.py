@@ -13,7 +13,7 @@ from tests.validation import one_core
 from tests.validation.number import Number
 
 #: The case that the probes ask, K > 0, and segments on which they do; what the reference leaves of a free end (l).
-LIGHTEST, ASKED, REFERENCE = "coil_10_100", (28, 56), 1e-9
+LIGHTEST, REQUESTED, REFERENCE = "coil_10_100", (28, 56), 1e-9
 _TIME = "CPU times of one run"
 
 
@@ -44,7 +44,7 @@ def _numbers(measured: dict[str, dict[str, Run | str]], sizes: Grown) -> dict[st
             word = "".join(letter if letter.isalnum() else "_" for letter in who.lower())
             numbers[f"{word}_least"] = Number(min(ratios), None, shown=".2g", why=_TIME)
             numbers[f"{word}_most"] = Number(max(ratios), None, shown=".2g", why=_TIME)
-    for segments in ASKED:
+    for segments in REQUESTED:
         numbers[f"error_{segments}"] = Number(_error(segments), REFERENCE, "l", ".2e")
     most, seconds, _ = sizes[-1]
     worst = max(r.error for runs in done.values() for r in runs.values())

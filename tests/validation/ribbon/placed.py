@@ -34,8 +34,8 @@ def _placed(scene: Scene, energy: str, formulation: str, tolerance: float) -> tu
     arguments: dict[str, Any] = {**ribbon_arguments(scene), "energy": energy, "formulation": formulation}
     del arguments["segments"]
     begun = time.process_time()
-    found = solve_to_tolerance(tolerance=tolerance, budget=BUDGET, **arguments)
-    return found, time.process_time() - begun
+    equilibrium = solve_to_tolerance(tolerance=tolerance, budget=BUDGET, **arguments)
+    return equilibrium, time.process_time() - begun
 
 
 def _coarse(name: str, energy: str) -> Equilibrium:

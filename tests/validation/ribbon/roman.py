@@ -210,12 +210,12 @@ class Folds:
         return "plane" if any(b - a > longest for a, b in everything) else "line"  # type: ignore[misc]
 
 
-def folds(found: Equilibrium, height: float) -> Folds:
+def folds(equilibrium: Equilibrium, height: float) -> Folds:
     """The folds of an equilibrium with floor and roof."""
-    s = np.linspace(0.0, 1.0, 20 * found.problem.lengths.size + 1)
-    above = found.position(s)[:, 1] > 0.5 * height
+    s = np.linspace(0.0, 1.0, 20 * equilibrium.problem.lengths.size + 1)
+    above = equilibrium.position(s)[:, 1] > 0.5 * height
     crossings = s[1:][above[1:] != above[:-1]]
-    floor, roof = (wall.contacts for wall in found.walls)
+    floor, roof = (wall.contacts for wall in equilibrium.walls)
 
     def within(contacts: FloatArray, a: float, b: float) -> tuple[float, float] | None:
         inside = contacts[(contacts > a) & (contacts < b)]
@@ -228,9 +228,9 @@ def folds(found: Equilibrium, height: float) -> Folds:
     return Folds(tuple(within(roof, *top) for top in tops), tuple(within(floor, *low) for low in valleys))
 
 
-def press(found: Equilibrium) -> float:
+def press(equilibrium: Equilibrium) -> float:
     """F: of the ribbon on the roof, units of D w / l^2, the sum of the multipliers."""
-    return -float(found.walls[1].force[1])
+    return -float(equilibrium.walls[1].force[1])
 
 
 @dataclass
@@ -246,7 +246,7 @@ class Record:
 
 
 @dataclass
-class Way:
+class LoadPath:
     """Algorithm 3: height of the arch alone, the states, and the last equilibrium."""
 
     top: float
@@ -261,31 +261,31 @@ class _Walk:
         self.experiment, self.count = experiment, count
         self.records: list[Record] = []
 
-    def see(self, found: Equilibrium, height: float, jump: bool = False) -> None:
+    def see(self, equilibrium: Equilibrium, height: float, jump: bool = False) -> None:
         """Adds a state; it must be a stable equilibrium."""
-        if not found.ok:
-            raise AssertionError(f"{self.experiment}, H = {height:.4f}: {found.message}")
-        seen = folds(found, height)
-        kind = seen.kind(1.01 / found.problem.lengths.size)
+        if not equilibrium.ok:
+            raise AssertionError(f"{self.experiment}, H = {height:.4f}: {equilibrium.message}")
+        seen = folds(equilibrium, height)
+        kind = seen.kind(1.01 / equilibrium.problem.lengths.size)
         snapped = jump or seen.count != self.count
         self.count = seen.count
-        self.records.append(Record(height, seen.count, kind, press(found), found.energy.total, snapped))
+        self.records.append(Record(height, seen.count, kind, press(equilibrium), equilibrium.energy.total, snapped))
 
-    def go(self, found: Equilibrium, first: float, last: float, step: float) -> Equilibrium:
+    def go(self, equilibrium: Equilibrium, first: float, last: float, step: float) -> Equilibrium:
         """The roof goes from one height to another, each `step` (in the logarithm) a state."""
         steps = max(1, round(abs(math.log(last / first)) / step))
-        segments = found.problem.lengths.size
+        segments = equilibrium.problem.lengths.size
 
         def height(t: float) -> float:
             return first * (last / first) ** t
 
         return follow(
-            lambda t: self.experiment.problem(height(t), segments), found, steps=steps, smallest=0.2 / steps,
+            lambda t: self.experiment.problem(height(t), segments), equilibrium, steps=steps, smallest=0.2 / steps,
             on_step=lambda record, new: self.see(new, height(record.t), record.jump),
         )  # fmt: skip
 
 
-def lower(experiment: Experiment, step: float, last: float = LAST) -> Way:
+def lower(experiment: Experiment, step: float, last: float = LAST) -> LoadPath:
     """The roof sinks as exp(-i), i = step, 2 step ... `last`; the segments are doubled as H halves (algorithm 3)."""
     found = experiment.arch()
     top = float(found.middle.position[1])
@@ -300,58 +300,64 @@ def lower(experiment: Experiment, step: float, last: float = LAST) -> Way:
             found = switch(experiment.problem(at, segments), found)
         found = walk.go(found, at, stop, step)
         at, segments = stop, 2 * segments
-    return Way(top, walk.records, found)
+    return LoadPath(top, walk.records, found)
 
 
-def raise_again(experiment: Experiment, count: int, first: float, last: float, step: float, segments: int) -> Way:
+def raise_again(experiment: Experiment, count: int, first: float, last: float, step: float, segments: int) -> LoadPath:
     """From `count` folds under a roof at `first` the roof goes up to `last`."""
-    found = experiment.folded(count, first, segments)
+    equilibrium = experiment.folded(count, first, segments)
     walk = _Walk(experiment, count)
-    walk.see(found, first)
-    found = walk.go(found, first, last, step)
-    return Way(float("nan"), walk.records, found)
+    walk.see(equilibrium, first)
+    equilibrium = walk.go(equilibrium, first, last, step)
+    return LoadPath(float("nan"), walk.records, equilibrium)
 
 
 # -- the checks -------------------------------------------------------------------------------------------------------
 
 
-def virtual_work(experiment: Experiment, found: Equilibrium, height: float) -> float:
+def virtual_work(experiment: Experiment, equilibrium: Equilibrium, height: float) -> float:
     """Relative difference of the roof's force to -dE/dH, by central differences of fourth order.
 
-    The points that touch are those of `found`: under a plane contact another height chooses others between the joints,
-    and the energy jumps with them (4e-6 of it), which is no work.
+    The points that touch are those of `equilibrium`: under a plane contact another height chooses others between the
+    joints, and the energy jumps with them (4e-6 of it), which is no work.
     """
     h = 1e-5 * height
-    problem: Any = found.problem
+    problem: Any = equilibrium.problem
     floor, roof = problem.walls
 
     def energy(k: int) -> float:
         changed = problem.with_changes(walls=(floor, replace(roof, point=(0.0, height + k * h, 0.0))))
-        near = solve_from(changed, found.x, warm=(found.rows, found.multipliers), options={"tol": 1e-12}, check=False)
+        near = solve_from(
+            changed,
+            equilibrium.x,
+            warm=(equilibrium.rows, equilibrium.multipliers),
+            options={"tol": 1e-12},
+            check=False,
+        )
         if near.residual > 1e-8:
             raise AssertionError(f"{experiment}, H = {height + k * h}: {near.message}")
         return near.energy.total
 
     near = [energy(k) for k in (-2, -1, 1, 2)]
-    return -(near[0] - 8.0 * near[1] + 8.0 * near[2] - near[3]) / (12.0 * h) / press(found) - 1.0
+    return -(near[0] - 8.0 * near[1] + 8.0 * near[2] - near[3]) / (12.0 * h) / press(equilibrium) - 1.0
 
 
-def imbalance(experiment: Experiment, found: Equilibrium) -> float:
+def imbalance(experiment: Experiment, equilibrium: Equilibrium) -> float:
     """Largest component of the sum of clamps, floor, roof and weight, relative to the roof's force."""
-    assert found.end_support is not None
-    pushed = [wall.force for wall in found.walls] + [found.start.force, found.end_support.force]
-    return float(np.abs(np.sum(pushed, axis=0) - [0.0, experiment.gamma, 0.0]).max() / press(found))
+    assert equilibrium.end_support is not None
+    pushed = [wall.force for wall in equilibrium.walls] + [equilibrium.start.force, equilibrium.end_support.force]
+    return float(np.abs(np.sum(pushed, axis=0) - [0.0, experiment.gamma, 0.0]).max() / press(equilibrium))
 
 
-def plate(experiment: Experiment, found: Equilibrium, height: float) -> tuple[float, float]:
+def plate(experiment: Experiment, equilibrium: Equilibrium, height: float) -> tuple[float, float]:
     """A pressure plate on a spring in place of the roof: its height and its force, each over the roof's, - 1.
 
     The spring is at rest at H - F / k and gives way by F / k.
     """
-    force = press(found)
+    force = press(equilibrium)
     stiffness = 10.0 * force / height
-    segments = found.problem.lengths.size
-    sprung = switch(experiment.problem(height - force / stiffness, segments, stiffness), found)
+    segments = equilibrium.problem.lengths.size
+    sprung = switch(experiment.problem(height - force / stiffness, segments, stiffness), equilibrium)
     given = sprung.walls[1].height
     if not sprung.ok or given is None:
         raise AssertionError(f"pressure plate, H = {height:.4f}: {sprung.message}")
@@ -363,11 +369,11 @@ def plate(experiment: Experiment, found: Equilibrium, height: float) -> tuple[fl
 def _off(gamma: float, scaled: float, count: int, segments: int) -> float:
     """Force of the ribbon's line contacts over the elastica's, - 1."""
     exact = line_contact(scaled / count, DELTA, gamma, count)
-    found = Experiment(gamma=gamma).folded(count, scaled / count, segments)
-    seen = folds(found, scaled / count)
-    if not found.ok or (seen.count, seen.kind(1.01 / segments)) != (count, "line"):
-        raise AssertionError(f"{count} folds, NH = {scaled}, p = {segments}: {found.message}, {seen}")
-    return press(found) / (exact.force * count) - 1.0
+    equilibrium = Experiment(gamma=gamma).folded(count, scaled / count, segments)
+    seen = folds(equilibrium, scaled / count)
+    if not equilibrium.ok or (seen.count, seen.kind(1.01 / segments)) != (count, "line"):
+        raise AssertionError(f"{count} folds, NH = {scaled}, p = {segments}: {equilibrium.message}, {seen}")
+    return press(equilibrium) / (exact.force * count) - 1.0
 
 
 def _broken(scaled: float, count: int) -> float:
@@ -437,10 +443,10 @@ def _plane_part() -> str:
         force = exact.force * count
         errors = []
         for segments in (60, 120, 240):
-            found = Experiment(gamma=0.0).folded(count, scaled / count, segments)
-            errors.append(f"{press(found) / force - 1.0:+.1e}" if found.ok else found.status.code)
+            equilibrium = Experiment(gamma=0.0).folded(count, scaled / count, segments)
+            errors.append(f"{press(equilibrium) / force - 1.0:+.1e}" if equilibrium.ok else equilibrium.status.code)
         flat = 1.0 - 2.0 * count * exact.length
-        if not abs(press(found) / force - 1.0) < 3e-3:
+        if not abs(press(equilibrium) / force - 1.0) < 3e-3:
             raise AssertionError(f"plane contact, N = {count}, N H = {scaled}: off the elastica")
         rows.append([f"{scaled:g}", str(count), f"{flat:.4f}", f"{force:.4f}", f"{force / count**3:.4f}", *errors])
     heads = ["N H", "N", "flat length / l", "F, elastica", "F / N^3", "ribbon, p = 60", "p = 120", "p = 240"]
@@ -452,16 +458,16 @@ def _checks_part() -> tuple[str, float]:
     rows, worst = [], 0.0
     for count, height in ((1, 0.185), (1, 0.16), (2, 0.0925), (3, 0.0617)):
         experiment = Experiment()
-        found = experiment.folded(count, height, 120)
-        work, balance = virtual_work(experiment, found, height), imbalance(experiment, found)
-        where, force = plate(experiment, found, height)
-        if not found.ok or abs(work) > 1e-6 or max(balance, abs(where), abs(force)) > 1e-8:
+        equilibrium = experiment.folded(count, height, 120)
+        work, balance = virtual_work(experiment, equilibrium, height), imbalance(experiment, equilibrium)
+        where, force = plate(experiment, equilibrium, height)
+        if not equilibrium.ok or abs(work) > 1e-6 or max(balance, abs(where), abs(force)) > 1e-8:
             raise AssertionError(f"H = {height}: work {work}, balance {balance}, plate {where}, {force}")
         worst = max(worst, abs(work))
-        kind = folds(found, height).kind(1.01 / 120)
+        kind = folds(equilibrium, height).kind(1.01 / 120)
         rows.append([
-            f"{height:g}", str(count), kind, f"{press(found):.4f}", f"{work:.0e}", f"{balance:.0e}", f"{where:.0e}",
-            f"{force:.0e}",
+            f"{height:g}", str(count), kind, f"{press(equilibrium):.4f}", f"{work:.0e}", f"{balance:.0e}",
+            f"{where:.0e}", f"{force:.0e}",
         ])  # fmt: skip
     heads = ["H", "N", "contact", "F", "-dE/dH / F - 1", "imbalance / F", "plate: H", "plate: F"]
     return page.table(heads, rows), worst
@@ -528,7 +534,9 @@ def _height_part() -> str:
 KINDS = {"line": "o", "plane": "s", "hanging": "x"}
 
 
-def _draw(path: Path, way: Way, back: Way, points: list[Point], shapes: list[tuple[float, Equilibrium]]) -> None:
+def _draw(
+    path: Path, way: LoadPath, back: LoadPath, points: list[Point], shapes: list[tuple[float, Equilibrium]]
+) -> None:
     figure, axes = plt.subplots(2, 2, figsize=(13, 9.5))
     colours = {n: f"C{n - 1}" for n in range(1, 9)}
     first, second, third, fourth = axes.ravel()
@@ -587,7 +595,7 @@ def flat_from(delta: float) -> float:
     return float(scipy.optimize.brentq(lambda h: line_contact(h, delta).low, 0.88 * high, 0.98 * high, xtol=1e-7))
 
 
-def _way_part(way: Way, back: Way) -> str:
+def _path_part(way: LoadPath, back: LoadPath) -> str:
     parts = []
     for count, group in itertools.groupby(way.records, key=lambda r: r.count):
         states = list(group)
@@ -633,15 +641,15 @@ def run(out: Path) -> dict[str, Number]:
     forces, law, numbers = _elastica_part()
     checks, work = _checks_part()
     points = _collapse()
-    way = lower(experiment, STEP, LOWEST)
-    counts = [record.count for record in way.records]
+    path = lower(experiment, STEP, LOWEST)
+    counts = [record.count for record in path.records]
     if counts != sorted(counts) or max(counts) < 4:
         raise AssertionError(f"folds on the way down: {counts}")
-    back = raise_again(experiment, 2, 0.0925, 0.999 * way.top, STEP, SEGMENTS)
+    back = raise_again(experiment, 2, 0.0925, 0.999 * path.top, STEP, SEGMENTS)
     shapes = []
     for count, height in ((1, 0.185), (1, 0.15), (2, 0.105), (2, 0.0925), (3, 0.0617), (4, 0.0462)):
         shapes.append((height, experiment.folded(count, height, 120)))
-    _draw(out / "roman.png", way, back, points, shapes)
+    _draw(out / "roman.png", path, back, points, shapes)
     page.write(
         out / "roman.md", "Roman's confined strip (6.2.2)", "python -m tests.validation roman",
         "The heights at which the strip snaps do not settle here: they are of one mesh and of one way down, in steps "
@@ -672,7 +680,7 @@ def run(out: Path) -> dict[str, Number]:
         "on a spring of stiffness 10 F / H at rest at H - F / stiffness: its height and force over the roof's, - "
         "1.",
         checks,
-        f"## Lowering the roof, Delta = {DELTA}", _way_part(way, back),
+        f"## Lowering the roof, Delta = {DELTA}", _path_part(path, back),
         "## Height without force, and k",
         "k N H = 1 where F = 0, so that k = 1 / H_0(Delta). Eq. 6.5 as printed has the same Delta above and "
         "below, so that it does not depend on it; with 0.1 above it reads k(Delta) = H_0(0.1) / (H_0 H_0(Delta)), "
@@ -691,5 +699,5 @@ def run(out: Path) -> dict[str, Number]:
     return numbers | {
         "work": rounding(work),
         "height": Number(free_height(DELTA), 1e-12, "l", ".6f"),
-        "snaps": Number(len({record.count for record in way.records}) - 1, 0, shown="d"),
+        "snaps": Number(len({record.count for record in path.records}) - 1, 0, shown="d"),
     }

@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
-from compare.measure.settled import Settled, settled
+from compare.measure.mesh_limit import Settled, settled
 from ribbon import Clamp, Equilibrium, Gravity, Strip, Wall, solve
 from ribbon.find.branch.passages import Grading
 from ribbon.find.branch.passages import settled as on_passages
@@ -68,16 +68,22 @@ def found_on(segments: int, seed: tuple[float, ...] = SEED, ruling: float = RULI
     return solve(**arguments(segments), seed_curvature=seed, seed_ruling=ruling, leave_saddle=True, budget=300.0)
 
 
-def halved(found: Equilibrium) -> Equilibrium:
+def halved(equilibrium: Equilibrium) -> Equilibrium:
     """The same state on segments cut in two."""
-    problem: Problem = build(**arguments(2 * found.problem.lengths.size))
-    return switch(problem, found, leave_saddle=True)
+    problem: Problem = build(**arguments(2 * equilibrium.problem.lengths.size))
+    return switch(problem, equilibrium, leave_saddle=True)
 
 
-def seen(found: Equilibrium) -> list[Any]:
+def seen(equilibrium: Equilibrium) -> list[Any]:
     """p, energy, largest distance from the plane, lowest eigenvalue, stable."""
-    aside = float(np.abs(found.position(np.linspace(0.0, 1.0, 401))[:, 0]).max())
-    return [int(found.problem.lengths.size), found.energy.total, aside, float(found.lowest_eigenvalue), bool(found.ok)]
+    aside = float(np.abs(equilibrium.position(np.linspace(0.0, 1.0, 401))[:, 0]).max())
+    return [
+        int(equilibrium.problem.lengths.size),
+        equilibrium.energy.total,
+        aside,
+        float(equilibrium.lowest_eigenvalue),
+        bool(equilibrium.ok),
+    ]
 
 
 def _state(first: int, seed: tuple[float, ...], ruling: float) -> dict[str, Any]:
@@ -91,10 +97,10 @@ def _state(first: int, seed: tuple[float, ...], ruling: float) -> dict[str, Any]
     return {"rows": rows, "line": line, "nearest": nearest(found)}
 
 
-def nearest(found: Equilibrium) -> float:
+def nearest(equilibrium: Equilibrium) -> float:
     """Least distance (l) between parts of the surface whose rulings are more than three widths apart along the strip:
     a strip that touches itself has none."""
-    surface = found.surface(400, 8).grid
+    surface = equilibrium.surface(400, 8).grid
     grid, s = surface.reshape(-1, 3), np.repeat(np.linspace(0.0, 1.0, surface.shape[0]), surface.shape[1])
     tree, least = KDTree(grid), math.inf
     for place, at in zip(grid, s, strict=True):
@@ -137,10 +143,10 @@ def counted(ends: list[list[Any]], states: dict[str, dict[str, Any]], segments: 
 
 def _lowered() -> list[list[Any]]:
     """Algorithm 3: (i, H, N, contact, F, segments, snapped) of every state."""
-    way = roman.lower(roman.Experiment(segments=SEGMENTS), STEP, LAST)
+    path = roman.lower(roman.Experiment(segments=SEGMENTS), STEP, LAST)
     out = []
-    for r in way.records:
-        out.append([-math.log(r.height / way.top), r.height, r.count, r.kind, r.force, r.snapped])
+    for r in path.records:
+        out.append([-math.log(r.height / path.top), r.height, r.count, r.kind, r.force, r.snapped])
     return out
 
 
@@ -149,9 +155,9 @@ def _last_stretch(top: float) -> list[list[Any]]:
     experiment, out = roman.Experiment(segments=SEGMENTS), []
     for i in np.linspace(FROM, TO, round((TO - FROM) / (0.5 * STEP)) + 1):
         height = top * math.exp(-i)
-        found = experiment.folded(FOLDS, height, FINE)
-        own = roman.folds(found, height)
-        out.append([float(i), height, own.count, own.kind(1.01 / FINE), roman.press(found), bool(found.ok)])
+        equilibrium = experiment.folded(FOLDS, height, FINE)
+        own = roman.folds(equilibrium, height)
+        out.append([float(i), height, own.count, own.kind(1.01 / FINE), roman.press(equilibrium), bool(equilibrium.ok)])
         print("  6.14:", out[-1], flush=True)
     return out
 
@@ -197,8 +203,8 @@ def _numbers(
     """Energies with their errors, the lowest on placed elements too; energy and height of the state on `FEW` segments,
     with the change on twice as many;
     plane contacts."""
-    way, last = ways
-    many = [r for r in way if r[2] > 1]
+    path, last = ways
+    many = [r for r in path if r[2] > 1]
     found = {
         f"energy_{name.replace(' ', '_').replace(',', '')}": of_settled(v.record("D w / l"))
         for name, v in limits.items()
@@ -228,8 +234,8 @@ def run(out: Path) -> dict[str, Number]:
     }
     placed = kept.get("placed", lambda: _placed(*STATES["aside, symmetrical"]))
     ends = {p: kept.get(f"ends_{p}", lambda p=p: _ends(p)) for p in ON}
-    way = kept.get("lowered", _lowered)
-    last = kept.get("last", lambda: _last_stretch(way[0][1] * math.exp(way[0][0])))
+    path = kept.get("lowered", _lowered)
+    last = kept.get("last", lambda: _last_stretch(path[0][1] * math.exp(path[0][0])))
     if not all(row[5] and row[2] == FOLDS and row[3] == "plane" for row in last):
         raise AssertionError(f"the last stretch of figure 6.14: {last}")
     limits = _limits(states)
@@ -242,8 +248,8 @@ def run(out: Path) -> dict[str, Number]:
     folder = out / "roman_states"
     folder.mkdir(parents=True, exist_ok=True)
     figure(folder / "states.png", states)
-    write(folder / "README.md", states, (limits, on_placed), placed, ends, (way, last))
-    return _numbers(states, limits, on_placed, (way, last))
+    write(folder / "README.md", states, (limits, on_placed), placed, ends, (path, last))
+    return _numbers(states, limits, on_placed, (path, last))
 
 
 def figure(path: Path, states: dict[str, dict[str, Any]]) -> None:

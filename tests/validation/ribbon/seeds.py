@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from compare.models.ribbon.build import build_arguments, ribbon_arguments
-from compare.models.ribbon.way import run_way
+from compare.models.ribbon.stages import run_way
 from compare.models.scope import beyond_the_ribbon
 from compare.scene.scene import Scene, load, shipped
 from ribbon import Equilibrium, Status, solve

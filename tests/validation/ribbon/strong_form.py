@@ -154,8 +154,8 @@ def _search(case: Case, tip: np.ndarray) -> tuple[float, float, tuple[float, flo
 def _coarsest(case: Case, tip: np.ndarray, levels: list[int], nodes: int) -> tuple[int, int]:
     """Segments of the coarsest ribbon, and nodes, from which solve_bvp converges to the reference's branch."""
     for level, more in itertools.product(levels, (1, 2, 4)):
-        found = collocate(case.strong, *case.from_ribbon(case.refined(level), more * nodes), 1e-3, 20 * more * nodes)
-        if found.converged and np.linalg.norm(found.tip() - tip) < JUMP:
+        solution = collocate(case.strong, *case.from_ribbon(case.refined(level), more * nodes), 1e-3, 20 * more * nodes)
+        if solution.converged and np.linalg.norm(solution.tip() - tip) < JUMP:
             return level, more * nodes
     raise AssertionError(f"{case.scene.name}: solve_bvp converges from no ribbon")
 
@@ -227,8 +227,8 @@ def _measure(name: str, sign: int, segments: int) -> Measured:
             end, seconds = one_core.timed(lambda at=resolution: once(at), budget=1.0)
             out.runs[method].append(Run(resolution, float(np.linalg.norm(end - start - tip)), seconds))
 
-    def checked(found: Solution) -> np.ndarray:
-        return found.tip() if found.converged else np.full(3, np.nan)
+    def checked(solution: Solution) -> np.ndarray:
+        return solution.tip() if solution.converged else np.full(3, np.nan)
 
     levels = [segments * 2**k for k in range(10) if segments * 2**k <= FINEST]
     runs(BVP, list(TOLERANCES), lambda at: checked(case.continued(out.settings, at)))

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.measure.settled import Settled, settled
+from compare.measure.mesh_limit import Settled, settled
 from compare.page.drawing import save
 from compare.store.store import atomic_write_text
 from ribbon.tape.held import Hold
 from ribbon.tape.law import exact, greatest, plateau, uniform
-from ribbon.tape.path import Steps, Way, begun, standing
+from ribbon.tape.path import LoadPath, Steps, begun, standing
 from ribbon.tape.rod import Rod
 from ribbon.tape.section import Section
 from ribbon.tape.solve import Tape, marked, solve
@@ -226,11 +226,11 @@ def upward(test: str, terms: int, warped: bool, n: int = 200) -> list[float]:
     shape = Section(0.06, 1.5e-4, 0.3, 20.0, terms, warped)
     x = begun(Rod(shape, np.full(n, 1.0 / n), *at_rest))
     rod = Rod(shape, np.full(n, 1.0 / n), *moved)
-    way = Way(rod, standing(rod, x), rod.targets(*moved))
-    point = way.settled(x, 0.0)
+    path = LoadPath(rod, standing(rod, x), rod.targets(*moved))
+    point = path.settled(x, 0.0)
     assert point is not None
     rows = []
-    for at in way.walk(point, Steps(first=0.02, most=0.02)):
+    for at in path.walk(point, Steps(first=0.02, most=0.02)):
         mark = marked(rod, 0, at)
         load = mark.moments[1] * MOMENT if turns else mark.force[1] * FORCE
         rows.append([at.load * far * (1.0 if turns else 1000.0), load, mark.fold * 1000.0])
@@ -248,8 +248,8 @@ def warp_table(pieces: Pieces) -> str:
             for warped in (False, True):
                 key = f"{test}_{name}_{'warped' if warped else 'unwarped'}"
                 load, at, snap, fold = pieces.get(key, partial(upward, test, terms, warped))
-                said = "warped" if warped else "not"
-                rows.append([test, name, said, f"{load:{form}} {unit}", f"{at:.4g}", f"{snap:.4g}", f"{fold:.0f}"])
+                text = "warped" if warped else "not"
+                rows.append([test, name, text, f"{load:{form}} {unit}", f"{at:.4g}", f"{snap:.4g}", f"{fold:.0f}"])
         shell = [row for row in shell_rows(test) if np.isfinite(row[0])]
         if shell:
             at, load = top_of(shell)

@@ -39,26 +39,26 @@ DEFINITIONS = {
 def band(width: float) -> Equilibrium:
     """The weightless Moebius band with its event at s = 0: elements by tolerance, then finer around the event."""
     first = solve(Strip(1, width, 0.5), closure=Closure("moebius", "straight"), segments=FIRST_SEGMENTS)
-    found = refine_to_tolerance(first, TOLERANCE)
-    problem: Any = found.problem
+    equilibrium = refine_to_tolerance(first, TOLERANCE)
+    problem: Any = equilibrium.problem
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     near = np.minimum(starts[:-1], 1.0 - starts[1:]) < SPAN * width
     parts = np.where(near, np.ceil(problem.lengths / width * PER_WIDTH - 1e-9), 1).astype(int)
-    return switch(problem.with_changes(lengths=np.repeat(problem.lengths / parts, parts)), found, check=False)
+    return switch(problem.with_changes(lengths=np.repeat(problem.lengths / parts, parts)), equilibrium, check=False)
 
 
-def halved(found: Equilibrium) -> Equilibrium:
+def halved(equilibrium: Equilibrium) -> Equilibrium:
     """The same band on elements cut in two."""
-    problem: Any = found.problem
-    return switch(problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2)), found, check=False)
+    problem: Any = equilibrium.problem
+    return switch(problem.with_changes(lengths=np.repeat(problem.lengths / 2.0, 2)), equilibrium, check=False)
 
 
-def edges(found: Equilibrium) -> dict[str, float]:
+def edges(equilibrium: Equilibrium) -> dict[str, float]:
     """Half the size of the event, s_w / l, by every definition; nan where there is no such point."""
-    width = found.problem.strip.relative_width
-    joints = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
+    width = equilibrium.problem.strip.relative_width
+    joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
     inside = joints < 0.35
-    omega, eta = np.abs(found.omega(joints[inside])), np.abs(found.eta(joints[inside]))
+    omega, eta = np.abs(equilibrium.omega(joints[inside])), np.abs(equilibrium.eta(joints[inside]))
     bend, ruling = CubicSpline(joints[inside], omega), CubicSpline(joints[inside], eta)
     s = np.linspace(0.0, min(0.12, 8.0 * width), 8001)[1:]
     twist = bend(s) * ruling(s)
@@ -71,7 +71,7 @@ def edges(found: Equilibrium) -> dict[str, float]:
         "slowest": float(s[dips[0] + 1]) if dips.size else np.nan,
         "ruling": _first(ruling, s, maximum=True),
     }
-    slope = np.abs(found.parameters[:, 2])[inside[1:]] * width / 2.0
+    slope = np.abs(equilibrium.parameters[:, 2])[inside[1:]] * width / 2.0
     middles = 0.5 * (joints[1:] + joints[:-1])[inside[1:]]
     for level in (0.9, 0.5, 0.1):
         k = int(np.argmax(slope < level))

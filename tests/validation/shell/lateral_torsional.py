@@ -51,7 +51,7 @@ CURVES = {"extensible_1d_a5.10": "extensible", "sadowsky_1d": "Sadowsky", "linea
 AGREE = 2e-3
 
 
-class Kept:
+class CachedRun:
     """Numbers by a key, kept in a JSON file as soon as they are known: an interrupted run goes on."""
 
     def __init__(self, path: Path) -> None:
@@ -85,7 +85,7 @@ def solid(length: float, folder: Path) -> float:
     return length * abs(float(calculix.deflection(strip, gamma, folder, PUSH * width / l)[1]))
 
 
-def critical_loads(kept: Kept, work: Path) -> list[list[str]]:
+def critical_loads(kept: CachedRun, work: Path) -> list[list[str]]:
     """Rows of Gamma_c at nu = 0.35, h / l = 1e-3 by our shell, by CalculiX and by the thesis's law."""
     rows = []
     for width in shell_lateral.WIDTHS:
@@ -219,7 +219,7 @@ PROBES = {
 def run(out: Path) -> dict[str, Number]:
     folder, work = out / "lateral_torsional", out.parent / "out" / "validate" / "lateral_torsional"
     work = work / key("lateral_torsional")
-    store, kept = CaseStore(work / "cases"), Kept(work / "kept.json")
+    store, kept = CaseStore(work / "cases"), CachedRun(work / "kept.json")
     shells = {length: kept.get(f"shell, {length}", lambda x=length: shell(x, store)) for length in LENGTHS}
     fine = {x: kept.get(f"fine shell, {x}", lambda x=x: shell(x, store, mesh=FINE)) for x in ERROR_AT}
     narrow, paper_narrow = published.NARROW_SHELL

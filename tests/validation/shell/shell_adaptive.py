@@ -59,7 +59,7 @@ LEAST, MOST, SCENES = 0.5, 2.0, 5
 
 
 @dataclass(frozen=True)
-class Asked:
+class Requested:
     """Scene, w/h and goal: its problem, the value on the reference mesh."""
 
     name: str
@@ -86,7 +86,7 @@ def value(result: ShellResult, goal: str) -> np.ndarray:
     return result.surface.centreline(np.array(PLACES[goal]))
 
 
-def asked(name: str, ratio: float, goal: str) -> tuple[Asked, ShellResult]:
+def asked(name: str, ratio: float, goal: str) -> tuple[Requested, ShellResult]:
     """With the reference's state."""
     problem = shell_problem(load(name), ratio)
     coarse = solve(dataclasses.replace(problem, elements=(50, 4)))
@@ -94,7 +94,7 @@ def asked(name: str, ratio: float, goal: str) -> tuple[Asked, ShellResult]:
     if fine.status is not ShellStatus.CONVERGED or fine.stable is not True:
         raise AssertionError(f"{name}: the reference is {fine.status.value}: {fine.message}")
     check = solve(dataclasses.replace(problem, elements=CHECK, degree=DEGREE), start=fine.surface)
-    case = Asked(name, ratio, goal, problem, value(fine, goal), 0.0)
+    case = Requested(name, ratio, goal, problem, value(fine, goal), 0.0)
     return dataclasses.replace(case, own=case.error(check)), fine
 
 
@@ -213,12 +213,12 @@ def numbers(judged_rows: list[list[str]], rows: list[list[str]], sharp: list[flo
             at = f"{name}_{ratio}_{goal}_{mesh.replace(' ', '')}"
             found[f"error_{at}"] = Number(float(error), float(error) / FINER, "l", ".1e")
     for k, row in enumerate(rows):
-        name, ratio, goal, _, way, _, _, cells, *_ = row
-        at = f"{name}_{ratio}_{goal}_{way.replace(' ', '_')}_{k}"
+        name, ratio, goal, _, path, _, _, cells, *_ = row
+        at = f"{name}_{ratio}_{goal}_{path.replace(' ', '_')}_{k}"
         found[f"race_{at}"] = Number(float(row[11]), None, "l", ".1e", "one race; the page has the reference's error")
         found[f"cells_{at}"] = Number(int(cells), 0, shown="d")
-    for word, way in (("graded", "graded"), ("cut", "all cut")):  # the finest of each between two clamps
-        row = max((row for row in rows if row[0] == QUOTED and row[4] == way), key=lambda row: int(row[7]))
+    for word, path in (("graded", "graded"), ("cut", "all cut")):  # the finest of each between two clamps
+        row = max((row for row in rows if row[0] == QUOTED and row[4] == path), key=lambda row: int(row[7]))
         found[f"{word}_cells"] = Number(int(row[7]), 0, shown="d")
         found[f"{word}_error"] = Number(float(row[11]), None, "l", ".1e", "the page has the reference's error")
     for word, number in (("least", min(sharp)), ("most", max(sharp)), ("middle", float(np.median(sharp)))):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.measure.settled import Settled, settled
+from compare.measure.mesh_limit import Settled, settled
 from shellref import ShellProblem
 from shellref.path.buckling import Buckling, buckling
 from tests.validation import page

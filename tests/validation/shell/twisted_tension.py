@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from compare.measure.settled import Settled, settled
+from compare.measure.mesh_limit import Settled, settled
 from compare.store.store import atomic_write_text
 from ribbon import Clamp, Strip
 from ribbon.energies.section.relaxed import torsion_loss
@@ -169,7 +169,7 @@ PROBES = {
 
 
 def run(out: Path) -> dict[str, Number]:
-    kept = Kept(out.parent / "out" / "validate" / "twisted_tension" / key("twisted_tension") / "kept.csv")
+    kept = CachedRun(out.parent / "out" / "validate" / "twisted_tension" / key("twisted_tension") / "kept.csv")
     rows = []
     numbers: dict[str, Number] = {}
     limits: dict[float, dict[str, Settled]] = {}
@@ -263,7 +263,7 @@ def _numbers(
     return found
 
 
-class Kept:
+class CachedRun:
     """Values by name and tension, each written to a CSV as it is found; what stands there already is taken from it."""
 
     def __init__(self, path: Path) -> None:

@@ -44,10 +44,10 @@ def solve(scene: Scene, energy: str, elements: int = ELEMENTS, say: Reporter | N
     """The state of a model; None where it refuses the scene."""
     found = model(name_for(energy))
     try:
-        asked = with_model(scene, energy, elements)
-        refused = found.refusal(asked)
+        requested = with_model(scene, energy, elements)
+        refused = found.refusal(requested)
         if refused is not None:
             return None
-        return found.solve(asked, options=Options(leave_saddle=energy != "elastica"), say=say)  # type: ignore[no-any-return]
+        return found.solve(requested, options=Options(leave_saddle=energy != "elastica"), say=say)  # type: ignore[no-any-return]
     except BadInput:
         return None

@@ -214,7 +214,7 @@ def write(folder: Path, found: Sequence[Hit]) -> None:
         "## Choices at an accuracy of 1e-2",
         summary(found),
         "The two constants by which the estimate counts what clamps do (`FOLD` and `CORNER_TURN`, "
-        "`compare/models/ribbon/beyond.py`) were set with these scenes in view: with the values found on 7.3 alone "
+        "`compare/models/ribbon/neglected.py`) were set with these scenes in view: with the values found on 7.3 alone "
         "three choices were too bold (7_3_edge_w0.5_g100, 7_3_corners_w0.03_g10, edge_01). That none is now is no test "
         "on unseen scenes.",
         "## The estimate of `limits --quick`",

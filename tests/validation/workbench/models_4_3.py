@@ -109,7 +109,7 @@ def membrane(state: State, constant: float) -> float:
 
 
 @dataclass(frozen=True)
-class Kept:
+class CachedRun:
     """A shell on 100 x 8 elements as results/models_4_3/shells.npz keeps it (single precision, lengths in l).
 
     points (201, 5, 3) at S x V, centreline (201, 3) at S; elastic: energy in D w / l without the natural constant.
@@ -120,7 +120,7 @@ class Kept:
     elastic: float
 
 
-def kept(folder: Path, name: str, ratio: float) -> Kept:
+def kept(folder: Path, name: str, ratio: float) -> CachedRun:
     """From the file, where it stands; else solved, a minute each on one core, and added to it."""
     path, key = folder / SHELLS, f"{name}/{ratio:g}/"
     there = dict(np.load(path)) if path.exists() else {}
@@ -130,7 +130,9 @@ def kept(folder: Path, name: str, ratio: float) -> Kept:
         there[key + "centreline"] = state.shape.centreline(S).astype(np.float32)
         there[key + "elastic"] = np.float64(state.energy.elastic)
         np.savez_compressed(path, **there)
-    return Kept(*(there[key + what].astype(float) for what in ("points", "centreline")), float(there[key + "elastic"]))
+    return CachedRun(
+        *(there[key + what].astype(float) for what in ("points", "centreline")), float(there[key + "elastic"])
+    )
 
 
 def known(out: Path, name: str) -> dict[float, dict[str, float]]:

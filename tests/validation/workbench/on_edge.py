@@ -14,7 +14,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
-from compare.measure.settled import settled
+from compare.measure.mesh_limit import settled
 from compare.store.store import atomic_write_text
 from tests.validation import page
 from tests.validation.number import Number, of_settled

@@ -93,9 +93,9 @@ def fallen(model: Model, width: float, gamma: float, segments: Any, thickness: f
     return found
 
 
-def sideways(found: Equilibrium) -> float:
+def sideways(equilibrium: Equilibrium) -> float:
     """Distance of the free end from the vertical plane of the clamp, in l."""
-    return abs(float(found.end.position[1]))
+    return abs(float(equilibrium.end.position[1]))
 
 
 def by_eigenvalue(model: Model, width: float, segments: Any, near: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
-from compare.measure.settled import Settled
+from compare.measure.mesh_limit import Settled
 from compare.store.store import atomic_write_text
 from ribbon.find.branch.passages import Grading
 from tests.validation import page
@@ -146,14 +146,14 @@ def as_csv(swept: Swept, branch: Mapping[str, Any]) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["model", "length_to_width", "width_to_thickness", "way", "shift", "height"])
     for case, found in swept.items():
-        for way in ("forth", "back"):
-            for shift, height, *_ in found[way]:
+        for path in ("forth", "back"):
+            for shift, height, *_ in found[path]:
                 writer.writerow(
-                    [case.energy, f"{case.narrow:g}", f"{case.ratio:g}", way, f"{shift:.4g}", f"{height:.4f}"]
+                    [case.energy, f"{case.narrow:g}", f"{case.ratio:g}", path, f"{shift:.4g}", f"{height:.4f}"]
                 )
-    for way in ("arch", "tilted"):
-        for shift, height in branch[way]:
-            writer.writerow(["shell", f"{BRANCH[0]:g}", f"{BRANCH[1]:g}", way, f"{shift:.4f}", f"{abs(height):.4f}"])
+    for path in ("arch", "tilted"):
+        for shift, height in branch[path]:
+            writer.writerow(["shell", f"{BRANCH[0]:g}", f"{BRANCH[1]:g}", path, f"{shift:.4f}", f"{abs(height):.4f}"])
     return stream.getvalue()
 
 
@@ -300,7 +300,7 @@ def write(
         "## Where the arch gives way (U-US)",
         "The shift at which the lowest eigenvalue of the upright arch passes zero, on three meshes (elements in "
         "brackets; halved for ribbons, 1.5 times shorter for shells), located on each to "
-        "3e-4 (shells 1e-4); limit, error and order by `compare.measure.settled`. *: the branch is no more there "
+        "3e-4 (shells 1e-4); limit, error and order by `compare.measure.mesh_limit`. *: the branch is no more there "
         "though its eigenvalue is not yet zero. Ribbons' elements are graded to where the curvature passes zero and to "
         "the clamps, and placed anew at every state (`ribbon.find.branch.passages`), those of `kirchhoff` "
         "are equal.",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.measure.settled import Settled, settled
+from compare.measure.mesh_limit import Settled, settled
 from ribbon import Equilibrium
 from ribbon.find.branch.critical import Critical, critical
 from ribbon.find.branch.passages import Grading, passages

@@ -72,9 +72,9 @@ class Case:
         return found
 
 
-def tilt(found: Equilibrium) -> float:
+def tilt(equilibrium: Equilibrium) -> float:
     """Angle of the middle's normal from the vertical, in degrees."""
-    return float(np.degrees(np.arccos(np.clip(found.middle.frame[2, 1], -1.0, 1.0))))
+    return float(np.degrees(np.arccos(np.clip(equilibrium.middle.frame[2, 1], -1.0, 1.0))))
 
 
 def sweep(case: Case) -> dict[str, Any]:
@@ -107,15 +107,21 @@ def sweep(case: Case) -> dict[str, Any]:
     return kept
 
 
-def row(shift: float, found: Equilibrium, jump: bool) -> list[float]:
-    return [shift, float(found.middle.position[2]), tilt(found), float(found.lowest_eigenvalue), float(jump)]
+def row(shift: float, equilibrium: Equilibrium, jump: bool) -> list[float]:
+    return [
+        shift,
+        float(equilibrium.middle.position[2]),
+        tilt(equilibrium),
+        float(equilibrium.lowest_eigenvalue),
+        float(jump),
+    ]
 
 
-def strips(found: Equilibrium, count: int = 101) -> list[Any]:
+def strips(equilibrium: Equilibrium, count: int = 101) -> list[Any]:
     """Left edge, centreline, right edge (3, count, 3)."""
     s = np.linspace(0.0, 1.0, count)
-    grid = found.surface(count, 3).grid
-    return [grid[:, 0].tolist(), found.position(s).tolist(), grid[:, -1].tolist()]
+    grid = equilibrium.surface(count, 3).grid
+    return [grid[:, 0].tolist(), equilibrium.position(s).tolist(), grid[:, -1].tolist()]
 
 
 def hysteresis(kept: dict[str, Any]) -> tuple[float, float] | None:

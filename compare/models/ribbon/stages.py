@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.measure.travel import watched
+from compare.measure.load_curve import watched
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.fields import fields
 from compare.scene.change import value_of
@@ -53,7 +53,7 @@ _GOOD = (Status.CONVERGED, Status.SADDLE)
 
 
 @dataclass(frozen=True)
-class Way:
+class LoadPath:
     """A finished (or stopped) way: the equilibrium with the log of all steps, how many stages there are, the scene
     included, how many steps were solved in this run, rejected ones included, whether it went on from a file, and the
     states along it where they were asked for."""
@@ -158,10 +158,10 @@ class _Walk:
         scene = self.scene(stage, t)
         return ribbon_problem(scene, _formulation(scene))
 
-    def entry(self, stage: int, record: StepRecord, found: Equilibrium) -> dict[str, Any]:
+    def entry(self, stage: int, record: StepRecord, equilibrium: Equilibrium) -> dict[str, Any]:
         """The entry of the log of a step that was accepted: the values of the path's keys there, forces, moments."""
         entry = _entry(stage, asdict(record))
-        return entry if not record.accepted else entry | _held(found, self.scene(stage, record.t), self.keys)
+        return entry if not record.accepted else entry | _held(equilibrium, self.scene(stage, record.t), self.keys)
 
     def run(self) -> tuple[Equilibrium, bool]:
         """The last equilibrium with the whole log, and whether the way went on from a file."""
@@ -202,13 +202,13 @@ class _Walk:
             self.on_step(entry)
         return place
 
-    def _solved(self, stage: int, t: float, found: Equilibrium, seconds: float) -> dict[str, Any]:
+    def _solved(self, stage: int, t: float, equilibrium: Equilibrium, seconds: float) -> dict[str, Any]:
         """The entry of a solve that is no step of a continuation: the seed, or a switch."""
         record = StepRecord(
-            t, t, found.status.code, found.status in _GOOD, found.iterations, found.residual, found.energy.total,
-            found.lowest_eigenvalue, seconds, False,
+            t, t, equilibrium.status.code, equilibrium.status in _GOOD, equilibrium.iterations, equilibrium.residual,
+            equilibrium.energy.total, equilibrium.lowest_eigenvalue, seconds, False,
         )  # fmt: skip
-        return self.entry(stage, record, found)
+        return self.entry(stage, record, equilibrium)
 
     def _seeded(self) -> _Place:
         """The first stage, from its seed."""
@@ -256,17 +256,21 @@ def _entry(stage: int, record: dict[str, Any]) -> dict[str, Any]:
     return {"stage": stage + 1, **jsonable(record)}
 
 
-def _held(found: Equilibrium, scene: Scene, keys: tuple[str, ...]) -> dict[str, Any]:
+def _held(equilibrium: Equilibrium, scene: Scene, keys: tuple[str, ...]) -> dict[str, Any]:
     """`moved`: the values of the path's keys, in the scene's unit; `forces` and `moments` as in result.json."""
-    ends = {"start": found.start if scene.clamp_start is not None else None, "end": found.end_support}
+    ends = {"start": equilibrium.start if scene.clamp_start is not None else None, "end": equilibrium.end_support}
     return {
         "moved": {key: jsonable(value_of(scene, key)) for key in keys},
         "forces": {
             **{name: None if at is None else at.force.tolist() for name, at in ends.items()},
-            "walls": [wall.force.tolist() for wall in found.walls],
+            "walls": [wall.force.tolist() for wall in equilibrium.walls],
         },
         "moments": {name: None if at is None else at.moment.tolist() for name, at in ends.items()},
-        **({"forces_why": found.forces_why, "moments_why": found.forces_why} if found.forces_why else {}),
+        **(
+            {"forces_why": equilibrium.forces_why, "moments_why": equilibrium.forces_why}
+            if equilibrium.forces_why
+            else {}
+        ),
     }
 
 
@@ -289,7 +293,7 @@ def run_way(
     progress: Progress | None = None,
     on_step: OnStep | None = None,
     film: bool = False,
-) -> Way:
+) -> LoadPath:
     """The scene's equilibrium at the end of its path; segments by tolerance, where asked for, are placed there.
 
     folder: where the state of an unfinished run is kept and looked for; None: nowhere. on_step: called with every
@@ -309,4 +313,4 @@ def run_way(
             found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=scene.strict)
         found = replace(found, log=log)
     keeper.remove()
-    return Way(found, len(walk.stages), walk.solved, resumed, None if keeper.film is None else keeper.film.states)
+    return LoadPath(found, len(walk.stages), walk.solved, resumed, None if keeper.film is None else keeper.film.states)

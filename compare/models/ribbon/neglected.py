@@ -30,7 +30,7 @@ from compare.measure.grid import Grid
 from compare.models.ribbon.build import relative_thickness, ribbon_arguments, ribbon_problem
 from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.state import motions_of
-from compare.scene.given import law
+from compare.scene.inputs import law
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
@@ -75,8 +75,8 @@ class Beyond:
         return max(moved, turned) + float(sum(self.parts.values())) - turned
 
 
-def beyond(scene: Scene, found: Equilibrium) -> Beyond:
-    """The estimate for a scene whose strip with energy "finite" is `found`."""
+def beyond(scene: Scene, equilibrium: Equilibrium) -> Beyond:
+    """The estimate for a scene whose strip with energy "finite" is `equilibrium`."""
     from ribbon.energies.section.dropped import Dropped, terms
     from ribbon.errors import NotDifferentiable
     from ribbon.sensitivity.pulled import pulled
@@ -86,28 +86,28 @@ def beyond(scene: Scene, found: Equilibrium) -> Beyond:
     ends = held_ends(scene)
     corners = scene.shell.clamp == "corners"
     parts: dict[str, float] = {}
-    neglected = terms(found, thickness, () if corners else ends)
+    neglected = terms(equilibrium, thickness, () if corners else ends)
     try:
-        there = pulled(found, [term.gradient for term in neglected])
+        there = pulled(equilibrium, [term.gradient for term in neglected])
     except NotDifferentiable:
         return Beyond({}, tuple(dict.fromkeys([*(term.name for term in neglected), IN_PLANE])))
     for term, moved in zip(neglected, there.terms, strict=True):
-        parts[term.name] = parts.get(term.name, 0.0) + _apart(found, moved, scene.width)
-    bends = found.problem.fields.count == 3
-    parts[IN_PLANE] = 0.0 if bends else _apart(found, there.in_plane, scene.width)
+        parts[term.name] = parts.get(term.name, 0.0) + _apart(equilibrium, moved, scene.width)
+    bends = equilibrium.problem.fields.count == 3
+    parts[IN_PLANE] = 0.0 if bends else _apart(equilibrium, there.in_plane, scene.width)
     dropped = Dropped(scene.width, thickness, scene.strip.poisson)
     at = np.array(ends)
     if at.size:
-        k, t = found.omega(at), found.tau(at)
+        k, t = equilibrium.omega(at), equilibrium.tau(at)
         if corners:
-            parts["corners"] = corner_turn(scene, found, ends)
+            parts["corners"] = corner_turn(scene, equilibrium, ends)
         else:
             parts["section"] = float(dropped.deflection(k, t, law.at(scene.curvature, at)).max())
-            parts["fold"] = FOLD * scene.width * crowding(crowded(found, dropped, ends))
+            parts["fold"] = FOLD * scene.width * crowding(crowded(equilibrium, dropped, ends))
     return Beyond(parts)
 
 
-def passages(scene: Scene, found: Equilibrium) -> float:
+def passages(scene: Scene, equilibrium: Equilibrium) -> float:
     """Energy (D w / l) that a strip with energy "finite" has beyond `extensible` where its curvature passes zero.
 
     Two ways lead a twisted strip through zero curvature (docs/theory.md, chapter 10): it bends where rulings crowd, as
@@ -116,9 +116,9 @@ def passages(scene: Scene, found: Equilibrium) -> float:
     saves. Counted within w of every such place (rulings crowd over lengths that go with w), without what is within w/2
     of a held end, whose crowding the clamps have.
     """
-    width, lengths = scene.width, found.problem.lengths
+    width, lengths = scene.width, equilibrium.problem.lengths
     joints = np.concatenate([[0.0], np.cumsum(lengths)])
-    omega, _ = found.problem.joint_values(found.x)
+    omega, _ = equilibrium.problem.joint_values(equilibrium.x)
     at = np.flatnonzero(omega[1:] * omega[:-1] < 0.0)
     if not at.size:
         return 0.0
@@ -126,10 +126,10 @@ def passages(scene: Scene, found: Equilibrium) -> float:
     near = np.any(np.abs(_POINTS[:, None] - places) < width, axis=1)
     for end in held_ends(scene):
         near &= np.abs(_POINTS - end) >= 0.5 * width
-    return _bent_sharply(scene, found, near)
+    return _bent_sharply(scene, equilibrium, near)
 
 
-def crowded_energy(scene: Scene, found: Equilibrium) -> float:
+def crowded_energy(scene: Scene, equilibrium: Equilibrium) -> float:
     """Energy (D w / l) that a strip with energy "finite" has beyond `extensible` within w/2 of its held edges.
 
     There its rulings crowd, and what the shell does about it is estimated by a formula that has a pole where they meet.
@@ -139,23 +139,23 @@ def crowded_energy(scene: Scene, found: Equilibrium) -> float:
     near = np.zeros(_POINTS.size, dtype=bool)
     for end in ends:
         near |= np.abs(_POINTS - end) < 0.5 * scene.width
-    return _bent_sharply(scene, found, near)
+    return _bent_sharply(scene, equilibrium, near)
 
 
-def _bent_sharply(scene: Scene, found: Equilibrium, near: NDArray[np.bool_]) -> float:
+def _bent_sharply(scene: Scene, equilibrium: Equilibrium, near: NDArray[np.bool_]) -> float:
     """Energy (D w / l) that a strip with energy "finite" has beyond `extensible` on the points `near`."""
     from ribbon.analysis.parts import line_density, line_density_of
 
     thickness = relative_thickness(scene)
     assert thickness is not None, "the energy needs it"
     s = _POINTS[near]
-    more = line_density(found, s) - line_density_of(PLAIN, found, s, thickness)
+    more = line_density(equilibrium, s) - line_density_of(PLAIN, equilibrium, s, thickness)
     return max(float(more.sum()) / _POINTS.size, 0.0)
 
 
-def crowded(found: Equilibrium, dropped: Dropped, ends: tuple[float, ...]) -> float:
+def crowded(equilibrium: Equilibrium, dropped: Dropped, ends: tuple[float, ...]) -> float:
     """Largest |eta'| w / 2 at the middles of segments within w of the held ends (0 without any)."""
-    lengths, q = found.problem.lengths, found.parameters
+    lengths, q = equilibrium.problem.lengths, equilibrium.parameters
     s = np.cumsum(lengths) - 0.5 * lengths
     near = np.any([np.abs(s - end) < dropped.width for end in ends], axis=0)
     k, t = (q[:, i] * 0.5 * lengths + q[:, i + 1] for i in (0, 2))
@@ -167,13 +167,13 @@ def crowding(steep: float) -> float:
     return steep / max(1.0 - steep, _NEAREST)
 
 
-def corner_turn(scene: Scene, found: Equilibrium, ends: tuple[float, ...]) -> float:
+def corner_turn(scene: Scene, equilibrium: Equilibrium, ends: tuple[float, ...]) -> float:
     """How far (over l) two held corners let a strip turn at its clamps."""
-    bent = float(np.abs(found.omega(np.array(ends))).max(initial=0.0))
+    bent = float(np.abs(equilibrium.omega(np.array(ends))).max(initial=0.0))
     return min(CORNER_TURN[0] * bent, CORNER_TURN[1]) * scene.width
 
 
-def beside(scene: Scene, found: Equilibrium, ratio: float | None = None) -> Equilibrium | None:
+def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -> Equilibrium | None:
     """The strip with energy "finite" on the segments of another strip of the scene, from its shape; ratio: w/h, None:
     the scene's own thickness. None where the scene has no such strip.
 
@@ -187,23 +187,23 @@ def beside(scene: Scene, found: Equilibrium, ratio: float | None = None) -> Equi
 
     own = thin(scene, ratio)
     try:
-        problem: Any = ribbon_problem(own, "mixed").with_changes(lengths=found.problem.lengths)
+        problem: Any = ribbon_problem(own, "mixed").with_changes(lengths=equilibrium.problem.lengths)
     except (BadInput, RibbonInputError):
         return None
-    omega, eta = found.problem.joint_values(found.x)
-    twist = eta if found.problem.fields.free else eta * omega
+    omega, eta = equilibrium.problem.joint_values(equilibrium.x)
+    twist = eta if equilibrium.problem.fields.free else eta * omega
     there = solve_from(problem, problem.state(omega, twist), leave_saddle=True)
-    if there.ok and inflections(there) <= inflections(found):
+    if there.ok and inflections(there) <= inflections(equilibrium):
         return there
-    keys = {"segments": found.problem.lengths, "formulation": "mixed", "leave_saddle": True}
+    keys = {"segments": equilibrium.problem.lengths, "formulation": "mixed", "leave_saddle": True}
     again = solve(**{**ribbon_arguments(own), **keys})
     better = again.ok and not (there.ok and there.energy.total <= again.energy.total)
     return again if better else there
 
 
-def inflections(found: Equilibrium) -> int:
+def inflections(equilibrium: Equilibrium) -> int:
     """How often the curvature at the joints changes its sign."""
-    signs = np.sign(found.problem.joint_values(found.x)[0])
+    signs = np.sign(equilibrium.problem.joint_values(equilibrium.x)[0])
     return int(np.count_nonzero(np.diff(signs[signs != 0.0])))
 
 
@@ -228,19 +228,21 @@ def points(equilibrium: Equilibrium, grid: Grid) -> FloatArray:
     return grid.of(RibbonShape(equilibrium))
 
 
-def apart(found: Equilibrium, best: Equilibrium, grid: Grid) -> float:
+def apart(equilibrium: Equilibrium, best: Equilibrium, grid: Grid) -> float:
     """Hausdorff distance over l of two strips, one moved as its free motions allow."""
     there = points(best, grid)
-    return grid_hausdorff(aligned(points(found, grid), there, motions_of(found)), there)
+    return grid_hausdorff(aligned(points(equilibrium, grid), there, motions_of(equilibrium)), there)
 
 
-def to_shell(scene: Scene, found: Equilibrium, best: Equilibrium | None, ratio: float | None = None) -> float | None:
-    """Estimated distance over l of a strip `found` to the shell, by way of `best`, its neighbour with energy "finite"
-    (`beside`); None where there is none, or what it leaves out could not be told."""
+def to_shell(
+    scene: Scene, equilibrium: Equilibrium, best: Equilibrium | None, ratio: float | None = None
+) -> float | None:
+    """Estimated distance over l of a strip `equilibrium` to the shell, by way of `best`, its neighbour with energy
+    "finite" (`beside`); None where there is none, or what it leaves out could not be told."""
     if best is None or not best.ok:
         return None
     grid = Grid.for_shape(scene, float(np.abs(best.omega(_SAMPLES)).max()))
-    distance = beyond(thin(scene, ratio), best).behind(0.0 if found is best else apart(found, best, grid))
+    distance = beyond(thin(scene, ratio), best).behind(0.0 if equilibrium is best else apart(equilibrium, best, grid))
     return distance if math.isfinite(distance) else None
 
 

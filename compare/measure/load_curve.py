@@ -21,7 +21,7 @@ _STILL = 1e-12
 
 
 @dataclass(frozen=True)
-class Stand:
+class LoadPoint:
     """Where a state of a way stands: the keys that vary with their values (in the scene's unit), and what start, end
     and "wall.NAME" exert, force (3,) and moment (3,); one that holds nothing is absent."""
 
@@ -31,7 +31,7 @@ class Stand:
 
 
 @dataclass(frozen=True)
-class Travel:
+class LoadCurve:
     """The curve of one key: of a `kind` "position", way (n,) gone from the first state and force (n,) along it; "turn",
     angle and moment about its axis; "number", the key's value and the size of the force of `support`. states (n,): the
     numbers of the states that have both."""
@@ -54,7 +54,7 @@ def watched(keys: Sequence[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def travel_of(stands: Sequence[Stand], length: float) -> Travel | None:
+def load_curve_of(stands: Sequence[LoadPoint], length: float) -> LoadCurve | None:
     """The curve of the first key that moves: a held position (the end's before the start's), a wall, a held frame, any
     other number; None where nothing does, or no force is known. length: l in the scene's unit."""
     keys = list(dict.fromkeys(key for stand in stands for key in stand.values))
@@ -76,11 +76,11 @@ def travel_of(stands: Sequence[Stand], length: float) -> Travel | None:
                 curve = _turned(values[0], values[1], loads) if rank == 3 else _moved(values[0] / length, loads)
             if curve is not None:
                 name, kind = (section, TURN) if rank == 3 else (key, POSITION if rank < 3 else NUMBER)
-                return Travel(name, kind, support, np.array(states), *curve)
+                return LoadCurve(name, kind, support, np.array(states), *curve)
     return None
 
 
-def _known(stand: Stand, keys: Sequence[str]) -> bool:
+def _known(stand: LoadPoint, keys: Sequence[str]) -> bool:
     """Whether a state has numbers of these keys: a vector of a place or direction, one number of another."""
     for key in keys:
         value = stand.values.get(key)

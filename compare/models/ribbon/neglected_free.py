@@ -3,7 +3,7 @@
 Layers along the edges and shear are in the energy itself (`Estimate.own`). Left out are, as for the ribbon with rulings
 (`compare.models.ribbon.estimate`), tension and in-plane bending unless it is a field; and, of all energies but
 `finite`, what that one has beyond: its energy in the same state, and the distance to its equilibrium. How far `finite`
-itself is from the shell is told by what it drops (`compare.models.ribbon.beyond`).
+itself is from the shell is told by what it drops (`compare.models.ribbon.neglected`).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from compare.models.base import natural_constant
 from compare.models.capabilities import Estimate
-from compare.models.ribbon.beyond import PLAIN, beside, passages, thin, to_shell
 from compare.models.ribbon.estimate import in_plane_density, local_state, of_a_straight_strip, sides, tension_density
 from compare.models.ribbon.free import FINITE
+from compare.models.ribbon.neglected import PLAIN, beside, passages, thin, to_shell
 from compare.models.ribbon.rivals import either_side, probe
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
@@ -63,7 +63,7 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     each = [to_shell(scene, e, one, width_to_thickness) for one in near]
     rival = probe(scene, e)
     more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
-    found = Estimate(width_to_thickness, parts, each[0], scale, 0.0, rival, known, passages=more)
-    told = sides(near, [replace(found, distance=one) for one in each])
+    estimate = Estimate(width_to_thickness, parts, each[0], scale, 0.0, rival, known, passages=more)
+    told = sides(near, [replace(estimate, distance=one) for one in each])
     distance = each[0] if told is None else told.distances[0]
-    return replace(found, distance=distance, sides=told, seconds=time.perf_counter() - clock)
+    return replace(estimate, distance=distance, sides=told, seconds=time.perf_counter() - clock)

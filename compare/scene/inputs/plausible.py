@@ -11,7 +11,7 @@ import math
 
 from compare.errors import BadInput
 from compare.scene.data import SceneData
-from compare.scene.given.accepted import accepted
+from compare.scene.inputs.accepted import accepted
 
 HEAVIEST = 1e5
 """Gamma above which a strip hangs like a chain, with layers of length l Gamma^(-1/3) < l / 46 where it is held."""
@@ -73,11 +73,11 @@ def _density(scene: SceneData) -> list[str]:
     density = scene.strip.density
     if density is None or LIGHTEST <= density <= DENSEST:
         return []
-    said = f"strip.density = {_number(density)} kg/m^3 is"
+    text = f"strip.density = {_number(density)} kg/m^3 is"
     if density > DENSEST:
-        return [f"{said} heavier than any metal: if it is in g/m^3, give {_number(density * 1e-3)} (kg/m^3)"]
+        return [f"{text} heavier than any metal: if it is in g/m^3, give {_number(density * 1e-3)} (kg/m^3)"]
     unit, factor = ("g/cm^3", 1e3) if density > 1e-2 else ("t/mm^3", 1e12)
-    return [f"{said} lighter than any strip: if it is in {unit}, give {_number(density * factor)} (kg/m^3)"]
+    return [f"{text} lighter than any strip: if it is in {unit}, give {_number(density * factor)} (kg/m^3)"]
 
 
 def _lengths(scene: SceneData) -> list[str]:
@@ -106,10 +106,10 @@ def _slenderness(scene: SceneData) -> list[str]:
     ratio = strip.width / strip.thickness
     if BLUNTEST <= ratio <= SHARPEST:
         return []
-    said = f"strip.thickness = {_number(strip.thickness)} gives w/h = {ratio:.3g}: "
+    text = f"strip.thickness = {_number(strip.thickness)} gives w/h = {ratio:.3g}: "
     if ratio < BLUNTEST:
-        return [f"{said}a beam rather than a strip, for which these models are not made (w/h of 20 and more)"]
-    return [f"{said}a foil; are width and thickness in the same unit?"]
+        return [f"{text}a beam rather than a strip, for which these models are not made (w/h of 20 and more)"]
+    return [f"{text}a foil; are width and thickness in the same unit?"]
 
 
 def _acceleration(scene: SceneData) -> list[str]:
@@ -135,15 +135,15 @@ def _weight(scene: SceneData, explained: bool) -> list[str]:
     gamma = scene.gamma
     if not HEAVIEST < gamma < math.inf:
         return []
-    said = f"Gamma = rho h g l^3 / D = {_number(float(f'{gamma:.3g}'))} is beyond 1e5"
+    text = f"Gamma = rho h g l^3 / D = {_number(float(f'{gamma:.3g}'))} is beyond 1e5"
     strip = scene.strip
     if strip.gamma is not None:
-        return [f"{said}: the strip hangs like a chain, and solves may take long; is strip.gamma meant?"]
+        return [f"{text}: the strip hangs like a chain, and solves may take long; is strip.gamma meant?"]
     if explained:
-        return [f"{said}: see the note above"]
+        return [f"{text}: see the note above"]
     assert strip.young is not None
     assert strip.thickness is not None
     return [
-        f"{said}: the strip hangs like a chain, and solves may take long; are young = {_number(strip.young)} Pa "
+        f"{text}: the strip hangs like a chain, and solves may take long; are young = {_number(strip.young)} Pa "
         f"(210 GPa is 2.1e11), length = {_number(strip.length)} m and thickness = {_number(strip.thickness)} m meant?"
     ]
