@@ -8,6 +8,7 @@ K is linear on each of them and no order is lost (docs/theory.md, eq. (2.12)).
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,9 +133,9 @@ def read(key: str, value: object, length: float) -> Law:
 
 def _finite(key: str, value: object) -> float:
     """`value` as a float; RibbonInputError when it is no finite number."""
-    if isinstance(value, (bool, str)) or not hasattr(value, "__float__"):
+    if isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat):
         raise RibbonInputError(key, value, "a finite number is needed")
-    number = float(value)  # type: ignore[arg-type]
+    number = float(value)
     if not np.isfinite(number):
         raise RibbonInputError(key, value, "a finite number is needed")
     return number

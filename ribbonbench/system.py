@@ -36,6 +36,8 @@ _PR_SET_PDEATHSIG = 1
 _LOOK = 0.2
 #: The signal that ends a process at once.
 KILL: int = getattr(signal, "SIGKILL", signal.SIGTERM)
+#: Flag of `os.open`: children that a process starts do not have the file (Windows: they never have).
+NOT_FOR_CHILDREN: int = getattr(os, "O_CLOEXEC", 0)
 _STILL_ACTIVE, _QUERY = 259, 0x1000  # Windows: exit code of a process that runs; the right to ask for it
 
 

@@ -2,9 +2,11 @@
 
 A shell that rests near by, within `APART`, is taken to be in the ribbon's state, wherever it began. Where it is farther
 the question is asked the other way round, which costs one solve of the ribbon: it begins at the shell's shape (its
-curvature and twist), on its own elements, and where that does not decide on finer ones. It may
+curvature and twist), on its own elements and, where the shell did not settle at the ribbon's surface, on finer ones. It
+may
 
-- come back to its own state, within `APART`: both are in one state, however far the models are from each other;
+- come back to its own state, within `APART`, on all of them: both are in one state, however far the models are from
+  each other (few elements may be too long for a fold that finer ones hold);
 - rest in another state of its own, whose distance to the shell is less than half of that of the first: the shell is in
   that one, and how far it is from the ribbon's first state says nothing about the models;
 - rest anywhere else, or nowhere: not known.
@@ -77,13 +79,17 @@ def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Gri
             return Same(True, f"the shell settled from the surface of the {fast.model}")
         return Same(None, f"not checked: the {fast.model} cannot begin at the shell's shape")
     found = Same(None, f"the {fast.model} finds no stable state from the shell's shape")
+    own = Same(True, f"begun at the shell's shape the {fast.model} comes back to its own state")
     for finer in FINER:
         back = beside.rests(scene, fast, shell.shape, finer)
         if back is None or back.shape is None:
             continue
         moved = _apart(back, grid.of(fast.shape), grid, motions)
         if moved <= max(min(HALF * apart, APART), fast.error or 0.0):
-            return Same(True, f"begun at the shell's shape the {fast.model} comes back to its own state")
+            if settled:
+                return own
+            found = own
+            continue
         nearer = _apart(back, there, grid, motions)
         known = Counterpart(None if back.energy is None else back.energy.total, nearer)
         if nearer <= HALF * apart:

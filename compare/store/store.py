@@ -393,7 +393,7 @@ def _locked(folder: Path, waiting: Callable[[], object] | None) -> int:
     while True:
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666)
+            handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | system.NOT_FOR_CHILDREN, 0o666)
         except FileNotFoundError:
             continue
         try:

@@ -124,6 +124,11 @@ class EnergyDensity:
         return True
 
     @property
+    def pretwist(self) -> None:
+        """A developable strip knows no natural twist."""
+        return None
+
+    @property
     def reach(self) -> float:
         """No singularity: polynomials in curvature and ruling on a segment, as for `FreeTwist.reach`."""
         return math.inf

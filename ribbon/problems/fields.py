@@ -19,7 +19,7 @@ STIFFNESSES = ("matched", "plate")
 def _in_plane(strip: Strip, energy: str, law: ElasticEnergy, in_plane: bool | None) -> bool | None:
     """Whether kappa_2 is a field of its own: where the strip has a natural one, it is. `RibbonInputError` for a rest
     shape that the energy does not know."""
-    if any(values(strip.twist)) and getattr(law, "pretwist", None) is None:
+    if any(values(strip.twist)) and law.pretwist is None:
         remedy = f'the energy "{energy}" knows no natural twist; "kirchhoff", "extensible" and "sano" do'
         raise RibbonInputError("natural_twist", strip.natural_twist, remedy)
     if not any(values(strip.geodesic)):

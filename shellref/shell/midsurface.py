@@ -14,7 +14,6 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from shellref import law
 from shellref.law import Law
@@ -192,6 +191,8 @@ def _centreline(surface: Ruled, places: tuple[float, ...]) -> tuple[np.ndarray, 
         return _helix(surface._at(np.array(0.0)), s)
     knots = np.unique(np.concatenate([law.knots(one)[0] for one in laws]))
     y, found = np.concatenate([np.zeros(3), np.eye(3).ravel()]), np.empty((s.size, 12))
+    from scipy.integrate import solve_ivp  # not before it is needed: it loads half of scipy
+
     for a, b in pairwise(knots):
         inside = (s >= a) & (s <= b)
 

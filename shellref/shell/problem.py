@@ -271,7 +271,7 @@ class ShellProblem:
 
     def _check_walls(self, put: Any) -> None:
         """Walls that leave the clamps alone, and carry a strip that nothing else holds."""
-        if isinstance(self.walls, (str, bytes, Mapping)) or not hasattr(self.walls, "__iter__"):
+        if isinstance(self.walls, (str, bytes, Mapping)) or not isinstance(self.walls, Iterable):
             raise ShellInputError("walls", self.walls, "must be a list of walls")
         put("walls", tuple(Wall.read(item) for item in self.walls))
         put("contact", choice("contact", self.contact, SURFACES))

@@ -229,7 +229,7 @@ CASES: tuple[Case, ...] = (
         "a status, and no NaN where it is a converged one; never a trace, never longer than the budget allows",
         "scenes",
         solved,
-        (12,),
+        (20,),
         (300, 2000),
     ),
     Case(

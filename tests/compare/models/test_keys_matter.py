@@ -64,6 +64,8 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "strip.thickness": ({}, 2e-4, 3e-4),
     "strip.poisson": (OBLIQUE, 0.3, 0.4),
     "strip.natural_curvature": ({}, 2.0, 3.0),
+    "strip.natural_twist": (OBLIQUE, None, 2.0),
+    "strip.natural_geodesic_curvature": (OBLIQUE, None, 2.0),
     "strip.gamma": (GAMMA, 20.0, 30.0),
     "strip.young": ({}, 2e9, 3e9),
     "strip.density": ({}, 900.0, 1200.0),
@@ -130,7 +132,7 @@ APART = {
     "seed.ruling": "test_the_ruling_of_a_seed",
     "strip.transverse_curvature": "of tape springs", "clamp.start.section": "the same", "clamp.end.section": "the same",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
-    "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall",
+    "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall", "shell.contact": "test_the_wall",
     **{key: "how sure an input is (test_inputs)" for key in KEYS if key.startswith("uncertainty.")},
 }  # fmt: skip
 
@@ -184,13 +186,15 @@ def test_a_key_is_read_or_refused_or_declared_without_effect(key, model):
     ("key", "value"), [("wall.0.point", [0, 0, -0.2]), ("wall.0.normal", [0.6, 0.0, 0.8]), ("wall.0.stiffness", 50.0)]
 )
 def test_the_wall(key, value):
-    """Walls change the ribbon, and no other model takes a scene with one."""
+    """Walls change the ribbon and what is asked of the shell; no line model without walls takes a scene with one."""
     scene = loads(held_scenes.FLOOR, "floor")
     changed = scene.replace({key.replace("0", "floor"): value})
     assert answer(scene, "ribbon") != answer(changed, "ribbon")
-    for other in ("elastica", "shell"):
-        with pytest.raises(BadInput):
-            check_keys(registry.model(other), changed)
+    thick = {"shell.width_to_thickness": 50}
+    assert answer(scene.replace(thick), "shell") != answer(changed.replace(thick), "shell")
+    assert answer(scene.replace(thick), "shell") != answer(scene.replace({**thick, "shell.contact": "faces"}), "shell")
+    with pytest.raises(BadInput):
+        check_keys(registry.model("elastica"), changed)
 
 
 def test_a_key_that_no_one_reads_is_refused_by_name():

@@ -372,7 +372,7 @@ def test_a_shell_that_does_not_get_there_ends_with_1_and_is_written(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "key"),
     [
-        (("roman_6_2",), "wall"),
+        (("roman_6_2",), "shell.width_to_thickness"),
         (("curl_4_3", "--width-to-thickness", "0.5"), "shell.width_to_thickness"),
         (("curl_4_3", "--elements", "0", "4"), "shell.elements"),
         (("curl_4_3", "--tolerance", "1.0"), "shell.tolerance"),

@@ -117,7 +117,9 @@ def test_what_explain_says_of_the_shell():
     assert "both ends" in explain(load("shift_7_2")).shell
     assert "corners" in explain(load("limits_7_3")).shell
     assert explain(load("moebius_6_1")).shell.startswith("none: shell.width_to_thickness")
-    assert explain(load("moebius_table_edge")).shell.startswith("none: wall")
+    assert explain(load("moebius_table_edge")).shell.startswith("none: shell.width_to_thickness")
+    table = load("moebius_table_edge").replace({"shell.width_to_thickness": 50})
+    assert "walls" in explain(table).shell
 
 
 # -- beside shells ----------------------------------------------------------------------------------------------------

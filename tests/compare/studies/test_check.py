@@ -290,7 +290,7 @@ def test_pinning_a_scene_of_ones_own(compared, tmp_path, capsys):
     [
         (["curl_4_3"], "nothing is claimed"),
         (["no_such_scene", "--distance", "0.1"], "no_such_scene"),
-        (["moebius_table_edge", "--distance", "0.1"], "wall"),
+        (["moebius_table_edge", "--distance", "0.1"], "shell.width_to_thickness"),
         (["curl_4_3", "--distance", "-1"], "--distance"),
         (["curl_4_3", "--pin", "--distance", "0.1"], "--pin"),
         (["--distance", "0.1"], "--distance"),
