@@ -12,6 +12,7 @@ from compare.models import solve
 from compare.models.base import Status, check_keys
 from compare.registry import model
 from compare.scene.scene import load
+from tests.validation.ribbon.tape import top_of
 
 COARSE = {"model.energy": "tape_plain", "model.elements": 200}
 #: A turn of 0.05 rad of both ends: before the fold.
@@ -110,7 +111,7 @@ def test_stages_that_hold_other_things_are_refused():
 @pytest.mark.validate
 @pytest.mark.parametrize(
     ("name", "moment", "force"),
-    [("tape_4_1", 1270.36, None), ("tape_4_1_equal", 993.6, None), ("tape_4_2", None, 1.634)],
+    [("tape_4_1", 1270.36, None), ("tape_4_1_equal", 993.6, None), ("tape_4_2", None, 1.6514)],
 )
 def test_shipped_scenes_end_in_stable_folds(name, moment, force):
     state = solve(load(name))
@@ -119,4 +120,6 @@ def test_shipped_scenes_end_in_stable_folds(name, moment, force):
         found = max(abs(row["moment_end"]) for row in state.log) * state.units.energy * 1e3
         assert found == pytest.approx(moment, rel=2e-3)
     if force is not None:
-        assert max(abs(row["force_y"]) for row in state.log) * state.units.force == pytest.approx(force, rel=2e-3)
+        # the top lies between steps: by the parabola through three, the same on 100 to 800 elements to 4e-4
+        top = top_of([[row["end_y"], abs(row["force_y"]) * state.units.force] for row in state.log])
+        assert top[1] == pytest.approx(force, rel=5e-4)
