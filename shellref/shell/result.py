@@ -127,15 +127,17 @@ class ShellResult:
     share: dict[str, float]
     stabilisation: dict[str, float]
     clamps: dict[str, dict[str, np.ndarray]]
+    walls: tuple[dict[str, Any], ...]
+    contact: dict[str, Any] | None
     cell_midpoints: np.ndarray
     energy_density: np.ndarray
     unknowns: int
     seconds: dict[str, float]
     memory_mb: float
     provenance: dict[str, Any]
+    walls: tuple[dict[str, Any], ...]
+    contact: dict[str, Any] | None
     discretisation: dict[str, Any] | None = None
-    walls: tuple[dict[str, Any], ...] = ()
-    contact: dict[str, Any] | None = None
 
     @property
     def clamp_force(self) -> np.ndarray:

@@ -41,6 +41,7 @@ OPAQUE = {
     "applied",
     "back",
     "_solve",
+    "correction",
     "_sway",
     "expand",
     "mult",
