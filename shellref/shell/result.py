@@ -127,8 +127,6 @@ class ShellResult:
     share: dict[str, float]
     stabilisation: dict[str, float]
     clamps: dict[str, dict[str, np.ndarray]]
-    walls: tuple[dict[str, Any], ...]
-    contact: dict[str, Any] | None
     cell_midpoints: np.ndarray
     energy_density: np.ndarray
     unknowns: int

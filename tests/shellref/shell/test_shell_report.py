@@ -28,8 +28,7 @@ def result(kind=ShellResult, **more):
         surface=surface, elements=(2, 1), load_factor=0.5, natural_factor=1.0, path_factor=0.75, stable=None,
         negative_eigenvalues=None, lowest_eigenvalue=-0.5, residual={"absolute": 1e-9, "relative": 1e-10},
         newton_iterations=7, factorisations=8, steps=(step,), energy={"elastic": 1.0}, share={"bending": 1.0},
-        stabilisation={"energy": 0.0}, clamps={"start": force}, walls=(), contact=None,
-        cell_midpoints=np.zeros((2, 2)),
+        stabilisation={"energy": 0.0}, clamps={"start": force}, cell_midpoints=np.zeros((2, 2)),
         energy_density=np.ones((2, 3)), unknowns=90, seconds={"total": 1.5}, memory_mb=12.0, provenance={"a": "b"},
         walls=(), contact=None, discretisation=None, **more,
     )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -121,13 +122,39 @@ def test_knots_stand_at_the_points_of_a_table():
     assert build_strip(problem, ShellOptions()).body.grid.elements[0] in (10, 11)
 
 
+def stored(result):
+    """Bending, membrane and shear energy."""
+    return sum(result.energy[part] for part in ("bending", "membrane", "shear"))
+
+
+def stabilisation_energy(table, size, c, poisson):
+    """That of a quadratically interpolated cylinder of curvature K, its elements of length h_e = `size`.
+
+    r_SSS = -K^2 t - K' n, so r_S errs by -r_SSS (h_e / 2)^2 (3 x^2 - 1) / 6 at x in [-1, 1] of an element, which is
+    eps_11 = K^2 h_e^2 (3 x^2 - 1) / 24 and gam_1 = K' h_e^2 (3 x^2 - 1) / 24 up to signs (the director errs by h_e^3):
+    zero at the reduced points, of mean squares K^4 h_e^4 / 720 and K'^2 h_e^4 / 720. In (7.3), times
+    alpha = c (h / h_e)^2:
+
+        E = c h_e^2 int (K^4 / 120 + (1 - nu) K'^2 / 288) dS
+    """
+    total = 0.0
+    for (a, first), (b, last) in pairwise(table):
+        slope = (last - first) / (b - a)
+        total += (last**5 - first**5) / (5.0 * slope) / 120.0 + (1.0 - poisson) * slope**2 * (b - a) / 288.0
+    return c * size**2 * total
+
+
 def test_a_table_without_load_is_a_cylinder_without_energy():
-    coarse, fine = (solved(natural_curvature=TABLE, elements=(n, 2)).energy["elastic"] for n in (10, 20))
-    linear = solved(natural_curvature=(1.0, 3.0), elements=(10, 2)).energy["elastic"]
-    # of the interpolated curvature, as of a linear law; an element with the kink in it would have
-    # (slope's jump h / 4)^2 h / 2 = 7e-3
-    assert 0.0 < coarse < linear < 1e-4
-    assert coarse / fine > 3.5  # with the square of the element
+    """But for the interpolation: h_e^4 of the bending, as strains err by h_e^2, and h_e^2 of the stabilisation."""
+    coarse, fine = (solved(natural_curvature=TABLE, elements=(n, 2)) for n in (10, 20))
+    linear = solved(natural_curvature=(1.0, 3.0), elements=(10, 2))
+    assert 0.0 < coarse.energy["elastic"] < linear.energy["elastic"] < 1e-4  # of the interpolation, as of a linear law
+    assert stored(coarse) / stored(fine) > 12.0
+    for found, size in ((coarse, 0.1), (fine, 0.05)):
+        foreseen = stabilisation_energy(TABLE, size, found.stabilisation["c"], 0.3)
+        assert found.energy["stabilisation"] == pytest.approx(foreseen, rel=5.0 * size**2)  # relative h_e^2 left out
+    aside = solved(natural_curvature=(TABLE[0], (0.37, -2.0), TABLE[2]), elements=(10, 2))
+    assert stored(aside) < stored(coarse)  # no element has a kink in it: 200 times as much where one has
     law = solved(natural_curvature=((0.0, 1.0), (0.3, 1.6), (1.0, 3.0)), elements=(10, 2))  # a knot at 0.3 in both
     plain = solved(natural_curvature=(1.0, 3.0), elements=(10, 2))
     end = [r.surface.centreline(np.array(1.0)) for r in (law, plain)]
