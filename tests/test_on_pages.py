@@ -16,6 +16,7 @@ from ribbon import Gravity, Strip
 from ribbon.problems.chained import ChainedProblem, segment_lengths
 from ribbon.thesis.descent import Limits, ipopt_exact
 from tests.validation.ribbon import rod_ribbon, shooting, tape
+from tests.validation.workbench import limits
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -64,6 +65,8 @@ def _same_as_on_the_page(row: dict[str, str]) -> None:
     (found,) = quick(scene, Thresholds())
     assert found.estimate.distance == pytest.approx(float(row["estimate.distance"]), rel=1e-3), row
     assert found.estimated_level == row["estimate.level"], row
+    # what the page counts as hits is what a user is told, bounds and all
+    assert limits.again(found, Thresholds()).estimated_level == found.estimated_level, row
 
 
 #: A width for each weight and clamp: every width, weight and clamp of 7.3 once.

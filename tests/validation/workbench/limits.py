@@ -328,7 +328,7 @@ def _hits(groups: dict[str, list[Finding]]) -> str:
     rows = []
     for name, found in groups.items():
         for thresholds in STEPS:
-            scored = [_again(f, thresholds) for f in found]
+            scored = [again(f, thresholds) for f in found]
             score = hits(scored)
             rows.append([
                 name, f"{100 * thresholds.distance:g} %", str(score["known"]), str(score["good"]), str(score["same"]),
@@ -340,15 +340,16 @@ def _hits(groups: dict[str, list[Finding]]) -> str:
     )
 
 
-def _again(finding: Finding, thresholds: Thresholds) -> Finding:
+def again(finding: Finding, thresholds: Thresholds) -> Finding:
     """The finding with its levels at other thresholds."""
     from dataclasses import replace
 
     known = finding.level is not None
+    own = finding.estimate
     return replace(
         finding,
         level=thresholds.level(finding.distance, finding.share) if known else None,
-        estimated_level=thresholds.level(finding.estimate.distance, finding.estimate.share),
+        estimated_level=thresholds.level(own.distance, own.missing, more=own.passages, crowded=own.crowded),
     )
 
 
