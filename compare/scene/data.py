@@ -32,6 +32,9 @@ from compare.scene.spec import (
 )
 from compare.scene.units import Units
 
+#: Keys of a stage that changes the weight alone.
+_WEIGHT = frozenset({"strip.gamma", "gravity.acceleration"})
+
 
 def unit(vector: Any) -> NDArray[np.float64]:
     """The vector normalised to rounding."""
@@ -184,6 +187,12 @@ class SceneData(Sections):
     def several_equilibria(self) -> bool:
         """Whether there may be several: a model beside another then begins at that one's shape, to be on its branch."""
         return self.clamp_end is not None or self.closure is not None or bool(self.path)
+
+    @property
+    def only_raised(self) -> bool:
+        """Whether it has no path, or one that changes its weight alone: the states on such a path are no answers, and
+        an unstable one is left; along another path it may be what is asked for."""
+        return all(set(stage) <= _WEIGHT for stage in self.path)
 
     @property
     def up(self) -> NDArray[np.float64] | None:

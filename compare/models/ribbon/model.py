@@ -146,8 +146,8 @@ class RibbonModel(Model):
     ) -> State:
         """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
         options = options or Options()
-        if options.leave_saddle is None:  # along a path an unstable state may be what is asked for
-            options = replace(options, leave_saddle=not scene.path)
+        if options.leave_saddle is None:
+            options = replace(options, leave_saddle=scene.only_raised)
         if scene.model.accuracy is not None:
             return self._chosen(scene, size, options, say)
         return self._solved(scene, size, options, say)

@@ -27,6 +27,9 @@ HELD = {
 _STANDS = 150.0
 #: Gamma beyond which a ring is not found from a circle.
 _HEAVY_RING = 300.0
+
+#: By how much a stage makes it heavier.
+_HEAVIER = 10.0
 _COLUMN = 36
 _LINE = 120
 _SI = {LENGTH: "m", "1/length": "1/m", NONE: "", None: ""}
@@ -208,20 +211,21 @@ def _gamma(start: Start) -> float:
 
 
 def _path(start: Start) -> list[str]:
-    """The way to a heavy ring: it begins light, for the circle is no seed of a ring that folds under its weight."""
+    """The way to a heavy ring: it begins light, for the circle is no seed of a ring that folds under its weight, and no
+    stage makes it more than `_HEAVIER` times as heavy."""
     gamma = _gamma(start)
     if start.held != "ring" or gamma <= _HEAVY_RING:
         return []
-    key, value, words = "strip.gamma", 0.5 * _HEAVY_RING, "Gamma, no unit"
+    key, whole, words = "strip.gamma", gamma, "Gamma, no unit"
     if start.si:
-        key, value = "gravity.acceleration", float(f"{STANDARD_GRAVITY * 0.5 * _HEAVY_RING / gamma:.2g}")
-        words = "acceleration of gravity, in m/s^2"
-    shown = f'"{key}" = {number(value)}'
-    return [
-        "",
-        f"{'[[path]]':<{_COLUMN}} # so heavy a ring is reached from a lighter one",
-        f"{shown:<{_COLUMN}} # {words}",
-    ]
+        key, whole, words = "gravity.acceleration", STANDARD_GRAVITY, "acceleration of gravity, in m/s^2"
+    lines = []
+    light, comment = 0.5 * _HEAVY_RING, "so heavy a ring is reached from a lighter one"
+    while light < gamma:
+        shown = f'"{key}" = {number(float(f"{whole * light / gamma:.2g}"))}'
+        lines += ["", f"{'[[path]]':<{_COLUMN}} # {comment}", f"{shown:<{_COLUMN}} # {words}"]
+        light, comment, words = _HEAVIER * light, "heavier", "as above"
+    return lines
 
 
 def _model(start: Start) -> list[str]:
