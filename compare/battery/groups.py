@@ -19,6 +19,7 @@ GROUPS = {
     "contact": "walls from touching to crushing",
     "infeasible": "scenes that cannot be, and how soon the tool says so",
     "shell": "the shell: thin, coiled, incompressible, snapping, coarse",
+    "bands": "shells that nothing holds: bands joined after half turns, strips on a table",
     "elastica": "the planar elastica: great weight, S-shapes, branches",
     "models": "every model of the registry",
     "own": "scenes as people write them, through the commands: what the terminal and the files say",

@@ -14,7 +14,7 @@ from compare.battery.case import Case, Check, Rung, holds, near
 FLAT = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # t_x = e_y, t_y = e_z, t_z = e_x
 
 
-def _solved(options: dict[str, Any] | None = None, **keys: Any) -> Any:
+def solved(options: dict[str, Any] | None = None, **keys: Any) -> Any:
     from compare.errors import Missing
 
     try:
@@ -63,7 +63,7 @@ HANGING: dict[str, Any] = {"natural_curvature": (3.0, 3.0), "gamma": 20.0, "up":
 
 def _thin(rung: Rung) -> Iterator[Check]:
     ratio = float(rung)
-    result = _solved(thickness=0.1 * ratio, **HANGING)
+    result = solved(thickness=0.1 * ratio, **HANGING)
     yield from thin.judged(result, stiff=2.0 * EPS * 12.0 / (0.1 * ratio) ** 2)
     text = f"{result.stable}, lowest eigenvalue {result.lowest_eigenvalue}"
     known = result.stable is True if ratio > 5e-5 else result.stable is not False
@@ -72,7 +72,7 @@ def _thin(rung: Rung) -> Iterator[Check]:
 
 
 def _poisson(rung: Rung) -> Iterator[Check]:
-    return thin.judged(_solved(poisson=float(rung), **HANGING))
+    return thin.judged(solved(poisson=float(rung), **HANGING))
 
 
 def _bent(rung: Rung) -> Iterator[Check]:
@@ -84,7 +84,7 @@ def _bent(rung: Rung) -> Iterator[Check]:
     frame = ((1.0, 0.0, 0.0), (0.0, cos, -sin), (0.0, sin, cos))
     from shellref.shell.problem import Pose, Waypoint
 
-    result = _solved(
+    result = solved(
         width=width, thickness=thickness, poisson=poisson, elements=(24, 12), grading=(1.0, 0.3),
         start_curvature=curvature, end=Pose(tuple(arc.tolist()), frame), sections=("free", "free"),
         path=(Waypoint(natural=1.0, name="release"),),
@@ -128,7 +128,7 @@ def section_energy(poisson: float, width: float, thickness: float, curvature: fl
 def _coils(rung: Rung) -> Iterator[Check]:
     turns = int(rung)
     curl = 2.0 * math.pi * turns
-    result = _solved(
+    result = solved(
         {"natural_path": "stepped"}, natural_curvature=(curl, curl), elements=(16 + 24 * turns, 1), width=0.03,
         poisson=0.3, grading=(1.0, 1.0),
     )  # fmt: skip
@@ -142,7 +142,7 @@ def _coils(rung: Rung) -> Iterator[Check]:
 
 def _snapped(rung: Rung) -> Iterator[Check]:
     """A curl that is pulled back over its clamp: it snaps, and must arrive on an equilibrium of the elastica."""
-    result = _solved(natural_curvature=(10.0, 10.0), gamma=float(rung), up=(0.0, 0.0, -1.0), elements=(60, 2))
+    result = solved(natural_curvature=(10.0, 10.0), gamma=float(rung), up=(0.0, 0.0, -1.0), elements=(60, 2))
     yield from thin.judged(result)
     yield holds("stable", result.stable is True, f"lowest eigenvalue {result.lowest_eigenvalue}")
     yield from _elastica(result, 2e-4)
@@ -152,7 +152,7 @@ def _bridge(first: float, **keys: Any) -> Any:
     from shellref.shell.problem import Pose, Waypoint
 
     options = {"first_step": first, "max_step": max(first, 0.25), "arc_length": "never"}
-    return _solved(
+    return solved(
         options, width=0.05, thickness=5e-4, poisson=0.3, elements=(20, 2), start_curvature=-2.5, clamp_frame=FLAT,
         end=Pose((0.3, 0.1, 0.05), FLAT), path=(Waypoint(natural=1.0, name="release"),), **keys,
     )  # fmt: skip
@@ -169,9 +169,9 @@ def _fast(rung: Rung) -> Iterator[Check]:
 
 def _coarse(rung: Rung) -> Iterator[Check]:
     across = int(rung)
-    result = _solved(poisson=0.3, elements=(40, across), **HANGING)
+    result = solved(poisson=0.3, elements=(40, across), **HANGING)
     yield from thin.judged(result)
-    fine = _solved(poisson=0.3, elements=(40, 8), **HANGING)
+    fine = solved(poisson=0.3, elements=(40, 8), **HANGING)
     off = float(np.linalg.norm(result.surface.centreline(np.array(1.0)) - fine.surface.centreline(np.array(1.0))))
     yield Check("end from that of 8 elements across (l)", off, 0.02 if across == 1 else 5e-3)
 
@@ -180,7 +180,7 @@ def _work(rung: Rung) -> Iterator[Check]:
     """Along a path of equilibria dE/dGamma is the height of the centre of weight."""
     gamma, change = float(rung), 0.01 * float(rung)
     keys = {**HANGING, "poisson": 0.3}
-    below, at, above = (_solved(**{**keys, "gamma": gamma + x}) for x in (-change, 0.0, change))
+    below, at, above = (solved(**{**keys, "gamma": gamma + x}) for x in (-change, 0.0, change))
     slope = (above.energy["total"] - below.energy["total"]) / (2.0 * change)
     height = float(thin.centre(at.surface) @ np.asarray(at.problem.up))
     yield from thin.judged(at)
@@ -192,9 +192,9 @@ def _walls(rung: Rung) -> Iterator[Check]:
     from shellref.contact.walls import Wall
 
     table, gamma = Wall((0.0, -0.05, 0.0), (0.0, 1.0, 0.0)), float(rung)
-    result = _solved(gamma=gamma, up=(0.0, 1.0, 0.0), poisson=0.3, walls=(table,), elements=(24, 2))
+    result = solved(gamma=gamma, up=(0.0, 1.0, 0.0), poisson=0.3, walls=(table,), elements=(24, 2))
     (wall,) = result.walls
-    yield from _complementary(result)
+    yield from complementary(result)
     points, surface = wall["points"], result.surface
     pushed = float(wall["force"][1]) + float(result.clamps["start"]["force"][1])
     yield near("table and clamp over the weight", pushed / gamma, 1.0, 1e-8)
@@ -213,21 +213,21 @@ def _plates(rung: Rung) -> Iterator[Check]:
 
     def ring(gap: float) -> Any:
         walls = tuple(Wall((0.0, side * 0.5 * gap, 0.0), (0.0, -side, 0.0)) for side in (-1.0, 1.0))
-        return _solved(
+        return solved(
             clamp_frame=upright, half_turns=0, start_curvature=-2.0 * math.pi, elements=(80, 2), grading=(1.0, 1.0),
             walls=walls,
         )  # fmt: skip
 
     gap, change = float(rung), 2e-4
     below, at, above = (ring(gap + x) for x in (-change, 0.0, change))
-    yield from _complementary(at)
+    yield from complementary(at)
     lower, upper = (float(wall["force"][1]) for wall in at.walls)
     yield near("lower plate over the upper one", -lower / upper, 1.0, 1e-6)
     slope = (above.energy["total"] - below.energy["total"]) / (2.0 * change)
     yield near("dE / dH over minus the force", slope / upper, 1.0, 5e-3)
 
 
-def _complementary(result: Any) -> Iterator[Check]:
+def complementary(result: Any) -> Iterator[Check]:
     """Gaps and pushes of a shell's nodes, from its surface and the walls."""
     through = product = pull = 0.0
     for wall, found in zip(result.problem.walls, result.walls, strict=True):

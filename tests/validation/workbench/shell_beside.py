@@ -1,0 +1,163 @@
+"""Every shipped scene beside a shell of the same strip: one row each, with distance, both errors, energies and times.
+
+A scene with a thickness, or with shells of its own, has its shell (of several w/h the one next to `THIN`); one without
+is given w/h = `THIN`, and its row says so. `compare` runs them, with its rules: two models are compared in one state or
+not at all, and what a shell cannot be is refused by name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from compare.errors import BadInput
+from compare.scene.scene import Scene, load
+from compare.store.progress import Reporter
+from compare.store.provenance import software
+from compare.store.store import CaseStore, atomic_write_json, case_key, read_json
+from compare.studies.compare import compare
+from tests.test_setup import ROOT
+from tests.validation import page
+from tests.validation.number import Number
+
+COMMAND = "python -m tests.validation shell_beside"
+#: It takes no times that its page rests on.
+ALONE = False
+SCENES = ROOT / "compare" / "scenes"
+#: w/h of the shell where a scene leaves it open.
+THIN = 100.0
+SAME, ANOTHER, OPEN, NONE, REFUSED = "same state", "another state", "not known", "no equilibrium", "refused"
+OUTCOMES = (SAME, ANOTHER, OPEN, NONE, REFUSED)
+#: A scene whose shell is solved again, and what a processor may change of its distance, as a part.
+PROBED, REPEATED = "cantilever", 1e-3
+
+
+def beside(name: str) -> tuple[Scene, str]:
+    """The scene with one shell, and where its w/h is from: "its own" or "given"."""
+    scene = load(SCENES / f"{name}.toml")
+    of_strip = scene.strip.thickness is not None
+    ratios = scene.shell.width_to_thickness
+    if len(ratios) > 1:
+        scene = scene.replace(
+            {"shell.width_to_thickness": [min(ratios, key=lambda ratio: abs(math.log(ratio / THIN)))]}
+        )
+    if of_strip or ratios:
+        return scene, "its own"
+    return scene.replace({"shell.width_to_thickness": [THIN]}), "given"
+
+
+def row(name: str, store: CaseStore, reporter: Reporter) -> dict[str, Any]:
+    """One shipped scene beside its shell."""
+    scene, given = beside(name)
+    found: dict[str, Any] = {"name": name, "given": given}
+    try:
+        comparison = compare(scene, store, reporter, bare=True)
+    except BadInput as error:
+        return {**found, "outcome": REFUSED, "why": str(error)}
+    (pair,) = comparison.rows
+    fast = comparison.beside[0] if comparison.beside else comparison.fast
+    outcome = {True: SAME, False: ANOTHER, None: OPEN}[pair.same_state]
+    if pair.status != "converged" or not fast.ok:
+        outcome = NONE
+    elastic = (
+        None if fast.energy is None else fast.energy.elastic,
+        None if pair.energy is None else pair.energy.elastic,
+    )
+    return {
+        **found, "outcome": outcome, "why": pair.same_why if outcome != NONE else f"{fast.word}; {pair.message}",
+        "model": fast.model, "ratio": pair.width_to_thickness, "mesh": list(pair.elements),
+        "stable": [fast.stable, pair.stable],
+        "distance": pair.hausdorff, "ribbon_error": pair.ribbon_error, "shell_error": pair.shell_error,
+        "claimed": pair.claimed, "elastic": elastic, "share": pair.share, "start": pair.start,
+        "seconds": [pair.seconds.ribbon, pair.seconds.shell],
+    }  # fmt: skip
+
+
+def rows(out: Path, names: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """All rows, each kept as soon as it is known, under a key of the code behind it."""
+    place = out.parent / "out" / "validate" / "shell_beside"
+    kept = place / f"rows_{case_key(software('compare.studies.compare'))[:12]}"
+    store, found = CaseStore(place / "cases"), []
+    with Reporter() as reporter:
+        for name in names or scenes():
+            reporter.step(name)
+            file = kept / f"{name}.json"
+            if not file.is_file():
+                atomic_write_json(file, row(name, store, reporter))
+            found.append(read_json(file))
+    return found
+
+
+def scenes() -> list[str]:
+    """The shipped scenes, by name."""
+    return sorted(file.stem for file in SCENES.glob("*.toml"))
+
+
+@cache
+def distance() -> float:
+    """Of the probed scene, in l, computed anew."""
+    scene, _ = beside(PROBED)
+    with Reporter() as reporter:
+        (pair,) = compare(
+            scene, CaseStore(ROOT / "out" / "validate" / "shell_beside" / "probe"), reporter, bare=True
+        ).rows
+    assert pair.hausdorff is not None
+    return pair.hausdorff
+
+
+PROBES = {f"distance_{PROBED}": distance}
+
+
+def run(out: Path) -> dict[str, Number]:
+    """Writes shell_beside.md; the counts, and the distances of what rests in one state."""
+    found = rows(out)
+    write(out, found)
+    counts = Counter(one["outcome"] for one in found)
+    numbers = {"scenes": Number(len(found), 0.0, shown="d")}
+    numbers |= {outcome.replace(" ", "_"): Number(counts[outcome], 0.0, shown="d") for outcome in OUTCOMES}
+    for one in found:
+        if one["outcome"] == SAME and one["distance"] is not None:
+            error = (one["ribbon_error"] or 0.0) + (one["shell_error"] or 0.0) + REPEATED * one["distance"]
+            numbers[f"distance_{one['name']}"] = Number(one["distance"], error, "l", ".1e")
+    return numbers
+
+
+def write(out: Path, found: Sequence[Mapping[str, Any]]) -> None:
+    """The page."""
+    counts = Counter(one["outcome"] for one in found)
+    said = ", ".join(f"{outcome} {counts[outcome]}" for outcome in OUTCOMES)
+    solved = [one for one in found if one["outcome"] != REFUSED]
+    heads = ["scene", "model", "w/h", "mesh", "state", "distance", "ribbon's error", "shell's error", "elastic, ribbon",
+             "elastic, shell", "membrane", "shell, s"]  # fmt: skip
+    page.write(
+        out / "shell_beside.md",
+        "A shell beside every shipped scene",
+        COMMAND,
+        f"Of {len(found)} shipped scenes: {said}. A scene that leaves the thickness open has a shell of w/h = {THIN:g} "
+        "(marked *). Distances and errors (Hausdorff) in l, energies in D w / l; a distance is given where both models "
+        "rest in one state. Stable unless said.",
+        page.table(heads, [_cells(one) for one in solved]),
+        "## What is refused, or in no one state, and why",
+        "\n".join(
+            f"- `{one['name']}`: {one['outcome']}. {one['why']}" for one in found if one["outcome"] != SAME
+        ),
+    )  # fmt: skip
+
+
+def _cells(one: Mapping[str, Any]) -> list[str]:
+    def number(value: float | None, form: str) -> str:
+        return "" if value is None else format(value, form)
+
+    unstable = [who for who, stable in zip(("ribbon", "shell"), one["stable"], strict=True) if stable is not True]
+    state = one["outcome"] + (f" ({' and '.join(unstable)} not known to be stable)" if unstable else "")
+    ratio = f"{one['ratio']:.4g}" + ("*" if one["given"] == "given" else "")
+    return [
+        one["name"], one["model"], ratio, "{} x {}".format(*one["mesh"]), state,
+        number(one["distance"] if one["outcome"] == SAME else None, ".1e"), number(one["ribbon_error"], ".0e"),
+        number(one["shell_error"], ".0e"), number(one["elastic"][0], ".5g"), number(one["elastic"][1], ".5g"),
+        number(None if one["share"] is None else one["share"]["membrane"], ".1e"), number(one["seconds"][1], ".2g"),
+    ]  # fmt: skip
