@@ -59,8 +59,8 @@ def test_a_strip_that_hangs_straight_down_is_no_alarm():
 
 
 def test_a_heavy_ring_is_raised_in_stages_and_leaves_the_saddles_on_its_way():
-    """A limp silicone loop of Gamma = 31416 (own scene 17 of the battery): with one stage and saddles kept it followed an
-    unstable circle for 887 steps until its budget was spent."""
+    """A limp silicone loop of Gamma = 31416 (own scene 17 of the battery): with one stage and saddles kept it followed
+    an unstable circle for 887 steps until its budget was spent."""
     said = {
         "held": "ring", "material": "silicone", "length": "1.361", "width": "0.05379", "thickness": "0.001987",
         "natural_curvature": "-0.6389",
