@@ -47,6 +47,8 @@ def _joined(half_turns: int, ratio: float, width: float = 0.05) -> Iterator[Chec
     ends = surface.grid(np.array([0.0, 1.0]), across)
     flipped = ends[1, ::-1] if half_turns % 2 else ends[1]
     yield Check("gap of the seam (l)", float(np.abs(ends[0] - flipped).max()), 1e-10)
+    turned = abs(thin.half_turns(surface, width, half_turns % 2 == 1))
+    yield near("half turns, by linking", turned, float(half_turns), 1e-6)
     own = thin.bending(surface, 0.3, (0.0, 0.0))
     yield near("bending energy from surface and directors", own / energy["bending"], 1.0, 0.02)
     slope = (more.energy["elastic"] - less.energy["elastic"]) / (2.0 * math.log(1.0 + STEP))
@@ -93,8 +95,8 @@ def _laid(rung: Rung) -> Iterator[Check]:
 CASES = (
     Case(
         "bands/half turns", "free bands joined after half turns, by the shell's own path",
-        "the seam is closed; bending energy of the surface; h dE / dh is -2 (membrane + shear)", "half turns", _turned,
-        (1,), (0, 2, 3, 4),
+        "the seam is closed, as often turned as asked; bending energy of the surface; h dE / dh is -2 (membrane + shear)",
+        "half turns", _turned, (1,), (0, 2, 3, 4),
         known={4: "two whole turns, w/l = 0.05: its path ends at a state with one unstable mode, and says so"},
     ),
     Case(

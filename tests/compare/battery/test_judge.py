@@ -11,6 +11,7 @@ from compare.battery.judge.curve import integrated, segments
 from compare.battery.judge.discrete import Discrete
 from compare.battery.judge.elastic import elastic, width_factor
 from compare.battery.judge.ribbon import judged, lowest, multipliers
+from compare.battery.thin import linking
 from compare.models import solve
 from compare.scene.scene import load
 from ribbon import Status
@@ -138,3 +139,14 @@ def test_what_goes_through_a_wall_is_seen(states):
     wall = found.problem.walls[0]
     higher = replace(wall, point=tuple(np.asarray(wall.point) + 1e-3 * np.asarray(wall.normal)))
     assert _red(replace(found, problem=found.problem.with_changes(walls=(higher,))), "penetration")
+
+
+@pytest.mark.parametrize("turns", [-3, 0, 1, 2])
+def test_linking_of_a_circle_and_a_line_that_winds_around_it(turns):
+    s = np.linspace(0.0, 2.0 * np.pi, 80, endpoint=False)
+    axis = np.stack([np.cos(s), np.sin(s), 0.0 * s], axis=1)
+    out, up = axis, np.array([0.0, 0.0, 1.0])
+    beside = axis + 0.1 * (np.cos(turns * s)[:, None] * out + np.sin(turns * s)[:, None] * up)
+    assert linking(axis, beside) == pytest.approx(turns, abs=1e-7)
+    assert linking(axis, beside[::-1]) == pytest.approx(-turns, abs=1e-7)
+    assert linking(axis, beside + 5.0) == pytest.approx(0.0, abs=1e-7)
