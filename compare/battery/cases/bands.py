@@ -95,7 +95,7 @@ def _laid(rung: Rung) -> Iterator[Check]:
 CASES = (
     Case(
         "bands/half turns", "free bands joined after half turns, by the shell's own path",
-        "the seam is closed, as often turned as asked; bending energy of the surface; h dE / dh is -2 (membrane + shear)",
+        "the seam is closed, turned as asked; bending energy of the surface; h dE / dh is -2 (membrane + shear)",
         "half turns", _turned, (1,), (0, 2, 3, 4),
         known={4: "two whole turns, w/l = 0.05: its path ends at a state with one unstable mode, and says so"},
     ),
