@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -39,8 +39,8 @@ OTHERS: Mapping[str, Mapping[str, Any]] = {
 }
 SAME, ANOTHER, OPEN, NONE, REFUSED = "same state", "another state", "not known", "no equilibrium", "refused"
 OUTCOMES = (SAME, ANOTHER, OPEN, NONE, REFUSED)
-#: A scene whose shell is solved again, and what a processor may change of its distance, as a part.
-PROBED, REPEATED = "cantilever", 1e-3
+#: Scenes whose shells are solved again, and what a processor may change of their distances, as a part.
+PROBED, REPEATED = ("cantilever", "hanging_5_3_1"), 1e-3
 
 
 def beside(name: str) -> tuple[Scene, str]:
@@ -105,18 +105,17 @@ def scenes() -> list[str]:
 
 
 @cache
-def distance() -> float:
-    """Of the probed scene, in l, computed anew."""
-    scene, _ = beside(PROBED)
+def distance(name: str) -> float:
+    """Of a probed scene, in l, computed anew."""
+    scene, _ = beside(name)
+    store = CaseStore(ROOT / "out" / "validate" / "shell_beside" / "probe")
     with Reporter() as reporter:
-        (pair,) = compare(
-            scene, CaseStore(ROOT / "out" / "validate" / "shell_beside" / "probe"), reporter, bare=True
-        ).rows
+        (pair,) = compare(scene, store, reporter, bare=True).rows
     assert pair.hausdorff is not None
     return pair.hausdorff
 
 
-PROBES = {f"distance_{PROBED}": distance}
+PROBES = {f"distance_{name}": partial(distance, name) for name in PROBED}
 
 
 def run(out: Path) -> dict[str, Number]:
