@@ -42,8 +42,8 @@ def write(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         COMMAND,
         f"Drawn once (seed {AGAIN_SEED}), after the mends that were made with the [first hundred](unseen.md) in view: "
         f"pose, width, w/h from 15 to 400, nu, K, Gamma; {AGAIN_HELD} held at one end, {AGAIN_ARCHES} arches, "
-        f"{AGAIN_TURNED} between clamps that are shifted, turned and leaning. (An earlier draw was "
-        "given up unprinted: two of its scenes were looked at while a rule was made.) Asked as those. Of "
+        f"{AGAIN_TURNED} between clamps that are shifted, turned and leaning. (One of them, turned_009, was looked at "
+        "while the rule for passages of zero curvature was made.) Asked as those. Of "
         f"{len(unseen_again())} drawn {len(rows)} were run so far, in this order; none of these is left out.",
         f"Falsely safe: {unseen.named(rows, unseen.FALSELY_SAFE)}. Too bold: {unseen.named(rows, unseen.BOLD)}. "
         "Scenes without a shell to compare with: it rests in another state than the ribbon, as the answer then says, "
