@@ -24,14 +24,14 @@ NEAR = 0.97
 #: Elements whose size doubles from h / 2 on: at the clamp, at each free edge.
 AT_CLAMP, AT_EDGE = 5, 2
 #: Relative residual and correction of an equilibrium; its own 5e-3 and 1e-2 move the critical weight by 0.5 %.
-_TIGHT = "*CONTROLS, PARAMETERS=FIELD\n1e-5, 1e-5, , , 1e-5, 1e-5"
+TIGHT = "*CONTROLS, PARAMETERS=FIELD\n1e-5, 1e-5, , , 1e-5, 1e-5"
 #: Lattice steps (along, thickness, across) of an element's nodes from its first corner; an element spans two steps.
 _BOTTOM = ((0, 0, 0), (2, 0, 0), (2, 0, 2), (0, 0, 2))
 _FACE = (*_BOTTOM, (1, 0, 0), (2, 0, 1), (1, 0, 2), (0, 0, 1))
 _SHELL = _FACE
 _FAR = tuple((i, 2, k) for i, _, k in _FACE)  # x cross z is -y: a solid's first face is the one at larger y
 _SOLID = (*_FAR[:4], *_FACE[:4], *_FAR[4:], *_FACE[4:], *((i, 1, k) for i, _, k in _BOTTOM))
-_TYPES = {"S8R": _SHELL, "C3D20R": _SOLID}
+TYPES = {"S8R": _SHELL, "C3D20R": _SOLID}
 
 
 def available() -> bool:
@@ -88,7 +88,7 @@ class OnEdge:
             yield f"{number}, {along[i]:.15g}, {y:.15g}, {across[k]:.15g}"
         yield f"*ELEMENT, TYPE={self.element}, ELSET=STRIP"
         for number, (i, k) in enumerate(product(range(nx), range(nz)), 1):
-            corners = [nodes[2 * i + di, dj, 2 * k + dk] for di, dj, dk in _TYPES[self.element]]
+            corners = [nodes[2 * i + di, dj, 2 * k + dk] for di, dj, dk in TYPES[self.element]]
             words = [str(n) for n in (number, *corners)]
             yield ", ".join(words[:11]) + ("," if len(words) > 11 else "")
             if len(words) > 11:
@@ -150,7 +150,7 @@ def _linearised(strip: OnEdge, preload: float, step: float, folder: Path) -> flo
     """
     text = run(
         strip.deck(
-            f"*STEP, NLGEOM\n{_TIGHT}\n*STATIC\n1., 1.\n{_weight(preload)}\n*END STEP",
+            f"*STEP, NLGEOM\n{TIGHT}\n*STATIC\n1., 1.\n{_weight(preload)}\n*END STEP",
             f"*STEP, PERTURBATION\n*BUCKLE\n1, 1e-4\n{_weight(step)}\n*END STEP",
         ),
         folder, "critical",
@@ -174,7 +174,7 @@ def deflection(strip: OnEdge, gamma: float, folder: Path, push: float) -> np.nda
             f"*CLOAD, OP=NEW\nTIP, 2, {push:.15g}\n*END STEP",
             f"*STEP, NLGEOM, INC=300\n*STATIC\n0.2, 1., 1e-6, 0.5\n{_weight(gamma)}\n"
             "*CLOAD, OP=NEW\nTIP, 2, 0.\n*END STEP",
-            f"*STEP, NLGEOM\n{_TIGHT}\n*STATIC\n1., 1.\n{_weight(gamma)}\n{printed}\n*END STEP",
+            f"*STEP, NLGEOM\n{TIGHT}\n*STATIC\n1., 1.\n{_weight(gamma)}\n{printed}\n*END STEP",
         ),
         folder, "deflection",
     )  # fmt: skip
