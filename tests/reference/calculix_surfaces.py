@@ -159,7 +159,7 @@ def ring(gap: float, elements: tuple[int, int], folder: Path, thickness: float =
     """
     for on in range(elements[0] // 2):
         found = _squeezed(gap, on, circle(elements, thickness, width), folder, width)
-        if found.through < 1e-9:
+        if found.through < 1e-7:  # places are written with six digits
             return found
     raise Failed(f"a ring between planes {gap:g} apart: no set of lines keeps it between them")
 

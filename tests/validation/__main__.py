@@ -79,7 +79,6 @@ NAMES = (
     "shell_cost",
     "shell_start",
     "shell_walls",
-    "calculix_shells",
     "shell_beside",
     "shell_adaptive",
     "shell_size",
