@@ -184,7 +184,7 @@ def _squeezed(gap: float, on: int, surface: Surface, folder: Path, width: float)
             by = sign * 0.5 * gap - surface.points[i % (2 * n), m][1]
             heights |= {k: float(by) for k in surface.line(i % (2 * n))}
     lines += [f"{k}, 2, 2, {shown(by)}" for k, by in heights.items()]
-    lines += ["*NODE PRINT, NSET=TOP\nRF", "*NODE PRINT, NSET=ALL, FREQUENCY=9999\nU", "*END STEP"]
+    lines += ["*NODE PRINT, NSET=TOP\nRF", "*NODE PRINT, NSET=ALL\nU", "*END STEP"]
     text = run("\n".join(lines) + "\n", folder, "ring")
     pushes = {int(row[0]): row[2] for row in numbers(text, "forces")}
     each = [sum(pushes[k] for k in surface.line(i)) for i in touching[1]]
