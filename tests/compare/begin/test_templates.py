@@ -71,6 +71,6 @@ def test_a_heavy_ring_is_raised_in_stages_and_leaves_the_saddles_on_its_way():
     assert all(heavier <= 10.5 * lighter for lighter, heavier in pairwise([*weights, 9.81]))
     state = solve(scene)
     assert (state.word, state.stable) == ("converged", True)
-    assert state.energy.total < -7200.0, "the circle kept in its plane, a saddle, lies above -6400"
+    assert state.energy.total < -7000.0, "the saddle is at -5279 under 0.845 of the weight, which extrapolates to -6325"
     assert scene.only_raised
     assert not scene.replace({"path": [{"gravity.up": [0.0, 0.0, 1.0]}]}).only_raised

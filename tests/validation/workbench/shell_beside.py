@@ -144,7 +144,7 @@ def write(out: Path, found: Sequence[Mapping[str, Any]]) -> None:
         "A shell beside every shipped scene",
         COMMAND,
         f"Of {len(found)} shipped scenes: {said}. A scene that leaves the thickness open has a shell of w/h = {THIN:g} "
-        "(marked *; bands on a table: 400). Distances and errors (Hausdorff) in l, energies in D w / l; a distance is "
+        "(marked *; bands on a table 400). Distances and errors (Hausdorff) in l, energies in D w / l; a distance is "
         "given where both models rest in one state. Stable unless said.",
         page.table(heads, [_cells(one) for one in solved]),
         "## What is refused, or in no one state, and why",
