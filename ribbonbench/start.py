@@ -2,8 +2,9 @@
 
 Both signals end a command by an exception, so that finished work is kept and processes that work for it are ended: one
 line on stderr, exit code 130 after ctrl-C, 143 after SIGTERM. An exception inside an import leaves modules half made
-and can be taken for a missing library, so that a signal is put off until the import is over. Only the standard library
-is imported here.
+and can be taken for a missing library, one inside the loading of a kernel leaves that without its code (a call back of
+LLVM's that fails, and an access to address 0), so that a signal is put off until these are over. Only the standard
+library is imported here.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ INTERRUPTED = 128 + signal.SIGINT
 TERMINATED = 128 + signal.SIGTERM
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_AGAIN = 0.02  # s until a signal that came inside an import is tried again
+_AGAIN = 0.02  # s until a signal that came inside what is whole is tried again
+#: How the files end whose functions no exception may leave in the middle.
+_WHOLE = ("<frozen importlib._bootstrap>", os.path.join("llvmlite", "binding", "executionengine.py"))
 
 #: Variables that limit threads; the first one is looked at by all but numba.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -100,13 +103,13 @@ class Signals:
 
     def _come(self, number: int, frame: FrameType | None) -> None:
         first, self.seen = self.seen is None, Terminated() if number == signal.SIGTERM else KeyboardInterrupt()
-        if first and importing(frame) and system.TIMERS:
+        if first and whole(frame) and system.TIMERS:
             self._again.ask(_AGAIN)
             return
         raise self.seen
 
     def _later(self, _number: int, frame: FrameType | None) -> None:
-        if importing(frame):
+        if whole(frame):
             self._again.ask(_AGAIN)
         elif self.seen is not None:
             raise self.seen
@@ -119,13 +122,25 @@ class Signals:
             self._hook(found)
 
 
-def importing(frame: FrameType | None) -> bool:
-    """Whether a module is being imported in this frame or in one that called it."""
+def whole(frame: FrameType | None) -> bool:
+    """Whether a module is imported or a kernel loaded in this frame or in one that called it."""
     while frame is not None:
-        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+        if frame.f_code.co_filename.endswith(_WHOLE):
             return True
         frame = frame.f_back
     return False
+
+
+def behind(error: BaseException) -> KeyboardInterrupt | None:
+    """The signal in whose wake `error` was raised (a file that a clean-up did not find any more); None: it has none."""
+    found: BaseException | None = error
+    seen: set[int] = set()
+    while found is not None and id(found) not in seen:
+        if isinstance(found, KeyboardInterrupt):
+            return found
+        seen.add(id(found))
+        found = found.__cause__ or found.__context__
+    return None
 
 
 def run(command: Callable[[], int]) -> int:

@@ -77,6 +77,8 @@ def _main(arguments: Sequence[str] | None) -> int:
         print_json(options)
         return code
     except RibbonbenchError as error:
+        if (stop := start.behind(error)) is not None:
+            return start.said(stop)
         print(f"ribbonbench: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt as stop:

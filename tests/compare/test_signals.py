@@ -49,6 +49,46 @@ setattr(found, name, sent)
 import ribbonbench
 sys.exit(ribbonbench.main())
 """
+#: The command of argv[3:], which gets the signal argv[1] while a kernel's code is loaded, in a call back of LLVM's.
+AT_KERNEL = """
+import os, sys
+number = int(sys.argv[1])
+sys.argv = ["ribbonbench", *sys.argv[3:]]
+import numba.core.codegen
+class Library(numba.core.codegen.JITCodeLibrary):
+    sent = False
+    @classmethod
+    def _object_getbuffer_hook(cls, module):
+        code = super()._object_getbuffer_hook(module)
+        if code is not None and not Library.sent:
+            Library.sent = True
+            os.kill(os.getpid(), number)
+        return code
+numba.core.codegen.JITCPUCodegen._library_class = Library
+import ribbonbench
+sys.exit(ribbonbench.main())
+"""
+#: The command of argv[3:], which gets the signal argv[1] when the file that proves a folder writable is taken away.
+AT_PROBE = """
+import os, sys, tempfile
+number = int(sys.argv[1])
+sys.argv = ["ribbonbench", *sys.argv[3:]]
+made = tempfile.NamedTemporaryFile
+class Probe:
+    def __init__(self, **more):
+        self.file = made(**more)
+    def __enter__(self):
+        return self.file
+    def __exit__(self, *what):
+        os.unlink(self.file.name)
+        try:
+            os.kill(os.getpid(), number)
+        finally:
+            self.file.close()
+tempfile.NamedTemporaryFile = Probe
+import ribbonbench
+sys.exit(ribbonbench.main())
+"""
 SMALL = ("--set", "model.elements=6", "--quiet")
 
 
@@ -79,6 +119,12 @@ def test_while_a_module_is_imported(tmp_path, number, module):
 def test_while_it_works(tmp_path, number, place):
     ended_well(signalled(AT_CALL, number, place, "solve", "coil_10_100", "--out", tmp_path, *SMALL), number)
     assert not [path for path in tmp_path.rglob("*") if path.name.endswith(".tmp")]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("script", [AT_KERNEL, AT_PROBE], ids=["a kernel's code", "a clean-up"])
+def test_where_an_exception_is_lost_or_becomes_another(tmp_path, script, number):
+    ended_well(signalled(script, number, "-", "solve", "coil_10_100", "--out", tmp_path, *SMALL), number)
 
 
 def test_a_signal_that_no_exception_can_pass_is_not_lost():
