@@ -15,6 +15,7 @@ import pytest
 
 from tests.validation import readme, remake, stale
 from tests.validation.__main__ import main
+from tests.validation.kept_rows import KeptRows
 from tests.validation.number import Number
 from tests.validation.record import Pages, checked
 
@@ -474,6 +475,20 @@ def test_pages_that_were_made_before_do_not_count_as_a_modified_tree(root):
     assert Pages(root).modified() is False
     (root / "ribbon/law.py").write_text("MODULUS = 4.0\n")
     assert Pages(root).modified() is True
+
+
+def test_a_row_is_measured_once_and_again_under_other_code(tmp_path):
+    kept, asked = KeptRows.of(tmp_path, "compare.studies.limits"), []
+
+    def make() -> dict[str, float]:
+        asked.append(1)
+        return {"x": 1 / 3}
+
+    assert not kept.has("one")
+    assert kept.row("one", make) == kept.row("one", make) == {"x": 1 / 3}
+    assert kept.has("one")
+    assert KeptRows.of(tmp_path, "compare.studies.cost").row("one", make) == {"x": 1 / 3}
+    assert len(asked) == 2
 
 
 def test_an_unknown_name_ends_with_2(capsys):

@@ -15,7 +15,7 @@ from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
 from compare.registry import knows_energy
 from compare.store.progress import Reporter
-from compare.store.store import atomic_write_json, read_json
+from tests.validation.kept_rows import KeptRows
 from tests.validation.workbench.hit_cases import Case, Shell
 from tests.validation.workbench.hit_solve import ELEMENTS, solve
 
@@ -69,10 +69,10 @@ def all_measured(
     case: Case, shell: Shell, models: Iterable[str], place: Path, say: Reporter | None = None
 ) -> dict[str, Measured]:
     """Every model of `models` beside the shell of a case, from `place` or kept there."""
-    found = {}
-    for energy in models:
-        file = place / f"{case.name}_{energy}.json"
-        if not file.exists():
-            atomic_write_json(file, asdict(measured(case, shell, energy, say)))
-        found[energy] = Measured(**read_json(file))
-    return found
+    kept = KeptRows(place)
+    return {
+        energy: Measured(
+            **kept.row(f"{case.name}_{energy}", lambda energy=energy: asdict(measured(case, shell, energy, say)))
+        )
+        for energy in models
+    }

@@ -17,11 +17,11 @@ from typing import Any
 from compare.errors import BadInput
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
-from compare.store.provenance import software
-from compare.store.store import CaseStore, atomic_write_json, case_key, read_json
+from compare.store.store import CaseStore
 from compare.studies.compare import compare
 from tests.test_setup import ROOT
 from tests.validation import page
+from tests.validation.kept_rows import KeptRows
 from tests.validation.number import Number
 
 COMMAND = "python -m tests.validation shell_beside"
@@ -87,15 +87,12 @@ def row(name: str, store: CaseStore, reporter: Reporter) -> dict[str, Any]:
 def rows(out: Path, names: Sequence[str] | None = None) -> list[dict[str, Any]]:
     """All rows, each kept as soon as it is known, under a key of the code behind it."""
     place = out.parent / "out" / "validate" / "shell_beside"
-    kept = place / f"rows_{case_key(software('compare.studies.compare'))[:12]}"
+    kept = KeptRows.of(place, "compare.studies.compare")
     store, found = CaseStore(place / "cases"), []
     with Reporter() as reporter:
         for name in names or scenes():
             reporter.step(name)
-            file = kept / f"{name}.json"
-            if not file.is_file():
-                atomic_write_json(file, row(name, store, reporter))
-            found.append(read_json(file))
+            found.append(kept.row(name, partial(row, name, store, reporter)))
     return found
 
 

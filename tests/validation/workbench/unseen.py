@@ -28,10 +28,10 @@ from compare.measure.grades import GOOD, GRADES, UNKNOWN
 from compare.pages.limits import answer
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
-from compare.store.provenance import software
-from compare.store.store import CaseStore, atomic_write_json, case_key, read_json
+from compare.store.store import CaseStore, atomic_write_json
 from compare.studies.limits import Thresholds, quick, study
 from tests.validation import page
+from tests.validation.kept_rows import KeptRows
 from tests.validation.number import Number
 from tests.validation.workbench.drawn import UNSEEN_SEED, unseen
 
@@ -121,17 +121,14 @@ def measured(
     until = time.monotonic() + seconds
     place = out.parent / "out" / "validate" / name
     store = CaseStore(place / "cases")
-    kept = place / f"rows_{case_key(software('compare.studies.limits', 'compare.pages.limits'))[:12]}"
-    rows = []
+    kept = KeptRows.of(place, "compare.studies.limits", "compare.pages.limits")
+    rows: list[dict[str, Any]] = []
     with Reporter() as reporter:
         for scene_name, scene in scenes()[:most]:
             reporter.step(scene_name)
-            file = kept / f"{scene_name}.json"
-            if not file.is_file():
-                if len(rows) >= LEAST and time.monotonic() > until:
-                    break
-                atomic_write_json(file, asked(scene_name, scene, store, reporter))
-            rows.append(read_json(file))
+            if not kept.has(scene_name) and len(rows) >= LEAST and time.monotonic() > until:
+                break
+            rows.append(kept.row(scene_name, partial(asked, scene_name, scene, store, reporter)))
     return rows
 
 
