@@ -1,8 +1,8 @@
 """What a first solve compiles, compiled beforehand: the ribbon's kernels, and the shell's forms where it is installed.
 
 Every kind of ribbon is solved once on a few elements, since a kernel is compiled when it is first called: held at one
-end and at both, closed, at a wall, both energies, by Ipopt, as a batch, weight over the surface, derivatives, the
-estimate of `limits`.
+end and at both, closed, at a wall, both energies, by Ipopt, as a batch, weight over the surface, derivatives,
+errors, the estimate of `limits`.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def ribbons(say: Reporter | None = None) -> None:
     found: Model = registry.model(registry.USUAL)
     for name, keys in RIBBONS:
         scene = load(name).replace({"model.elements": ELEMENTS, **keys})
-        state = found.solve(scene, options=Options(), say=say)
+        state = found.solve(scene, options=Options(error=True), say=say)
         if state.shape is not None:
             state.shape.fields(np.linspace(0.0, 1.0, 5), scene.width * np.linspace(-0.5, 0.5, 3))
         if isinstance(found, Batches) and found.together(scene) is not None:
