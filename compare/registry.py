@@ -16,7 +16,6 @@ import functools
 import importlib
 import importlib.metadata
 import importlib.util
-import runpy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,8 +28,13 @@ def _ribbon_energies() -> tuple[str, ...]:
     package = importlib.util.find_spec("ribbon")
     if package is None or package.origin is None:
         return ()
-    found = runpy.run_path(str(Path(package.origin).parent / "energies" / "names.py"))
-    return (*found["NAMES"], *found["FREE"])
+    place = Path(package.origin).parent / "energies" / "names.py"
+    spec = importlib.util.spec_from_file_location("names", place)
+    if spec is None or spec.loader is None:
+        return ()
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return (*found.NAMES, *found.FREE)
 
 
 #: Energies of the ribbon on curvature elements; "auto": the one that is exact in the width.

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
 
@@ -14,7 +15,9 @@ from compare.errors import BadInput
 from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
+    from compare.page.verdict import Verdict
     from compare.sweep.file import Sweep
+    from compare.sweep.shard import Shard
     from compare.sweep.workers import Crew
 
 HELP = "run a grid of scenes in parallel, also under mpiexec; a killed sweep goes on"
@@ -51,6 +54,18 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--workers", type=int, metavar="N", default=None,
         help="cases at once on this machine (default: the usable cores); under mpiexec its processes but one",
     )  # fmt: skip
+    parser.add_argument(
+        "--shard", metavar="K/N", default=None,
+        help="only part K of N, for a job of an array: 1/64 to 64/64, each with an --out of its own",
+    )  # fmt: skip
+    parser.add_argument(
+        "--join", nargs="+", metavar="FOLDER", default=None,
+        help="put the parts together that --shard has left in these folders; nothing is solved that they lack",
+    )  # fmt: skip
+    parser.add_argument(
+        "--table", choices=("csv", "parquet"), default=None,
+        help="cases.csv, or parts of Parquet in table/ (default: csv up to 100,000 cases of the grid)",
+    )  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
     common.yes_argument(parser)
     common.units_argument(parser)
@@ -60,8 +75,10 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Runs the sweep; under mpiexec the first process leads, the others carry cases."""
-    from compare.store.world import world
+    from compare.store.world import pooled, world
 
+    if pooled():
+        return _pooled(options, console)
     processes = world()
     if processes.comm is None:
         return _run(options, console, lambda: _local(options))
@@ -87,6 +104,17 @@ def run(options: argparse.Namespace, console: Console) -> int:
     return processes.on_first(outcome)
 
 
+def _pooled(options: argparse.Namespace, console: Console) -> int:
+    """Leads the pool of `python -m mpi4py.futures`."""
+    from mpi4py import MPI
+    from mpi4py.futures import MPIPoolExecutor
+
+    from compare.sweep.workers import ClusterCrew
+
+    with MPIPoolExecutor() as executor:
+        return _run(options, console, lambda: ClusterCrew(executor, max(1, MPI.COMM_WORLD.size - 1)))
+
+
 def _local(options: argparse.Namespace) -> Crew:
     from compare.sweep.workers import LocalCrew
     from ribbonbench.system import cores
@@ -96,26 +124,77 @@ def _local(options: argparse.Namespace) -> Crew:
 
 def _run(options: argparse.Namespace, console: Console, crew: Callable[[], Crew]) -> int:
     from compare.page.terminal import print_verdict
+    from compare.studies.axes import Grid
     from compare.sweep import page as sweep_write
-    from compare.sweep import run as sweep_run
+    from compare.sweep.large.stream import CSV, LARGE, MOST, PARQUET
+    from compare.sweep.shard import Shard
 
     if options.workers is not None and not 1 <= options.workers <= 1024:
         raise BadInput("--workers", options.workers, "is not a number of processes", "give 1 or more")
+    if options.shard is not None and options.join is not None:
+        raise BadInput("--join", options.join[0], "stands beside --shard", "give one or the other")
+    shard = Shard() if options.shard is None else Shard.parse(options.shard)
     sweep = _sweep(options)
     common.units_of(options, sweep.scene)
     sweep_write.check_shown(sweep)
+    cases = len(Grid(sweep.scene, sweep.axes, MOST))
+    kind = options.table or (PARQUET if cases > LARGE else CSV)
+    end = (_in_parts if kind == PARQUET else _in_one)(options, sweep, shard, crew)
+    if common.spoken(options):
+        print_verdict(console, end.verdict)
+        for sentence in end.sentences:
+            console.print(f"- {sentence}")
+        console.print(f"Results: {end.out}")
+    return common.DONE if end.ok else common.NOT_CONVERGED
+
+
+class _End(NamedTuple):
+    """What a sweep came to."""
+
+    out: Path
+    verdict: Verdict
+    sentences: tuple[str, ...]
+    ok: bool
+
+
+def _in_one(options: argparse.Namespace, sweep: Sweep, shard: Shard, crew: Callable[[], Crew]) -> _End:
+    """A sweep whose cases are all in memory, with its table in CSV."""
+    from compare.sweep import page as sweep_write
+    from compare.sweep import run as sweep_run
+    from compare.sweep.parted import claimed, only, parts_of
+
     grid = sweep_run.check(sweep)
+    joined = () if options.join is None else parts_of(options.join, sweep)
+    own, points = (sweep, grid) if shard.whole else only(sweep, grid, shard)
     out = common.out_folder(options, sweep.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        finished = sweep_run.run(sweep, grid, out, crew(), reporter, options.fresh)
-        reporter.step("writing tables and the picture")
+        if not shard.whole:
+            claimed(out, sweep, shard, options.fresh)
+        part = "" if shard.whole else str(shard)
+        finished = sweep_run.run(own, points, out, crew(), reporter, options.fresh, part, joined)
+        reporter.step("writing tables" if part else "writing tables and the picture")
         page = sweep_write.write(out, finished, options.line)
-    if common.spoken(options):
-        print_verdict(console, sweep_write.answer(finished))
-        for sentence in page.sentences:
-            console.print(f"- {sentence}")
-        console.print(f"Results: {out}")
-    return common.DONE if finished.ok else common.NOT_CONVERGED
+    return _End(out, sweep_write.answer(finished), page.sentences, finished.ok)
+
+
+def _in_parts(options: argparse.Namespace, sweep: Sweep, shard: Shard, crew: Callable[[], Crew]) -> _End:
+    """A sweep of any number of cases, with its table in parts of Parquet."""
+    from compare.sweep.large import stream
+    from compare.sweep.large.page import write
+    from compare.sweep.large.parts import check_parquet
+
+    check_parquet()
+    grid = stream.grid_of(sweep)
+    folders = None if options.join is None else stream.joinable(options.join, sweep, grid)
+    out = common.out_folder(options, sweep.name)
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        if folders is None:
+            ended = stream.run(sweep, grid, shard, out, crew(), reporter, options.fresh)
+        else:
+            ended = stream.joined(sweep, grid, out, folders, reporter, options.fresh)
+        reporter.step("reading the table and drawing the picture")
+        page, verdict, ok = write(out, ended, options.line)
+    return _End(out, verdict, page.sentences, ok)
 
 
 def _sweep(options: argparse.Namespace) -> Sweep:

@@ -18,8 +18,23 @@ T = TypeVar("T")
 _LAUNCHERS = (("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"), ("PMI_RANK", "PMI_SIZE"))
 
 
+#: Where mpi4py keeps the pool of `python -m mpi4py.futures`, in its versions 3 and 4.
+_POOLS = ("mpi4py.futures._lib", "mpi4py.futures._core")
+
+
+def pooled() -> bool:
+    """Whether this process was begun by `python -m mpi4py.futures`, whose other processes wait for what it gives them.
+
+    It stands alone, then: what it asks of the others goes through `mpi4py.futures.MPIPoolExecutor`.
+    """
+    return any(getattr(sys.modules.get(name), "SharedPool", None) is not None for name in _POOLS)
+
+
 def placed() -> tuple[int, int]:
-    """(rank, size) of this process in its mpirun, from the environment; (0, 1) outside."""
+    """(rank, size) of this process in its mpirun, from the environment; (0, 1) outside, and for the process that leads
+    a pool (`pooled`)."""
+    if pooled():
+        return 0, 1
     for rank, size in _LAUNCHERS:
         with contextlib.suppress(KeyError, ValueError):
             return int(os.environ[rank]), int(os.environ[size])

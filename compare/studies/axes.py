@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -142,30 +141,63 @@ def checked(axis: Axis, where: str) -> Axis:
     return axis
 
 
+@dataclass(frozen=True)
+class Grid:
+    """The points of a grid, the last axis fastest, each made when it is asked for.
+
+    BadInput: a key is varied twice, or there are more than `most` points.
+    """
+
+    scene: Scene
+    axes: tuple[Axis, ...]
+    most: int = MOST_CASES
+
+    def __post_init__(self) -> None:
+        names = [key for axis in self.axes for key in axis.keys]
+        for name in names:
+            if names.count(name) > 1:
+                raise BadInput(name, None, "is varied twice", "give one axis per key")
+        if len(self) > self.most:
+            raise BadInput("grid", len(self), f"has more than {self.most} cases", "give fewer values")
+
+    def __len__(self) -> int:
+        return math.prod(len(axis.values) for axis in self.axes)
+
+    def values(self, number: int) -> dict[str, Any]:
+        """The varied keys at a point."""
+        return values_at(self.axes, number)
+
+    def point(self, number: int) -> Point:
+        """A point with its scene; an unknown key or an impossible value raises `BadInput`."""
+        values = self.values(number)
+        try:
+            there = self.scene.replace(values) if values else self.scene
+        except BadInput as error:
+            raise at_point(error, number, values) from None
+        return Point(number, values, there)
+
+
+def values_at(axes: Sequence[Axis], number: int) -> dict[str, Any]:
+    """The varied keys at a point of the grid of these axes, the last one fastest."""
+    chosen: list[tuple[Any, ...]] = []
+    for axis in reversed(axes):
+        number, place = divmod(number, len(axis.values))
+        chosen.append(axis.values[place])
+    return {
+        key: value
+        for axis, group in zip(axes, reversed(chosen), strict=True)
+        for key, value in zip(axis.keys, group, strict=True)
+    }
+
+
+def at_point(error: BadInput, number: int, values: Mapping[str, Any]) -> BadInput:
+    """An error with the point at which it stands."""
+    where = ", ".join(f"{key} = {value}" for key, value in values.items())
+    return BadInput(error.key, error.value, f"{error.problem} (point {number}: {where})", error.remedy)
+
+
 def points(scene: Scene, axes: Sequence[Axis]) -> list[Point]:
     """One scene for each point of the grid, the last axis fastest; an unknown key or an impossible value raises
     `BadInput` before anything is computed."""
-    names = [key for axis in axes for key in axis.keys]
-    for name in names:
-        if names.count(name) > 1:
-            raise BadInput(name, None, "is varied twice", "give one axis per key")
-    size = math.prod(len(axis.values) for axis in axes)
-    if size > MOST_CASES:
-        raise BadInput("grid", size, f"has more than {MOST_CASES} cases", "give fewer values")
-    return list(_points(scene, axes))
-
-
-def _points(scene: Scene, axes: Sequence[Axis]) -> Iterator[Point]:
-    for number, chosen in enumerate(itertools.product(*(axis.values for axis in axes))):
-        values = {
-            key: value
-            for axis, group in zip(axes, chosen, strict=True)
-            for key, value in zip(axis.keys, group, strict=True)
-        }
-        try:
-            there = scene.replace(values) if values else scene
-        except BadInput as error:
-            where = ", ".join(f"{key} = {value}" for key, value in values.items())
-            problem = f"{error.problem} (point {number}: {where})"
-            raise BadInput(error.key, error.value, problem, error.remedy) from None
-        yield Point(number, values, there)
+    grid = Grid(scene, tuple(axes))
+    return [grid.point(number) for number in range(len(grid))]

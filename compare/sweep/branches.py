@@ -28,6 +28,8 @@ def branches(finished: Finished) -> list[list[int | None]]:
     """The branch of every row of every case, from 1; None: it is no stable state, has no neighbours, or the grid is too
     coarse to tell."""
     cases = finished.cases
+    if finished.part:
+        return [[None] * len(case.record["rows"]) for case in cases]
     shape = [len(axis.values) for axis in finished.sweep.axes]
     found: list[list[int | None]] = [[None] * len(case.record["rows"]) for case in cases]
     ratios = dict.fromkeys(row.get("width_to_thickness") for case in cases for row in case.record["rows"])

@@ -35,13 +35,15 @@ class Case:
 @dataclass(frozen=True)
 class Finished:
     """A sweep's cases in the order of the grid; seconds: wall time of this run, workers: how many it had; walks: how
-    many cases were begun at a neighbour's state, whatever came of it."""
+    many cases were begun at a neighbour's state, whatever came of it; part: "3/64" where the cases are one of many
+    parts of a grid, in no order that has neighbours."""
 
     sweep: Sweep
     cases: tuple[Case, ...]
     seconds: float
     workers: int
     walks: int = 0
+    part: str = ""
 
     @property
     def ok(self) -> bool:

@@ -29,7 +29,8 @@ _FORCED = 1.0  # s between two fsyncs
 _DIGITS = 16  # hexadecimal digits of a line's checksum
 
 
-def _line(value: Mapping[str, Any]) -> bytes:
+def line_of(value: Mapping[str, Any]) -> bytes:
+    """A line with its checksum."""
     text = json.dumps(jsonable(value), separators=(",", ":"), ensure_ascii=True, allow_nan=False)
     return f"{_sum(text)} {text}\n".encode("ascii")
 
@@ -38,13 +39,46 @@ def _sum(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
 
 
-def _value(line: bytes) -> Any:
-    """What stands in a line; None for one that is torn or altered."""
+def value_in(line: bytes) -> Any:
+    """What stands in a line (without its end); None for one that is torn or altered."""
     try:
         checksum, blank, text = line.decode("ascii").partition(" ")
         return json.loads(text) if blank and checksum == _sum(text) else None
     except ValueError:
         return None
+
+
+class Growing:
+    """A file to whose end whole lines are added, forced to the disk at most every second."""
+
+    def __init__(self, path: Path) -> None:
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666)
+        self._size = os.fstat(self._handle).st_size
+        self._forced = time.monotonic()
+        if self._size and os.pread(self._handle, 1, self._size - 1) != b"\n":
+            self.add(b"\n")  # the torn line of a process that was killed
+
+    def add(self, data: bytes) -> None:
+        """Adds to its end; on a full disk it stays as it was, and OSError passes."""
+        written = 0
+        try:
+            while written < len(data):
+                written += os.pwrite(self._handle, data[written:], self._size + written)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._handle, self._size)
+            raise
+        self._size += len(data)
+        if time.monotonic() - self._forced > _FORCED:
+            os.fsync(self._handle)
+            self._forced = time.monotonic()
+
+    def close(self) -> None:
+        """Forces it to the disk and closes it."""
+        try:
+            os.fsync(self._handle)
+        finally:
+            os.close(self._handle)
 
 
 class Journal:
@@ -74,7 +108,7 @@ class Journal:
         self._handle = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:
             if self._size == 0:
-                self._append(_line({"kind": _KIND, "format": FORMAT}))
+                self._append(line_of({"kind": _KIND, "format": FORMAT}))
             elif self._torn:
                 self._append(b"\n")
         except BaseException:
@@ -95,7 +129,7 @@ class Journal:
 
     def add(self, key: str, record: Mapping[str, Any]) -> None:
         """Keeps a finished case; on a full disk the journal stays as it was, and OSError passes."""
-        self._append(_line({"key": key, "software": self.software, "record": record}))
+        self._append(line_of({"key": key, "software": self.software, "record": record}))
         if time.monotonic() - self._forced > _FORCED:
             os.fsync(self._handle)
             self._forced = time.monotonic()
@@ -120,11 +154,11 @@ class Journal:
         except (IsADirectoryError, NotADirectoryError):
             raise self._foreign() from None
         head, *lines = raw.split(b"\n")
-        first = _value(head)
+        first = value_in(head)
         if not isinstance(first, dict) or first.get("kind") != _KIND:
-            if not lines and _line({"kind": _KIND, "format": FORMAT}).startswith(head):
+            if not lines and line_of({"kind": _KIND, "format": FORMAT}).startswith(head):
                 return b""  # killed while the first line was written
-            known = [value for value in map(_value, lines) if isinstance(value, dict) and "record" in value]
+            known = [value for value in map(value_in, lines) if isinstance(value, dict) and "record" in value]
             if not known:
                 raise self._foreign()
             self.damaged += 1  # the first line alone is damaged: its cases are its proof
@@ -133,7 +167,7 @@ class Journal:
             os.replace(self.path, self.path.with_name(self.aside))
             return b""
         for line in lines:
-            value = _value(line)
+            value = value_in(line)
             if isinstance(value, dict) and isinstance(value.get("record"), dict) and isinstance(value.get("key"), str):
                 self.found[value["key"]] = value["record"]
                 self.others += value.get("software") != self.software

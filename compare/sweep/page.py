@@ -64,7 +64,7 @@ def rows_of(finished: Finished) -> Rows:
 def _curves(finished: Finished, rows: Rows) -> dict[Any, tuple[LoadCurve | None, list[int]]]:
     """Of a sweep over one axis: for each w/h (None: of a model without) the curve of what is moved, and the rows of its
     states."""
-    if len(finished.sweep.axes) != 1:
+    if len(finished.sweep.axes) != 1 or finished.part:
         return {}
     scenes = {case.point.number: case.point.scene for case in finished.cases}
     keys = watched(finished.sweep.keys)
@@ -216,15 +216,15 @@ def answer(finished: Finished) -> Verdict:
         several_lie = "one lies" if aside == 1 else f"{aside} lie"
         several = f"Of {count} cases {several_lie} on another branch than the others; {several}"
     checks = [
-        _shared("cases", ok, count, "stable equilibria"),
-        _shared("branch", count - aside, count, "on the branch of most"),
+        shared("cases", ok, count, "stable equilibria"),
+        shared("branch", count - aside, count, "on the branch of most"),
         _finite_check(finished),
         _elements_check(finished),
     ]
     return Verdict.of("sweep", f"{several} in a stable equilibrium", checks).doubted("cases", "branch")
 
 
-def _shared(name: str, held: int, count: int, what: str) -> Check:
+def shared(name: str, held: int, count: int, what: str) -> Check:
     """A check of how many of the cases are something: all, nine of ten, fewer."""
     grade = GOOD if held == count else FAIR if held >= _MOST * count else POOR
     return Check(name, grade, f"{held} of {count} {what}", held / max(1, count), 1.0)
@@ -269,7 +269,7 @@ def verdict(finished: Finished) -> list[str]:
     sentences += _asides(finished)
     failed = [case for case in finished.cases if not case.ok]
     for case in failed[:3]:
-        where = ", ".join(f"{key} = {_brief(value)}" for key, value in case.point.values.items())
+        where = ", ".join(f"{key} = {value_text(value)}" for key, value in case.point.values.items())
         sentences.append(f"Case {case.point.number} ({where}): {case.record['message']}.")
     if len(failed) > 3:
         sentences.append(f"{len(failed) - 3} more are in cases.csv.")
@@ -282,7 +282,8 @@ def verdict(finished: Finished) -> list[str]:
         more = f", {n['cases'] - n['new']} were finished before" if n["new"] < n["cases"] else ""
         sentences.append(
             f"{n['new']} cases in {spent['wall']:.3g} s of wall time with {n['workers']} at once ({n['rate']:.3g} a "
-            f"second{more}); a case takes {_time(spent['median'])} in the median, {_time(spent['slowest'])} at most."
+            f"second{more}); a case takes {time_text(spent['median'])} in the median, {time_text(spent['slowest'])} at "
+            "most."
         )
     elif not n["new"]:
         sentences.append(f"All {n['cases']} were finished before.")
@@ -301,7 +302,7 @@ def _asides(finished: Finished) -> list[str]:
     places = {case.point.number: case.point.values for case in finished.cases}
     aside = others(finished)
     for number, branch in aside[:3]:
-        where = ", ".join(f"{key} = {_brief(value)}" for key, value in places[number].items())
+        where = ", ".join(f"{key} = {value_text(value)}" for key, value in places[number].items())
         found.append(f"Case {number} ({where}) lies on branch {branch}: its state is none that its neighbours lead to.")
     if len(aside) > 3:
         found.append(f"{len(aside) - 3} more are on other branches: column branch of cases.csv.")
@@ -315,11 +316,13 @@ def _asides(finished: Finished) -> list[str]:
     return found
 
 
-def _time(seconds: float) -> str:
+def time_text(seconds: float) -> str:
+    """A time as a reader sees it."""
     return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
 
 
-def _brief(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """A varied value as a reader sees it."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -331,7 +334,7 @@ def tables(finished: Finished, cases: Table, rows: Rows, show: str) -> list[Tabl
         for value in _ends(axis.values):
             here = [row for row in rows if all(row[k] == v for k, v in zip(axis.keys, value, strict=True))]
             numbers = sorted(row[show] for row in here if is_number(row.get(show)) and row["status"] == "converged")
-            name = ", ".join(f"{k} = {_brief(v)}" for k, v in zip(axis.keys, value, strict=True))
+            name = ", ".join(f"{k} = {value_text(v)}" for k, v in zip(axis.keys, value, strict=True))
             bad = sum(row["status"] != "converged" or row.get("stable") is False for row in here)
             some = (numbers[0], numbers[len(numbers) // 2], numbers[-1]) if numbers else (None, None, None)
             by_axis.append((name, len(here), bad, *some))
@@ -406,12 +409,13 @@ def write(out: Path, finished: Finished, again: str) -> Page:
             units = sweep.scene.units if _units(finished) is not None else Units()
             pictures.append(force_displacement.draw(out / force_displacement.PICTURE, load_curve, units, title))
 
-    pictured(draw)
+    if not finished.part:
+        pictured(draw)
     return Study(
         "sweep",
         sweep.title,
         verdict=answer(finished),
-        tables=tuple(tables(finished, cases, rows, show)),
+        tables=tuple(tables(finished, cases, rows, show)[1 if finished.part else 0 :]),
         sentences=tuple(verdict(finished)),
         pictures=tuple(pictures),
         data={"cases.csv": with_si(cases, _units_of_rows(finished))},

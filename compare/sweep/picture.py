@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from compare.page.drawing import save
 from compare.studies.axes import Axis
+from compare.sweep.file import Sweep
 from compare.sweep.finished import Finished
 
 FloatArray = NDArray[np.float64]
@@ -26,11 +27,16 @@ _MANY = 200  # points above which they are drawn small
 
 def draw(path: Path, finished: Finished, rows: Rows, show: str, against: str) -> str:
     """Writes the picture; returns its text alternative."""
+    bad = sum(not case.ok for case in finished.cases)
+    return draw_rows(path, finished.sweep, rows, show, against, (bad, len(finished.cases)))
+
+
+def draw_rows(path: Path, sweep: Sweep, rows: Rows, show: str, against: str, bad: tuple[int, int]) -> str:
+    """The picture of rows, one or more for each point of the sweep's axes; bad: how many cases failed, of how many."""
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")
     axes = figure.add_subplot()
-    sweep = finished.sweep
     if against:
-        words = _points(axes, finished, rows, show, against)
+        words = _points(axes, sweep, rows, show, against)
     elif len(sweep.axes) == 1:
         words = _curve(axes, sweep.axes[0], rows, show)
     elif len(sweep.axes) == 2 and "width_to_thickness" not in rows[0]:
@@ -39,9 +45,8 @@ def draw(path: Path, finished: Finished, rows: Rows, show: str, against: str) ->
         words = _curve(axes, sweep.axes[-1], rows, show, list(sweep.axes[:-1]))
     axes.set_title(sweep.title, fontsize=10)
     save(figure, path)
-    bad = sum(not case.ok for case in finished.cases)
-    return f"{sweep.title}: {words}. {_count(bad)} of {len(finished.cases)} cases did not converge" + (
-        ", marked by red crosses." if bad else "."
+    return f"{sweep.title}: {words}. {_count(bad[0])} of {bad[1]} cases did not converge" + (
+        ", marked by red crosses." if bad[0] else "."
     )
 
 
@@ -92,18 +97,18 @@ def _failures(axes: Any, x: FloatArray) -> None:
                   transform=axes.get_xaxis_transform())  # fmt: skip
 
 
-def _points(axes: Any, finished: Finished, rows: Rows, show: str, against: str) -> str:
+def _points(axes: Any, sweep: Sweep, rows: Rows, show: str, against: str) -> str:
     good = [row for row in rows if _fine(row)]
     x, y = (np.array([_number(row, name) for row in good]) for name in (against, show))
     size = 3 if x.size > _MANY else 18
-    axes.scatter(x, y, s=size, color=BLUE, label=f"{len(good)} cases of the {finished.sweep.solver}", zorder=3)
+    axes.scatter(x, y, s=size, color=BLUE, label=f"{len(good)} cases of the {sweep.solver}", zorder=3)
     _scales(axes, x, y)
     known = x[np.isfinite(x) & (x > 0.0)]
     lines = []
     if known.size:
         t = np.geomspace(known.min(), known.max(), 200)
         low, high = axes.get_ylim()
-        for curve, style in zip(finished.sweep.curves, ("--", ":", "-.", "-") * 9, strict=False):
+        for curve, style in zip(sweep.curves, ("--", ":", "-.", "-") * 9, strict=False):
             axes.plot(t, curve.factor * t**curve.power, style, color="0.25", lw=1.2, label=curve.label)
             lines.append(curve.label)
         axes.set_ylim(low, high)

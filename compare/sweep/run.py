@@ -17,7 +17,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
-from compare.studies.axes import Point, points
+from compare.studies.axes import Point, at_point, points
 from compare.sweep.case import COMPARE, PASSING, Record, Task, slice_key
 from compare.sweep.file import Sweep
 from compare.sweep.finished import Case, Finished
@@ -31,15 +31,14 @@ def check(sweep: Sweep) -> list[Point]:
     found = points(sweep.scene, sweep.axes)
     for point in found:
         try:
-            _check_point(sweep, point)
+            check_point(sweep, point)
         except BadInput as error:
-            where = ", ".join(f"{key} = {value}" for key, value in point.values.items())
-            problem = f"{error.problem} (point {point.number}: {where})"
-            raise BadInput(error.key, error.value, problem, error.remedy) from None
+            raise at_point(error, point.number, point.values) from None
     return found
 
 
-def _check_point(sweep: Sweep, point: Point) -> None:
+def check_point(sweep: Sweep, point: Point) -> None:
+    """`BadInput` for a point that the solver of a sweep cannot take."""
     from compare.models.base import check_keys
     from compare.models.choice import beside_the_shell
     from compare.models.effects.price import check_price
@@ -78,20 +77,24 @@ def key_of(sweep: Sweep, point: Point, digest: str) -> str:
 
 
 def run(
-    sweep: Sweep, grid: Sequence[Point], out: Path, crew: Crew, reporter: Reporter, fresh: bool = False
-) -> Finished:
+    sweep: Sweep, grid: Sequence[Point], out: Path, crew: Crew, reporter: Reporter, fresh: bool = False,
+    part: str = "", joined: Sequence[Path] = (),
+) -> Finished:  # fmt: skip
     """Runs what is not finished yet, then begins again what ended beside its neighbours (`compare.sweep.warm`). The
     folder must be held (`compare.store.store.occupied`).
 
-    fresh: forget what is finished. Raises OSError when the disk is full and `Missing` when every case lacks a library;
-    all else that happens to a case is its status.
+    fresh: forget what is finished; part: the points are one of many parts of a grid, so that none has its neighbours
+    beside it; joined: folders of parts, whose cases are taken and no others made. Raises OSError when the
+    disk is full and `Missing` when every case lacks a library; all else that happens to a case is its status.
     """
     clock = time.perf_counter()
     digest = software_digest(sweep.solver)
     keys = [key_of(sweep, point, digest) for point in grid]
     journal = Journal(out, digest, fresh)
-    work = _Work(sweep, journal, crew, reporter, os.path.abspath(out))
+    work = _Work(sweep, journal, crew, reporter, os.path.abspath(out), closed=bool(joined))
     with journal:
+        for folder in joined:
+            _take_over(journal, folder, set(keys), reporter)
         ends = work.done(keys, [point.scene for point in grid])
         cases = tuple(Case(point, key, *end) for key, point, end in zip(keys, grid, ends, strict=True))
         missing = [case for case in cases if case.status == "missing"]
@@ -102,14 +105,17 @@ def run(
             scenes = [walk.scene for walk in walks]
             return work.done([key_of(sweep, Point(0, {}, scene), digest) for scene in scenes], scenes, "again")
 
-        found = mended(Finished(sweep, cases, 0.0, work.workers), walk)
+        found = Finished(sweep, cases, 0.0, work.workers, part=part)
+        if not part:
+            work.closed = False
+            found = mended(found, walk)
     return replace(found, seconds=time.perf_counter() - clock, workers=work.workers)
 
 
 @dataclass
 class _Work:
     """What solves the cases of a sweep: those of the journal are found, the others go to the crew and into it; workers:
-    how many had something to do."""
+    how many had something to do; closed: what is not found is not made."""
 
     sweep: Sweep
     journal: Journal
@@ -117,6 +123,7 @@ class _Work:
     reporter: Reporter
     folder: str
     workers: int = 0
+    closed: bool = False
 
     def done(self, keys: Sequence[str], scenes: Sequence[Scene], again: str = "") -> list[tuple[Record, bool]]:
         """The record of each scene, and whether it was found; again: they are begun at a neighbour's state."""
@@ -124,6 +131,8 @@ class _Work:
         if not again:
             _say_found(self.journal, set(keys), self.reporter)
         ends: dict[str, tuple[Record, bool]] = {key: (found[key], True) for key in keys if key in found}
+        if self.closed:
+            ends |= {key: (_ABSENT, True) for key in keys if key not in found}
         tasks = [
             Task(key, scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder)
             for key, scene in zip(keys, scenes, strict=True)
@@ -148,6 +157,23 @@ class _Work:
                 ends[key] = (record, False)
                 self.reporter.detail(progress(done, len(tasks), failed, time.perf_counter() - clock))
         return [ends[key] for key in keys]
+
+
+#: The end of a case that is in none of the folders that are joined.
+_ABSENT: Record = {
+    "status": "absent", "message": "in none of the joined folders", "rows": [], "seconds": None, "time": None,
+}  # fmt: skip
+
+
+def _take_over(journal: Journal, folder: Path, wanted: set[str], reporter: Reporter) -> None:
+    """The finished cases of a part of the sweep into the journal of the whole."""
+    theirs = Journal(folder, journal.software)
+    if theirs.damaged:
+        reporter.step(f"{folder.name}: {theirs.damaged} damaged lines in its journal, the rest is read")
+    for key, record in theirs.found.items():
+        if key in wanted and key not in journal.found:
+            journal.add(key, record)
+            journal.found[key] = record
 
 
 #: Most cases of a slice, and how many slices each worker gets at least, where there are enough cases.
@@ -182,10 +208,10 @@ def _way(tasks: Sequence[Task]) -> str:
 
 
 def progress(done: int, total: int, failed: int, seconds: float) -> str:
-    """The progress line: how far, how many failed, time left from the mean so far."""
+    """The progress line: how far, how many failed, how many a second, time left from the mean so far."""
     left = seconds / done * (total - done)
     words = f"{done} of {total} cases" + (f", {failed} not converged" if failed else "")
-    return f"{words}, about {duration(left)} left"
+    return f"{words}, {done / max(seconds, 1e-9):.3g} a second, about {duration(left)} left"
 
 
 def duration(seconds: float) -> str:

@@ -9,13 +9,15 @@ MPI of its own, and a shell run is a process that starts its own MPI).
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
@@ -31,13 +33,86 @@ _PATIENCE = 3.0  # s that a worker gets to end its children before it is killed
 _LAUNCHERS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "MPIR_", "HYDRA_", "MPI_LOCALNRANKS", "MPI_LOCALRANKID")
 
 
+class Job(Protocol):
+    """What a worker gets at once."""
+
+    def work(self) -> Any:
+        """What comes of it, made in the worker."""
+
+    def apart(self) -> Sequence[Job]:
+        """What it is made of, each to go alone after a worker died of it; nothing where it is one case."""
+
+    def died(self, why: str) -> Any:
+        """What comes of it where its worker dies again and again."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A job that ended: what came of it, and the number of its worker."""
+
+    job: Job
+    outcome: Any
+    worker: int
+
+
 class Crew(Protocol):
-    """Whoever runs cases: yields (index of the task, record) as they end, in any order; the record names its worker."""
+    """Whoever runs cases. `flow` takes jobs when somebody has time for them, and yields them as they end, in any order;
+    `run` yields (index of the task, record) likewise; the record names its worker."""
 
     size: int
 
+    def flow(self, jobs: Iterable[Job]) -> Iterator[Ended]:
+        """Runs all jobs."""
+
     def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
         """Runs all tasks."""
+
+
+@dataclass(frozen=True)
+class Cases:
+    """Tasks that a worker gets at once, with their indices; what comes of them are their records."""
+
+    indices: tuple[int, ...]
+    tasks: tuple[Task, ...]
+
+    def work(self) -> list[Record]:
+        """The records."""
+        if self.tasks[0].solver != COMPARE:
+            return run_cases(self.tasks)
+        from compare.sweep.pair import compared
+
+        return [run_case(task, compared) for task in self.tasks]
+
+    def apart(self) -> list[Cases]:
+        """The cases of a slice, one by one."""
+        if self.tasks[0].slice is None:
+            return []
+        return [
+            Cases((index,), (replace(task, slice=None),)) for index, task in zip(self.indices, self.tasks, strict=True)
+        ]
+
+    def died(self, why: str) -> list[Record]:
+        """Records of a crash."""
+        return [crashed(why) for _ in self.tasks]
+
+
+class TaskCrew:
+    """A crew whose `run` goes through its `flow`."""
+
+    size: int
+
+    def flow(self, jobs: Iterable[Job]) -> Iterator[Ended]:
+        """As of `Crew`."""
+        raise NotImplementedError
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
+        """Runs all tasks."""
+        jobs = [Cases(job, tuple(tasks[index] for index in job)) for job in jobs_of(tasks)]
+        with contextlib.closing(self.flow(jobs)) as ends:  # type: ignore[type-var]
+            for end in ends:
+                assert isinstance(end.job, Cases)
+                for index, record in zip(end.job.indices, end.outcome, strict=True):
+                    yield index, {**record, "worker": end.worker}
 
 
 class Died(Exception):
@@ -54,16 +129,7 @@ def _serve(pipe: Connection, launched: bool, master: int) -> None:
             del os.environ[name]
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
-            pipe.send(_records(pipe.recv()))
-
-
-def _records(tasks: Sequence[Task]) -> list[Record]:
-    """The records of the tasks that a worker gets at once."""
-    if tasks[0].solver != COMPARE:
-        return run_cases(tasks)
-    from compare.sweep.pair import compared
-
-    return [run_case(task, compared) for task in tasks]
+            pipe.send(pipe.recv().work())
 
 
 def _stop(*_: object) -> None:
@@ -71,12 +137,8 @@ def _stop(*_: object) -> None:
     raise SystemExit(1)
 
 
-#: Indices of the tasks that a worker gets at once.
-Job = tuple[int, ...]
-
-
-def jobs_of(tasks: Sequence[Task]) -> list[Job]:
-    """The slices of the tasks, and each of the others alone, in their order."""
+def jobs_of(tasks: Sequence[Task]) -> list[tuple[int, ...]]:
+    """The indices of the slices of the tasks, and of each of the others alone, in their order."""
     found: dict[tuple[str, int], list[int]] = {}
     for index, task in enumerate(tasks):
         key = ("case", index) if task.slice is None else ("slice", task.slice)
@@ -85,7 +147,7 @@ def jobs_of(tasks: Sequence[Task]) -> list[Job]:
 
 
 class Worker:
-    """A process that runs one case, or one slice of them, at a time."""
+    """A process that runs one job at a time."""
 
     def __init__(self, launched: bool = False) -> None:
         context = multiprocessing.get_context("spawn")
@@ -96,17 +158,17 @@ class Worker:
         theirs.close()
         self.busy: Job | None = None
 
-    def give(self, job: Job, tasks: Sequence[Task]) -> None:
-        """Sends the cases of a job; a worker that is already dead is found out by `take`."""
+    def give(self, job: Job) -> None:
+        """Sends a job; a worker that is already dead is found out by `take`."""
         self.busy = job
         with contextlib.suppress(OSError):
-            self.pipe.send(tasks)
+            self.pipe.send(job)
 
-    def take(self) -> list[Record]:
-        """The records of the cases that were given; `Died` when the process ended instead."""
+    def take(self) -> Any:
+        """What came of the job; `Died` when the process ended instead."""
         self.busy = None
         try:
-            return self.pipe.recv()  # type: ignore[no-any-return]
+            return self.pipe.recv()
         except (EOFError, OSError):
             self.process.join(_PATIENCE)
             raise Died(_ending(self.process.exitcode)) from None
@@ -129,83 +191,88 @@ def _ending(code: int | None) -> str:
     return f"the worker process ended with code {code}"
 
 
-class LocalCrew:
+class LocalCrew(TaskCrew):
     """Worker processes on this machine."""
 
     def __init__(self, size: int) -> None:
         self.size = size
 
-    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
-        """Runs all tasks; a worker that dies is replaced."""
+    def flow(self, jobs: Iterable[Job]) -> Iterator[Ended]:
+        """Runs all jobs; a worker that dies is replaced."""
         one_thread_each()
-        tasks = list(tasks)
-        waiting = jobs_of(tasks)[::-1]
-        tries = [0] * len(tasks)
+        coming = iter(jobs)
+        again: deque[tuple[Job, int]] = deque()  # with the tries that it has had
+        tries: dict[int, int] = {}  # of what each worker has in hand
         crew: dict[int, Worker] = {}
-        try:
-            for number in range(min(self.size, len(waiting))):
+
+        def hand(number: int) -> bool:
+            """Gives a worker something to do, where there is something."""
+            found = again.popleft() if again else (next(coming, None), 0)
+            if found[0] is None:
+                return False
+            if number not in crew:
                 crew[number] = Worker()
-                self._next(crew[number], waiting, tasks)
+            tries[number] = found[1]
+            crew[number].give(found[0])
+            return True
+
+        try:
+            for number in range(self.size):
+                if not hand(number):
+                    break
             while any(worker.busy is not None for worker in crew.values()):
                 ready = wait_for([worker.pipe for worker in crew.values() if worker.busy is not None])
                 for number, worker in list(crew.items()):
                     job = worker.busy
                     if worker.pipe not in ready or job is None:
                         continue
+                    ended: Ended | None = None
                     try:
-                        records = worker.take()
+                        ended = Ended(job, worker.take(), number)
                     except Died as death:
                         worker.end()
-                        crew[number] = worker = Worker()
-                        records = []
-                        for index in reversed(job):
-                            if tasks[index].slice is not None:
-                                tasks[index] = replace(tasks[index], slice=None)
-                            else:
-                                tries[index] += 1
-                            if tries[index] < TRIES:
-                                waiting.append((index,))
-                            else:
-                                records.append(crashed(f"{death}, {TRIES} times"))
-                    self._next(worker, waiting, tasks)
-                    for index, record in zip(job, records, strict=bool(records)):
-                        yield index, {**record, "worker": number}
+                        del crew[number]
+                        parts = job.apart()
+                        if parts:
+                            again.extendleft((part, 0) for part in reversed(parts))
+                        elif tries[number] + 1 < TRIES:
+                            again.appendleft((job, tries[number] + 1))
+                        else:
+                            ended = Ended(job, job.died(f"{death}, {TRIES} times"), number)
+                    hand(number)
+                    if ended is not None:
+                        yield ended
         finally:
             for worker in crew.values():
                 worker.pipe.close() if worker.busy is None else worker.process.terminate()
             for worker in crew.values():
                 worker.end()
 
-    @staticmethod
-    def _next(worker: Worker, waiting: list[Job], tasks: Sequence[Task]) -> None:
-        if waiting:
-            job = waiting.pop()
-            worker.give(job, [tasks[index] for index in job])
-
 
 _BESIDE: list[Worker] = []
 """The worker beside this process of an mpirun."""
 
 
-def run_reference(tasks: Sequence[Task]) -> list[Record]:
-    """Runs cases in the worker beside this process, which is made when absent or dead."""
+def run_beside(job: Job) -> list[Ended]:
+    """Runs a job in the worker beside this process, which is made when absent or dead; its parts where that dies."""
     from compare.store.world import placed
 
     one_thread_each()
-    alone = tasks[0].slice is None
+    parts = job.apart()
     death = ""
-    for _ in range(TRIES if alone else 1):
+    for _ in range(1 if parts else TRIES):
         if not _BESIDE:
+            atexit.register(end_beside)  # before the interpreter waits for its children
             _BESIDE.append(Worker(launched=True))
-        _BESIDE[0].give(tuple(range(len(tasks))), tasks)
+        _BESIDE[0].give(job)
         try:
-            return [{**record, "worker": placed()[0]} for record in _BESIDE[0].take()]
+            return [Ended(job, _BESIDE[0].take(), placed()[0])]
         except Died as died:
             death = str(died)
             _BESIDE.pop().end()
-    if not alone:
-        return [record for task in tasks for record in run_reference([replace(task, slice=None)])]
-    return [{**crashed(f"{death}, {TRIES} times"), "worker": placed()[0]}]
+    if parts:
+        return [end for part in parts for end in run_beside(part)]
+    return [Ended(job, job.died(f"{death}, {TRIES} times"), placed()[0])]
 
 
 def end_beside() -> None:
@@ -214,24 +281,26 @@ def end_beside() -> None:
         _BESIDE.pop().end()
 
 
-class ClusterCrew:
-    """The other processes of an mpirun, through mpi4py.futures; the first one hands out the cases."""
+class ClusterCrew(TaskCrew):
+    """The other processes of an mpirun, through mpi4py.futures; the first one hands out the jobs."""
 
     def __init__(self, executor: Executor, size: int) -> None:
         self.executor = executor
         self.size = size
 
-    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
-        """Runs all tasks."""
-        waiting = jobs_of(tasks)[::-1]
-        flying: dict[Future[Any], Job] = {}
+    def flow(self, jobs: Iterable[Job]) -> Iterator[Ended]:
+        """Runs all jobs."""
+        coming = iter(jobs)
+        flying: set[Future[list[Ended]]] = set()
         try:
-            while flying or waiting:
-                while waiting and len(flying) < AHEAD * self.size:
-                    job = waiting.pop()
-                    flying[self.executor.submit(run_reference, [tasks[index] for index in job])] = job
+            while True:
+                while len(flying) < AHEAD * self.size and (job := next(coming, None)) is not None:
+                    flying.add(self.executor.submit(run_beside, job))
+                if not flying:
+                    return
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
-                    yield from zip(flying.pop(future), future.result(), strict=True)
+                    flying.remove(future)
+                    yield from future.result()
         finally:
             for future in flying:
                 future.cancel()

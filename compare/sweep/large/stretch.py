@@ -1,0 +1,116 @@
+"""Neighbouring cases of a grid as one job: the points are made in the worker, and their rows come back as one line of
+the journal, so that the process that hands them out has next to nothing to do for a case."""
+
+from __future__ import annotations
+
+import functools
+import pickle
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from compare.errors import BadInput
+from compare.studies.axes import Grid, Point
+from compare.sweep.case import COMPARE, PASSING, Record, Task, crashed, run_case, run_cases, slice_key
+from compare.sweep.file import Sweep
+from compare.sweep.finished import Case
+from compare.sweep.journal import line_of
+from compare.sweep.large.columns import Field, by_column, fields_of, rows_of_case
+
+#: Cases that a worker gets at once.
+TOGETHER = 64
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """What comes of a stretch. line: its rows, for the journal; converged: how many cases are; seconds: of all."""
+
+    line: bytes
+    cases: int
+    converged: int
+    seconds: float
+    disk_full: int | None = None
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Cases (numbers) of a grid that go to a worker at once; block: of the table in which they are.
+
+    given: the sweep, pickled once for all stretches; folder: of its results.
+    """
+
+    block: int
+    numbers: tuple[int, ...]
+    given: bytes
+    folder: str
+
+    def work(self) -> Chunk:
+        """Solves the cases, those that fit together at once."""
+        sweep, grid, _ = _sweep(self.given)
+        points: dict[int, Point] = {}
+        ends: dict[int, Record] = {}
+        groups: dict[object, list[int]] = {}
+        for number in self.numbers:
+            try:
+                points[number] = grid.point(number)
+            except BadInput as error:
+                ends[number] = {**crashed(str(error)), "status": "refused", "seconds": 0.0}
+                continue
+            key = slice_key(self._task(sweep, points[number]))
+            groups.setdefault(("alone", number) if key is None else key, []).append(number)
+        for key, members in groups.items():
+            alone = isinstance(key, tuple) and key[0] == "alone"
+            tasks = [replace(self._task(sweep, points[n]), slice=None if alone else 0) for n in members]
+            ends |= zip(members, _records(tasks), strict=True)
+        return self._chunk(points, ends)
+
+    def _task(self, sweep: Sweep, point: Point) -> Task:
+        return Task("", point.scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder)
+
+    def apart(self) -> list[Stretch]:
+        """The cases one by one."""
+        return [replace(self, numbers=(number,)) for number in self.numbers] if len(self.numbers) > 1 else []
+
+    def died(self, why: str) -> Chunk:
+        """Rows of a crash."""
+        _, grid, _ = _sweep(self.given)
+        points = {number: grid.point(number) for number in self.numbers}
+        return self._chunk(points, {number: crashed(why) for number in self.numbers})
+
+    def _chunk(self, points: dict[int, Point], ends: dict[int, Record]) -> Chunk:
+        sweep, grid, fields = _sweep(self.given)
+        rows = []
+        for number in self.numbers:
+            point = points.get(number) or Point(number, grid.values(number), sweep.scene)
+            rows += rows_of_case(Case(point, "", ends[number], False))
+        seconds = [[number, ends[number]["seconds"]] for number in self.numbers]
+        full = [end["disk_full"] for end in ends.values() if "disk_full" in end]
+        return Chunk(
+            line_of({"block": self.block, "columns": by_column(fields, rows), "seconds": seconds}),
+            len(self.numbers),
+            sum(end["status"] == "converged" for end in ends.values()),
+            sum(value or 0.0 for _, value in seconds),
+            full[0] if full else None,
+        )
+
+
+def given(sweep: Sweep, grid: Grid) -> bytes:
+    """The sweep as stretches have it."""
+    return pickle.dumps((sweep, grid))
+
+
+@functools.lru_cache(maxsize=2)
+def _sweep(packed: bytes) -> tuple[Sweep, Grid, tuple[Field, ...]]:
+    sweep, grid = pickle.loads(packed)
+    return sweep, grid, fields_of(sweep, grid)
+
+
+def _records(tasks: Sequence[Task]) -> list[Record]:
+    if tasks[0].solver != COMPARE:
+        return run_cases(tasks)
+    from compare.sweep.pair import compared
+
+    return [run_case(task, compared) for task in tasks]
+
+
+#: The ends at which a later run tries again.
+AGAIN = PASSING
