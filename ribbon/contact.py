@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ribbon.boundary import unit_vector
 from ribbon.errors import RibbonInputError
+from ribbon.obstacle import Obstacle, cross_matrix
 from ribbon.strip import finite
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,3 +44,23 @@ class Wall:
         object.__setattr__(self, "normal", tuple(unit_vector("normal", self.normal).tolist()))
         if self.stiffness is not None and finite("stiffness", self.stiffness) <= 0:
             raise RibbonInputError("stiffness", self.stiffness, "a spring needs a positive stiffness; None for a wall")
+
+    def scaled(self, unit: float) -> Self:
+        """The same with lengths in units of `unit`; the stiffness has no length to scale."""
+        found = copy(self)  # the normal to the last digit
+        object.__setattr__(found, "point", tuple((np.asarray(self.point) / unit).tolist()))
+        return found
+
+    def gaps(self, points: FloatArray) -> FloatArray:
+        """Distances (k,) of points (k, 3) from the plane at rest; negative behind it."""
+        return np.asarray((points - np.asarray(self.point)) @ np.asarray(self.normal))
+
+    def motions(self) -> FloatArray:
+        """Rows (k, 6), as `ribbon.obstacle.Obstacle.motions`: along the plane, and turned about its normal."""
+        normal = np.asarray(self.normal)
+        along = np.concatenate([normal, np.cross(np.asarray(self.point), normal)])
+        return np.vstack([along, np.hstack([np.zeros((3, 3)), cross_matrix(normal)])])
+
+
+#: What a strip cannot cross.
+Barrier = Wall | Obstacle

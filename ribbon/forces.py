@@ -21,10 +21,12 @@ class Force:
 @dataclass(frozen=True)
 class WallForce:
     """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the points in contact, ends (m, 2)
-    of the rulings that it pushes: their abscissa and where across, v = w / 2 or -w / 2, in l; height of a pressure
+    of the rulings that it pushes: their abscissa and where across, v = w / 2 or -w / 2 (between them where a round
+    obstacle pushes there), in l; height of a pressure
     plate above its place at rest, in l (None: a rigid wall); lines (n, 2): first and last abscissa of what it pushes in
     one piece, equal where that is one point, and within (n, 2): how much farther (l) each may reach on these segments,
-    the next joint where a line ends at one."""
+    the next joint where a line ends at one; moment (3,) of a round obstacle about the origin, D w / l (None: a plane,
+    whose force acts along its normal)."""
 
     force: FloatArray
     contacts: FloatArray
@@ -32,3 +34,4 @@ class WallForce:
     height: float | None = None
     lines: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
     within: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    moment: FloatArray | None = None

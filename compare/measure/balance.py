@@ -27,7 +27,8 @@ _PANELS, _POINTS = 200, 4
 
 @dataclass(frozen=True)
 class Push:
-    """What a wall does: its unit normal (3,), its force (3,), the points (k, 3) that touch it."""
+    """What a wall does: its unit normal (3,), or of a round obstacle those (k, 3) at the points, its force (3,), the
+    points (k, 3) that touch it."""
 
     normal: FloatArray
     force: FloatArray
@@ -81,13 +82,22 @@ def _after_pushes(moment: FloatArray, centre: FloatArray, pushes: Sequence[Push]
     """The moment (3,) that the best shares of the walls' pushes leave over."""
     from scipy.optimize import nnls  # not before it is needed: it loads half of scipy
 
-    arms, totals, sums = [], [], []
+    arms, totals, sums, rows = [], [], [], []
     for number, push in enumerate(pushes):
-        for point in push.points:
-            arms.append(np.cross(point - centre, push.normal))
-            totals.append(number)
-        sums.append(float(push.force @ push.normal))
-    shares = np.array([[float(total == number) for total in totals] for number in range(len(pushes))])
+        normals = np.broadcast_to(push.normal, push.points.shape)
+        directions = push.normal[None, :] if push.normal.ndim == 1 else np.eye(3)  # in which its force is known
+        for point, normal in zip(push.points, normals, strict=True):
+            arms.append(np.cross(point - centre, normal))
+            totals.append((number, normal))
+        for direction in directions:
+            sums.append(float(push.force @ direction))
+            rows.append((number, direction))
+    shares = np.array(
+        [
+            [float(normal @ direction) if total == number else 0.0 for total, normal in totals]
+            for number, direction in rows
+        ]
+    )
     matrix = np.vstack([np.array(arms).T, shares])
     found, _ = nnls(matrix, np.concatenate([-moment, sums]))
     left = matrix @ found - np.concatenate([-moment, sums])

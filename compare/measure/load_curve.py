@@ -94,7 +94,7 @@ def _known(stand: LoadPoint, keys: Sequence[str]) -> bool:
 def _rank(key: str) -> int:
     if key.endswith(".position"):
         return 0 if key.startswith("clamp.end") else 1
-    if key.startswith("wall.") and key.endswith(".point"):
+    if key.startswith(("wall.", "obstacle.")) and key.endswith(".point"):
         return 2
     return 3 if key.startswith("clamp.") and key.endswith((".tangent", ".normal")) else 4
 

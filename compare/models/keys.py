@@ -44,6 +44,7 @@ BOTH_CLAMPS = _HELD | CLAMP_RULINGS | SLIDES | SECTIONS
 CLOSED = inside("closure", "kind", "turns")
 CLOSURE = CLOSED | inside("closure", "ruling", "twist")
 WALLS = inside("wall", "point", "normal", "stiffness", "name")
+OBSTACLES = inside("obstacle", "kind", "point", "radius", "axis", "inside", "name")
 #: Whatever says how rulings stand.
 RULINGS = CLAMP_RULINGS | inside("closure", "ruling") | inside("seed", "ruling")
 

@@ -16,7 +16,7 @@ from typing import Any
 from compare.models import registry
 from compare.page.table import Column, Table
 from compare.scene.declare import LENGTH, NONE, Key, Kind, keys_of, literal
-from compare.scene.keys import KEYS, SPECS
+from compare.scene.keys import KEYS, LISTED, SPECS
 
 MARKS = ("<!-- keys: made by python -m compare.pages.keys docs/scenes.md -->", "<!-- end of keys -->")
 """What stands before and behind the tables in the page."""
@@ -129,12 +129,12 @@ def described(name: str) -> list[tuple[str, str]]:
 
 def _can_be_set(name: str) -> bool:
     """Walls go by number or name there, and a path as a whole."""
-    return name.split(".")[0] not in ("wall", "path")
+    return name.split(".")[0] not in (*LISTED, "path")
 
 
 def _example(about: Key) -> str:
     section = about.name.rpartition(".")[0]
-    brackets = f"[[{section}]] " if section in ("wall", "path") else f"[{section}] " if section else ""
+    brackets = f"[[{section}]] " if section in (*LISTED, "path") else f"[{section}] " if section else ""
     return f"{brackets}{about.field} = {about.example}"
 
 

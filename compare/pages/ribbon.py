@@ -113,7 +113,7 @@ PATH_SUPPORTS: tuple[Quantity[Any], ...] = (*pick(STATE, "forces", "moments"), *
 
 def path_stands(log: Sequence[Mapping[str, Any]], scene: Scene) -> list[tuple[int, LoadPoint]]:
     """The accepted steps of a way by their number in its log: values of the path's keys, forces, moments."""
-    names = [str(number) if wall.name is None else wall.name for number, wall in enumerate(scene.walls)]
+    names = list(scene.barrier_names)
     return [
         (number, force_displacement.load_point_of(entry["moved"], entry["forces"], entry["moments"], names))
         for number, entry in enumerate(log)
@@ -293,9 +293,14 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             error = wording.within(sure[number] if number < len(sure) else None, "D w / l^2", units)
             touching = f"{wall['contacts'].size} points in contact{_touching(state, number, units)}"
             text = f"{wording.force(wall['force'], units)}{error}; {touching}{plate}"
-            found.append((f"force of wall {wall['name']}", text))
+            if number < len(scene.walls):
+                found.append((f"force of wall {wall['name']}", text))
+                continue
+            found.append((f"force of obstacle {wall['name']}", text))
+            found.append((f"moment of obstacle {wall['name']}", f"{wording.moment(wall['moment'], units)} about 0"))
     if e.penetration is not None:
-        found.append(("beyond the walls", f"at most {wording.length(units, e.penetration)}, anywhere along the edges"))
+        where = "anywhere on its surface" if scene.obstacles else "anywhere along the edges"
+        found.append(("beyond the walls", f"at most {wording.length(units, e.penetration)}, {where}"))
     found += [
         ("residual", f"{e.residual:.1e} after {e.iterations} iteration{'s' if e.iterations != 1 else ''}"),
         ("lowest eigenvalue", _lowest(state)),

@@ -10,7 +10,7 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.scene.data import SceneData
-from compare.scene.keys import DEEPEST, FREE, KEYS, SECTIONS, SHELL, contract_name
+from compare.scene.keys import DEEPEST, FREE, KEYS, LISTED, SECTIONS, SHELL, contract_name
 from compare.scene.spec import ClampSpec, ClosureSpec, ModelSpec, StageSpec
 from ribbonbench.numbers import of_numpy
 
@@ -77,10 +77,13 @@ def _sections(scene: SceneData) -> dict[str, Any]:
 
 
 def _lists(scene: SceneData) -> dict[str, Any]:
-    """Walls and path, where the scene has them."""
-    walls = [_significant("wall", wall) for wall in scene.walls]
-    path = [_stage(stage) for stage in scene.path]
-    return {name: entries for name, entries in (("wall", walls), ("path", path)) if entries}
+    """Walls, obstacles and path, where the scene has them."""
+    found = {
+        "wall": [_significant("wall", wall) for wall in scene.walls],
+        "obstacle": [_significant("obstacle", obstacle) for obstacle in scene.obstacles],
+        "path": [_stage(stage) for stage in scene.path],
+    }
+    return {name: entries for name, entries in found.items() if entries}
 
 
 def _place(document: dict[str, Any], name: str, entries: dict[str, Any] | None) -> None:
@@ -128,7 +131,8 @@ def value_of(scene: SceneData, key: str) -> Any:
     part: Any = canonical_of(scene)
     for name in key.split("."):
         if isinstance(part, list):
-            number = wall_index([wall.name for wall in scene.walls], name)
+            listed = scene.obstacles if key.startswith("obstacle.") else scene.walls
+            number = wall_index([one.name for one in listed], name)
             part = None if number is None or number >= len(part) else part[number]
         else:
             part = part.get(name) if isinstance(part, Mapping) else None
@@ -154,9 +158,9 @@ def _leaves(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
             continue
         if isinstance(value, Mapping):
             yield from _leaves(value, f"{dotted}.")
-        elif dotted == "wall":
-            for wall in value or ():
-                yield from _leaves(wall, "wall.")
+        elif dotted in LISTED:
+            for entry in value or ():
+                yield from _leaves(entry, f"{dotted}.")
         else:
             yield contract_name(dotted), value
 
@@ -197,8 +201,8 @@ def _assign(document: dict[str, Any], key: str, value: Any) -> None:
         if isinstance(table, list):
             table = table[_wall_index(table, name, key, value)]
             continue
-        if name == "path" or (name == "wall" and name not in table):
-            raise _no_wall(key, value, []) if name == "wall" else _whole_path(key, value)
+        if name == "path" or (name in LISTED and name not in table):
+            raise _whole_path(key, value) if name == "path" else _no_wall(key, value, [])
         if value is None and name not in table:
             return
         table = table.setdefault(name, {})
@@ -232,14 +236,20 @@ def _wall_index(walls: list[Any], name: str, key: str, value: Any) -> int:
 
 
 def _no_wall(key: str, value: Any, names: list[str | None]) -> BadInput:
-    return BadInput(key, value, "is about a wall that the scene does not have", known_walls(names))
+    section = key.partition(".")[0]
+    article = "an" if section == "obstacle" else "a"
+    problem = f"is about {article} {section} that the scene does not have"
+    return BadInput(key, value, problem, known_walls(names, section))
 
 
-def known_walls(names: list[str | None]) -> str:
-    """What to write instead of an unknown wall: the names and numbers of those there are."""
+def known_walls(names: list[str | None], section: str = "wall") -> str:
+    """What to write instead of an unknown wall or obstacle: the names and numbers of those there are."""
     if not names:
-        return "add a section [[wall]] with point and normal"
-    return f"walls here: {', '.join(f'wall.{index if name is None else name}' for index, name in enumerate(names))}"
+        return (
+            f"add a section [[{section}]] with {'point and normal' if section == 'wall' else 'kind, point and radius'}"
+        )
+    listed = ", ".join(f"{section}.{index if name is None else name}" for index, name in enumerate(names))
+    return f"{section}s here: {listed}"
 
 
 def _whole_path(key: str, value: Any) -> BadInput:

@@ -14,7 +14,7 @@ import numpy as np
 from compare import registry
 from compare.errors import BadInput
 from compare.scene.data import SceneData, frame_of, unit
-from compare.scene.spec import ClampSpec, WallSpec
+from compare.scene.spec import ClampSpec, ObstacleSpec, WallSpec
 from compare.scene.table import UNIT_TOLERANCE, show
 from ribbonbench import statics
 
@@ -30,6 +30,9 @@ ON_WALL = 1e-9
 
 INTO_WALL = 1e-6
 """How far, over one length, a clamp that stands on a wall may point into it: rounding."""
+
+ACROSS = 33
+"""Points of a held edge that are looked at beside an obstacle, its middle among them."""
 
 OF_A_ROD = "is for a strip of section w x h, and strip.second_moment is that of a rod; the planar elastica bends rods"
 """What is said of a model that takes no strip.second_moment."""
@@ -50,6 +53,7 @@ def check_geometry(scene: SceneData) -> None:
         _check_common_room(scene)
         for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
             _check_clamp_and_walls(scene, name, clamp)
+            _check_clamp_and_obstacles(scene, name, clamp)
     _check_tip(scene)
     _check_support(scene)
     _check_formulation(scene)
@@ -156,6 +160,11 @@ def wall_name(index: int, wall: WallSpec) -> str:
     return f"wall.{index if wall.name is None else wall.name}"
 
 
+def obstacle_name(index: int, obstacle: ObstacleSpec) -> str:
+    """How keys and errors name an obstacle: by its name, or by its number from 0."""
+    return f"obstacle.{index if obstacle.name is None else obstacle.name}"
+
+
 def _check_room(scene: SceneData) -> None:
     """Two rigid walls that face each other leave a gap."""
     rigid = [(wall_name(i, wall), wall) for i, wall in enumerate(scene.walls) if wall.stiffness is None]
@@ -235,6 +244,43 @@ def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None)
                 )
 
 
+def _check_clamp_and_obstacles(scene: SceneData, name: str, clamp: ClampSpec | None) -> None:
+    """No obstacle goes through a held point or, with the frame held, through the edge across it."""
+    if clamp is None or clamp.position is None:
+        return
+    frame = frame_of(clamp)
+    length, half = scene.strip.length, 0.5 * scene.strip.width
+    middle = np.array(clamp.position)
+    across = np.zeros(1) if frame is None else np.linspace(-1.0, 1.0, ACROSS)
+    points = middle if frame is None else middle + half * across[:, None] * frame[:, 0]
+    for index, (obstacle, axis) in enumerate(zip(scene.obstacles, scene.obstacle_axes, strict=True)):
+        sign = -1.0 if obstacle.inside else 1.0
+        apart = np.atleast_2d(points) - np.array(obstacle.point)
+        if axis is not None:
+            apart = apart - np.outer(apart @ axis, axis)
+        distance = np.linalg.norm(apart, axis=1)
+        gaps = sign * (distance - obstacle.radius)
+        at = int(np.argmin(gaps))
+        key = obstacle_name(index, obstacle)
+        if gaps[at] < -statics.BEHIND_WALL * length:
+            side = "outside" if obstacle.inside else "inside"
+            part = "the held point" if across[at] == 0.0 else "the held edge"
+            raise BadInput(
+                f"{name}.position", list(clamp.position),
+                f"is {side} {key}: {part} stands {-gaps[at]:.6g} {'beyond its' if obstacle.inside else 'below its'} "
+                "surface", f"move it, or change {key}.point or {key}.radius"
+                + ("" if obstacle.inside else f" (inside = true keeps the strip in {key})"),
+            )  # fmt: skip
+        if frame is not None and gaps[at] <= ON_WALL * length:
+            into = float(frame[:, 2] @ apart[at]) / distance[at] * sign * (1.0 if name == "clamp.start" else -1.0)
+            if into < -INTO_WALL:
+                raise BadInput(
+                    f"{name}.tangent", list(frame[:, 2]),
+                    f"points the strip into {key}, on which it is held: it would have to turn round on the spot",
+                    f"turn it along {key}, or move {name}.position off it",
+                )  # fmt: skip
+
+
 def _check_support(scene: SceneData) -> None:
     """A strip with loads is held at a point, or walls carry it: what carries its weight is a sum of their normals, none
     of them pulling.
@@ -253,9 +299,10 @@ def _check_support(scene: SceneData) -> None:
         return
     remedy = "add [clamp.start] with a position, or a [[wall]] whose normal is gravity.up"
     value = list(scene.gravity.up)
-    if not any(normal @ up > UNIT_TOLERANCE for normal in scene.wall_normals):
+    normals = [*scene.wall_normals, *_round_normals(scene)]
+    if not any(normal @ up > UNIT_TOLERANCE for normal in normals):
         raise BadInput("gravity.up", value, "makes the strip fall for ever: no clamp and no wall holds it", remedy)
-    if not statics.is_carried(scene.wall_normals, up):
+    if not statics.is_carried(normals, up):
         raise BadInput(
             "gravity.up",
             value,
@@ -263,6 +310,15 @@ def _check_support(scene: SceneData) -> None:
             "their normals",
             f"{remedy}, or a second wall for it to lean on",
         )
+
+
+def _round_normals(scene: SceneData) -> list[np.ndarray]:
+    """Unit vectors whose sums, none of them negative, are all directions in which the obstacles push."""
+    found = []
+    for axis in scene.obstacle_axes:
+        basis = np.eye(3) if axis is None else np.linalg.svd(np.eye(3) - np.outer(axis, axis))[0].T[:2]
+        found += [*basis, *-basis]
+    return found
 
 
 def _check_formulation(scene: SceneData) -> None:
@@ -274,6 +330,8 @@ def _check_formulation(scene: SceneData) -> None:
         reason = "closed bands ([closure])"
     elif scene.walls:
         reason = "walls ([[wall]])"
+    elif scene.obstacles:
+        reason = "obstacles ([[obstacle]])"
     elif scene.gravity is not None and scene.gravity.exact:
         reason = "weight over the surface (gravity.exact)"
     elif not scene.start_clamped:

@@ -21,6 +21,7 @@ from compare.scene.spec import (
     ClosureSpec,
     GravitySpec,
     ModelSpec,
+    ObstacleSpec,
     RodSpec,
     SeedSpec,
     ShellSpec,
@@ -64,6 +65,7 @@ class Sections:
     clamp_end: ClampSpec | None
     closure: ClosureSpec | None
     walls: tuple[WallSpec, ...]
+    obstacles: tuple[ObstacleSpec, ...]
     model: ModelSpec
     seed: SeedSpec
     path: tuple[StageSpec, ...]
@@ -249,6 +251,23 @@ class SceneData(Sections):
     def wall_normals(self) -> NDArray[np.float64]:
         """Unit normals of the walls towards the ribbon, shape (walls, 3), normalised to rounding."""
         return np.array([unit(wall.normal) for wall in self.walls]).reshape(-1, 3)
+
+    @property
+    def barriers(self) -> tuple[WallSpec | ObstacleSpec, ...]:
+        """What the strip cannot cross: its walls, then its obstacles; forces are listed in this order."""
+        return (*self.walls, *self.obstacles)
+
+    @property
+    def barrier_names(self) -> tuple[str, ...]:
+        """How results call them: by name, a wall without one by its number, an obstacle as "obstacle_0"."""
+        walls = (str(number) if one.name is None else one.name for number, one in enumerate(self.walls))
+        others = (f"obstacle_{number}" if one.name is None else one.name for number, one in enumerate(self.obstacles))
+        return (*walls, *others)
+
+    @property
+    def obstacle_axes(self) -> tuple[NDArray[np.float64] | None, ...]:
+        """Unit vectors along the axes of the obstacles, normalised to rounding; None: a sphere."""
+        return tuple(None if one.axis is None else unit(one.axis) for one in self.obstacles)
 
     @property
     def seed_curvature(self) -> tuple[float, ...]:

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from compare.errors import BadInput
 from compare.scene import keys as contract
-from compare.scene.spec import ClampSpec, ClosureSpec, Vector, WallSpec
+from compare.scene.spec import ClampSpec, ClosureSpec, ObstacleSpec, Vector, WallSpec
 from compare.scene.table import UNIT_TOLERANCE, Table, missing, reject_unknown, show
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -106,24 +106,52 @@ def read_walls(data: Any) -> tuple[WallSpec, ...]:
         )
     walls: list[WallSpec] = []
     for index, entry in enumerate(data):
-        wall = _wall(entry, index)
-        if wall.name is not None and wall.name in [other.name for other in walls]:
-            raise BadInput(
-                f"wall.{index}.name", wall.name, "is the name of an earlier wall too", "give every wall its own name"
-            )
+        wall = _numbered(entry, "wall", index).read(WallSpec)
+        _check_name("wall", index, wall.name, [other.name for other in walls], 'name = "roof"')
         walls.append(wall)
     return tuple(walls)
 
 
-def _wall(data: Mapping[str, Any], index: int) -> WallSpec:
-    path = f"wall.{index}"
-    keys = {f"{path}.{about.field}": about for name, about in contract.KEYS.items() if name.startswith("wall.")}
+def read_obstacles(data: Any, walls: Sequence[WallSpec]) -> tuple[ObstacleSpec, ...]:
+    """`[[obstacle]]`: `data` is what stands at `obstacle`; walls: the scene's, which have names too."""
+    if not isinstance(data, list) or not all(isinstance(entry, Mapping) for entry in data):
+        raise BadInput(
+            "obstacle", None, "is not an array of tables",
+            "write every obstacle as a section [[obstacle]] in double brackets",
+        )  # fmt: skip
+    obstacles: list[ObstacleSpec] = []
+    for index, entry in enumerate(data):
+        table = _numbered(entry, "obstacle", index)
+        obstacle = table.read(ObstacleSpec)
+        if obstacle.kind == "sphere" and obstacle.axis is not None:
+            raise table.bad("axis", 'is given for kind = "sphere", which has none', "remove it")
+        if obstacle.kind == "cylinder" and obstacle.axis is None:
+            raise BadInput(f"obstacle.{index}.axis", None, "is missing: a cylinder needs the direction of its axis",
+                           "give a unit vector, e.g. axis = [1.0, 0.0, 0.0]")  # fmt: skip
+        names = [other.name for other in walls] + [other.name for other in obstacles]
+        _check_name("obstacle", index, obstacle.name, names, 'name = "tube"')
+        obstacles.append(obstacle)
+    return tuple(obstacles)
+
+
+def _numbered(data: Mapping[str, Any], section: str, index: int) -> Table:
+    """The table of entry `index` of a section that a scene may have several of, its keys known."""
+    path = f"{section}.{index}"
+    keys = {f"{path}.{about.field}": about for name, about in contract.KEYS.items() if name.startswith(f"{section}.")}
     reject_unknown(data, path, keys)
-    table = Table(data, path, keys)
-    wall = table.read(WallSpec)
-    if wall.name is not None and not NAME.fullmatch(wall.name):
-        raise table.bad("name", "is not a name", 'give letters, digits and _, the first no digit, e.g. name = "roof"')
-    return wall
+    return Table(data, path, keys)
+
+
+def _check_name(section: str, index: int, name: str | None, others: list[str | None], example: str) -> None:
+    if name is None:
+        return
+    key = f"{section}.{index}.name"
+    if not NAME.fullmatch(name):
+        raise BadInput(key, name, "is not a name", f"give letters, digits and _, the first no digit, e.g. {example}")
+    if name in others:
+        earlier = "wall" if section == "wall" else "wall or obstacle"
+        raise BadInput(key, name, f"is the name of an earlier {earlier} too",
+                       f"give every {section} its own name")  # fmt: skip
 
 
 def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.errors import BadInput
-from compare.scene.check import wall_name
+from compare.scene.check import obstacle_name, wall_name
 from compare.scene.data import unit
 from compare.scene.scene import Scene
 
@@ -101,6 +101,7 @@ def between(first: Scene, last: Scene) -> Homotopy:
         _frame(f"clamp.{end}", getattr(first, f"{end}_frame"), getattr(last, f"{end}_frame"), moves, switched)
     _switch("closure", one.get("closure"), other.get("closure"), switched)
     _walls(first, last, moves, switched)
+    _obstacles(first, last, moves, switched)
     _switch("model", _model(first), _model(last), switched)
     return Homotopy(first, last, tuple(switched), tuple(moves))
 
@@ -266,3 +267,17 @@ def _walls(first: Scene, last: Scene, moves: list[Move], switched: list[str]) ->
             switched,
         )
         _direction(f"{section}.normal", *pair, moves)
+
+
+def _obstacles(first: Scene, last: Scene, moves: list[Move], switched: list[str]) -> None:
+    kinds = [[(one.kind, one.inside) for one in scene.obstacles] for scene in (first, last)]
+    if kinds[0] != kinds[1]:
+        switched.append("obstacle")
+        return
+    for index, (one, other) in enumerate(zip(first.obstacles, last.obstacles, strict=True)):
+        section = obstacle_name(index, other)
+        before, after = ({"point": list(each.point), "radius": each.radius} for each in (one, other))
+        _numbers(section, before, after, moves, switched)
+        axis, turned = first.obstacle_axes[index], last.obstacle_axes[index]
+        if axis is not None and turned is not None:
+            _direction(f"{section}.axis", axis, turned, moves)

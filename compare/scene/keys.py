@@ -14,6 +14,7 @@ from compare.scene.spec import (
     ClosureSpec,
     GravitySpec,
     ModelSpec,
+    ObstacleSpec,
     RodSpec,
     SceneSpec,
     SeedSpec,
@@ -37,6 +38,7 @@ SPECS: Mapping[str, type] = {
     "clamp.end": ClampSpec,
     "closure": ClosureSpec,
     "wall": WallSpec,
+    "obstacle": ObstacleSpec,
     "rod": RodSpec,
     "model": ModelSpec,
     "seed": SeedSpec,
@@ -46,7 +48,10 @@ SPECS: Mapping[str, type] = {
 }
 """The sections, each with its dataclass."""
 
-SINGLE = tuple(name for name in SPECS if name not in ("", "wall", "path"))
+LISTED = ("wall", "obstacle")
+"""Sections that a scene has any number of, by number or name."""
+
+SINGLE = tuple(name for name in SPECS if name not in ("", *LISTED, "path"))
 """Sections that a scene has once or not at all."""
 
 KEYS: Mapping[str, Key] = collected(
@@ -72,7 +77,7 @@ DEEPEST = 4
 def contract_name(dotted: str) -> str:
     """The name in the contract of a key as a scene says it, a wall without its number or name: "wall.roof.point"."""
     section, _, rest = dotted.partition(".")
-    return f"wall.{rest.rpartition('.')[2]}" if section == "wall" and rest else dotted
+    return f"{section}.{rest.rpartition('.')[2]}" if section in LISTED and rest else dotted
 
 
 def within(*parts: str) -> frozenset[str]:

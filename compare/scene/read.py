@@ -16,7 +16,7 @@ from compare import registry
 from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.data import Sections
-from compare.scene.held import read_clamp, read_closure, read_walls
+from compare.scene.held import read_clamp, read_closure, read_obstacles, read_walls
 from compare.scene.inputs import law
 from compare.scene.loads import read_gravity, read_tip
 from compare.scene.spec import (
@@ -59,13 +59,16 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     )
     closure = read_closure(_section(data, "closure")) if "closure" in data else None
     walls = read_walls(data.get("wall", []))
+    obstacles = read_obstacles(data.get("obstacle", []), walls)
     model = _model(_section(data, "model"), strip)
     seed = _seed(_section(data, "seed"), strip)
     shell = _shell(_section(data, contract.SHELL), strip)
-    path = read_path(data.get("path", []), walls)
+    path = read_path(data.get("path", []), {"wall": walls, "obstacle": obstacles})
     unsure = _uncertainty(_section(data, "uncertainty"), strip)
     rod = _rod(_section(data, "rod"), strip) if "rod" in data else None
-    return Sections(title, strip, gravity, tip, start, end, closure, walls, model, seed, path, shell, unsure, rod)
+    return Sections(
+        title, strip, gravity, tip, start, end, closure, walls, obstacles, model, seed, path, shell, unsure, rod
+    )  # fmt: skip
 
 
 def one_line(text: str) -> str:

@@ -350,6 +350,34 @@ class WallSpec:
 
 
 @dataclass(frozen=True)
+class ObstacleSpec:
+    """A round obstacle without friction: a cylinder without ends or a sphere; the strip stays outside it, or inside."""
+
+    kind: str = key(
+        Kind.CHOICE, "what the obstacle is", example='"cylinder"',
+        choices={"cylinder": "without ends", "sphere": ""}, newer=True
+    )
+    point: Vector = key(
+        Kind.VECTOR, "a point of a cylinder's axis, a sphere's centre", LENGTH, example="[0.0, -0.1, 0.5]", newer=True,
+        known="-1e6 <= x / l <= 1e6"
+    )
+    radius: float = key(
+        Kind.NUMBER, "radius", LENGTH, "> 0", "0.1", newer=True, known="1e-4 <= R / l <= 1e6"
+    )
+    axis: Vector | None = key(
+        Kind.DIRECTION, "unit vector along a cylinder's axis", NONE, example="[1.0, 0.0, 0.0]", default=None,
+        newer=True, absent="a sphere has none"
+    )
+    inside: bool = key(
+        Kind.TRUTH, "whether the strip is inside it and cannot leave", example="true", default=False, newer=True
+    )
+    name: str | None = key(
+        Kind.TEXT, "name of the obstacle in keys and results: letters, digits and _, not a number", example='"tube"',
+        default=None, newer=True, absent="its number"
+    )
+
+
+@dataclass(frozen=True)
 class ModelSpec:
     """Energy and discretisation of the ribbon.
 

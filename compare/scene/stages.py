@@ -12,15 +12,21 @@ from typing import Any
 from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.change import known_walls, plain, wall_index
-from compare.scene.spec import StageSpec, WallSpec
+from compare.scene.spec import ObstacleSpec, StageSpec, WallSpec
 from compare.scene.table import Table, brief
 
+Named = Mapping[str, Sequence[WallSpec | ObstacleSpec]]
+"""The walls and obstacles of a scene, by section."""
+Names = Mapping[str, list[str | None]]
+"""Their names; None: one without."""
 
-def read_path(data: Any, walls: Sequence[WallSpec]) -> tuple[StageSpec, ...]:
-    """The stages in order: `data` is what stands at `path`, `walls` are the scene's, whose names keys may contain."""
+
+def read_path(data: Any, named: Named) -> tuple[StageSpec, ...]:
+    """The stages in order: `data` is what stands at `path`, `named` are the scene's walls and obstacles, whose names
+    keys may contain."""
     if not isinstance(data, list) or not all(isinstance(entry, Mapping) for entry in data):
         raise BadInput("path", None, "is not an array of tables", "write every stage as a section [[path]]")
-    names = [wall.name for wall in walls]
+    names = {section: [one.name for one in entries] for section, entries in named.items()}
     return tuple(_stage(entry, index, names) for index, entry in enumerate(data))
 
 
@@ -29,7 +35,7 @@ def stage_name(index: int, key: str = "") -> str:
     return f"path[{index}].{key}" if key else f"path[{index}]"
 
 
-def _stage(data: Mapping[str, Any], index: int, walls: list[str | None]) -> StageSpec:
+def _stage(data: Mapping[str, Any], index: int, names: Names) -> StageSpec:
     steps = None
     if "steps" in data:
         path = stage_name(index)
@@ -44,7 +50,7 @@ def _stage(data: Mapping[str, Any], index: int, walls: list[str | None]) -> Stag
     changes: dict[str, Any] = {}
     resolved: dict[str, str] = {}  # the key with a wall's name replaced by its number -> the key as given
     for key, value in _flattened({name: value for name, value in data.items() if name != "steps"}, "", index):
-        known = _resolved(key, value, index, walls)
+        known = _resolved(key, value, index, names)
         if known in resolved:
             raise BadInput(
                 stage_name(index, key),
@@ -86,7 +92,7 @@ def _flattened(data: Mapping[str, Any], prefix: str, index: int) -> Iterator[tup
             yield key, value
 
 
-def _resolved(key: str, value: Any, index: int, walls: list[str | None]) -> str:
+def _resolved(key: str, value: Any, index: int, names: Names) -> str:
     """The key with a wall's name replaced by its number, once it is clear that a stage may change it."""
     section, _, rest = key.partition(".")
     shown = stage_name(index, key)
@@ -96,14 +102,17 @@ def _resolved(key: str, value: Any, index: int, walls: list[str | None]) -> str:
         )
     known = key
     about = key
-    if section == "wall":
+    if section in contract.LISTED:
         name, _, last = rest.partition(".")
-        number = wall_index(walls, name)
+        number = wall_index(names[section], name)
+        article = "an" if section == "obstacle" else "a"
         if number is None:
-            raise BadInput(shown, brief(value), "is about a wall that the scene does not have", known_walls(walls))
-        known, about = f"wall.{number}.{last}", f"wall.{last}"
-        if about == "wall.name":
-            raise BadInput(shown, brief(value), "cannot change along a path", "remove it: a wall keeps its name")
+            problem = f"is about {article} {section} that the scene does not have"
+            raise BadInput(shown, brief(value), problem, known_walls(names[section], section))
+        known, about = f"{section}.{number}.{last}", f"{section}.{last}"
+        if about == f"{section}.name":
+            remedy = f"remove it: {article} {section} keeps its name"
+            raise BadInput(shown, brief(value), "cannot change along a path", remedy)
     if key in contract.SECTIONS:
         if value is not False:
             raise BadInput(

@@ -100,7 +100,7 @@ def balance(scene: Scene, state: State) -> Check:
         return nothing("balance", "nothing holds it")
     if scene.tip is not None and state.end is not None:
         wrenches.append(Wrench(state.end.position, scene.tip_force, scene.tip_moment))
-    pushes = [] if len(state.supports.walls) != len(scene.walls) else _pushes(scene, state)
+    pushes = [] if len(state.supports.walls) != len(scene.barriers) else _pushes(scene, state)
     weight = np.zeros(3) if scene.up is None else -scene.gamma * scene.up
     left = unbalanced(wrenches, weight, _centre(scene, state), pushes)
     return bounded("balance", left, BALANCED, "supports and loads leave over")
@@ -108,9 +108,17 @@ def balance(scene: Scene, state: State) -> Check:
 
 def _pushes(scene: Scene, state: State) -> list[Push]:
     """What every wall does, at the points of the surface that touch it."""
+    walls = state.supports.walls
+    points = [np.asarray(wall["points"], dtype=float).reshape(-1, 3) for wall in walls]
+    normals = list(scene.wall_normals)
+    for obstacle, axis, where in zip(scene.obstacles, scene.obstacle_axes, points[len(normals) :], strict=True):
+        apart = where - np.array(obstacle.point) / scene.strip.length
+        if axis is not None:
+            apart = apart - np.outer(apart @ axis, axis)
+        normals.append((-1.0 if obstacle.inside else 1.0) * apart / np.linalg.norm(apart, axis=1, keepdims=True))
     return [
-        Push(normal, np.asarray(wall["force"], dtype=float), np.asarray(wall["points"], dtype=float).reshape(-1, 3))
-        for wall, normal in zip(state.supports.walls, scene.wall_normals, strict=True)
+        Push(normal, np.asarray(wall["force"], dtype=float), where)
+        for wall, normal, where in zip(walls, normals, points, strict=True)
     ]
 
 
@@ -249,7 +257,7 @@ def stable_here(state: State) -> Check:
 
 def walls(scene: Scene, state: State) -> Check:
     """How far beyond a wall the surface is."""
-    if not scene.walls:
+    if not scene.barriers:
         return nothing("walls", "there is no wall")
     between = state.numbers.get("penetration_between")
     if between is not None:  # of nodes that are not behind a wall: an error of the mesh

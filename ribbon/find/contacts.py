@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.contact import Wall
 from ribbon.find import relax
 from ribbon.judge import penetration
 from ribbon.problems.mixed import MixedProblem
@@ -76,7 +77,11 @@ def bent_aside(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> lis
         return []
     x = relax.placed(problem, omega, eta)
     across = problem.joints(x)[1][0][:, 1]
-    aside = [np.asarray(wall.normal) for wall in problem.walls]
+    first = problem.layout.positions(x)[0]
+    aside = [
+        np.asarray(wall.normal) if isinstance(wall, Wall) else np.asarray(wall.point) / problem.strip.length - first
+        for wall in problem.walls
+    ]
     if problem.gravity is not None and problem.has_gravity:
         aside.append(np.asarray(problem.gravity.up))
     if problem.tip is not None:
@@ -134,7 +139,7 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
     starts[-1] = 1.0
     touches: set[Touch] = set()
     for distance, touch in minima:
-        known = [t.s for t in problem.touching if (t.wall, t.side) == (touch.wall, touch.side)]
+        known = [t.s for t in problem.touching if t.wall == touch.wall and _line(t.side) == _line(touch.side)]
         places = np.union1d(starts, known)
         k = int(np.clip(np.searchsorted(places, touch.s, side="right") - 1, 0, places.size - 2))
         low, high = places[k], places[k + 1]
@@ -146,6 +151,11 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
         inner[np.argmin(np.abs(inner - touch.s))] = touch.s
         touches |= {Touch(touch.wall, float(s), touch.side) for s in inner}
     return tuple(sorted(touches))
+
+
+def _line(side: float) -> float:
+    """Which of the lines along the strip a point at `side` is on: an edge (1 or -1), or what is between them (0)."""
+    return side if abs(side) == 1.0 else 0.0
 
 
 def _again(
@@ -194,9 +204,11 @@ def slid(
     now, here = _sliding(problem, minimum, places)
     spent_on = minimum
     for _ in range(FOLLOWED):
-        again = choose.minimise(
-            now, here.x, {"max_iter": _SLIDING, **(options or {})}, progress, (here.rows, here.multipliers)
-        )
+        # beside round obstacles Newton's answer is enough: where it does not arrive the points stay as they are
+        with choose.using("newton" if now.obstacles and choose.asked() == "auto" else None):
+            again = choose.minimise(
+                now, here.x, {"max_iter": _SLIDING, **(options or {})}, progress, (here.rows, here.multipliers)
+            )
         if again.residual > RESIDUAL_TOLERANCE:
             return problem, minimum
         spent_on = replace(
@@ -220,7 +232,7 @@ def _places(problem: MixedProblem, minimum: Minimum) -> list[_Place]:
     pushed = [_pushed(problem, minimum, k) for k in range(len(problem.walls))]
     least = max(_LEAST, _CLEARLY * max((push for points in pushed for _, _, push in points), default=0.0))
     for k, points in enumerate(pushed):
-        for side in (1.0, -1.0):
+        for side in (1.0, -1.0, 0.0):
             own = sorted((s, push) for s, edge, push in points if edge == side and push > least)
             for group in _groups(problem, own):
                 total = sum(push for _, push in group)
@@ -246,7 +258,7 @@ def _pushed(problem: MixedProblem, minimum: Minimum, k: int) -> list[tuple[float
         rows = problem.touch_rows(k)
         along = starts[rows.segments] + rows.places(minimum.x)
         pushes = -minimum.rows[slices[f"touch_{k}"]]
-        points += [(float(s), float(side), float(p)) for s, side, p in zip(along, rows.sides, pushes, strict=True)]
+        points += [(float(s), _line(float(v)), float(p)) for s, v, p in zip(along, rows.sides, pushes, strict=True)]
     return points
 
 
@@ -267,7 +279,7 @@ def _slides(problem: MixedProblem, place: _Place) -> bool:
     near = [
         touch
         for touch in problem.touching
-        if (touch.wall, touch.side) == (place.wall, place.side) and abs(problem.segment_at(touch.s) - i) <= 1
+        if (touch.wall, _line(touch.side)) == (place.wall, place.side) and abs(problem.segment_at(touch.s) - i) <= 1
     ]
     return bool(near) and all(touch.slides for touch in near)
 
@@ -300,7 +312,9 @@ def _sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) -> t
         reach = range(min(segments) - 1, max(segments) + 2)
         replaced |= {(place.wall, place.side, i) for i in reach}
     kept = [
-        touch for touch in problem.touching if (touch.wall, touch.side, problem.segment_at(touch.s)) not in replaced
+        touch
+        for touch in problem.touching
+        if (touch.wall, _line(touch.side), problem.segment_at(touch.s)) not in replaced
     ]
     fresh = problem.with_changes(touching=(*kept, *sorted(shares)))
     rows = _carried(problem, fresh, minimum, shares)
@@ -309,19 +323,21 @@ def _sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) -> t
         block = fresh.wall_rows(place.wall)
         push = rows[slices[f"wall_{place.wall}"]].reshape(-1, 2)
         near = np.abs(starts[block.joints] - place.s) <= _NEXT * problem.lengths[problem.segment_at(place.s)]
-        push[near, int(place.side < 0.0)] = 0.0
+        if place.side:
+            push[near, int(place.side < 0.0)] = 0.0
     return fresh, replace(minimum, rows=rows)
 
 
 def _beside(problem: MixedProblem, touches: list[Touch]) -> list[Touch]:
     """What is to slide besides: places behind a wall in segments next to one that slides."""
-    sliding = {(t.wall, t.side, problem.segment_at(t.s)) for t in problem.touching if t.slides}
+    sliding = {(t.wall, _line(t.side), problem.segment_at(t.s)) for t in problem.touching if t.slides}
     minimum = {}
     for touch in touches:
         i = problem.segment_at(touch.s)
-        near = {(touch.wall, touch.side, j) for j in (i - 1, i + 1)}
-        if near & sliding and (touch.wall, touch.side, i) not in sliding:
-            minimum[touch.wall, touch.side, i] = touch._replace(slides=True)
+        side = _line(touch.side)
+        near = {(touch.wall, side, j) for j in (i - 1, i + 1)}
+        if near & sliding and (touch.wall, side, i) not in sliding:
+            minimum[touch.wall, side, i] = touch._replace(slides=True)
     return sorted(minimum.values())
 
 

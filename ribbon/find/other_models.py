@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.contact import Wall
 from ribbon.find import relax
 from ribbon.problems.layout import at_joints
 from ribbon.problems.mixed import MixedProblem
@@ -30,8 +31,9 @@ FLIPPED = 9001
 def twin(problem: MixedProblem) -> MatrixProblem | ChainedClampedProblem:
     """The problem in the formulation that its `model` names."""
     if problem.model == "matrix":
+        planes = tuple(wall for wall in problem.walls if isinstance(wall, Wall))  # it is asked for with no others
         return MatrixProblem(
-            problem.strip, problem.start, problem.end, problem.closure, problem.walls, problem.gravity, problem.energy,
+            problem.strip, problem.start, problem.end, problem.closure, planes, problem.gravity, problem.energy,
             problem.lengths, problem.held_by, problem.reference, problem.origin, problem.exponent_limit,
         )  # fmt: skip
     assert problem.start is not None

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.find import doubling
+from ribbon.obstacle import Obstacle
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
@@ -74,11 +75,31 @@ def placed(problem: Problem, omega: FloatArray, eta: FloatArray) -> FloatArray:
         assert isinstance(problem, MixedProblem)
         positions = problem.layout.positions(x)
         for wall in problem.walls:
+            if isinstance(wall, Obstacle):
+                positions += _clear(wall.scaled(problem.strip.length), positions, problem.half_width)
+                continue
             normal = np.asarray(wall.normal)
             depth = float(np.min((positions - np.asarray(wall.point) / problem.strip.length) @ normal))
             shift = max(0.0, problem.half_width - depth)
             positions += shift * normal
     return x
+
+
+def _clear(surface: Obstacle, positions: FloatArray, margin: float) -> FloatArray:
+    """The shift (3,) of a shape's points (k, 3) that puts it before an obstacle: out of it along the normal of its
+    middle until all are half a width away; to the middle of what it is inside of."""
+    gaps, _, _ = surface.derivatives(positions)
+    if float(gaps.min()) >= 0.0:
+        return np.zeros(3)
+    middle = positions.mean(axis=0)
+    if surface.inside:
+        return np.asarray(surface.across @ (np.asarray(surface.point) - middle))
+    normal = surface.derivatives(middle[None, :])[1][0]
+    if not normal.any():
+        normal = np.linalg.svd(surface.across)[2][0]
+    along = positions @ normal
+    top = float(np.asarray(surface.point) @ normal) + surface.radius + margin
+    return np.asarray(max(0.0, top - float(along.min())) * normal)
 
 
 def minimum(

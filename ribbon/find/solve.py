@@ -5,14 +5,14 @@ All that is behind them takes a `Request` and a `How` (`ribbon.find.solving`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ribbon.boundary import Clamp, Closure
-from ribbon.contact import Wall
+from ribbon.contact import Barrier
 from ribbon.find import doubling, minima, stretched
 from ribbon.find.solving import check as _check
 from ribbon.find.solving import refine as _refine
@@ -41,7 +41,7 @@ def solve(
     *,
     end: Clamp | None = None,
     closure: Closure | None = None,
-    walls: tuple[Wall, ...] | list[Wall] = (),
+    walls: Sequence[Barrier] = (),
     energy: str = "wunderlich",
     segments: int | ArrayLike = 20,
     seed_curvature: Values | str = "natural",
@@ -64,7 +64,7 @@ def solve(
     strip, gravity: what it is and which way is up; no `gravity`, no weight.
     clamp, end: how s = 0 and s = l are held. `clamp` None: at the origin, tangent e_z, normal e_y, unless there is a
         `closure`; a `Clamp` that holds nothing (all parts None) is a free end. `end` None: free.
-    closure: of a band; walls: planes that the ribbon cannot cross.
+    closure: of a band; walls: planes and round obstacles that the ribbon cannot cross.
     energy: "wunderlich" (finite width) or "sadowsky", whose ribbons are inextensible; or, with a thickness, "finite",
         "extensible", "sano", "sadowsky_kt" or the rod "kirchhoff", whose twist is free (docs/theory.md, chapter 10).
     stiffness: of "kirchhoff": "matched" (D w, default) or "plate" (Y I); in_plane: whether the strip bends in its own

@@ -2,7 +2,9 @@
 
 The strip is ruled: over a ruling the distance from a plane is linear, so that its least value is at an edge, and the
 strip is as far beyond a wall as one of its edges ``r +- (w/2) (t_x + eta t_z)`` is. Their distance is sampled along
-every segment and each of its minima is narrowed down.
+every segment and each of its minima is narrowed down. Seen from inside a round obstacle the same holds; from outside a
+ruling may be nearest between its ends, where that is known for each (`ribbon.obstacle`), and its gap there is a third
+curve beside those of both edges.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.obstacle import Obstacle
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.problems.touching import Touch
@@ -24,6 +27,8 @@ TOLERANCE = 1e-6
 _SAMPLES, _TURN = 8, 0.1
 #: Samples and rounds that narrow a minimum down: the interval shrinks to its quarter in each.
 _NARROWED, _ROUNDS = 9, 6
+#: In the place of an edge: the nearest point of a ruling between its ends; by how much (l) it is nearer than those.
+BETWEEN, _NEARER = 0.0, 1e-9
 
 
 def minima(problem: Problem, x: FloatArray, below: float = 0.0) -> list[tuple[float, Touch]]:
@@ -47,7 +52,7 @@ def minima(problem: Problem, x: FloatArray, below: float = 0.0) -> list[tuple[fl
             high = tried[np.minimum(at + 1, _NARROWED - 1), each]
         at = np.argmin(values, axis=0)
         found += [
-            (float(values[k, j]), Touch(wall, float(tried[k, j]), side))
+            (float(values[k, j]), Touch(wall, float(tried[k, j]), shape.across(float(tried[k, j]), wall, side)))
             for j, k in enumerate(at)
             if values[k, j] < below
         ]
@@ -100,24 +105,44 @@ class _Edges:
         self.seam = 0 if problem.closure is None else problem.closure.sign
         heights = iter(x[problem.layout.heights]) if isinstance(problem, MixedProblem) else iter(())
         self.heights = [0.0 if wall.stiffness is None else float(next(heights)) for wall in problem.walls]
+        self.surfaces = [wall.scaled(problem.strip.length) for wall in problem.walls]
         #: How far a minimum may lie below the samples beside it, l.
         self.reach = float(problem.lengths.max()) / _SAMPLES
 
-    def edge(self, s: FloatArray, side: float) -> FloatArray:
-        """Positions (k, 3)."""
+    def rulings(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (k, 3) of the centreline and half rulings (k, 3) there."""
         problem = self.problem
         r, frame, _, eta = centreline(
             self.q, problem.lengths, self.points, self.frames, s, problem.exponent_limit, self.seam, problem.fields.free
         )
         ruling = frame[:, :, 0] if problem.fields.free else frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
-        return np.asarray(r + side * problem.half_width * ruling)
+        return r, problem.half_width * ruling
 
     def distance(self, s: FloatArray, wall: int, side: float) -> FloatArray:
-        """From one wall (k,)."""
-        plane = self.problem.walls[wall]
-        point = np.asarray(plane.point) / self.problem.strip.length
-        return np.asarray((self.edge(s, side) - point) @ np.asarray(plane.normal) - self.heights[wall])
+        """From one wall (k,), of an edge or of the nearest point between (side BETWEEN; infinite where that is one)."""
+        surface = self.surfaces[wall]
+        r, ruling = self.rulings(s)
+        if side != BETWEEN:
+            return np.asarray(surface.gaps(r + side * ruling) - self.heights[wall])
+        assert isinstance(surface, Obstacle)
+        across = surface.nearest(r, ruling)
+        inner = np.abs(across) < 1.0
+        gaps = surface.gaps(r + np.clip(across, -1.0, 1.0)[:, None] * ruling)
+        edges = np.minimum(surface.gaps(r + ruling), surface.gaps(r - ruling))
+        return np.asarray(np.where(inner & (edges - gaps > _NEARER), gaps, np.inf))
+
+    def across(self, s: float, wall: int, side: float) -> float:
+        """Where across (-1 to 1) the nearest point of the ruling at s is, of an edge or between."""
+        surface = self.surfaces[wall]
+        if side != BETWEEN:
+            return side
+        assert isinstance(surface, Obstacle)
+        return float(surface.nearest(*self.rulings(np.array([s])))[0])
 
     def distances(self, s: FloatArray) -> list[tuple[int, float, FloatArray]]:
-        """Of every wall and edge: the wall, the edge, the distances (k,)."""
-        return [(k, side, self.distance(s, k, side)) for k in range(len(self.problem.walls)) for side in (1.0, -1.0)]
+        """Of every wall and edge, and of what is between them: the wall, the edge, the distances (k,)."""
+        return [
+            (k, side, self.distance(s, k, side))
+            for k, surface in enumerate(self.surfaces)
+            for side in ((1.0, -1.0, BETWEEN) if isinstance(surface, Obstacle) and surface.between else (1.0, -1.0))
+        ]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon import law, surface
 from ribbon.boundary import Clamp
-from ribbon.contact import Wall
+from ribbon.contact import Barrier
 from ribbon.element.series import EXPONENT_LIMIT, FURTHEST
 from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
@@ -145,7 +145,7 @@ class ChainedProblem:
         return None
 
     @property
-    def walls(self) -> tuple[Wall, ...]:
+    def walls(self) -> tuple[Barrier, ...]:
         """None."""
         return ()
 

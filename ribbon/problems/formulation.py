@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from ribbon.boundary import Clamp, Closure
-from ribbon.contact import Wall
+from ribbon.contact import Barrier
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
+from ribbon.obstacle import Obstacle
 
 #: Segments from which the mixed model is faster with Ipopt on a ribbon held at s = 0 only (results/formulations.md).
 CHAINED_BELOW = 110
@@ -14,7 +15,7 @@ FORMULATIONS = ("auto", "chained", "mixed", "matrix")
 
 
 def chained_obstacle(
-    start: Clamp | None, end: Clamp | None, closure: Closure | None, walls: tuple[Wall, ...], gravity: Gravity | None
+    start: Clamp | None, end: Clamp | None, closure: Closure | None, walls: tuple[Barrier, ...], gravity: Gravity | None
 ) -> str | None:
     """What the chained model cannot do here, or None."""
     if closure is not None:
@@ -35,7 +36,7 @@ def choose(
     start: Clamp | None,
     end: Clamp | None,
     closure: Closure | None,
-    walls: tuple[Wall, ...],
+    walls: tuple[Barrier, ...],
     gravity: Gravity | None,
     segments: int,
     solver: str = "auto",
@@ -52,6 +53,8 @@ def choose(
             raise RibbonInputError("formulation", asked, f'{obstacle} needs the mixed model: use "mixed" or "auto"')
         return "chained", "asked for"
     if asked != "auto":
+        if asked == "matrix" and any(isinstance(wall, Obstacle) for wall in walls):
+            raise RibbonInputError("formulation", asked, 'knows planes alone; round obstacles need "mixed" or "auto"')
         return asked, "asked for"
     if obstacle is not None:
         return "mixed", f"{obstacle} is a constraint, which the mixed model handles robustly"

@@ -13,15 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp, Closure
-from ribbon.contact import Wall
+from ribbon.contact import Barrier, Wall
 from ribbon.element import quaternion
 from ribbon.element.series import EXPONENT_LIMIT
 from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
+from ribbon.obstacle import Obstacle
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.arguments import Material
 from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
+from ribbon.problems.curved import motions
+from ribbon.problems.curved.rows import CurvedJointRows, CurvedTouchRows
 from ribbon.problems.fields import Fields
 from ribbon.problems.layout import STRIDE, MixedLayout
 from ribbon.problems.protocol import Anchor, Counters
@@ -42,19 +45,19 @@ class Held:
     """Fields of a glued ribbon and what holds it.
 
     strip, gravity, energy, lengths: as in `ribbon.problems.chained.ChainedProblem`; start, end: clamps or None (free
-    end); closure: of a band, then `end` is None; walls: planes; held_by: "elimination" or "constraints"; reference:
-    quaternion (4,) to which the gauge of free rotations refers, the start's of the seed, and origin (3,) the same for
-    positions; box: bounds on |omega| and |eta| that keep a far start from running away; a solution must not touch them;
-    model: "mixed", or the formulation that finds the point ("matrix", "chained"), for comparison; stiffness, in_plane:
-    `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or None; touching: points between the
-    joints that are held on a wall's side too.
+    end); closure: of a band, then `end` is None; walls: planes and round obstacles; held_by: "elimination" or
+    "constraints"; reference: quaternion (4,) to which the gauge of free rotations refers, the start's of the seed, and
+    origin (3,) the same for positions; box: bounds on |omega| and |eta| that keep a far start from running away; a
+    solution must not touch them; model: "mixed", or the formulation that finds the point ("matrix", "chained"), for
+    comparison; stiffness, in_plane: `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or
+    None; touching: points between the joints that are held on a wall's side too.
     """
 
     strip: Strip
     start: Clamp | None
     end: Clamp | None
     closure: Closure | None
-    walls: tuple[Wall, ...]
+    walls: tuple[Barrier, ...]
     gravity: Gravity | None
     energy: str
     lengths: FloatArray
@@ -114,6 +117,11 @@ class Held:
     def plates(self) -> tuple[int, ...]:
         """Indices of the walls that are pressure plates."""
         return tuple(k for k, wall in enumerate(self.walls) if wall.stiffness is not None)
+
+    @property
+    def obstacles(self) -> bool:
+        """Whether some of the walls are round."""
+        return any(isinstance(wall, Obstacle) for wall in self.walls)
 
     @property
     def has_gravity(self) -> bool:
@@ -243,8 +251,10 @@ class Held:
 
     def free_motions(self) -> tuple[FloatArray, FloatArray]:
         """Unit translations (k, 3) and axes of rotation (m, 3) that change neither energy nor constraints."""
+        if self.obstacles:
+            return self._motions_beside_obstacles()
         fixed = [] if self.gravity is None or not self.has_gravity else [np.asarray(self.gravity.up)]
-        fixed += [np.asarray(wall.normal) for wall in self.walls]
+        fixed += [np.asarray(wall.normal) for wall in self.walls if isinstance(wall, Wall)]
         fixed += [] if self.tip is None else [np.asarray(self.tip) / np.linalg.norm(self.tip)]
         directions = np.array(fixed).reshape(-1, 3)
         points = [r for r in (self.start_position, self.end_position) if r is not None]
@@ -263,16 +273,23 @@ class Held:
         parallel = np.linalg.norm(np.cross(directions, axis), axis=1).max() < 1e-9
         return translations, axis[None, :] if parallel else np.empty((0, 3))
 
+    def _motions_beside_obstacles(self) -> tuple[FloatArray, FloatArray]:
+        loads = [] if self.gravity is None or not self.has_gravity else [np.asarray(self.gravity.up)]
+        loads += [] if self.tip is None else [np.asarray(self.tip) / np.linalg.norm(self.tip)]
+        points = [r for r in (self.start_position, self.end_position) if r is not None]
+        turns = self.start_quaternion is None and self.end_quaternion is None
+        return motions.free([wall.scaled(self.strip.length) for wall in self.walls], loads, points, turns)
+
     def blocks(self) -> dict[str, Rows]:
         """The rows beside the glue, by name, in order."""
         if "blocks" not in self._cache:
             self._cache["blocks"] = self._make_blocks()
         return self._cache["blocks"]  # type: ignore[no-any-return]
 
-    def wall_rows(self, wall: int) -> WallRows:
+    def wall_rows(self, wall: int) -> WallRows | CurvedJointRows:
         """The rows that hold the joints on the side of one wall."""
         rows = self.blocks()[f"wall_{wall}"]
-        assert isinstance(rows, WallRows)
+        assert isinstance(rows, WallRows | CurvedJointRows)
         return rows
 
     def touch_rows(self, wall: int) -> TouchRows:
@@ -330,10 +347,17 @@ class Held:
             column = -1
             if wall.stiffness is not None:
                 column, plate = plate, plate + 1
-            point = np.asarray(wall.point) / self.strip.length
             oblique = 0.0 if self.fields.free else 1.0
-            normal = np.asarray(wall.normal)
             touches = [touch for touch in self.touching if touch.wall == k]
+            if isinstance(wall, Obstacle):
+                surface = wall.scaled(self.strip.length)
+                joints = self._joints_apart(self._joints_beside(surface), touches)
+                found[f"wall_{k}"] = CurvedJointRows(joints, STRIDE, surface, self.half_width, oblique=oblique)
+                if touches:
+                    found[f"touch_{k}"] = self._touch_rows(touches, np.zeros(3), np.zeros(3), -1, surface)
+                continue
+            point = np.asarray(wall.point) / self.strip.length
+            normal = np.asarray(wall.normal)
             joints = self._joints_apart(self._joints_beside(normal), touches)
             found[f"wall_{k}"] = WallRows(joints, STRIDE, point, normal, self.half_width, column, oblique=oblique)
             if touches:
@@ -345,7 +369,7 @@ class Held:
         rows would say the same twice."""
         held = np.zeros((2, self.lengths.size + 1), dtype=bool)
         for touch in touches:
-            if touch.slides:
+            if touch.slides and abs(touch.side) == 1.0:
                 i = self.segment_at(touch.s)
                 held[int(touch.side < 0.0), i : i + 2] = True
         return joints[~held.all(axis=0)[joints]]
@@ -355,30 +379,41 @@ class Held:
         starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
         return int(np.clip(np.searchsorted(starts, s, side="right") - 1, 0, self.lengths.size - 1))
 
-    def _joints_beside(self, normal: FloatArray) -> IntArray:
-        """The joints whose distance from a plane of this normal is not given by a clamp or by the joint at the seam."""
+    def _joints_beside(self, wall: FloatArray | Obstacle) -> IntArray:
+        """The joints whose distance from a plane of this normal, or from an obstacle in units of l, is not given by a
+        clamp or by the joint at the seam."""
         joints = np.arange(self.lengths.size + 1)
-        if self._edge_is_held(self.start, self.start_straight, normal):
+        if self._edge_is_held(self.start, self.start_straight, wall):
             joints = joints[1:]
-        if self.closure is not None or self._edge_is_held(self.end, self.end_straight, normal):
+        if self.closure is not None or self._edge_is_held(self.end, self.end_straight, wall):
             joints = joints[:-1]
         return joints
 
-    def _edge_is_held(self, clamp: Clamp | None, straight: bool, normal: FloatArray) -> bool:
-        """Whether a clamp leaves neither edge a motion along `normal`: an oblique ruling reaches along the tangent."""
+    def _edge_is_held(self, clamp: Clamp | None, straight: bool, wall: FloatArray | Obstacle) -> bool:
+        """Whether a clamp leaves no edge a motion along the normal: an oblique ruling reaches along the tangent."""
         if clamp is None or not clamp.is_whole:
             return False
-        return straight or self.fields.free or abs(float(clamp.frame[:, 2] @ normal)) < _ALONG
+        if straight or self.fields.free:
+            return True
+        if isinstance(wall, Obstacle):
+            middle, across = np.asarray(clamp.position) / self.strip.length, self.half_width * clamp.frame[:, 0]
+            normals = wall.derivatives(np.array([middle + across, middle - across]))[1]
+        else:
+            normals = wall[None, :]
+        return float(np.abs(normals @ clamp.frame[:, 2]).max()) < _ALONG
 
-    def _touch_rows(self, touches: list[Touch], point: FloatArray, normal: FloatArray, plate: int) -> TouchRows:
+    def _touch_rows(
+        self, touches: list[Touch], point: FloatArray, normal: FloatArray, plate: int, surface: Obstacle | None = None
+    ) -> TouchRows:
         starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = np.array([touch.s for touch in touches])
         i = np.array([self.segment_at(touch.s) for touch in touches])
-        return TouchRows(
+        parts = (
             i, np.minimum(s - starts[i], self.lengths[i]), np.array([touch.side for touch in touches]),
             np.array([touch.slides for touch in touches]), self.lengths, point, normal, self.half_width,
             self.exponent_limit, self.fields.components, self.fields.free, self.sideways, plate,
         )  # fmt: skip
+        return TouchRows(*parts) if surface is None else CurvedTouchRows(*parts, surface=surface)
 
     # -- the problem --------------------------------------------------------------------------------------------------
 

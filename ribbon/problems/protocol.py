@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp, Closure
-from ribbon.contact import Wall
+from ribbon.contact import Barrier
 from ribbon.forces import Force, WallForce
 from ribbon.loads import Gravity
 from ribbon.problems.arguments import Material
@@ -125,7 +125,7 @@ class Problem(SmoothProblem, Protocol):
     def closure(self) -> Closure | None: ...
 
     @property
-    def walls(self) -> tuple[Wall, ...]: ...
+    def walls(self) -> tuple[Barrier, ...]: ...
 
     @property
     def gravity(self) -> Gravity | None: ...

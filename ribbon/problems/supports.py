@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp
-from ribbon.contact import Wall
+from ribbon.contact import Barrier, Wall
 from ribbon.element import quaternion
 from ribbon.forces import Force, WallForce
 from ribbon.problems.conditions import Rows, WallRows
+from ribbon.problems.curved.rows import CurvedJointRows
 from ribbon.problems.layout import MixedLayout
 from ribbon.problems.touching import TouchRows
 
@@ -41,7 +42,7 @@ class Mixed(Protocol):
     def end(self) -> Clamp | None: ...
 
     @property
-    def walls(self) -> tuple[Wall, ...]: ...
+    def walls(self) -> tuple[Barrier, ...]: ...
 
     @property
     def lengths(self) -> FloatArray: ...
@@ -105,9 +106,10 @@ def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
     slices = problem.block_slices()
     for k, wall in enumerate(problem.walls):
         block = problem.blocks()[f"wall_{k}"]
-        assert isinstance(block, WallRows)
+        assert isinstance(block, WallRows | CurvedJointRows)
         push = -rows[slices[f"wall_{k}"]]
         total = push.sum()
+        blocks: list[tuple[Any, FloatArray]] = [(block, push)]
         joints, sides = np.nonzero(push.reshape(-1, 2) > _TOUCHES)
         touching = s[block.joints[np.unique(joints)]]
         ends = [np.column_stack([s[block.joints[joints]], block.half_width * (1.0 - 2.0 * sides)])]
@@ -116,14 +118,25 @@ def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
             assert isinstance(between, TouchRows)
             push = -rows[slices[f"touch_{k}"]]
             total += push.sum()
+            blocks.append((between, push))
             places, pushed = s[between.segments] + between.places(x), push > _TOUCHES
-            ends.append(np.column_stack([places, between.half_width * between.sides])[pushed])
+            ends.append(np.column_stack([places, between.half_width * between.across(x)])[pushed])
             touching = np.union1d(touching, places[pushed])
             touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
         height = float(x[block.plate]) if block.plate >= 0 else None
-        force = total * np.asarray(wall.normal)
-        found.append(WallForce(force, touching, np.vstack(ends), height, *_lines(touching, s)))
+        force, moment = (total * np.asarray(wall.normal), None) if isinstance(wall, Wall) else _round(blocks, x)
+        found.append(WallForce(force, touching, np.vstack(ends), height, *_lines(touching, s), moment))
     return tuple(found)
+
+
+def _round(blocks: list[tuple[Any, FloatArray]], x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Force (3,) and moment (3,) about the origin of what pushes along its own normals: rows and pushes (k,)."""
+    force, moment = np.zeros(3), np.zeros(3)
+    for rows, push in blocks:
+        pushed = push[:, None] * rows.normals(x)
+        force += pushed.sum(axis=0)
+        moment += np.cross(rows.points(x), pushed).sum(axis=0)
+    return force, moment
 
 
 def _lines(touching: FloatArray, joints: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -21,7 +21,7 @@ the twist is free along ``y' = Q e_z +- (w/2) (kappa_3 Q e_y - kappa_2 Q e_z)``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -43,7 +43,7 @@ _BEYOND = 1e-2
 #: Rounds of the search for the minimum of a segment, and change of the abscissa (of the length) at which it is found.
 _ROUNDS, _FOUND = 40, 1e-13
 #: Least curvature (1/l) of the distance along the edge that tells where the minimum is.
-_FLAT = 1e-9
+FLAT = 1e-9
 
 
 class Touch(NamedTuple):
@@ -130,27 +130,46 @@ class TouchRows:
         return self._kept["nearest"]  # type: ignore[no-any-return]
 
     def _nearest(self, x: FloatArray) -> _Nearest:
+        q = self._own(x)
+        own = self.lengths[self.segments]
+        along, inside = self._least(x, q, own)
+        states = self._walked(q, along)
+        sides = self._nearest_across(x, q, along, states)
+        at = self if sides is self.sides else replace(self, sides=sides, _kept={})
+        jets = self._jets_of(states, q, along, sides)
+        slopes = at._along_edge(states, q, along)
+        curvature = self._along(x, q, along, states)[2]
+        for row, length in enumerate(own):
+            for r in range(3):
+                kernels.by_unknowns(jets[row, r], length)
+                kernels.by_unknowns(slopes[row, r], length)
+        bent = np.where(inside & (curvature > FLAT), 1.0 / np.maximum(curvature, FLAT), 0.0)
+        return _Nearest(along, jets, slopes[:, :, : 1 + self._parameters], bent)
+
+    def _own(self, x: FloatArray) -> FloatArray:
+        """Parameters (k, 4 or 6) of the points' segments."""
         q = np.empty((self.count, self._parameters))
         for row, i in enumerate(self.segments):
             kernels.own_parameters(x, self.lengths, i, self.sideways, q[row])
-        turned, _ = self._turned(x)
-        own = self.lengths[self.segments]
-        along, inside = self._least(q, turned, own)
-        states = self._walked(q, along)
-        edge = self.half_width * self.sides[:, None]
+        return q
+
+    def _nearest_across(self, x: FloatArray, q: FloatArray, h: FloatArray, states: FloatArray) -> FloatArray:
+        """Where across (k,) the points are: on their edges."""
+        return self.sides
+
+    def across(self, x: FloatArray) -> FloatArray:
+        """Where across (k,), from -1 to 1, the points are."""
+        return self.sides
+
+    def _jets_of(self, states: FloatArray, q: FloatArray, along: FloatArray, sides: FloatArray) -> FloatArray:
+        """Jets (k, 3, components) of y at `sides` (k,)."""
+        edge = self.half_width * sides[:, None]
         jets = states[:, 9:12].copy()
         for r in range(3):
             jets[:, r] += edge * states[:, 3 * r]
             if not self.free:
                 jets[:, r] += edge * _times_ruling(states[:, 3 * r + 2], q, along)
-        slopes = self._along_edge(states, q, along)
-        curvature = np.einsum("kr,kr->k", turned, self._curved_edge(states, q, along))
-        for row, length in enumerate(own):
-            for r in range(3):
-                kernels.by_unknowns(jets[row, r], length)
-                kernels.by_unknowns(slopes[row, r], length)
-        bent = np.where(inside & (curvature > _FLAT), 1.0 / np.maximum(curvature, _FLAT), 0.0)
-        return _Nearest(along, jets, slopes[:, :, : 1 + self._parameters], bent)
+        return jets
 
     def _walked(self, q: FloatArray, along: FloatArray) -> FloatArray:
         """Jets (k, 12, components) of Q and p at distances `along` (k,) behind the starts of the segments."""
@@ -158,17 +177,26 @@ class TouchRows:
         walk(self.free, q, along, self.limit, states)
         return states
 
-    def _least(self, q: FloatArray, turned: FloatArray, own: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def _along(
+        self, x: FloatArray, q: FloatArray, h: FloatArray, states: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The part of the distance that h (k,) changes, its slope and its curvature along the edges (k,) at x; states:
+        what `_walked` gives at h."""
+        turned, _ = self._turned(x)
+        states = self._walked(q, h) if states is None else states
+        first = self._along_edge(states, q, h)[:, :, 0]
+        parts = self._edge(states, q, h), first, self._curved_edge(states, q, h)
+        near, slope, curvature = (np.einsum("kr,kr->k", turned, part) for part in parts)
+        return near, slope, curvature
+
+    def _least(self, x: FloatArray, q: FloatArray, own: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Where (k,) the distance is least on each segment of length `own` (k,), and whether it is so by its slope: not
-        at an end. turned (k, 3): the wall's normal seen from the segment's start."""
+        at an end."""
         if not self.slides.any():
             return self.along, self.slides
 
         def slope(h: FloatArray) -> tuple[FloatArray, FloatArray]:
-            states = self._walked(q, h)
-            first = self._along_edge(states, q, h)[:, :, 0]
-            second = self._curved_edge(states, q, h)
-            return np.einsum("kr,kr->k", turned, first), np.einsum("kr,kr->k", turned, second)
+            return self._along(x, q, h)[1:]
 
         low, high = -_BEYOND * own, (1.0 + _BEYOND) * own
         falls, rises = slope(low)[0] < 0.0, slope(high)[0] > 0.0
@@ -177,13 +205,13 @@ class TouchRows:
         both = self.slides & ~falls & ~rises  # the ends are the nearest
         if both.any():
             places = [np.zeros(self.count), own]
-            near = [np.einsum("kr,kr->k", turned, self._edge(self._walked(q, at), q, at)) for at in places]
+            near = [self._along(x, q, at)[0] for at in places]
             h = np.where(both & (near[1] < near[0]), own, np.where(both, 0.0, h))
         for _ in range(_ROUNDS if inside.any() else 0):
             first, second = slope(h)
             low, high = np.where(first < 0.0, h, low), np.where(first < 0.0, high, h)
-            step = h - first / np.where(second > _FLAT, second, np.inf)
-            fits = (second > _FLAT) & (step > low) & (step < high)
+            step = h - first / np.where(second > FLAT, second, np.inf)
+            fits = (second > FLAT) & (step > low) & (step < high)
             fresh = np.where(inside, np.where(fits, step, 0.5 * (low + high)), h)
             moved = float(np.max(np.abs(fresh - h) / own))
             h = fresh

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ribbon.contact import Wall
 from ribbon.element import quaternion
 from ribbon.element.kinematics import walk
 from ribbon.errors import RibbonInputError
@@ -168,10 +169,12 @@ class Gradients:
         problem = self._point.problem
         if not 0 <= number < len(problem.walls):
             raise RibbonInputError("number", number, f"there are {len(problem.walls)} walls, counted from 0")
-        slices = problem.block_slices()
+        wall, slices = problem.walls[number], problem.block_slices()
+        if not isinstance(wall, Wall):
+            raise RibbonInputError("number", number, "is a round obstacle, whose force has no derivatives here")
         blocks = [slices[name] for name in (f"wall_{number}", f"touch_{number}") if name in slices]
         push = -sum(self.multipliers[where].sum(axis=0) for where in blocks)
-        return self._named(np.asarray(problem.walls[number].normal)[:, None] * push)
+        return self._named(np.asarray(wall.normal)[:, None] * push)
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Derivatives (3, k) of what `ribbon.problems.supports.start` gives."""

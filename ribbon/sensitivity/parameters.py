@@ -30,7 +30,7 @@ from ribbon.element import quaternion
 from ribbon.element.element import GAUSS_POINTS, GAUSS_WEIGHTS
 from ribbon.energies import CODES
 from ribbon.energies.dispatch import numbers
-from ribbon.errors import RibbonInputError
+from ribbon.errors import NotDifferentiable, RibbonInputError
 from ribbon.problems.conditions import imaginary_part
 from ribbon.sensitivity.system import Point, System
 
@@ -303,6 +303,9 @@ def _width_of_the_rest(here: Point) -> Load:
     surface = problem.gravity is not None and problem.gravity.exact and problem.has_gravity
     if not surface and not problem.walls:
         return _free(here, np.zeros(1), np.zeros((here.x.size, 1)), ())
+
+    if problem.obstacles:
+        raise NotDifferentiable("width", "the gap of a round obstacle is no polynomial in the width")
 
     def values(share: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         strip = replace(problem.strip, width=share * problem.strip.width, natural_curvature=0.0)

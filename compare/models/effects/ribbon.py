@@ -268,16 +268,19 @@ def _rigid(scene: Scene, problem: Any) -> Effect:
 
 def _walls(scene: Scene, problem: Any) -> list[Effect]:
     """Contact with planes and pressure plates."""
-    count = len(scene.walls)
+    count, curved = len(scene.walls), len(scene.obstacles)
     plates = sum(wall.stiffness is not None for wall in scene.walls)
-    if not count:
+    if not count and not curved:
         return [
             _effect("contact", False, "no [[wall]]", "no constraint"),
             _effect("pressure plates", False, "no [[wall]]", "no unknown"),
         ]
     rows = _blocks(problem, "wall_")
-    why = "one [[wall]]" if count == 1 else f"{count} [[wall]]s"
+    listed = ((count, "[[wall]]"), (curved, "[[obstacle]]"))
+    why = ", ".join(f"one {name}" if number == 1 else f"{number} {name}s" for number, name in listed if number)
     adds = f"{rows} inequalities: both edges of the rulings at the joints"
+    if any(not obstacle.inside for obstacle in scene.obstacles):
+        adds += ", and points between them where an obstacle reaches there"
     found = [_effect("contact", True, why, adds)]
     if not plates:
         return [*found, _effect("pressure plates", False, "no wall has a stiffness", "no unknown")]

@@ -65,7 +65,7 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "clamp at the start": lambda scene: {"clamp.start": None},
     "clamp at the end": lambda scene: {"clamp.end": None},
     "straight rulings": _straight,
-    "contact": lambda scene: {"wall": None},
+    "contact": lambda scene: {"wall": None} | ({"obstacle": None} if scene.obstacles else {}),
     "pressure plates": _plates,
     "continuation path": lambda scene: {"path": None},
     "adaptive segments": lambda scene: {"model.elements": DEFAULT_ELEMENTS},

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, Literal
 
 import numpy as np
 
 from compare.scene.scene import Scene
 from ribbon import Clamp, Closure, Gravity, Strip, Wall
+from ribbon.contact import Barrier
 from ribbon.energies.names import FREE
 from ribbon.find.solve import Problem, build
+from ribbon.obstacle import Obstacle
 from ribbon.problems import formulation as _formulation
 from ribbon.solvers import choose
 
@@ -87,10 +90,18 @@ def ribbon_closure(scene: Scene) -> Closure | None:
     return None if spec is None else Closure(spec.kind, spec.ruling, spec.turns)
 
 
-def ribbon_walls(scene: Scene) -> tuple[Wall, ...]:
-    """The walls, points in units of l, stiffness in D w / l^3."""
+def ribbon_walls(scene: Scene) -> tuple[Barrier, ...]:
+    """The walls, then the obstacles (`Scene.barriers`), points in units of l, stiffness in D w / l^3."""
     placed = zip(scene.walls, scene.wall_points, scene.wall_normals, strict=True)
-    return tuple(Wall(point, normal, wall.stiffness) for wall, point, normal in placed)
+    walls = (Wall(point, normal, wall.stiffness) for wall, point, normal in placed)
+    return (*walls, *_obstacles(scene))
+
+
+def _obstacles(scene: Scene) -> Iterator[Obstacle]:
+    length = scene.strip.length
+    for spec, axis in zip(scene.obstacles, scene.obstacle_axes, strict=True):
+        kind: Literal["cylinder", "sphere"] = "sphere" if spec.kind == "sphere" else "cylinder"
+        yield Obstacle(kind, np.array(spec.point) / length, spec.radius / length, axis, spec.inside)
 
 
 def ribbon_gravity(scene: Scene) -> Gravity | None:

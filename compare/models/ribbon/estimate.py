@@ -205,7 +205,7 @@ def local_state(scene: Scene, e: Equilibrium) -> LocalState:
     if support is not None:
         force = force + support.force
         moment = moment + support.moment + np.cross(e.position(np.array([1.0])) - position, support.force)
-    known = not scene.walls and scene.closure is None
+    known = not scene.barriers and scene.closure is None
     return LocalState(
         s=s,
         omega=e.omega(s),

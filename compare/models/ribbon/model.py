@@ -67,7 +67,7 @@ class RibbonModel(Model):
     }
     reads = (
         keys.STRIP | keys.SHAPED | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE
-        | keys.WALLS | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
+        | keys.WALLS | keys.OBSTACLES | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,

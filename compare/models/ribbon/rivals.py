@@ -54,7 +54,7 @@ _ALONG, _ACROSS = 200, 2
 def is_probed(scene: Scene) -> bool:
     """Whether a lower state is looked for: of a strip that is held at one end and hangs free. Where a scene may have
     several equilibria for its holds, its seed or path says which one is meant (`Scene.several_equilibria`)."""
-    return not (scene.several_equilibria or scene.walls or scene.closure is not None or scene.path)
+    return not (scene.several_equilibria or scene.barriers or scene.closure is not None or scene.path)
 
 
 def probe(scene: Scene, equilibrium: Equilibrium) -> Rival | None:

@@ -59,7 +59,7 @@ def together(scene: Scene) -> Hashable | None:
     from compare.models.ribbon.free import per_thickness
 
     model = scene.model
-    held = scene.start_clamped and scene.clamp_end is None and scene.closure is None and not scene.walls
+    held = scene.start_clamped and scene.clamp_end is None and scene.closure is None and not scene.barriers
     exact = scene.gravity is not None and scene.gravity.exact
     if not held or exact or scene.path or model.tolerance is not None or model.accuracy is not None:
         return None

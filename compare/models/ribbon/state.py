@@ -205,17 +205,18 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
     """
     end = e.end_support
     walls: tuple[Mapping[str, Any], ...] = ()
-    if scene is not None and len(e.walls) == len(scene.walls):
+    if scene is not None and len(e.walls) == len(scene.barriers):
         walls = tuple(
             {
-                "name": str(number) if wall.name is None else wall.name,
+                "name": name,
                 "force": found.force,
                 "contacts": found.contacts,
                 "lines": found.lines,
                 "points": _pushed(e, found.ends),
                 "height": found.height,
+                **({} if found.moment is None else {"moment": found.moment}),
             }
-            for number, (wall, found) in enumerate(zip(scene.walls, e.walls, strict=True))
+            for name, found in zip(scene.barrier_names, e.walls, strict=True)
         )
     start = None if e.start is None else Force(e.start.force, e.start.moment)
     return Supports(start, None if end is None else Force(end.force, end.moment), walls)

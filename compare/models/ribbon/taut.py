@@ -57,7 +57,7 @@ def taut(scene: Scene, thickness: float | None = None) -> Taut | None:
         scene.width / scene.shell.width_to_thickness[0] if len(scene.shell.width_to_thickness) == 1 else None
     )  # fmt: skip
     start, end = scene.start_frame, scene.end_frame
-    if h is None or start is None or end is None or scene.walls or any(values(scene.curvature)) or scene.shaped:
+    if h is None or start is None or end is None or scene.barriers or any(values(scene.curvature)) or scene.shaped:
         return None
     up = scene.up
     if up is None or not scene.gamma:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from compare.page.drawing import RIBBON_COLOUR, quads, save, screen_axes
 from compare.scene.units import Units
 from ribbon import Clamp, Equilibrium
+from ribbon.contact import Wall
 
 FloatArray = NDArray[np.float64]
 
@@ -44,12 +45,14 @@ def held(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray, Clamp]]
 
 
 def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
-    """A point (3,) in l and the normal (3,) of every wall, a pressure plate where it has moved to."""
+    """A point (3,) in l and the normal (3,) of every plane, a pressure plate where it has moved to."""
     problem: Any = equilibrium.problem
     found = []
     held = () if problem.formulation == "chained" else problem.walls
     heights = [exerted.height for exerted in equilibrium.walls] or [None] * len(held)  # of undetermined forces: none
     for wall, moved in zip(held, heights, strict=True):
+        if not isinstance(wall, Wall):
+            continue
         normal = np.asarray(wall.normal, dtype=float)
         height = 0.0 if moved is None else moved
         found.append((np.asarray(wall.point) / problem.strip.length + height * normal, normal))

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from compare.scene.declare import Key
+from compare.scene.keys import LISTED
 
 #: Options and positionals (by what their help calls them) whose words are those of `Words`.
 _KEYED = ("KEY=VALUE", "KEY=VALUES")
@@ -84,7 +85,7 @@ def values_of(keys: Mapping[str, Key]) -> dict[str, tuple[str, ...]]:
     """Key -> the words that may stand behind it, for --set; keys of walls and paths have no name of their own."""
     found = {}
     for name, about in keys.items():
-        if name.partition(".")[0] not in ("wall", "path"):
+        if name.partition(".")[0] not in (*LISTED, "path"):
             truth = ("true", "false") if about.kind.value == "true or false" else ()
             found[name] = (*about.choices, *about.words, *truth)
     return found

@@ -57,6 +57,8 @@ def _sections(scene: SceneData) -> Iterator[tuple[str, str, Any]]:
         yield name, name, getattr(scene, name.replace(".", "_"))
     for index, wall in enumerate(scene.walls):
         yield f"wall.{index if wall.name is None else wall.name}", "wall", wall
+    for index, obstacle in enumerate(scene.obstacles):
+        yield f"obstacle.{index if obstacle.name is None else obstacle.name}", "obstacle", obstacle
 
 
 def _check(section: str, about: Key, known: Known, value: Any, strip: StripSpec) -> None:

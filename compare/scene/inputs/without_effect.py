@@ -13,7 +13,7 @@ def without_effect(scene: SceneData) -> tuple[str, ...]:
         found.append(f'model.held_by = "{scene.model.held_by}" has no effect: there is no [clamp.start]')
     if scene.gravity is None and scene.strip.gamma:
         found.append(f"strip.gamma = {scene.strip.gamma} has no effect: there is no [gravity], the scene is weightless")
-    held = scene.clamp_start is not None or scene.clamp_end is not None or scene.walls
+    held = scene.clamp_start is not None or scene.clamp_end is not None or scene.barriers
     if scene.gravity is None and scene.strip.density is not None and held:  # what nothing holds can have no weight
         found.append("strip.density has no effect: there is no [gravity], the scene is weightless")
     if scene.strip.second_moment is not None and scene.tip is None:

@@ -6,9 +6,12 @@ Every function raises `RibbonInputError`, naming the argument of `ribbon.solve`,
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ribbon.contact import Barrier, Wall
 from ribbon.errors import RibbonInputError
 from ribbon.find.solving.request import Request
+from ribbon.obstacle import Obstacle
 from ribbon.problems.protocol import Problem
 from ribbon.strip import check_known, known
 from ribbonbench import statics
@@ -24,7 +27,9 @@ def numbers(request: Request) -> None:
             known(key, clamp.position, np.asarray(clamp.position) / strip.length)
     for wall in request.walls:
         known("wall.point", wall.point, np.asarray(wall.point) / strip.length)
-        if wall.stiffness is not None:
+        if isinstance(wall, Obstacle):
+            known("radius", wall.radius, [wall.radius / strip.length])
+        elif wall.stiffness is not None:
             known("wall.stiffness", wall.stiffness, [wall.stiffness])
     if request.closure is not None:
         known("closure.turns", request.closure.turns, [request.closure.turns])
@@ -76,10 +81,20 @@ def walls(problem: Problem) -> None:
         if clamp.holds_frame:
             points += [points[0] + side * 0.5 * strip.width * clamp.frame[:, 0] for side in (1.0, -1.0)]
         for k, wall in enumerate(problem.walls):
-            deepest = float(statics.depth(points, wall.point, wall.normal).max())
+            deepest = _depth(wall, points)
             if wall.stiffness is None and deepest > statics.BEHIND_WALL * strip.length:
                 remedy = f"it holds the strip {deepest:.6g} behind wall {k}: move it, or the wall back"
                 raise RibbonInputError(f"{key}.position", clamp.position, remedy)
+
+
+def _depth(wall: Barrier, points: list[NDArray[np.float64]]) -> float:
+    """How far behind a surface the points of a held edge, middle and both ends, are, and what is between them."""
+    if isinstance(wall, Wall):
+        return float(statics.depth(points, wall.point, wall.normal).max())
+    if len(points) > 1 and wall.between:
+        across = float(np.clip(wall.nearest(points[0][None, :], (points[1] - points[0])[None, :])[0], -1.0, 1.0))
+        points = [*points, points[0] + across * (points[1] - points[0])]
+    return float(-wall.gaps(np.array(points)).min())
 
 
 def carried(problem: Problem) -> None:
@@ -90,7 +105,11 @@ def carried(problem: Problem) -> None:
     held = any(clamp is not None and clamp.position is not None for clamp in (problem.start, problem.end))
     if held or problem.gravity is None or not problem.has_gravity:
         return
-    normals = np.array([wall.normal for wall in problem.walls], dtype=float)
+    normals = [
+        direction
+        for wall in problem.walls
+        for direction in (wall.directions if isinstance(wall, Obstacle) else np.array([wall.normal], dtype=float))
+    ]
     if statics.is_carried(normals, problem.gravity.up):
         return
     raise RibbonInputError(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict
 
 from numpy.typing import ArrayLike
 
 from ribbon.boundary import Clamp, Closure
-from ribbon.contact import Wall
+from ribbon.contact import Barrier
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems.chained import segment_lengths
 from ribbon.problems.mixed import MixedProblem
@@ -30,7 +30,7 @@ class StripKeywords(TypedDict, total=False):
 
     end: Clamp | None
     closure: Closure | None
-    walls: tuple[Wall, ...] | list[Wall]
+    walls: Sequence[Barrier]
     energy: str
     segments: int | ArrayLike
     formulation: str
@@ -65,7 +65,7 @@ class Request:
     start: Clamp | None
     end: Clamp | None
     closure: Closure | None
-    walls: tuple[Wall, ...]
+    walls: tuple[Barrier, ...]
     gravity: Gravity | None
     tip: tuple[float, float, float] | None
     energy: str
@@ -89,7 +89,7 @@ class Request:
         *,
         end: Clamp | None = None,
         closure: Closure | None = None,
-        walls: tuple[Wall, ...] | list[Wall] = (),
+        walls: Sequence[Barrier] = (),
         energy: str = "wunderlich",
         segments: int | ArrayLike = 20,
         formulation: str = "auto",

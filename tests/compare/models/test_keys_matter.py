@@ -133,6 +133,8 @@ APART = {
     "strip.transverse_curvature": "of tape springs", "clamp.start.section": "the same", "clamp.end.section": "the same",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall", "shell.contact": "test_the_wall",
+    "obstacle.name": "a name", **{f"obstacle.{key}": "test_the_obstacle" for key in ("kind", "point", "radius", "axis",
+                                                                                    "inside")},
     **{key: "how sure an input is (test_inputs)" for key in KEYS if key.startswith("uncertainty.")},
 }  # fmt: skip
 
@@ -195,6 +197,31 @@ def test_the_wall(key, value):
     assert answer(scene.replace(thick), "shell") != answer(scene.replace({**thick, "shell.contact": "faces"}), "shell")
     with pytest.raises(BadInput):
         check_keys(registry.model("elastica"), changed)
+
+
+BAR = {
+    "wall": [],
+    "obstacle": [{"kind": "cylinder", "point": [1.2, 0.0, -0.4], "radius": 0.5, "axis": [0.0, 1.0, 0.0]}],
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("point", [1.2, 0.0, -0.5]), ("radius", 0.45), ("axis", [0.28, 0.96, 0.0]), ("inside", True),
+        ("kind", "sphere"),
+    ],
+)  # fmt: skip
+def test_the_obstacle(key, value):
+    """Obstacles change what the ribbon's unknowns are held by; no other model takes a scene with one."""
+    bar = loads(held_scenes.FLOOR, "floor").replace(BAR)
+    more = {"kind": {"obstacle.0.axis": None}, "inside": {"obstacle.0.radius": 2.0}}
+    changes = {f"obstacle.0.{key}": value, **more.get(key, {})}
+    changed = bar.replace(changes)
+    assert answer(bar, "ribbon") != answer(changed, "ribbon")
+    for model in ("elastica", "shell"):
+        with pytest.raises(BadInput):
+            check_keys(registry.model(model), changed)
 
 
 def test_a_key_that_no_one_reads_is_refused_by_name():
