@@ -44,6 +44,10 @@ _HALF_TURN = np.pi - 1e-6
 #: Energy that a step sets free beyond what the clamps took out of it, over the energies themselves, from which it is a
 #: jump to another shape.
 _RELEASED = 0.05
+#: Part of itself by which a shape may move in a single step over the whole way.
+_LEAP = 0.3
+#: What a problem has that `_rates` knows no speed of.
+_UNRATED = ("natural_twist", "natural_geodesic_curvature")
 
 
 class _Left(Exception):
@@ -97,6 +101,18 @@ class Session:
         #: All states in order, the steps of every move among them.
         self.history: list[Equilibrium] = [first]
 
+    @classmethod
+    def at(cls, state: Equilibrium, leave_saddle: bool = True) -> Session:
+        """A session that begins at an equilibrium that is known already.
+
+        Raises `RibbonInputError` for a state that is none."""
+        if state.status not in (Status.CONVERGED, Status.SADDLE):
+            raise RibbonInputError("state", state.status.code, f"the session has no state to begin at: {state.message}")
+        found = cls.__new__(cls)
+        found._leave_saddle = leave_saddle
+        found.history = [state]
+        return found
+
     @property
     def state(self) -> Equilibrium:
         """Where the ribbon is now."""
@@ -141,23 +157,47 @@ class Session:
         natural_curvature: float | Law | None = None,
         tip: ArrayLike | None = None,
         steps: int | str = "auto",
+        leap: bool = False,
         on_step: OnStep | None = None,
     ) -> Move:
         """Takes what is given from where it is to its new value, all at once, and the ribbon with it.
 
         clamp, end: at s = 0 and s = l, places in the strip's unit of length; these move on straight lines, frames by
         the shortest turn (at most half a turn a move). gamma, natural_curvature (per the strip's unit of length): of
-        the strip, tip: the force at s = l in D w / l^2, linearly. steps: "auto", or a number of equal ones. on_step:
-        called with (`StepRecord`, `Equilibrium`) after every accepted step.
+        the strip, tip: the force at s = l in D w / l^2, linearly. steps: "auto", or a number of equal ones; leap: as
+        `along`. on_step: called with (`StepRecord`, `Equilibrium`) after every accepted step.
 
         A move that cannot be gone to its end leaves the session at the last equilibrium along the path.
         Raises `RibbonInputError` on bad input.
         """
         if not (steps == "auto" or (isinstance(steps, int) and not isinstance(steps, bool) and steps >= 1)):
             raise RibbonInputError("steps", steps, 'a number of steps, or "auto"')
+        problem_at = _problem_at(self.state.problem, clamp, end, gamma, natural_curvature, tip)
+        return self.along(problem_at, steps=None if isinstance(steps, str) else steps, leap=leap, on_step=on_step)
+
+    def along(
+        self,
+        problem_at: Callable[[float], Problem],
+        *,
+        steps: int | None = None,
+        leap: bool = False,
+        on_step: OnStep | None = None,
+    ) -> Move:
+        """Takes the ribbon along any way ``t -> problem_at(t)`` of problems on its segments, t from 0 (where it is) to
+        1; steps: so many equal ones, None: adaptive ones; on_step, and where it cannot be gone to its end: as `move`.
+
+        leap: in a single step where that ends at a stable state, moves the shape by little and leaves the balance of
+        energy and work whole, else as without: for a hand that moves by little at a time.
+        """
         begin = self.state
-        problem_at = _problem_at(begin.problem, clamp, end, gamma, natural_curvature, tip)
         rates = _rates(begin.problem, problem_at(1.0))
+        if leap and rates is not None:
+            leapt = self._leapt(problem_at, rates)
+            if leapt is not None:
+                if on_step is not None:
+                    on_step(StepRecord(**leapt.log[-1]), leapt)
+                self.history.append(replace(leapt, log=()))
+                return Move("arrived", leapt.message, 1.0, (), (self.state,), leapt.log)
         states: list[Equilibrium] = []
         records: list[StepRecord] = []
 
@@ -167,7 +207,7 @@ class Session:
             left = self._left(state) if self._leave_saddle and state.status is Status.SADDLE else state
             before = states[-1] if states else begin
             size = record.t - (records[-1].t if records else 0.0)
-            jump = record.jump or _released(before, left, rates, size) > _RELEASED
+            jump = record.jump or (rates is not None and _released(before, left, rates, size) > _RELEASED)
             record = replace(record, jump=jump, status=left.status.code)
             states.append(left)
             records.append(record)
@@ -182,8 +222,8 @@ class Session:
         while True:
             try:
                 last = follow(
-                    problem_at, states[-1] if states else last, steps=None if isinstance(steps, str) else steps,
-                    on_step=kept, begin=records[-1].t if records else 0.0,
+                    problem_at, states[-1] if states else last, steps=steps, on_step=kept,
+                    begin=records[-1].t if records else 0.0,
                 )  # fmt: skip
             except _Left:
                 log += tuple(asdict(record) for record in records[len(log) :])
@@ -199,6 +239,17 @@ class Session:
         if jumps:
             status, message = "snapped", f"the shape jumped at {', '.join(f'{t:.3g}' for t in jumps)} of the way"
         return Move(status, message, reached, tuple(jumps), tuple(states), log + last.log)
+
+    def _leapt(self, problem_at: Callable[[float], Problem], rates: dict[str, FloatArray]) -> Equilibrium | None:
+        """The stable state at the end of the way in a single step; None: there is none, or it may be another's."""
+        begin = self.state
+        found = follow(problem_at, replace(begin, log=()), first=1.0, smallest=0.5)
+        if not (begin.ok and found.ok):
+            return None
+        here, there = (np.concatenate(e.problem.joint_values(e.x)) for e in (begin, found))
+        if np.linalg.norm(there - here) > _LEAP * np.linalg.norm(there) + 1e-9:
+            return None
+        return found if abs(_released(begin, found, rates, 1.0)) <= _RELEASED else None
 
     def _left(self, saddle: Equilibrium) -> Equilibrium:
         """The stable equilibrium that a saddle is left for; the saddle itself where none is found."""
@@ -235,13 +286,29 @@ class SessionInSI:
         return np.repeat([self.units.force, self.units.energy], 3)[:, None] * self.session.stiffness
 
 
-def _rates(first: Problem, last: Problem) -> dict[str, FloatArray]:
-    """Speeds of the parameters along the path, by the names of `ribbon.gradients`, for a t from 0 to 1."""
+def _rates(first: Problem, last: Problem) -> dict[str, FloatArray] | None:
+    """Speeds of the parameters along the path, by the names of `ribbon.gradients`, for a t from 0 to 1; None where
+    something varies that has no name there."""
     rates: dict[str, FloatArray] = {}
     a, b = first.strip, last.strip
+    if any(getattr(a, name) != getattr(b, name) for name in _UNRATED) or not _pull_alike(first, last):
+        return None
+    for name in ("width", "poisson", "thickness"):
+        one, other = getattr(a, name), getattr(b, name)
+        if one != other:
+            if one is None or other is None:
+                return None
+            rates[name] = np.array(other - one)
+    for number, (wall, moved) in enumerate(zip(first.walls, last.walls, strict=True)):
+        apart = np.subtract(moved.point, wall.point) @ np.asarray(moved.normal)
+        if apart:
+            rates[f"wall.{number}.offset"] = np.array(apart)
     if first.gravity is not None and a.gamma != b.gamma:
         rates["gamma"] = np.array(b.gamma - a.gamma)
     if a.natural_curvature != b.natural_curvature:
+        laws: tuple[Any, Any] = a.natural_curvature, b.natural_curvature
+        if any(law.is_table(one) for one in laws):
+            return None
         rates["natural_curvature"] = np.subtract(b.natural_curvature, a.natural_curvature)
     pulls = [np.asarray(problem.tip or (0.0, 0.0, 0.0)) for problem in (first, last)]
     if np.any(pulls[0] != pulls[1]):
@@ -254,6 +321,18 @@ def _rates(first: Problem, last: Problem) -> dict[str, FloatArray]:
         if old.holds_frame and new.holds_frame:
             rates[f"{name}.rotation"] = Rotation.from_matrix(new.frame @ old.frame.T).as_rotvec()
     return rates
+
+
+def _pull_alike(first: Problem, last: Problem) -> bool:
+    """Whether weights pull one way and walls face one way, as hard, in both; and both strips are as long."""
+    if (first.gravity is None) != (last.gravity is None) or len(first.walls) != len(last.walls):
+        return False
+    if first.gravity is not None and last.gravity is not None and first.gravity != last.gravity:
+        return False
+    walls = zip(first.walls, last.walls, strict=True)
+    return first.strip.length == last.strip.length and all(
+        np.array_equal(one.normal, other.normal) and one.stiffness == other.stiffness for one, other in walls
+    )
 
 
 def _released(before: Equilibrium, after: Equilibrium, rates: dict[str, FloatArray], size: float) -> float:

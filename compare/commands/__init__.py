@@ -33,6 +33,7 @@ class Command(Protocol):
 ORDER = (
     "new",
     "solve",
+    "live",
     "compare",
     "shell",
     "limits",

@@ -26,6 +26,12 @@ UNITS = ("auto", "si", "l")
 
 def scene_arguments(parser: argparse.ArgumentParser) -> None:
     """SCENE, --set, --yes, --units, --quiet, --wide."""
+    one_scene_arguments(parser)
+    printed_arguments(parser)
+
+
+def one_scene_arguments(parser: argparse.ArgumentParser) -> None:
+    """SCENE, --set, --yes, --units."""
     parser.add_argument(
         "scene", metavar="SCENE", help="name of a shipped scene, path of a TOML file, or - for the standard input"
     )
@@ -35,7 +41,6 @@ def scene_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     yes_argument(parser)
     units_argument(parser)
-    printed_arguments(parser)
 
 
 def yes_argument(parser: argparse.ArgumentParser) -> None:

@@ -2,8 +2,8 @@
 
 Every capability is a Protocol of its own with what it gives: a reference (`Refers`), an estimate of what a shell would
 do (`Estimates`), the size of what is evaluated (`Evaluates`), derivatives by the scene's keys (`Differentiates`), what
-to do about a state that is none (`Advises`), where it rests from another model's shape (`Rests`), several scenes at
-once (`Batches`). Units: as `compare.models.base`.
+to do about a state that is none (`Advises`), where it rests from another model's shape (`Rests`), a state that goes
+along while its scene changes (`Follows`), several scenes at once (`Batches`). Units: as `compare.models.base`.
 """
 
 from __future__ import annotations
@@ -243,6 +243,37 @@ class Rests(Protocol):
     def rests(self, scene: Scene, state: State, near: Shape, finer: int = 1) -> State | None:
         """The state of the scene, on the elements of `state` cut into `finer` parts each, that is reached from `near`,
         whether or not it is `state` again; None where none is found."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A state that went along from one scene to another.
+
+    state: where it arrived, or the last equilibrium on the way there; scene: the one that it is the state of; reached:
+    how much of the way is behind it, 0 to 1; jumps: where on the way (0 to 1) it jumped to another shape; text: why
+    it stopped, "" where it arrived.
+    """
+
+    state: State
+    scene: Scene
+    reached: float
+    jumps: tuple[float, ...]
+    text: str = ""
+
+
+@runtime_checkable
+class Follows(Protocol):
+    """A model whose state goes along, warm, while numbers of its scene change: for a hand that moves them."""
+
+    def followed(self, first: Scene, last: Scene, near: State) -> Followed:
+        """From `near`, the state of `first`, to that of `last`, two scenes that hold the same things. Raises `BadInput`
+        like `Model.solve`, and where the way is not to be had (half a turn)."""
+
+    def judged(self, scene: Scene, state: State) -> State:
+        """The state with all that `Model.solve` finds out of it with `Options.error`, as it would."""
+
+    def seeded(self, scene: Scene, state: State) -> Scene:
+        """The scene with a seed from which `Model.solve` begins at the state's own shape."""
 
 
 @runtime_checkable

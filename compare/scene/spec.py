@@ -10,6 +10,7 @@ solvers use (l = 1, D = 1; theory sheet, section 2) are derived by `compare.scen
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -46,6 +47,7 @@ SAY_ELEMENTS = ("elements", "grading", "element_lengths")
 """Keys of [model] of which one is enough to say what the ribbon's elements are; none is then placed by default."""
 
 
+@functools.lru_cache(maxsize=64)
 def graded_lengths(elements: int, smallest: float) -> tuple[float, ...]:
     """Fractions of the length: from `smallest` at s = 0 growing by GROWTH each up to a largest size, found so that the
     sum is 1; equal ones when `smallest` is not below 1 / elements.

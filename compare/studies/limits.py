@@ -209,10 +209,10 @@ def quick(
     """The estimates from the ribbon alone, one per w/h."""
     require_limits(scene)
     ribbon = beside_the_shell(scene).solve(scene, options=Options(error=True), say=say)
-    return [_estimated(scene, ribbon, ratio, thresholds, values or {}, say) for ratio in require_shell(scene)]
+    return [estimated(scene, ribbon, ratio, thresholds, values or {}, say) for ratio in require_shell(scene)]
 
 
-def _estimated(
+def estimated(
     scene: Scene,
     ribbon: State,
     ratio: float,
@@ -220,6 +220,7 @@ def _estimated(
     values: Mapping[str, Any],
     say: Reporter | None = None,
 ) -> Finding:
+    """The estimate from a state of the ribbon that is solved already. scene: one that `require_limits` lets through."""
     beside = beside_the_shell(scene)
     assert isinstance(beside, Estimates)  # require_limits
     found = beside.estimate(scene, ribbon, ratio, say)
@@ -261,7 +262,7 @@ def _found(
     from compare.measure.energy_map import density_on_grid
 
     scene, ratio = comparison.scene, row.width_to_thickness
-    bare = _estimated(scene, comparison.fast, ratio, thresholds, values)
+    bare = estimated(scene, comparison.fast, ratio, thresholds, values)
     bare = replace(bare, row=row, ribbon_error=comparison.fast.error, level=None, distance=None, share=None, grades={})
     if not state.ok or row.share is None or row.energy is None or row.energy.elastic is None:
         return replace(bare, sentence=sentence(bare))

@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from ribbon import Clamp, Gravity, RibbonInputError, Session, Status, Strip, solve
 from ribbon.find.solving import search
+from ribbon.find.solving.assemble import assembled
+from ribbon.find.solving.request import Request
 
 ARCH = (-3, 3, 3, -3)
 
@@ -147,6 +149,60 @@ def test_an_arch_snaps_through():
     assert 0.0 < moved.jumps[0] <= 1.0
     assert moved.reached == 1.0
     assert session.state.ok
+
+
+def test_a_leap_is_one_step_to_what_a_fresh_solve_finds():
+    """Also of what `move` does not name (the width), by a way of problems."""
+    session = arch()
+    request = Request.again(session.state.problem)
+
+    def wider(t):
+        return assembled(replace(request, strip=replace(request.strip, width=0.03 + 0.01 * t)))
+
+    seen = []
+    moved = session.along(wider, leap=True, on_step=lambda record, state: seen.append((record.t, state)))
+    fresh = solve(
+        replace(request.strip, width=0.04), request.start, request.gravity, end=request.end, segments=8,
+        formulation="mixed", seed_curvature=tuple(2 * k for k in ARCH),
+    )  # fmt: skip
+    assert moved.ok
+    assert (len(moved.log), len(moved.states)) == (1, 1)
+    assert session.state.energy.total == pytest.approx(fresh.energy.total, rel=1e-9)
+    assert [t for t, _ in seen] == [1.0]
+    session.back()
+    assert session.state.problem.strip.width == 0.03
+
+
+def test_a_leap_that_goes_too_far_is_gone_in_steps():
+    """The snap of an arch is found, and found once, by small leaps as by a whole move."""
+    strip = Strip(1.0, 0.05, 0.3)
+
+    def ends(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        start = Clamp((0, 0, 0), tangent=(0, s, c), normal=(0, c, -s), ruling="straight")
+        return start, Clamp((0, 0, 0.92), tangent=(0, -s, c), normal=(0, c, s), ruling="straight")
+
+    start, end = ends(0.3)
+    session = Session(strip, start, end=end, segments=10, seed_curvature=(3, -3, -3, 3), seed_ruling=0.0)
+    side = np.sign(session.state.position(0.5)[0][1])
+    found = []
+    for angle in np.linspace(0.3, -1.0, 14)[1:]:
+        start, end = ends(side * angle)
+        found.append(session.move(clamp=start, end=end, leap=True))
+    assert [moved.status for moved in found].count("snapped") == 1
+    assert all(moved.reached == 1.0 for moved in found)
+    assert np.sign(session.state.position(0.5)[0][1]) == -side
+    calm = [moved for moved in found if moved.status == "arrived"]
+    assert min(len(moved.log) for moved in calm) == 1
+
+
+def test_a_session_begins_at_a_state_that_is_known(session):
+    again = Session.at(session.state)
+    moved = again.move(gamma=3.1, leap=True)
+    assert moved.ok
+    assert len(again.history) == 2
+    with pytest.raises(RibbonInputError, match="state"):
+        Session.at(replace(session.state, status=Status.NOT_CONVERGED))
 
 
 def test_misuse():

@@ -89,6 +89,7 @@ NAMES = (
     "shell_formulation",
     "curl",
     "battery",
+    "live",
     "stability_notes",
     "gallery",
     "readme_picture",

@@ -38,7 +38,7 @@ from compare.models.timing import compiling
 from compare.registry import name_for
 
 if TYPE_CHECKING:
-    from compare.models.capabilities import Estimate, Moves
+    from compare.models.capabilities import Estimate, Followed, Moves
     from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -173,7 +173,6 @@ class RibbonModel(Model):
         """With the energy of the scene; done: what is solved already."""
         from compare.models.ribbon.build import ribbon_energy
         from ribbon.solvers import choose
-        from ribbon.solvers.budget import within
 
         scene = scene if size is None else sized(scene, size)
         with self._admitted(scene), choose.using(scene.model.solver):
@@ -185,14 +184,38 @@ class RibbonModel(Model):
             with compiling(say):
                 path, found, seconds = done or solved(scene, options, say)
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, path)
-        if not options.error:
-            return state
+        return self._judged(scene, state, options, say) if options.error else state
+
+    def _judged(self, scene: Scene, state: State, options: Options, say: Reporter | None = None) -> State:
+        """With its errors and with what is beside it."""
+        from ribbon.solvers import choose
+        from ribbon.solvers.budget import within
+
+        found = state.native
         with within(scene.model.budget), choose.using(scene.model.solver):
             state = judged(state, say, options.grid, scene)
             state = neutral.told(scene, _beside_rivals(scene, state))
             if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
                 state = left(scene, state, say, options)
         return state
+
+    def followed(self, first: Scene, last: Scene, near: State) -> Followed:
+        """By a session in the hand (`compare.models.follow.ribbon`)."""
+        from compare.models.follow.ribbon import followed
+
+        with self._admitted(last):
+            return followed(first, last, near)
+
+    def judged(self, scene: Scene, state: State) -> State:
+        """As by `solve` (`compare.models.capabilities.Follows`); a saddle stays one."""
+        with self._admitted(scene):
+            return self._judged(scene, state, Options(leave_saddle=False, error=True))
+
+    def seeded(self, scene: Scene, state: State) -> Scene:
+        """With the curvature and the ruling of the state (`compare.models.follow.ribbon`)."""
+        from compare.models.follow.ribbon import seeded
+
+        return seeded(scene, state)
 
     def refined(self, state: State) -> State | None:
         """Every segment cut in two, solved again from the state; None where it is not stable."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
 from compare.page.drawing import RIBBON_COLOUR, screen_axes, shell_colour
@@ -138,7 +137,7 @@ def view(
             colour = shell_colour(ratios.index(surface.width_to_thickness))
         partner = _partner(sheet, [(k, pairs[k][1]) for k in fast]) if surface.of_shell else None
         path = (states or {}).get(surface.states)
-        shown.append(Shown(surface, thinned(sheet, points_each), to_rgb(colour), place in seen, partner, path))
+        shown.append(Shown(surface, thinned(sheet, points_each), _rgb(colour), place in seen, partner, path))
     clouds = [one.sheet.points for one in shown]
     clouds += [one.states.points.reshape(-1, 3) for one in shown if one.states is not None]
     cloud = np.concatenate(clouds)
@@ -155,6 +154,12 @@ def view(
     for _ in range(3):
         found = _fitted(found, cloud)
     return found
+
+
+def _rgb(colour: str) -> tuple[float, float, float]:
+    """Red, green and blue (0 to 1) of "#rrggbb"."""
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    return red, green, blue
 
 
 def _fitted(found: View, cloud: FloatArray) -> View:

@@ -113,12 +113,19 @@ class Browser:
 
     def open(self, path: Path, width: int = 1200, height: int = 900, phone: bool = False, dark: bool = False) -> None:
         """Shows a file and waits until it is loaded; `events` begins anew."""
+        self.visit(path.resolve().as_uri(), width, height, phone, dark)
+
+    def visit(
+        self, address: str, width: int = 1200, height: int = 900, phone: bool = False, dark: bool = False
+    ) -> None:
+        """Shows an address and waits until it is loaded; `events` begins anew."""
         self("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=phone)
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         self("Emulation.setEmulatedMedia", features=scheme)
         self.events.clear()
-        self("Page.navigate", url=path.resolve().as_uri())
-        self.until("document.readyState === 'complete' && location.protocol === 'file:'")
+        self("Page.navigate", url=address)
+        kind = address.partition(":")[0]
+        self.until(f"document.readyState === 'complete' && location.protocol === '{kind}:'")
 
     def run(self, expression: str):
         """The value of a JavaScript expression."""

@@ -163,6 +163,7 @@ function ready() {
   }, { rootMargin: "100px" });
   for (const figure of document.querySelectorAll("figure.view")) {
     const block = figure.querySelector('script[type="application/json"]');
+    if (!block) continue; // a page that makes its view itself
     const view = new View(figure, JSON.parse(block.textContent));
     views.push(view);
     watch.observe(view.stage);

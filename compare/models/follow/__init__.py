@@ -1,0 +1,1 @@
+"""States that go along, warm, while numbers of their scene change: one module a model."""
