@@ -46,6 +46,7 @@ ORDER = (
     "explain",
     "check",
     "battery",
+    "suite",
     "scenes",
     "keys",
     "completion",

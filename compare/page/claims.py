@@ -108,6 +108,12 @@ _CLAIMS: dict[str, tuple[Claim, ...]] = {
         Claim("solved", "both models are in a stable equilibrium", "status of each"),
         Claim("agreed", "every claim holds, errors included", "value, error and bound of each claim"),
     ),
+    "suite": (
+        Claim(
+            "answers", "every question is met by one of the runners' models",
+            "distance to the reference in units of its interval (docs/suite.md)",
+        ),
+    ),
     "battery": (
         Claim("cases", "every hard case holds", "its own checks, by judges that share no code with the solvers"),
     ),

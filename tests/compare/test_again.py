@@ -99,6 +99,7 @@ LINES = {
         ("battery", "functions/rounded", "--long", "--fresh", *PLACE),
         ("battery", "functions", "--list", *PLACE),
     ],
+    "suite": [("suite", "run", "elastica_arch", "--runner", "ours", "--fast", "--seconds", "20", *PLACE)],
 }  # fmt: skip
 
 

@@ -1,0 +1,224 @@
+"""The runner `ours`: every model of this workbench that has the case's theory, each on two meshes.
+
+A case of the theory "elastica" is answered by whatever reduces to it; one of "body", a strip of finite thickness or a
+measured one, by all, and how far each is off is the point of it. The shell answers where the budget allows it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from compare.errors import BadInput, Missing
+from compare.suite.answers import BROKE_DOWN, NOT_REPRESENTABLE, Answer, Answers, BrokeDown, NotRepresentable
+from compare.suite.case import Ask, Case, Value
+
+if TYPE_CHECKING:
+    from compare.models.base import State
+    from compare.scene.scene import Scene
+
+#: Points along the centreline among which a greatest coordinate is looked for.
+_POINTS = 2001
+#: Steps of a search for a critical value, the part of the question's interval to which it is found, and where in the
+#: bracket a step is tried.
+_TRIES, _CLOSE, _SHARES = 60, 0.1, (0.5, 0.2, 0.8)
+
+
+@dataclass(frozen=True)
+class Way:
+    """A model: its name in the registry, its energy, elements of the coarser mesh (the finer one has twice as many),
+    theories that it answers beside "body", seconds below which it is not begun; degree of the elements of a model whose
+    elements no key says."""
+
+    name: str
+    model: str
+    energy: str
+    elements: int
+    theories: frozenset[str]
+    least: float = 0.0
+    degree: int | None = None
+
+
+_PLANE = frozenset({"elastica"})
+_STRIP = frozenset({"elastica", "developable"})
+WAYS = (
+    Way("elastica", "elastica", "elastica", 10, _PLANE, degree=4),
+    Way("curve_angle", "curve_angle", "curve_angle", 80, frozenset({"rod", "elastica"})),
+    Way("antman", "antman", "antman", 40, frozenset({"rod"})),
+    Way("kirchhoff", "ribbon", "kirchhoff", 40, frozenset({"rod", "elastica"})),
+    Way("sadowsky", "ribbon", "sadowsky", 80, frozenset({"sadowsky", "elastica"})),
+    Way("wunderlich", "ribbon", "wunderlich", 80, _STRIP),
+    Way("finite", "ribbon", "finite", 80, frozenset()),
+    Way("tape", "tape", "tape", 400, frozenset({"tape"}), least=30.0),
+    Way("shell", "shell", "auto", 1, frozenset(), least=30.0),
+)
+#: Questions of stability, for which a saddle is not left.
+_JUDGED = ("stable", "critical")
+#: The shell's ladder is a mesh of its own along and across.
+_SHELL = ((40, 4), (80, 8))
+
+
+def run(case: Case, budget: float) -> tuple[Answers, ...]:
+    """What every model answers; those without the theory say so."""
+    found = []
+    for way in WAYS:
+        begun = time.perf_counter()
+        said = answered_by(case, way, budget)
+        seconds = time.perf_counter() - begun
+        found.append(replace(said, way=way.name, version=_version(), seconds=seconds))
+    return tuple(found)
+
+
+def _version() -> str:
+    from compare import __version__
+
+    return f"ribbonbench {__version__}"
+
+
+def answered_by(case: Case, way: Way, budget: float) -> Answers:
+    """What one model answers, on both of its meshes, within a budget (s)."""
+    if case.theory != "body" and case.theory not in way.theories:
+        return Answers(ended=NOT_REPRESENTABLE, why=f'its theory is not that of the case, "{case.theory}"')
+    if way.least > budget:
+        return Answers(ended=BROKE_DOWN, why=f"not begun: the budget of {budget:g} s is below its {way.least:g} s")
+    answers: dict[str, Answer] = {}
+    states: dict[str, str] = {}
+    until = time.perf_counter() + budget
+    try:
+        for ask in case.asks:
+            coarse, _ = _asked(case, ask, way, 0, until)
+            fine, states[ask.name] = _asked(case, ask, way, 1, until)
+            same = way.degree is not None and ask.of in _JUDGED
+            answers[ask.name] = Answer(fine, None if same else _apart(coarse, fine))
+    except (BadInput, Missing, NotRepresentable) as why:
+        return Answers(ended=NOT_REPRESENTABLE, why=str(why))
+    except BrokeDown as why:
+        return Answers(ended=BROKE_DOWN, why=str(why))
+    return Answers(answers=answers, states=states, settings=f"elements: {way.elements}, {2 * way.elements}")
+
+
+def _apart(coarse: Value, fine: Value) -> float:
+    return float(np.max(np.abs(np.subtract(np.asarray(fine, dtype=float), np.asarray(coarse, dtype=float)))))
+
+
+def _scene(case: Case, way: Way, level: int) -> Scene:
+    """The case as this model's scene on one of its two meshes."""
+    if way.model != "shell":
+        return case.scene({"energy": way.energy, "elements": way.elements << level})
+    strip = case.physics["strip"]
+    if "thickness" not in strip:
+        raise NotRepresentable("the case has no thickness, which a shell needs")
+    ratio = float(strip["width"]) / float(strip["thickness"])
+    return case.scene(shell={"width_to_thickness": [ratio], "elements": list(_SHELL[level])})
+
+
+def _solved(scene: Scene, way: Way, level: int, until: float, stay: bool = False) -> State:
+    from compare.models import solve
+    from compare.models.base import Options, Size
+
+    if time.perf_counter() > until:
+        raise BrokeDown("the budget has run out")
+    # Where a size is asked for, such a model does not judge stability.
+    size = (
+        None if way.degree is None or stay else Size(f"{way.name} {way.degree}", (way.elements << level,), way.degree)
+    )
+    return solve(scene, way.model, size=size, options=Options(leave_saddle=False if stay else None))
+
+
+def _asked(case: Case, ask: Ask, way: Way, level: int, until: float) -> tuple[Value, str]:
+    scene = _scene(case, way, level)
+    if ask.of == "critical":
+        found, left = _critical(
+            ask, lambda value: _solved(scene.replace({ask.key: value}), way, level, until, stay=True)
+        )
+        return found, f"between {found - left:.7g} and {found + left:.7g}"
+    if ask.over is not None:
+        key, values = ask.over
+        states = [_equilibrium(_solved(scene.replace({key: value}), way, level, until)) for value in values]
+        return tuple(_told(case, ask, scene, state) for state in states), ""
+    state = _solved(scene, way, level, until, stay=ask.of == "stable")
+    if ask.of == "stable":
+        if _equilibrium(state).stable is None:
+            raise NotRepresentable("this model does not judge stability")
+        return bool(state.stable), state.word
+    return _told(case, ask, scene, _equilibrium(state)), state.word
+
+
+def _equilibrium(state: State) -> State:
+    if not state.is_equilibrium:
+        raise BrokeDown(f"{state.word}: {state.message}")
+    return state
+
+
+def _told(case: Case, ask: Ask, scene: Scene, state: State) -> float:
+    """One number of a state, in the case's units."""
+    if ask.of in ("force", "moment"):
+        return ask.sign * _support(ask, scene, state)
+    if ask.of == "energy":
+        if state.energy is None or state.energy.elastic is None:
+            raise NotRepresentable("this model does not tell its energy")
+        known = scene.units.energy if case.units == "si" else 1.0
+        return float((state.energy.elastic + state.energy.constant) * (known or 1.0))
+    if state.shape is None:
+        raise BrokeDown("it has no shape")
+    at = np.linspace(0.0, 1.0, _POINTS) if ask.of == "extent" else np.array([ask.at])
+    return read_off(ask, state.shape.centreline(at) * case.length)
+
+
+def read_off(ask: Ask, points: np.ndarray) -> float:
+    """What a question about positions (k, 3) of the centreline asks for: of the last point, or of all of them."""
+    coordinate: Callable[[str], np.ndarray] = lambda axis: points[:, "xyz".index(axis)]  # noqa: E731
+    if ask.of == "extent":
+        return float(np.ptp(coordinate(ask.axis)))
+    if ask.of == "position":
+        return float(ask.sign * coordinate(ask.axis)[-1])
+    first, second = (float(coordinate(axis)[-1]) for axis in ask.axes)
+    return float(np.hypot(first, second)) if ask.of == "radius" else ask.sign * first / second
+
+
+def _support(ask: Ask, scene: Scene, state: State) -> float:
+    """What an end or a wall exerts on the strip."""
+    supports = state.supports
+    unit = (scene.units.force if ask.of == "force" else scene.units.energy) or 1.0
+    axis = "xyz".index(ask.axis)
+    if ask.on in ("start", "end"):
+        found = supports.start if ask.on == "start" else supports.end
+        if found is None:
+            raise NotRepresentable(f"this model does not tell what its {ask.on} exerts")
+        return float((found.force if ask.of == "force" else found.moment)[axis] * unit)
+    for wall in supports.walls:
+        if wall.get("name") == ask.on and ask.of == "force":
+            return float(wall["force"][axis] * unit)
+    raise NotRepresentable(f"this model does not tell what {ask.on} exerts")
+
+
+def _critical(ask: Ask, at: Callable[[float], State]) -> tuple[float, float]:
+    """Where the state at the first of two values loses its stability, and half the bracket that is left: a part of the
+    question's interval, or where no solve within it converges, as close to a bifurcation some do not."""
+    ends = list(ask.between)
+    signs = [_sign(at(value)) for value in ends]
+    if None in signs:
+        raise NotRepresentable("this model does not judge stability at the ends of the range")
+    if (signs[0] or 0.0) * (signs[1] or 0.0) > 0.0:
+        raise BrokeDown(f"it is {'stable' if (signs[0] or 0.0) > 0.0 else 'unstable'} at both ends of the range")
+    for _ in range(_TRIES):
+        if abs(ends[1] - ends[0]) <= _CLOSE * ask.interval[0]:
+            break
+        for share in _SHARES:
+            middle = ends[0] + share * (ends[1] - ends[0])
+            sign = _sign(at(middle))
+            if sign is not None:
+                ends[0 if sign == signs[0] else 1] = middle
+                break
+        else:
+            break
+    return 0.5 * (ends[0] + ends[1]), 0.5 * abs(ends[1] - ends[0])
+
+
+def _sign(state: State) -> float | None:
+    """1: stable, -1: not; None: no equilibrium, or one that is not judged."""
+    return None if not state.is_equilibrium or state.stable is None else 1.0 if state.stable else -1.0
