@@ -8,15 +8,31 @@ its entries that are shorter than the arcs by (angle of a step)^2 / 24 at most, 
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from tests.reference.calculix import TIGHT, run
 from tests.reference.calculix_surfaces import FloatArray, flat, nset, numbers, shown
 
+IntArray = NDArray[np.intp]
 #: Entries of the table for the circle and for the turn; the strip leaves its plane by an arc of a little angle first.
 BENT, TURNED = 512, 128
+
+
+class Band(NamedTuple):
+    """middle: place over l of the point opposite to the clamp; the clamp is at the origin, its tangent along x, its
+    width along y. energy: the work of the moved end, D w / l; error: what its quadrature leaves, from every second
+    increment; increments: how many there were."""
+
+    middle: tuple[float, float, float]
+    energy: float
+    error: float
+    increments: int
 
 
 def motion() -> FloatArray:
@@ -31,18 +47,19 @@ def motion() -> FloatArray:
     return np.array(found)
 
 
-def moebius(width: float, thickness: float, poisson: float, elements: tuple[int, int], folder: Path) -> FloatArray:
-    """Place (3,) over l of the point opposite to the clamp of the band of length 1; the clamp is at the origin, its
-    tangent along x, its width along y."""
+def moebius(width: float, thickness: float, poisson: float, elements: tuple[int, int], folder: Path) -> Band:
+    """The clamped band of length 1."""
     surface = flat(1.0, width, thickness, poisson, elements, element="C3D20R")
     nodes, poses = surface.nodes(), motion()
     n, m = elements
     times = np.linspace(0.0, 1.0, len(poses))
     lines = [*surface.mesh(), nset("HELD", surface.line(0)), nset("MIDDLE", [nodes[n, surface.middle, m]])]
     ends = {place: number for place, number in nodes.items() if place[0] == 2 * n}
-    for place, number in ends.items():
+    paths = np.empty((len(ends), len(poses), 3))
+    lines += [nset("MOVED", list(ends.values()))]
+    for (place, number), moved in zip(ends.items(), paths, strict=True):
         rest = surface.place(place)
-        moved = poses[:, 0] + rest[1] * poses[:, 2] + rest[2] * poses[:, 3] - rest
+        moved[:] = poses[:, 0] + rest[1] * poses[:, 2] + rest[2] * poses[:, 3] - rest
         for axis in range(3):
             words = [f"{shown(t)}, {shown(x)}" for t, x in zip(times, moved[:, axis], strict=True)]
             lines += [
@@ -53,6 +70,35 @@ def moebius(width: float, thickness: float, poisson: float, elements: tuple[int,
     for number in ends.values():
         for axis in range(3):
             lines += [f"*BOUNDARY, AMPLITUDE=A{number}{axis}\n{number}, {axis + 1}, {axis + 1}, 1."]
-    lines += ["*NODE PRINT, NSET=MIDDLE, FREQUENCY=9999\nU", "*END STEP"]
-    moved = numbers(run("\n".join(lines) + "\n", folder, "band"), "displacements")[-1][1:]
-    return np.asarray(surface.points[n, m] + moved)
+    lines += ["*NODE PRINT, NSET=MOVED\nRF", "*NODE PRINT, NSET=MIDDLE\nU", "*END STEP"]
+    text = run("\n".join(lines) + "\n", folder, "band")
+    moved = numbers(text, "displacements")[-1][1:]
+    x, y, z = (float(x) for x in surface.points[n, m] + moved)
+    at, forces = _forces(text, list(ends.values()))
+    energy, error = _work(times, paths, at, forces)
+    return Band((x, y, z), energy / width, error / width, len(at) - 1)
+
+
+def _forces(text: str, nodes: list[int]) -> tuple[FloatArray, FloatArray]:
+    """Times (k,) and forces (nodes, k, 3) of the tables of a .dat, from rest on."""
+    times, found = [0.0], [np.zeros((len(nodes), 3))]
+    for part in re.split(r"\n(?= forces )", text)[1:]:
+        table = re.split(r"\n(?= [a-z]+ )", part)[0]
+        rows = re.findall(r"^\s+(\d+)((?:\s+[-+]?\d+\.\d+E[-+]\d+){3})\s*$", table, re.M)
+        known = {int(node): [float(x) for x in row.split()] for node, row in rows}
+        times.append(float(table.split("time")[1].split()[0]))
+        found.append(np.array([known[node] for node in nodes]))
+    return np.array(times), np.stack(found, axis=1)
+
+
+def _work(times: FloatArray, paths: FloatArray, at: FloatArray, forces: FloatArray) -> tuple[float, float]:
+    """Of forces (nodes, k, 3) known at some times, along paths (nodes, n, 3) of chords between `times`; its error from
+    every second of them, even and odd. Between, forces are local cubics: where the path turns they have a corner."""
+
+    def of(some: IntArray) -> float:
+        whole = PchipInterpolator(at[some], forces[:, some], axis=1).antiderivative()(times)
+        return float(np.sum(np.diff(whole, axis=1) * np.diff(paths, axis=1) / np.diff(times)[:, None]))
+
+    every = np.arange(len(at))
+    fine = of(every)
+    return fine, max(abs(fine - of(np.unique([0, *every[first::2], every[-1]]))) for first in (0, 1))

@@ -23,8 +23,9 @@ from tests.reference.calculix import TIGHT, TYPES, Failed, run
 
 FloatArray = NDArray[np.float64]
 Place = tuple[int, int, int]
-#: Part of a plane's force by which a line may pull: more is no contact.
-PULL = 0.02
+#: How far behind a plane a place may be, in l (they are written with six digits), and the part of a plane's force by
+#: which a line may pull.
+THROUGH, PULL = 1e-7, 1e-6
 
 
 @dataclass(frozen=True)
@@ -133,13 +134,23 @@ def numbers(text: str, heading: str) -> list[FloatArray]:
 
 class Ring(NamedTuple):
     """force: of a plate, D w / l^2; energy: of the strip that is flat at rest, D w / l; through: deepest place behind a
-    plate, l; pull: largest force of a line that pulls, over `force`; flat: half length on a plate, l."""
+    plate, l; flat: half the length between the outermost lines that touch a plate, l; solves: equilibria it took."""
 
     force: float
     energy: float
     through: float
-    pull: float
     flat: float
+    solves: int
+
+
+class Squeezed(NamedTuple):
+    """An equilibrium with lines on the planes. force, energy: as of a `Ring`; pushes: force of each line that touches,
+    by its steps from the highest (of a quarter); heights: of the lines of this quarter over the plane, l."""
+
+    force: float
+    energy: float
+    pushes: dict[int, float]
+    heights: dict[int, float]
 
 
 def circle(elements: tuple[int, int], thickness: float, width: float) -> Surface:
@@ -154,49 +165,53 @@ def circle(elements: tuple[int, int], thickness: float, width: float) -> Surface
 
 def ring(gap: float, elements: tuple[int, int], folder: Path, thickness: float = 5e-4, width: float = 0.1) -> Ring:
     """A circle, nu = 0, whose middle surface is squeezed between planes `gap` apart, by an active set of whole lines
-    across: those on a plane have their height prescribed, as many as it takes until none is behind it.
+    across: those that touch a plane have their height prescribed. From the highest line on, lines that pull are let go
+    and the one that is deepest behind the plane is put on it, until no line does either.
 
     The circle is without stress; to its energy 2 pi^2 is added, what bending it from flat takes (the tangent turns
     once, whatever the shape: int (K - K0)^2 / 2 = int K^2 / 2 - K0 2 pi + K0^2 / 2, K0 = 2 pi).
     """
-    for on in range(elements[0] // 2):
-        found = _squeezed(gap, on, circle(elements, thickness, width), folder, width)
-        if found.through < 1e-7:  # places are written with six digits
-            if found.pull > PULL:
-                raise Failed(f"a ring between planes {gap:g} apart: lines pull by {found.pull:.2g} of the force")
-            return found
-    raise Failed(f"a ring between planes {gap:g} apart: no set of lines keeps it between them")
+    touching, tried = frozenset({0}), set[frozenset[int]]()
+    while touching not in tried:
+        tried.add(touching)
+        found = _squeezed(gap, touching, circle(elements, thickness, width), folder, width)
+        pulling = {k for k, force in found.pushes.items() if force < -PULL * found.force}
+        deepest = max(found.heights, key=lambda k: found.heights[k] - (k in touching))
+        behind = {deepest} if found.heights[deepest] > THROUGH else set()
+        if not pulling and not behind:
+            through, flat = max(0.0, *found.heights.values()), max(touching) / (2.0 * elements[0])
+            return Ring(found.force, found.energy, through, flat, len(tried))
+        touching = (touching - pulling) | behind
+    raise Failed(f"a ring between planes {gap:g} apart: the lines that touch come back to {sorted(touching)}")
 
 
-def _squeezed(gap: float, on: int, surface: Surface, folder: Path, width: float) -> Ring:
-    """With 2 on + 1 lines on each plane."""
+def _squeezed(gap: float, lines: frozenset[int], surface: Surface, folder: Path, width: float) -> Squeezed:
+    """With these lines on each plane, counted in steps from the highest and the lowest, to both sides."""
     nodes, (n, m) = surface.nodes(), surface.elements
-    quarter = n // 2
-    touching = {1: range(2 * quarter - on, 2 * quarter + on + 1), -1: range(-on, on + 1)}
-    lines = [
+    quarter, both = n // 2, sorted(lines | {-k for k in lines})
+    upper = {k: surface.line(2 * quarter + k) for k in range(-quarter, quarter + 1)}
+    lower = {k: surface.line(k % (2 * n)) for k in both}
+    deck = [
         *surface.mesh(),
-        nset("UPRIGHT", surface.line(0) + surface.line(2 * quarter)),
-        nset("SIDES", surface.line(quarter) + surface.line(3 * quarter)),
+        nset("UPRIGHT", surface.line(0) + upper[0]),
+        nset("SIDES", upper[-quarter] + upper[quarter]),
         nset("INNER", [k for (_, _, j), k in nodes.items() if j == m]),
-        nset("TOP", [k for i in touching[1] for k in surface.line(i)]),
+        nset("TOP", [k for i in both for k in upper[i]]),
         "*BOUNDARY\nUPRIGHT, 1, 1\nSIDES, 2, 2\nINNER, 3, 3",
         f"*STEP, NLGEOM, INC=1000\n{TIGHT}\n*STATIC\n0.05, 1., 1e-6, 0.05\n*BOUNDARY",
     ]
-    heights = {}
-    for sign, which in touching.items():
-        for i in which:
-            by = sign * 0.5 * gap - surface.points[i % (2 * n), m][1]
-            heights |= {k: float(by) for k in surface.line(i % (2 * n))}
-    lines += [f"{k}, 2, 2, {shown(by)}" for k, by in heights.items()]
-    lines += ["*NODE PRINT, NSET=TOP\nRF", "*NODE PRINT, NSET=ALL\nU", "*END STEP"]
-    text = run("\n".join(lines) + "\n", folder, "ring")
-    pushes = {int(row[0]): row[2] for row in numbers(text, "forces")}
-    each = [sum(pushes[k] for k in surface.line(i)) for i in touching[1]]
-    moved = {int(row[0]): row[2] for row in numbers(text, "displacements")}
-    high = max(abs(surface.place(p)[1] + moved[k]) for p, k in nodes.items())
-    force = -float(sum(each)) / width
-    energy = 2.0 * _work(text, heights) / width + 2.0 * np.pi**2
-    return Ring(force, energy, max(0.0, high - 0.5 * gap), max(0.0, max(each) / width / force), on / (2.0 * n))
+    rest = {number: float(surface.place(place)[1]) for place, number in nodes.items()}
+    led = {k: 0.5 * gap - rest[k] for i in both for k in upper[i]}
+    led |= {k: -0.5 * gap - rest[k] for i in both for k in lower[i]}
+    deck += [f"{k}, 2, 2, {shown(by)}" for k, by in led.items()]
+    deck += ["*NODE PRINT, NSET=TOP\nRF", "*NODE PRINT, NSET=ALL\nU", "*END STEP"]
+    text = run("\n".join(deck) + "\n", folder, "ring")
+    forces = {int(row[0]): -float(row[2]) / width for row in numbers(text, "forces")}
+    moved = {int(row[0]): float(row[2]) for row in numbers(text, "displacements")}
+    pushes = {i: sum(forces[k] for k in upper[i]) for i in both}
+    heights = {i: max(rest[k] + moved[k] for k in upper[i]) - 0.5 * gap for i in range(quarter)}
+    energy = 2.0 * _work(text, led) / width + 2.0 * np.pi**2
+    return Squeezed(sum(pushes.values()), energy, {i: f for i, f in pushes.items() if i >= 0}, heights)
 
 
 def _work(text: str, displacements: dict[int, float]) -> float:

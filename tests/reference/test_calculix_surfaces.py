@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.reference import calculix
-from tests.reference.calculix_band import motion
+from tests.reference.calculix_band import _forces, _work, motion
 from tests.reference.calculix_surfaces import Surface, circle, flat, numbers, ring, shown
 from tests.reference.squeezed_ring import squeezed
 from tests.reference.test_calculix import block
@@ -68,9 +68,41 @@ def test_the_last_table_of_the_output_is_read():
         numbers(text, "forces")
 
 
+def test_the_work_of_a_moved_end_is_read_off_all_increments():
+    """u = t (1, 2, 0), f = (3 t, 0, 1) on one node of two, that on the other is held: work 3/2."""
+    text = "".join(
+        f"\n forces (fx,fy,fz) for set MOVED and time  {t:.7E}\n\n"
+        f"         7  {3 * t:.6E}  0.000000E+00  1.000000E+00\n         9  5.000000E+00 -1.000000E+00  2.000000E+00\n"
+        f"\n displacements (vx,vy,vz) for set MIDDLE and time  {t:.7E}\n\n         7  1.0E+00 -1.0E-01  0.0E+00\n"
+        for t in (0.25, 0.5, 1.0)
+    )
+    at, forces = _forces(text, [7, 9])
+    np.testing.assert_array_equal(at, [0.0, 0.25, 0.5, 1.0])
+    assert forces.shape == (2, 4, 3)
+    np.testing.assert_allclose(forces[0, :, 0], [0.0, 0.75, 1.5, 3.0])
+    times = np.linspace(0.0, 1.0, 11)
+    paths = np.stack([times[:, None] * [1.0, 2.0, 0.0], np.zeros((11, 3))])
+    fine, error = _work(times, paths, at, forces)
+    assert fine == pytest.approx(1.5)
+    assert error == pytest.approx(0.0, abs=1e-12)
+    fine, error = _work(times, paths, at, forces**2)
+    assert 0.0 < abs(fine - 3.0) < 1.01 * error < 0.5  # int 9 t^2
+
+
 @pytest.mark.validate
 @pytest.mark.skipif(not calculix.available(), reason="CalculiX is not installed (Debian: calculix-ccx)")
 def test_a_squeezed_ring_is_the_elastica(tmp_path):
     found, known = ring(0.28, (20, 2), tmp_path), squeezed(0.28)
     assert found.force == pytest.approx(known.force, rel=5e-3)
     assert found.energy == pytest.approx(known.energy, rel=1e-3)
+
+
+@pytest.mark.validate
+@pytest.mark.skipif(not calculix.available(), reason="CalculiX is not installed (Debian: calculix-ccx)")
+def test_a_ring_that_is_flat_on_the_planes_touches_where_the_elastica_does(tmp_path):
+    found, known = ring(0.2, (20, 2), tmp_path), squeezed(0.2)
+    assert found.force == pytest.approx(known.force, rel=1e-2)
+    assert found.energy == pytest.approx(known.energy, rel=2e-3)
+    assert abs(found.flat - known.flat) < 1 / 40  # a step of the lines
+    assert found.solves > 1
+    assert found.through < 1e-7

@@ -79,6 +79,7 @@ NAMES = (
     "shell_cost",
     "shell_start",
     "shell_walls",
+    "calculix",
     "shell_beside",
     "shell_adaptive",
     "shell_size",
