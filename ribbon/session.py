@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from ribbon import law
 from ribbon.boundary import Clamp
+from ribbon.contact import Barrier, Wall
 from ribbon.errors import NotDifferentiable, RibbonInputError
 from ribbon.find.continuation import StepRecord, follow
 from ribbon.find.solve import solve, solve_from
@@ -300,6 +301,10 @@ def _rates(first: Problem, last: Problem) -> dict[str, FloatArray] | None:
                 return None
             rates[name] = np.array(other - one)
     for number, (wall, moved) in enumerate(zip(first.walls, last.walls, strict=True)):
+        if not (isinstance(wall, Wall) and isinstance(moved, Wall)):
+            if wall != moved:
+                return None
+            continue
         apart = np.subtract(moved.point, wall.point) @ np.asarray(moved.normal)
         if apart:
             rates[f"wall.{number}.offset"] = np.array(apart)
@@ -330,9 +335,14 @@ def _pull_alike(first: Problem, last: Problem) -> bool:
     if first.gravity is not None and last.gravity is not None and first.gravity != last.gravity:
         return False
     walls = zip(first.walls, last.walls, strict=True)
-    return first.strip.length == last.strip.length and all(
-        np.array_equal(one.normal, other.normal) and one.stiffness == other.stiffness for one, other in walls
-    )
+    return first.strip.length == last.strip.length and all(_face_alike(one, other) for one, other in walls)
+
+
+def _face_alike(one: Barrier, other: Barrier) -> bool:
+    """Whether two planes differ by their places alone; round obstacles are alike where they are the same."""
+    if isinstance(one, Wall) and isinstance(other, Wall):
+        return np.array_equal(one.normal, other.normal) and one.stiffness == other.stiffness
+    return one == other
 
 
 def _released(before: Equilibrium, after: Equilibrium, rates: dict[str, FloatArray], size: float) -> float:

@@ -46,7 +46,7 @@ LEVELS = (
     ("compare.page",),
     ("compare.models",),
     ("compare.record",),
-    ("compare.measure",),
+    ("compare.measure", "compare.continuation"),
     ("compare.scene",),
     ("compare.store",),
     ("compare.registry",),

@@ -43,6 +43,7 @@ ORDER = (
     "export",
     "sweep",
     "identify",
+    "branches",
     "explain",
     "check",
     "battery",

@@ -3,7 +3,8 @@
 Every capability is a Protocol of its own with what it gives: a reference (`Refers`), an estimate of what a shell would
 do (`Estimates`), the size of what is evaluated (`Evaluates`), derivatives by the scene's keys (`Differentiates`), what
 to do about a state that is none (`Advises`), where it rests from another model's shape (`Rests`), a state that goes
-along while its scene changes (`Follows`), several scenes at once (`Batches`). Units: as `compare.models.base`.
+along while its scene changes (`Follows`), branches of equilibria (`Branches`), several scenes at once (`Batches`).
+Units: as `compare.models.base`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from numpy.typing import NDArray
 from compare.models.base import Model
 
 if TYPE_CHECKING:
+    from compare.continuation.point import Point
+    from compare.continuation.system import System
     from compare.models.base import Options, Shape, Size, State
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -274,6 +277,26 @@ class Follows(Protocol):
 
     def seeded(self, scene: Scene, state: State) -> Scene:
         """The scene with a seed from which `Model.solve` begins at the state's own shape."""
+
+
+@dataclass(frozen=True)
+class BranchStart:
+    """Where a branch of a model begins: its system and z at the state that its solve gives (`compare.continuation`),
+    and the shape and the energy (total, D w / l, without the constant of the natural curvature) at a point of it."""
+
+    state: State
+    system: System
+    z: FloatArray
+    shape: Callable[[Point], Shape]
+
+
+@runtime_checkable
+class Branches(Protocol):
+    """A model of which branches of equilibria can be followed while a scene changes; a model need not."""
+
+    def branch_start(self, scene_at: Callable[[float], Scene], say: Reporter | None = None) -> BranchStart:
+        """Its equilibrium at t = 0 as a system over t; scene_at: t in [0, 1] -> scene. Raises `BadInput` like
+        `Model.solve`, and for a start that is no equilibrium."""
 
 
 @runtime_checkable

@@ -98,6 +98,12 @@ _CLAIMS: dict[str, tuple[Claim, ...]] = {
         Claim("stability", "the strip stays there, on its elements", "lowest eigenvalue"),
         Claim("fit", "the strip passes the points", "root mean square distance over the length"),
     ),
+    "branches": (
+        RESIDUAL,
+        Claim("ends", "every branch is followed to an end of its own", "how each ended: at the range, or closed"),
+        Claim("settled", "folds and branch points are not the mesh's", "their places on p, 2p and 4p elements"),
+        Claim("complete", "every branch that was met is followed", "how many were left"),
+    ),
     "sweep": (
         Claim("finite", "every number of a case is finite", "what the table holds of each"),
         Claim("cases", "every case is a stable equilibrium", "status and stability of each"),

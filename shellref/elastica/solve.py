@@ -55,11 +55,12 @@ from numpy.typing import ArrayLike
 
 from ribbonbench import clock
 from shellref import law
-from shellref.elastica.fem import ELEMENTS, HERMITE_DEGREE, Array, Discretisation
+from shellref.elastica.fem import ELEMENTS, HERMITE_DEGREE, Array, Discretisation, stability
 from shellref.elastica.held import Arrival, drive
 from shellref.elastica.path import ElasticaOptions, Path, follow
 from shellref.elastica.problem import ElasticaEnergy, ElasticaForces, ElasticaProblem
 from shellref.elastica.result import ElasticaResult, ElasticaStatus, embed, embed_frames, to_plane
+from shellref.elastica.system import System
 
 __all__ = [
     "ElasticaEnergy",
@@ -176,6 +177,20 @@ def arrived(problem: ElasticaProblem, degree: int, hermite: bool, end: Arrival, 
         point.t, began, forces=system.forces(point.z, point.t), residual=point.norm,
         lowest_eigenvalue=float(point.eigenvalues[0]), rounding=point.rounding, iterations=end.iterations,
         steps=end.steps, snaps=0, limits=end.limits, switches=end.switches,
+    )  # fmt: skip
+
+
+def branch_result(system: System, degree: int, z: Array, t: float, norm: float) -> ElasticaResult:
+    """The result at a point z (N + m,) of a branch, whose residual has this norm; at the branch's t."""
+    problem, began = system.way.at(t), time.perf_counter()
+    values, rounding = system.eigenpairs(z, t)[0], system.rounding(z, t)
+    stable = stability(float(values[0]), rounding)
+    status = ElasticaStatus.UNSTABLE if stable is False else ElasticaStatus.CONVERGED
+    message = "on a branch: " + ("unstable" if stable is False else "stable" if stable else "at a fold")
+    return _result(
+        problem, degree, False, status, message, system.discrete, z[: system.count], problem, 1.0, began,
+        forces=system.forces(z, t), residual=norm, lowest_eigenvalue=float(values[0]), rounding=rounding, iterations=0,
+        steps=0, snaps=0, limits=0, switches=0,
     )  # fmt: skip
 
 

@@ -85,6 +85,11 @@ LINES = {
         ("identify", "cantilever", "own points.csv", "--set", "model.elements=6", "--free", "strip.gamma", "--yes",
          "--unit", "m", "--register", *OUT),
     ],
+    "branches": [
+        ("branches", "cantilever", "--set", "model.elements=4", "--along", "strip.gamma", "--from", "1", "--to", "3",
+         "--model", "wunderlich,sadowsky", "--branches", "2", "--steps", "40", "--budget", "100", "--no-errors",
+         "--yes", *OUT),
+    ],
     "explain": [
         ("explain", "cantilever", *MESH, "--run", "--shell", "--yes", *OUT),
         ("explain", "daisy_5g", "--set", "model.elements=20", *OUT),

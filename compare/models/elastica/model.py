@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -32,6 +32,7 @@ from compare.models.quantities.elastica import QUANTITIES
 from compare.scene.inputs.law import at
 
 if TYPE_CHECKING:
+    from compare.models.capabilities import BranchStart
     from compare.models.elastica.start import Start
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -229,6 +230,12 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
 
         said, colon, options = r.message.rpartition(": ")
         return said if colon and options != SPENT and r.status.value in self.remedies else r.message
+
+    def branch_start(self, scene_at: Callable[[float], Scene], say: Reporter | None = None) -> BranchStart:
+        """A branch of the elastica (`compare.models.branches.elastica`)."""
+        from compare.models.branches.elastica import branch_start
+
+        return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say))
 
     def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
         """Loads, ends and natural curvature."""

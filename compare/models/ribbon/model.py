@@ -38,7 +38,7 @@ from compare.models.timing import compiling
 from compare.registry import name_for
 
 if TYPE_CHECKING:
-    from compare.models.capabilities import Estimate, Followed, Moves
+    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves
     from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -263,6 +263,13 @@ class RibbonModel(Model):
         with self._admitted(scene), within(scene.model.budget), choose.using(scene.model.solver):
             found = rivals.near(state.native, near, finer)
         return state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values()))) if found.ok else None
+
+    def branch_start(self, scene_at: Callable[[float], Scene], say: Reporter | None = None) -> BranchStart:
+        """A branch of the glued ribbon (`compare.models.branches.ribbon`)."""
+        from compare.models.branches.ribbon import branch_start
+
+        with self._admitted(scene_at(0.0)):
+            return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say))
 
     @property
     def by_keys(self) -> tuple[str, ...]:

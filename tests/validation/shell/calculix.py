@@ -125,8 +125,8 @@ def rings(kept: Pieces, out: Path, numbers: dict[str, Number]) -> list[str]:
         "(tests/reference/squeezed_ring.py). CalculiX's circle is without stress: 2 pi^2 is added to its energy, the "
         "work of the planes. Contact there by prescribed heights of whole lines of the middle surface, an active "
         "set that lets go what pulls and takes in what is deepest behind a plane, until neither is left; "
-        "solves: equilibria it took. off: relative, of the elastica; change: from the mesh before (of the first: to the next). a: half the "
-        "length between the outermost lines that touch. CalculiX's own contact pairs did not arrive (by hand: cut back "
+        "solves: equilibria it took. off: relative, of the elastica; change: from the mesh before (of the first: to "
+        "the next). a: half the length between the outermost lines that touch. CalculiX's own contact pairs did not arrive (by hand: cut back "
         "to nothing).",
         page.table(["H", "shell", "force", "off", "change", "energy", "off", "change", "a", "solves"], rows),
     ]  # fmt: skip

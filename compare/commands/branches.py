@@ -1,0 +1,70 @@
+"""`ribbonbench branches`: bifurcation diagrams, with an error on every special point."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from rich.console import Console
+
+from compare.commands import common
+from compare.commands.lists import ListOf
+from compare.errors import BadInput
+from compare.store.progress import Reporter
+
+HELP = "bifurcation diagrams: what else is an equilibrium, where branches fold, fork and lose stability"
+EXAMPLE = "ribbonbench branches shift_7_2 --along clamp.end.position[1] --from 0.01 --to 0.6"
+
+
+def register(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    common.scene_arguments(parser)
+    parser.add_argument(
+        "--along", metavar="KEY", required=True,
+        help="the number that varies: a key of the scene, one component of it (clamp.end.position[1]), or path",
+    )  # fmt: skip
+    parser.add_argument("--from", type=float, metavar="A", default=None, dest="first", help="its first value")
+    parser.add_argument("--to", type=float, metavar="B", default=None, dest="last", help="its last value")
+    parser.add_argument(
+        "--model", type=ListOf(str), metavar="M,M,...", default=None,
+        help="energies or models in one picture, e.g. wunderlich,sadowsky (default: the scene's)",
+    )  # fmt: skip
+    parser.add_argument("--branches", type=int, metavar="N", default=None, help="most branches of a model (default 8)")
+    parser.add_argument("--steps", type=int, metavar="N", default=None, help="most points of a branch (default 200)")
+    parser.add_argument(
+        "--budget", type=float, metavar="SECONDS", default=None, help="follow nothing further after this time"
+    )
+    parser.add_argument(
+        "--no-errors", action="store_true", help="leave out the errors of special points (elements halved twice)"
+    )
+    common.out_argument(parser)
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Follows."""
+    from compare.page.terminal import print_table, print_verdict
+    from compare.pages import branches as write
+    from compare.studies.branches.run import BRANCHES, STEPS, Asked, diagram
+
+    for option, count in (("--branches", options.branches), ("--steps", options.steps)):
+        if count is not None and count < (1 if option == "--branches" else 2):
+            raise BadInput(option, count, "is too few", "give a larger whole number")
+    if options.budget is not None and not (math.isfinite(options.budget) and options.budget > 0.0):
+        raise BadInput("--budget", options.budget, "is no time", "give seconds, above zero")
+    asked = Asked(options.branches or BRANCHES, options.steps or STEPS, not options.no_errors, options.budget)
+    scene = common.scene_of(options)
+    out = common.out_folder(options, scene.name)
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        found = diagram(scene, options.along, options.first, options.last, options.model or (), asked, reporter)
+        reporter.step("writing tables, shapes and the picture")
+        write.write(out, found, options.line)
+    if common.spoken(options):
+        print_verdict(console, write.answer(found))
+        special = write.special_table(found)
+        if special.rows:
+            print_table(console, special, wide=options.wide)
+        print_table(console, write.branch_table(found), wide=options.wide)
+        for sentence in write.sentences(found):
+            console.print(f"- {sentence}")
+        console.print(f"Results: {out}")
+    return common.DONE if found.ok else common.NOT_CONVERGED

@@ -1,0 +1,250 @@
+"""Special points between two neighbours of a branch, located: folds, branch points, conditions that change.
+
+    fold            dt/darc passes zero, and with it one eigenvalue
+    branch point    an eigenvalue passes zero, dt/darc does not; or, on a branch that leaves it, the other way round
+    event           a condition of one side begins or ends to hold
+
+Eigenvalues are counted by inertia; each that passes is a smooth function of the arc length, of which a root is found
+(Brent), and so is one of dt/darc. A double one is two roots at one place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import scipy  # its parts are loaded where they are first used
+
+from compare.continuation import bordered
+from compare.continuation.correct import at, tangent
+from compare.continuation.point import Options, Point, Special, length
+from compare.continuation.system import FloatArray
+
+#: Roots nearer to each other than this part of a step, and 1e-7 in arc length, are one.
+TOGETHER, APART = 1e-5, 1e-7
+#: What changes sign without coming nearer to zero than this part of its change has not changed on this branch.
+JUMP = 1e-4
+#: Slack below zero that is rounding.
+BROKEN = 1e-10
+#: Points around a branch that is left, their distance at the least (arc length), and the part of the eigenvalues there
+#: that is none at the place itself.
+_NODES, _AROUND, TOUCH = np.array([-2.5, -1.5, -0.5, 0.5, 1.5, 2.5]), 0.01, 1e-2
+#: Step along the tangent by which it is told on which side a condition is kept.
+_TRIED = 1e-6
+
+
+class Between:
+    """Points between `before` and what lies `reach` ahead of it along its tangent, computed once each."""
+
+    def __init__(self, before: Point, reach: float, after: Point | None, options: Options) -> None:
+        self.before, self.reach, self.options = before, reach, options
+        self._seen: dict[float, Point] = {0.0: before}
+        if after is not None:
+            self._seen[reach] = after
+
+    def point(self, ahead: float) -> Point:
+        """The point there. Raises ArithmeticError where there is none."""
+        if ahead not in self._seen:
+            near = sorted(self._seen, key=lambda known: abs(known - ahead))[:2]
+            low, high = min(near), max(near)
+            guess = None
+            if low < ahead < high:
+                share = (ahead - low) / (high - low)
+                a, b = self._seen[low], self._seen[high]
+                guess = (1.0 - share) * a.z + share * b.z, (1.0 - share) * a.t + share * b.t
+            found = at(self.before, ahead, self.options.tolerance, guess) or at(
+                self.before, ahead, self.options.tolerance
+            )
+            if found is None:
+                raise ArithmeticError
+            self._seen[ahead] = found
+        return self._seen[ahead]
+
+    def root(self, value: Callable[[Point], float]) -> float | None:
+        """Where `value` passes zero; None where it does not, or leaps over it."""
+        a, b = value(self.before), value(self.point(self.reach))
+        if a == 0.0 or a * b > 0.0:
+            return None
+        x = scipy.optimize.brentq(
+            lambda ahead: value(self.point(float(ahead))), 0.0, self.reach,
+            xtol=self.options.events * max(abs(self.reach), 1e-3), rtol=1e-14, maxiter=60, disp=False,
+        )  # fmt: skip
+        known = min(self._seen, key=lambda ahead: abs(value(self._seen[ahead])) + abs(ahead - float(x)))
+        return known if abs(value(self._seen[known])) <= JUMP * abs(b - a) else None
+
+
+def _critical(index: int, count: int) -> Callable[[Point], float]:
+    """The eigenvalue that is number `index` of all, ascending, as far as it is one of the `count` nearest zero."""
+    seen: dict[int, float] = {}
+
+    def value(point: Point) -> float:
+        if id(point) not in seen:
+            factor = point.system.factor(point.z, point.t)
+            if factor is None:
+                raise ArithmeticError
+            values, _ = bordered.near_zero(point.system, factor, count)
+            negative = int((values < 0.0).sum())
+            place = index - point.unstable + negative
+            if 0 <= place < values.size:
+                seen[id(point)] = float(values[place])
+            else:
+                far = float(np.abs(values).max()) * 2.0
+                seen[id(point)] = -far if index < point.unstable else far
+        return seen[id(point)]
+
+    return value
+
+
+def modes_at(point: Point, count: int) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues (count,) nearest zero and their vectors (n, count)."""
+    factor = point.system.factor(point.z, point.t)
+    if factor is None:
+        return np.zeros(0), np.zeros((point.system.size, 0))
+    return bordered.near_zero(point.system, factor, count)
+
+
+def specials(before: Point, after: Point, reach: float, options: Options) -> list[Special] | None:
+    """Folds and branch points between two neighbours, in order; None where what changes leaps: the step has gone over
+    to another branch, or is too long."""
+    change = after.unstable - before.unstable
+    folds = before.tangent[1] * after.tangent[1] < 0.0
+    if not change and not folds:
+        return []
+    between = Between(before, reach, after, options)
+    low = min(before.unstable, after.unstable)
+    if not change:
+        touched = _touched(between, after)
+        return None if touched is None else [Special("branch_point", *touched, before, reach, 0)]
+    try:
+        roots = []
+        for index in range(low, low + abs(change)):
+            found = between.root(_critical(index, abs(change) + 2))
+            if found is None:
+                return None
+            roots.append(found)
+        turn = between.root(lambda point: point.tangent[1]) if folds else None
+    except ArithmeticError:
+        return None
+    if folds and turn is None:
+        return None
+    near = max(TOGETHER * reach, APART)
+    fold_at = None
+    if turn is not None:
+        close = [root for root in roots if abs(root - turn) <= near]
+        if not close:
+            return None
+        fold_at = min(close, key=lambda root: abs(root - turn))
+        roots.remove(fold_at)
+    sign = int(np.sign(change))
+    found_here: list[tuple[float, Special]] = []
+    if turn is not None:
+        at_turn = between.point(turn)
+        values, modes = modes_at(at_turn, 1)
+        rest = change - sign * len(roots)
+        found_here.append((turn, Special("fold", at_turn, modes, tuple(values), before, reach, rest)))
+    for group in _groups(sorted(roots), near):
+        place = group[len(group) // 2]
+        values, modes = modes_at(between.point(place), len(group))
+        special = Special("branch_point", between.point(place), modes, tuple(values), before, reach, sign * len(group))
+        found_here.append((place, special))
+    return [special for _, special in sorted(found_here, key=lambda pair: pair[0])]
+
+
+def _touched(between: Between, after: Point) -> tuple[Point, FloatArray, tuple[float, ...]] | None:
+    """A branch point passed on the branch that leaves it: dt/darc passes zero, an eigenvalue comes to zero and goes
+    back (the side branch of a pitchfork). None where no eigenvalue is zero there.
+
+    Nothing can be solved at the place itself, where (K, dG/dt) has two null vectors and the tangent is none: it is
+    interpolated through six points of the branch around it.
+    """
+    before, reach = between.before, between.reach
+    a, b = before.tangent[1], after.tangent[1]
+    middle = reach * a / (a - b)
+    gap = max(_AROUND, 0.125 * reach)
+    try:
+        for _ in range(3):
+            nodes = middle + gap * _NODES
+            points = [between.point(float(s)) for s in nodes]
+            slope = np.polynomial.Polynomial.fit(nodes, [p.tangent[1] for p in points], nodes.size - 1)
+            real = [float(r.real) for r in slope.roots() if abs(r.imag) < 1e-9 and abs(r.real - middle) < 2.0 * gap]
+            if not real:
+                return None
+            root = min(real, key=lambda r: abs(r - middle))
+            if abs(root - middle) < 1e-3 * gap:
+                break
+            middle = root
+        lowest = [float(modes_at(p, 1)[0][0]) for p in points]
+    except (ArithmeticError, IndexError):
+        return None
+    weights = np.array([np.prod([(root - n) / (m - n) for n in nodes if n != m]) for m in nodes])
+    zero = float(weights @ lowest)
+    if abs(zero) > TOUCH * float(np.abs(lowest).max()):
+        return None
+    z, t = sum(w * p.z for w, p in zip(weights, points, strict=True)), float(weights @ [p.t for p in points])
+    norm = before.system.norm(before.system.residual(z, t))
+    direction = sum(w * p.tangent[0] for w, p in zip(weights, points, strict=True))
+    size = length(before.system, direction, 0.0)
+    arc = before.arc + root
+    place = Point(before.system, z, t, (direction / size, 0.0), before.unstable, arc, 0, norm)
+    values, modes = modes_at(place, 1)
+    return place, modes, tuple(values)
+
+
+def _groups(roots: list[float], near: float) -> list[list[float]]:
+    groups: list[list[float]] = []
+    for root in roots:
+        if groups and root - groups[-1][-1] <= near:
+            groups[-1].append(root)
+        else:
+            groups.append([root])
+    return groups
+
+
+def broken(before: Point, after: Point, reach: float, options: Options) -> tuple[Special, Point] | None:
+    """The first condition of one side that is broken between two neighbours, where it is, and the branch's next point
+    behind it; None where that cannot be told."""
+    slacks = after.system.slacks(after.z, after.t)
+    between = Between(before, reach, after, options)
+    first: tuple[float, int] | None = None
+    try:
+        for k in np.flatnonzero(slacks < -BROKEN):
+            one = int(k)
+
+            def slack(point: Point, one: int = one) -> float:
+                return float(point.system.slacks(point.z, point.t)[one])
+
+            if slack(before) <= BROKEN:
+                place: float | None = 0.0
+            else:
+                place = between.root(slack)
+            if place is None:
+                return None
+            if first is None or place < first[0]:
+                first = place, one
+        if first is None:
+            return None
+        here = between.point(first[0])
+    except ArithmeticError:
+        return None
+    carried, what = _carried(here, first[1])
+    if carried is None:
+        return None
+    change = carried.unstable - here.unstable
+    nothing = np.zeros((here.system.size, 0))
+    return Special("event", here, nothing, (), before, reach, change, what), carried
+
+
+def _carried(here: Point, condition: int) -> tuple[Point | None, str]:
+    """The same equilibrium in the system in which the condition has changed, its tangent on the side on which it is
+    kept, and what happened."""
+    dz, dt = here.tangent
+    system, z, directions, what = here.system.beyond(here.z, here.t, condition, dz[:, None])
+    found = tangent(system, z, here.t, (directions[:, 0], dt))
+    if found is None:
+        return None, what
+    ahead, unstable = found
+    point = replace(here, system=system, z=z, tangent=ahead, unstable=unstable)
+    step = _TRIED * system.reach(z, ahead[0])
+    rate = system.slacks(z + step * ahead[0], here.t + step * ahead[1]) - system.slacks(z, here.t)
+    return (point if rate[condition] >= 0.0 else point.turned()), what

@@ -1,0 +1,73 @@
+"""What a model says of its equilibria so that a branch of them can be followed: a residual, its factor, a metric.
+
+G(z, t) = 0: z holds unknowns and the multipliers of what holds; t, without unit, is 0 and 1 at the two ends of the
+range that was asked for. K = dG/dz is the second variation of a Lagrangian: its inertia counts unstable modes.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Factor(Protocol):
+    """K at a point, factored."""
+
+    @property
+    def unstable(self) -> int:
+        """Number of negative eigenvalues of the second variation on the tangent of what is active."""
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        """K^-1 b, (n,) or (n, k)."""
+
+    def solve_transposed(self, b: FloatArray) -> FloatArray:
+        """K^-T b, (n,)."""
+
+
+class System(Protocol):
+    """Equilibria of one model on one mesh with one set of conditions in force."""
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns n."""
+
+    def residual(self, z: FloatArray, t: float) -> FloatArray:
+        """G (n,); not finite where there is none."""
+
+    def norm(self, residual: FloatArray) -> float:
+        """What of it counts, 1 being a force of the strip's own size."""
+
+    def rate(self, z: FloatArray, t: float) -> FloatArray:
+        """dG/dt (n,)."""
+
+    def factor(self, z: FloatArray, t: float) -> Factor | None:
+        """K, factored; None where it has an entry that is not finite."""
+
+    def mass(self, v: FloatArray) -> FloatArray:
+        """M v (n,), M the positive semidefinite metric of shapes (multipliers weigh nothing)."""
+
+    def reach(self, z: FloatArray, dz: FloatArray) -> float:
+        """The part of a step dz, at most 1, that stays where the energy is finite."""
+
+    def slacks(self, z: FloatArray, t: float) -> FloatArray:
+        """Conditions of one side (k,), each at least 0 as long as the same ones are in force; (0,) without any."""
+
+    def beyond(
+        self, z: FloatArray, t: float, condition: int, directions: FloatArray
+    ) -> tuple[System, FloatArray, FloatArray, str]:
+        """The system in which a condition whose slack is zero has come into force, or gone out: its z, directions
+        (n, k) carried over, and in words what happened. The condition keeps its number."""
+
+    def renewed(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
+        """The system with what moves nothing at z told anew, z and directions (n, k) in it; itself where that is the
+        same."""
+
+    def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
+        """The system on elements half as long, z and directions (n, k) carried over, not yet an equilibrium."""
+
+    def energy(self, z: FloatArray, t: float) -> float:
+        """Total energy, D w / l."""

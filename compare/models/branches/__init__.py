@@ -1,0 +1,1 @@
+"""Models as systems that a branch is followed of (`compare.continuation.system`)."""

@@ -1,0 +1,257 @@
+"""What `ribbonbench branches` says and writes: branches.json, points.csv, special.csv, shapes.npz, branches.png."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.measure.grades import FAIR, GOOD, POOR
+from compare.page.page import Picture
+from compare.page.study import Study
+from compare.page.table import Column, Table
+from compare.page.verdict import Check, Verdict
+from compare.pages.pictures.branches import branches_picture, ordinate
+from compare.pages.result import state_result
+from compare.store.arrays import npz_bytes
+from compare.store.store import atomic_write_bytes, atomic_write_json, jsonable
+from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
+from compare.studies.branches.run import LINE
+
+PICTURE, RECORD, SHAPES = "branches.png", "branches.json", "shapes.npz"
+WORDS = {"fold": "fold", "branch_point": "branch point", "event": "event", "regular": "regular"}
+ENDS = {
+    "range": "an end of the range", "closed": "back at its beginning", "steps": "its last allowed point",
+    "stuck": "a point behind which none was found", "stopped": "the end of the time",
+}  # fmt: skip
+
+
+def _special_columns(diagram: Diagram) -> tuple[Column, ...]:
+    unit = diagram.along.unit
+    return (
+        Column("model", "model", kind="word"),
+        Column("branch", "branch", kind="integer"),
+        Column("kind", "kind", kind="word", words=WORDS),
+        Column(
+            "parameter", diagram.along.key, unit, "digits:8", legend="the limit of finer elements, where it settles"
+        ),
+        Column("parameter_error", "+-", unit, "exponent:1", legend="of that; - : not settled"),
+        Column("unstable", "unstable modes", kind="integer", legend="behind it, forwards on its branch"),
+        Column("order", "order", kind="digits:2", rank=9),
+        Column("on_mesh", "on its own elements", unit, "digits:8", rank=9),
+        Column("energy", "energy", "D w / l", "digits:6", rank=9),
+        Column("what", "what happens", kind="word", rank=9),
+    )
+
+
+def special_table(diagram: Diagram) -> Table:
+    """A row for every fold and branch point, then events; of mirror images those of one."""
+    rows = []
+    for branch, point in diagram.special:
+        if branch.image_of is not None:
+            continue
+        limit = point.settled
+        value = limit.value if limit is not None and limit.settles else point.parameter
+        order = None if limit is None else limit.order
+        rows.append(
+            (branch.model, branch.number, point.kind, value, point.error, point.unstable, order, point.parameter,
+             point.energy, point.what)
+        )  # fmt: skip
+    return Table("Folds, branch points and events", _special_columns(diagram), tuple(rows))
+
+
+_BRANCHES = (
+    Column("model", "model", kind="word"),
+    Column("branch", "branch", kind="integer"),
+    Column("begins", "begins at", kind="digits:6"),
+    Column("leaves", "leaves branch", kind="integer"),
+    Column("ends_at", "ends at", kind="digits:6"),
+    Column("ended", "which is", kind="word", words=ENDS),
+    Column("points", "points", kind="integer", rank=9),
+    Column("image_of", "mirror image of", kind="integer", rank=9),
+    Column("least", "fewest unstable modes", kind="integer", rank=9),
+)
+
+
+def branch_table(diagram: Diagram) -> Table:
+    """A row for every branch."""
+    rows = [
+        (b.model, b.number, b.points[0].parameter, None if b.leaves is None else b.leaves[0], b.points[-1].parameter,
+         b.ended, len(b.points), b.image_of, min(p.unstable for p in b.points))
+        for b in diagram.branches
+    ]  # fmt: skip
+    return Table("Branches", _BRANCHES, tuple(rows))
+
+
+def point_table(diagram: Diagram) -> Table:
+    """A row for every point of every branch."""
+    unit = diagram.along.unit
+    columns = (
+        Column("model", "model", kind="word"),
+        Column("branch", "branch", kind="integer"),
+        Column("point", "point", kind="integer"),
+        Column("kind", "kind", kind="word", words=WORDS),
+        Column("parameter", diagram.along.key, unit, "digits:12"),
+        Column("parameter_error", "+-", unit, "exponent:2"),
+        Column("unstable", "unstable modes", kind="integer"),
+        Column("energy", "energy", "D w / l", "digits:12"),
+        Column("arc", "arc length", kind="digits:6"),
+        *(Column(f"{n}_{c}", f"{n} {c}", "l", "digits:8") for n in ("end", "middle") for c in "xyz"),
+        Column("residual", "residual", kind="exponent:1"),
+        Column("what", "what happens", kind="word"),
+    )
+    rows = [
+        (b.model, b.number, k, p.kind, p.parameter, p.error, p.unstable, p.energy, p.arc, *p.end, *p.middle,
+         p.residual, p.what)
+        for b in diagram.branches
+        for k, p in enumerate(b.points)
+    ]  # fmt: skip
+    return Table("Points", columns, tuple(rows))
+
+
+def _checks(diagram: Diagram) -> list[Check]:
+    worst = max(p.residual for b in diagram.branches for p in b.points)
+    short = [b for b in diagram.branches if b.ended not in ("range", "closed")]
+    asked = [p for _, p in diagram.special if p.kind != "event"]
+    unknown = sum(p.settles is None for b, p in diagram.special if p.kind != "event" and b.image_of is None)
+    open_ones = diagram.unsettled
+    ends = f"{len(short)} of {len(diagram.branches)} branches end early" if short else "every branch goes to an end"
+    if not asked:
+        settled = Check("settled", GOOD, "no fold and no branch point was met")
+    elif open_ones:
+        settled = Check("settled", POOR, f"{open_ones} of {len(asked)} do not settle on finer elements")
+    elif unknown:
+        settled = Check("settled", FAIR, "places on finer elements were not asked for")
+    else:
+        settled = Check("settled", GOOD, "all settle on finer elements")
+    left = f"{diagram.left} more branches were met and not followed" if diagram.left else "all that were met"
+    return [
+        Check("residual", GOOD, f"residuals up to {worst:.1e}", worst),
+        Check("ends", FAIR if short else GOOD, ends),
+        settled,
+        Check("complete", FAIR if diagram.left else GOOD, left),
+    ]
+
+
+def _place(point: BranchPoint) -> str:
+    if point.settled is not None and point.settled.settles:
+        return f"{point.settled.value:.8g} +- {point.settled.error:.1g}"
+    return f"{point.parameter:.6g}" + (" (not settled)" if point.settles is False else "")
+
+
+def answer(diagram: Diagram) -> Verdict:
+    """Where the scene's own state loses its stability, what else is there, what is not settled first."""
+    key, begin = diagram.along.key, ""
+    if diagram.unsettled:
+        begin = f"Not settled: {diagram.unsettled} special points are these elements' own. "
+    said = []
+    for model in diagram.starts:
+        own = next(b for b in diagram.branches if b.model == model)
+        others = sum(b.model == model and b.leaves is not None and b.image_of is None for b in diagram.branches)
+        said.append(f"{model}: {_told(own, key)}" + (f", {others} more branches" if others else ""))
+    return Verdict.of("branches", begin + "; ".join(said), _checks(diagram)).doubted("settled")
+
+
+def _told(branch: Branch, key: str) -> str:
+    """What becomes of a branch's stability."""
+    special = [p for p in branch.special if p.kind != "event"]
+    span = f"{key} = {branch.points[0].parameter:.6g} to {branch.points[-1].parameter:.6g}"
+    start = branch.points[0].unstable
+    if not special:
+        return f"{'stable' if not start else f'unstable ({start} modes)'} all along {span}"
+    first = special[0]
+    change = "loses its stability" if not start else f"({start} unstable modes) changes"
+    return f"the scene's own branch {change} at {key} = {_place(first)}, a {WORDS[first.kind]}"
+
+
+def sentences(diagram: Diagram) -> list[str]:
+    """What else to know."""
+    said = []
+    if diagram.unsettled:
+        said.append(
+            f"{diagram.unsettled} folds or branch points do not settle on elements halved twice: take more elements "
+            "(--set model.elements=N) before their places are believed."
+        )
+    events = sum(p.kind == "event" for _, p in diagram.special)
+    if events:
+        said.append(f"{events} bounds or contacts begin or end on the way; the branches go on behind them.")
+    if diagram.left:
+        said.append(f"{diagram.left} branches were met and not followed: --branches N follows more.")
+    images = [b for b in diagram.branches if b.image_of is not None]
+    if images:
+        said.append(
+            f"{len(images)} branches begin with the energy of another one: mirror images, whose own branch points were "
+            "not followed again."
+        )
+    said.append("What is not connected with these branches is not seen: a diagram is no proof that it is all.")
+    return said
+
+
+def record(diagram: Diagram) -> dict[str, Any]:
+    """branches.json."""
+    points, place = [], 0
+    for b in diagram.branches:
+        for k, p in enumerate(b.points):
+            points.append({
+                "model": b.model, "branch": b.number, "point": k, "kind": p.kind, "parameter": p.parameter,
+                "parameter_error": p.error, "settles": p.settles, "order": p.settled.order if p.settled else None,
+                "limit": p.settled.value if p.settled and p.settled.settles else None,
+                "on_meshes": list(p.meshes), "unstable_modes": p.unstable, "stable": p.stable, "energy": p.energy,
+                "critical_eigenvalues": list(p.critical), "arc": p.arc, "end": p.end, "middle": p.middle,
+                "residual": p.residual, "what": p.what, "shape": {"file": SHAPES, "row": place},
+            })  # fmt: skip
+            place += 1
+    return {
+        "along": diagram.along.key,
+        "unit": diagram.along.unit,
+        "from": diagram.along.first,
+        "to": diagram.along.last,
+        "branches": [
+            {
+                "model": b.model, "branch": b.number, "points": len(b.points), "ended": b.ended,
+                "leaves": None if b.leaves is None else {"branch": b.leaves[0], "parameter": b.leaves[1]},
+                "image_of": b.image_of,
+            }
+            for b in diagram.branches
+        ],
+        "not_followed": diagram.left,
+        "not_settled": diagram.unsettled,
+        "points": points,
+    }  # fmt: skip
+
+
+def write(out: Path, diagram: Diagram, again: str) -> None:
+    """Writes everything of a diagram into the folder `out`, each file atomically."""
+    branches_picture(out / PICTURE, diagram)
+    found = record(diagram)
+    atomic_write_json(out / RECORD, jsonable(found))
+    lines = np.array([p.centreline for b in diagram.branches for p in b.points])
+    atomic_write_bytes(out / SHAPES, npz_bytes({"s": np.linspace(0.0, 1.0, LINE), "centreline": lines}))
+    start = next(iter(diagram.starts.values()))
+    summary = {name: value for name, value in found.items() if name != "points"}
+    special, points = special_table(diagram), point_table(diagram)
+    Study(
+        "branches",
+        f"{diagram.scene.title}: branches over {diagram.along.key}",
+        tables=(special, branch_table(diagram)),
+        verdict=answer(diagram),
+        sentences=tuple(sentences(diagram)),
+        pictures=(
+            Picture(
+                PICTURE,
+                f"{ordinate(diagram)[0]} of {len(diagram.branches)} branches over {diagram.along.key}, full where "
+                "stable, dashed where not; folds, branch points and events are marked, with their errors.",
+                "Bifurcation diagram",
+            ),
+        ),
+        data={"points.csv": points, "special.csv": special},
+        files={
+            "result.json": "the state where it begins, and the special points",
+            RECORD: "every point of every branch",
+            "points.csv": "the same as a table", "special.csv": "folds, branch points and events",
+            SHAPES: "centrelines (points, 101, 3) in l, in the order of branches.json",
+        },
+    ).write(out, {
+        **state_result(diagram.along.scene_at(0.0), start), "branches": summary, "special": special.records(),
+    }, again, diagram.scene)  # fmt: skip

@@ -1,0 +1,115 @@
+"""A bifurcation diagram as data: branches of several models, their points, errors of the special ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.continuation.point import Kind
+from compare.measure.mesh_limit import Settled
+from compare.models.base import Shape, State
+from compare.scene.scene import Scene
+from compare.studies.branches.along import Along
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """An equilibrium of a branch.
+
+    parameter: value of the number, in its unit; error: of a special point's, by finer elements (None: regular, or it
+    does not settle); meshes: its values on p, 2p, 4p elements; kind: "regular", "fold", "branch_point", "event";
+    unstable: number of unstable modes (of a special point: behind it); energy: total, D w / l, without the constant of
+    the natural curvature; arc: arc length from the branch's first point; end, middle (3,): positions, l; residual: the
+    norm of what is left; critical: eigenvalues that are zero there, as located; what: an event in words.
+    """
+
+    parameter: float
+    kind: Kind
+    unstable: int
+    energy: float
+    arc: float
+    end: FloatArray
+    middle: FloatArray
+    residual: float
+    t: float
+    centreline: FloatArray = field(repr=False)
+    settled: Settled | None = None
+    meshes: tuple[float, ...] = ()
+    critical: tuple[float, ...] = ()
+    what: str = ""
+    shape: Shape | None = field(default=None, repr=False)
+
+    @property
+    def stable(self) -> bool:
+        """No unstable mode."""
+        return self.unstable == 0
+
+    @property
+    def error(self) -> float | None:
+        """Of the parameter, in its unit; None: a regular point, which lies where it was put, or one that does not
+        settle."""
+        return None if self.settled is None or not self.settled.settles else self.settled.error
+
+    @property
+    def settles(self) -> bool | None:
+        """Whether a special point's place is that of finer elements too; None: regular, or not asked."""
+        return None if self.settled is None else self.settled.settles
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A branch of one model: its number, points in order, how it ended ("range", "closed", "steps", "stuck",
+    "stopped"), which branch point it leaves (branch, parameter; None: the one that the scene's own state lies on), and
+    of which branch it is the mirror image, as far as energies tell."""
+
+    model: str
+    number: int
+    points: tuple[BranchPoint, ...]
+    ended: str
+    leaves: tuple[int, float] | None = None
+    image_of: int | None = None
+
+    @property
+    def special(self) -> tuple[BranchPoint, ...]:
+        """Folds, branch points and events."""
+        return tuple(point for point in self.points if point.kind != "regular")
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """All branches of all models of a scene over one number.
+
+    starts: model -> its state where its first branch begins; left: branches that were met and not followed."""
+
+    scene: Scene
+    along: Along
+    branches: tuple[Branch, ...]
+    starts: Mapping[str, State]
+    left: int = 0
+
+    @property
+    def special(self) -> list[tuple[Branch, BranchPoint]]:
+        """Folds and branch points first, in order, then events."""
+        found = [(branch, point) for branch in self.branches for point in branch.special]
+        return sorted(found, key=lambda pair: pair[1].kind == "event")
+
+    @property
+    def unsettled(self) -> int:
+        """Folds and branch points whose place is the mesh's."""
+        return sum(point.settles is False for _, point in self.special if point.kind != "event")
+
+    @property
+    def ok(self) -> bool:
+        """Every branch goes to an end of its own and every fold and branch point settles."""
+        return not self.unsettled and all(branch.ended in ("range", "closed") for branch in self.branches)
+
+    def spread(self, name: str, component: int) -> float:
+        """How far a component of "end" or "middle" ranges over all points."""
+        values = [getattr(point, name)[component] for branch in self.branches for point in branch.points]
+        return max(values) - min(values) if values else math.nan

@@ -1,0 +1,242 @@
+"""Following all branches of a scene's models: the scene's own, then those that leave it, and theirs.
+
+Every branch point is left along its null vectors, both ways; a branch whose first point has the parameter and the
+energy of one before is its mirror image. Folds, branch points and events are located again on elements half and a
+quarter as long (`compare.continuation.finer`), and their limit taken (`compare.measure.mesh_limit`).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compare import registry
+from compare.continuation.correct import first_point
+from compare.continuation.finer import relocated
+from compare.continuation.follow import follow, switched
+from compare.continuation.point import Kind, Options, Point, Run, Special
+from compare.errors import BadInput
+from compare.measure.mesh_limit import Settled, settled
+from compare.models.base import State, check_keys
+from compare.models.capabilities import Branches, BranchStart
+from compare.scene.scene import Scene
+from compare.store.progress import Reporter
+from compare.studies.branches.along import Along
+from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
+from ribbonbench.threads import alone
+
+#: Points of a kept centreline.
+LINE = 101
+#: Meshes on which a special point is located: as asked, and so many times halved.
+HALVINGS = 2
+#: To what a special point is located on its mesh, in t.
+LOCATED = 1e-9
+#: Difference of energies (relative, at least 1) and parameters (in t) of first points that are mirror images.
+ALIKE = 1e-6
+#: Rate of the residual below which a key moves nothing.
+MOVES = 1e-9
+#: How far beside its first equilibrium that is looked at too.
+BESIDE = 1e-3
+#: Branches of a model, and points of a branch, at the most.
+BRANCHES, STEPS = 8, 200
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is followed: at most so many branches of a model, and points of one; errors: on finer elements too; budget:
+    seconds in all, None: as long as it takes."""
+
+    branches: int = BRANCHES
+    steps: int = STEPS
+    errors: bool = True
+    budget: float | None = None
+
+
+def scene_for(scene: Scene, model: str) -> tuple[Scene, str]:
+    """The scene that a word of --model asks for, an energy or a model, and the name of the model that answers.
+
+    `BadInput` for a word that is neither, and for a model that cannot follow a branch."""
+    if registry.knows_energy(model):
+        name = registry.name_for(model)
+        scene = scene if scene.model.energy == model else scene.replace({"model.energy": model})
+    elif model in registry.names():
+        name = model
+    else:
+        known = ", ".join((*registry.energies(), *registry.names()))
+        raise BadInput("--model", model, "is no energy and no model", f"choose from {known}")
+    if not isinstance(registry.model(name), Branches):
+        able = ", ".join(n for n in registry.names() if isinstance(registry.model(n), Branches))
+        why = (
+            "cannot follow a branch: it gives no tangent with its inertia and null vectors at a point that it is handed"
+        )
+        raise BadInput("--model", model, why, f"choose an energy of one that can: {able}")
+    return scene, name
+
+
+@alone
+def diagram(
+    scene: Scene,
+    key: str,
+    first: float | None = None,
+    last: float | None = None,
+    models: Sequence[str] = (),
+    asked: Asked | None = None,
+    say: Reporter | None = None,
+) -> Diagram:
+    """The branches of every model, `models` being energies or names (none: the scene's own), over `key` from `first` to
+    `last` (`Along.of`). Raises `BadInput` before anything is computed, and for a key that moves no equilibrium."""
+    asked = asked or Asked()
+    words = tuple(models) or (scene.model.energy,)
+    if len(set(words)) < len(words):
+        raise BadInput("--model", ",".join(words), "names a model twice", "name each once")
+    chosen = []
+    for word in words:
+        own, name = scene_for(scene, word)
+        along = Along.of(own, key, first, last)
+        check_keys(registry.model(name), along.scene_at(0.0))
+        chosen.append((word, name, along))
+    end = None if asked.budget is None else time.monotonic() + asked.budget
+    branches: list[Branch] = []
+    starts: dict[str, State] = {}
+    left = 0
+    for word, name, along in chosen:
+        found = _Models(word, name, along, asked, end, say)
+        branches += found.all(len(branches))
+        starts[word] = found.start.state
+        left += found.left
+    return Diagram(scene, chosen[0][2], tuple(branches), starts, left)
+
+
+def branch(
+    scene: Scene,
+    *,
+    along: str,
+    start: float | None = None,
+    stop: float | None = None,
+    model: str | None = None,
+    errors: bool = True,
+    steps: int = STEPS,
+) -> Iterator[BranchPoint]:
+    """The points of the scene's own branch over `along` (a key, a component of it as "clamp.end.position[1]", or
+    "path"), from `start` to `stop` in the scene's unit; model: an energy, or a model's name. Raises `BadInput`."""
+    asked = Asked(branches=1, steps=steps, errors=errors)
+    yield from diagram(scene, along, start, stop, () if model is None else (model,), asked).branches[0].points
+
+
+class _Models:
+    """All branches of one model."""
+
+    def __init__(
+        self, word: str, name: str, along: Along, asked: Asked, end: float | None, say: Reporter | None
+    ) -> None:
+        self.word, self.along, self.asked, self.end, self.say = word, along, asked, end, say
+        self.scene_at = along.scene_at
+        self.options = Options(steps=asked.steps)
+        model = registry.model(name)
+        assert isinstance(model, Branches)
+        self._told(f"{word}: the state where the branch begins")
+        self.start: BranchStart = model.branch_start(self.scene_at, say)
+        self.left = 0
+
+    def _told(self, text: str) -> None:
+        if self.say is not None:
+            self.say.step(text)
+
+    def all(self, number: int) -> list[Branch]:
+        """The branches, numbered from `number`."""
+        system, z = self.start.system, self.start.z
+        start = first_point(system, z, 0.0, self.options.tolerance)
+        if start is None:
+            raise BadInput(
+                "--from", self.along.first, "is on a fold or branch point, or its state is no regular equilibrium",
+                "begin a little before or behind it",
+            )  # fmt: skip
+        beside = start.z + BESIDE * np.random.default_rng(0).normal(
+            size=start.z.size
+        )  # a straight strip stays straight
+        if max(system.norm(system.rate(z, 0.0)) for z in (start.z, beside)) <= MOVES:
+            raise BadInput(
+                "--along", self.along.key, f"does not move this scene's {self.word}: its equilibrium stays one",
+                "choose a key that acts here, or begin where it does",
+            )  # fmt: skip
+        found: list[Branch] = []
+        waiting: list[tuple[Point, tuple[int, float] | None]] = [(start, None)]
+        firsts: list[tuple[Point, int]] = []
+        while waiting:
+            first, leaves = waiting.pop(0)
+            if len(found) >= self.asked.branches or self._spent():
+                self.left += 1
+                continue
+            image = next((n for other, n in firsts if self._alike(first, other)), None)
+            if leaves is not None:
+                firsts.append((first, number))
+            made, run = self._branch(first, number, leaves, image)
+            found.append(made)
+            if image is None:
+                for special in run.specials:
+                    if special.kind == "branch_point":
+                        place = number, self.along.value(special.point.t)
+                        waiting += [(point, place) for point in switched(special, self.options)]
+            number += 1
+        return found
+
+    def _spent(self) -> bool:
+        return self.end is not None and time.monotonic() > self.end
+
+    def _alike(self, one: Point, other: Point) -> bool:
+        energies = one.system.energy(one.z, one.t), other.system.energy(other.z, other.t)
+        near = abs(energies[0] - energies[1]) <= ALIKE * max(1.0, abs(energies[0]))
+        return near and abs(one.t - other.t) <= ALIKE and one.unstable == other.unstable
+
+    def _branch(
+        self, first: Point, number: int, leaves: tuple[int, float] | None, image: int | None
+    ) -> tuple[Branch, Run]:
+        key, begun = self.along.key, self.along.value(first.t)
+        origin = "" if leaves is None else f", leaving branch {leaves[0]} at {leaves[1]:.6g}"
+
+        def on_point(point: Point) -> bool:
+            if self.say is not None:
+                self.say.detail(f"{key} = {self.along.value(point.t):.6g}, {point.unstable} unstable modes")
+            return not self._spent()
+
+        self._told(f"{self.word}: branch {number} from {key} = {begun:.6g}{origin}")
+        run = follow(first, (0.0, 1.0), self.options, on_point)
+        points = [(point.arc, 1, self._point(point)) for point in run.points]
+        for special in run.specials:
+            points.append((special.point.arc, 0, self._special(special, image is not None)))
+        points.sort(key=lambda entry: entry[:2])
+        return Branch(self.word, number, tuple(p for *_, p in points), run.ended, leaves, image), run
+
+    def _point(self, point: Point, kind: Kind = "regular") -> BranchPoint:
+        shape = self.start.shape(point)
+        s = np.linspace(0.0, 1.0, LINE)
+        line = shape.centreline(s)
+        return BranchPoint(
+            parameter=self.along.value(point.t), kind=kind, unstable=point.unstable,
+            energy=point.system.energy(point.z, point.t), arc=point.arc, end=line[-1], middle=line[LINE // 2],
+            residual=point.norm, t=point.t, centreline=line, shape=shape,
+        )  # fmt: skip
+
+    def _special(self, special: Special, image: bool) -> BranchPoint:
+        made = self._point(special.point, special.kind)
+        values = [special.point.t]
+        if self.asked.errors and not image:
+            self._told(f"{self.word}: {special.kind.replace('_', ' ')} at {made.parameter:.6g} on finer elements")
+            last: Special | None = special
+            for _ in range(HALVINGS):
+                last = None if last is None or self._spent() else relocated(last, self.options)
+                values.append(float("nan") if last is None else last.point.t)
+        limit = self._settled(values) if len(values) > 1 else None
+        behind = special.before.unstable + special.change
+        unstable = min(special.before.unstable, behind) if special.kind != "event" else behind
+        return replace(
+            made, unstable=max(unstable, 0), settled=limit, meshes=tuple(self.along.value(t) for t in values),
+            critical=special.values, what=special.what,
+        )  # fmt: skip
+
+    def _settled(self, values: Sequence[float]) -> Settled:
+        found = settled([self.along.value(t) for t in values], LOCATED * abs(self.along.last - self.along.first))
+        return found

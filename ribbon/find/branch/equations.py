@@ -1,0 +1,351 @@
+"""Equilibria of a glued ribbon over one parameter as one square system: what a branch is followed of.
+
+z = (unknowns that nothing holds, multipliers of the rows in force)::
+
+    G = ( grad E + A^T y ,  c - its bound )        K = [ H  A^T ; A  0 ]
+
+(docs/theory.md, eq. (11.1)). Held: what clamps and gauges fix, which moves with t, slopes of rulings on their bound,
+and rulings of joints amid straight ones, which move nothing. In force: rows of equality, and those of one side that
+push. K is factored along the strip (`ribbon.solvers.saddle`); as many eigenvalues as it has below zero beyond the
+number of rows are unstable modes (Nocedal and Wright 2006, theorem 16.3). Metric: ``int 4 |dq|^2 + |dr|^2 ds``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.problems import prolonged
+from ribbon.problems.layout import ETA, POSITION, QUATERNION, STRIDE
+from ribbon.problems.mixed import MixedProblem
+from ribbon.solvers.frontal import Factor
+from ribbon.solvers.problem import force_scale, row_scale
+from ribbon.solvers.saddle import Saddle
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+#: t, without unit -> the problem there, on segments of these lengths (p,).
+ProblemAt = Callable[[float, FloatArray], MixedProblem]
+
+#: |omega| l and |eta| below which a joint is straight.
+STRAIGHT = 1e-9
+#: Step in t by which G is differenced.
+_STEP = 1e-4
+#: Part of the way to a bound that a step goes at most.
+_WAY = 0.9
+_KEPT = 12
+
+
+@dataclass(frozen=True)
+class Factored:
+    """K at a point."""
+
+    factor: Factor
+    rows: int
+
+    @property
+    def unstable(self) -> int:
+        """Negative eigenvalues on the tangent of the rows in force."""
+        return self.factor.negative - self.rows
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        """K^-1 b."""
+        return self.factor.solve(b, 3)
+
+    def solve_transposed(self, b: FloatArray) -> FloatArray:
+        """K is symmetric."""
+        return self.factor.solve(b, 3)
+
+
+@dataclass(frozen=True)
+class Equations:
+    """problem_at: the ribbon over t; lengths (p,): its segments; base (n,): what held unknowns are that do not follow
+    from t; free (n,), active (m,): unknowns and rows of z; side (n,): 1 or -1 for slopes on their upper or lower bound.
+
+    anchor: of the gauges (`ribbon.problems.protocol.Problem.anchor`)."""
+
+    problem_at: ProblemAt
+    lengths: FloatArray
+    base: FloatArray
+    free: BoolArray
+    active: BoolArray
+    side: FloatArray
+    anchor: tuple[tuple[float, ...], tuple[float, ...]] | None
+
+    @classmethod
+    def of(
+        cls, problem_at: ProblemAt, lengths: FloatArray, t: float, x: FloatArray, rows: FloatArray, bounds: FloatArray
+    ) -> tuple[Equations, FloatArray]:
+        """The system around an equilibrium x (n,) with multipliers rows (m,) and bounds (n,), and its z."""
+        problem = problem_at(t, lengths)
+        anchor = problem.anchor(x)
+        problem = problem.anchored(anchor)
+        lower, upper = problem.bounds()
+        fixed = lower == upper
+        reach = np.minimum(x - lower, upper - x)
+        held = ~fixed & (np.abs(bounds) > np.maximum(reach, 1e-9))
+        side = np.where(held, np.where(x - lower < upper - x, -1.0, 1.0), 0.0)
+        free = ~(fixed | held | _rulings_of_nothing(problem, x))
+        below, above = problem.constraint_bounds()
+        c = problem.constraints(x)
+        gap = np.minimum(c - below, above - c)
+        active = (below == above) | (np.abs(rows) > np.maximum(gap, 1e-9))
+        system = cls(problem_at, lengths, x.copy(), free, active, side, anchor)
+        return system, np.concatenate([x[free], rows[active]])
+
+    @property
+    def size(self) -> int:
+        """Unknowns and rows in force."""
+        return int(self.free.sum() + self.active.sum())
+
+    @cached_property
+    def _count(self) -> int:
+        return int(self.free.sum())
+
+    @cached_property
+    def _problems(self) -> dict[float, MixedProblem]:
+        return {}
+
+    def problem(self, t: float) -> MixedProblem:
+        """The ribbon at t."""
+        if t not in self._problems:
+            while len(self._problems) >= _KEPT:
+                self._problems.pop(next(iter(self._problems)))
+            found = self.problem_at(t, self.lengths)
+            self._problems[t] = found.anchored(self.anchor)
+        return self._problems[t]
+
+    def whole(self, z: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
+        """All unknowns (n,) and multipliers of rows (m,)."""
+        problem = self.problem(t)
+        lower, upper = problem.bounds()
+        x = self.base.copy()
+        fixed = lower == upper
+        x[fixed] = lower[fixed]
+        x[self.side > 0] = upper[self.side > 0]
+        x[self.side < 0] = lower[self.side < 0]
+        x[self.free] = z[: self._count]
+        rows = np.zeros(self.active.size)
+        rows[self.active] = z[self._count :]
+        return x, rows
+
+    def slope(self, problem: MixedProblem, x: FloatArray, rows: FloatArray) -> FloatArray:
+        row, column = problem.jacobian_structure()
+        return problem.gradient(x) + np.bincount(column, problem.jacobian(x) * rows[row], minlength=x.size)
+
+    def _targets(self, problem: MixedProblem) -> FloatArray:
+        below, above = problem.constraint_bounds()
+        return np.where(np.isfinite(below), below, above)
+
+    def residual(self, z: FloatArray, t: float) -> FloatArray:
+        """G (n,); nan where the scene cannot be."""
+        try:
+            problem = self.problem(t)
+        except ValueError:
+            return np.full(self.size, np.nan)
+        x, rows = self.whole(z, t)
+        left = self.slope(problem, x, rows)[self.free]
+        return np.concatenate([left, (problem.constraints(x) - self._targets(problem))[self.active]])
+
+    def norm(self, residual: FloatArray) -> float:
+        """The largest residual, forces over their unit."""
+        if not np.all(np.isfinite(residual)):
+            return float("nan")
+        problem = next(iter(self._problems.values()))
+        left = float(np.abs(residual[: self._count]).max(initial=0.0)) / force_scale(problem)
+        return max(left, float(np.abs(residual[self._count :]).max(initial=0.0)) / row_scale(problem))
+
+    def rate(self, z: FloatArray, t: float) -> FloatArray:
+        """dG/dt by central differences, from one side where there is no strip on the other."""
+        after, before = self.residual(z, t + _STEP), self.residual(z, t - _STEP)
+        if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
+            return (after - before) / (2.0 * _STEP)
+        side = _STEP if np.all(np.isfinite(after)) else -_STEP
+        near, far = self.residual(z, t + side), self.residual(z, t + 2.0 * side)
+        return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
+
+    @cached_property
+    def _saddle(self) -> Saddle:
+        return Saddle(next(iter(self._problems.values())), self.free, self.active)
+
+    def factor(self, z: FloatArray, t: float) -> Factored | None:
+        """K, factored along the strip."""
+        problem = self.problem(t)
+        x, rows = self.whole(z, t)
+        saddle = self._saddle
+        found = saddle.factor(problem.hessian(x, rows), problem.jacobian(x))
+        if found.finite and found.negative + found.zero < saddle.count:
+            found = saddle.factor(problem.hessian(x, rows), problem.jacobian(x), soft=np.arange(saddle.count))
+        return Factored(found, saddle.count) if found.finite else None
+
+    @cached_property
+    def _weights(self) -> FloatArray:
+        p = self.lengths.size
+        joint = np.zeros(p + 1)
+        joint[:-1] += 0.5 * self.lengths
+        joint[1:] += 0.5 * self.lengths
+        weights = np.zeros(self.base.size)
+        for place in range(POSITION, QUATERNION + 4):
+            weights[place : STRIDE * p + QUATERNION + 4 : STRIDE] = joint * (4.0 if place >= QUATERNION else 1.0)
+        return np.concatenate([weights[self.free], np.zeros(int(self.active.sum()))])
+
+    def mass(self, v: FloatArray) -> FloatArray:
+        """M v (n,)."""
+        return self._weights * v
+
+    def reach(self, z: FloatArray, dz: FloatArray) -> float:
+        """The part of a step that leaves a tenth of the way of every slope to a bound where the energy has no end."""
+        problem = next(iter(self._problems.values()))
+        if problem.energy in FINITE_ON_BOUNDS:
+            return 1.0
+        upper = problem.bounds()[1][self.free]
+        finite = np.isfinite(upper)
+        if not finite.any():
+            return 1.0
+        x, dx, most = z[: self._count][finite], dz[: self._count][finite], upper[finite]
+        room = np.where(dx > 0.0, most - x, most + x)
+        moving = np.abs(dx) > 0.0
+        if not moving.any():
+            return 1.0
+        return float(min(1.0, (_WAY * np.maximum(room[moving], 0.0) / np.abs(dx[moving])).min()))
+
+    # -- conditions of one side -----------------------------------------------------------------------------------
+
+    @cached_property
+    def _bounded(self) -> NDArray[np.int64]:
+        """Slopes that may come to lie on their bound: of energies that are finite there."""
+        problem = next(iter(self._problems.values()))
+        lower, upper = problem.bounds()
+        if problem.energy not in FINITE_ON_BOUNDS:
+            return np.zeros(0, dtype=np.int64)
+        return np.flatnonzero((lower < upper) & np.isfinite(upper))
+
+    @cached_property
+    def _one_sided(self) -> NDArray[np.int64]:
+        problem = next(iter(self._problems.values()))
+        below, above = problem.constraint_bounds()
+        return np.flatnonzero(below != above)
+
+    def slacks(self, z: FloatArray, t: float) -> FloatArray:
+        """Of slopes of rulings and of rows of one side: how far they are from their bound, or how much they push."""
+        problem = self.problem(t)
+        if not (self._bounded.size or self._one_sided.size):
+            return np.zeros(0)
+        x, rows = self.whole(z, t)
+        found = []
+        if self._bounded.size:
+            lower, upper = problem.bounds()
+            push = -self.slope(problem, x, rows) * self.side
+            gap = np.minimum(x - lower, upper - x)
+            found.append(np.where(self.side != 0.0, push, gap)[self._bounded])
+        below, above = problem.constraint_bounds()
+        c = problem.constraints(x)
+        gap = np.minimum(c - below, above - c)
+        push = np.where(np.isfinite(below), -rows, rows)
+        found.append(np.where(self.active, push, gap)[self._one_sided])
+        return np.concatenate(found)
+
+    def beyond(
+        self, z: FloatArray, t: float, condition: int, directions: FloatArray
+    ) -> tuple[Equations, FloatArray, FloatArray, str]:
+        """The system in which a bound or contact has begun or ended."""
+        x, rows = self.whole(z, t)
+        free, active, side = self.free.copy(), self.active.copy(), self.side.copy()
+        if condition < self._bounded.size:
+            column = int(self._bounded[condition])
+            ends = side[column] != 0.0
+            side[column] = 0.0 if ends else float(np.sign(x[column]))
+            free[column] = ends
+            s = float(np.cumsum(self.lengths)[column // STRIDE] - 0.5 * self.lengths[column // STRIDE])
+            what = f"the ruling at s = {s:.3g} l {'leaves' if ends else 'comes to'} its bound"
+        else:
+            row = int(self._one_sided[condition - self._bounded.size])
+            ends = bool(active[row])
+            active[row] = not ends
+            what = f"{self._named(row, t)} {'lets go' if ends else 'touches'}"
+        new = replace(self, free=free, active=active, side=side, base=x)
+        wide = np.zeros((x.size + rows.size, directions.shape[1]))
+        wide[np.concatenate([self.free, self.active])] = directions
+        there = np.concatenate([free, active])
+        new.problem(t)
+        return new, np.concatenate([x[free], rows[active]]), wide[there], what
+
+    def _named(self, row: int, t: float) -> str:
+        for name, where in self.problem(t).block_slices().items():
+            if where.start <= row < where.stop:
+                return f"{name.replace('_', ' ')}, row {row - where.start}"
+        return f"row {row}"
+
+    def renewed(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
+        """The system in which rulings are free that move something now."""
+        problem = self.problem(t)
+        x, rows = self.whole(z, t)
+        lower, upper = problem.bounds()
+        free = (lower != upper) & (self.side == 0.0) & ~_rulings_of_nothing(problem, x)
+        if np.array_equal(free, self.free):
+            return self, z, directions
+        new = replace(self, free=free, base=x)
+        new.problem(t)
+        wide = np.zeros((x.size + rows.size, directions.shape[1]))
+        wide[np.concatenate([self.free, self.active])] = directions
+        return new, np.concatenate([x[free], rows[self.active]]), wide[np.concatenate([free, self.active])]
+
+    # -- elements -----------------------------------------------------------------------------------------------------
+
+    def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
+        """Every segment cut in two."""
+        few = self.problem(t)
+        x, rows = self.whole(z, t)
+        lengths = np.repeat(0.5 * self.lengths, 2)
+        many = self.problem_at(t, lengths).anchored(self.anchor)
+        y = prolonged.shape(few, x, many)
+        multipliers = prolonged.multipliers(few, rows, many, y)
+        free = many.bounds()[0] != many.bounds()[1]
+        free &= ~_rulings_of_nothing(many, y)
+        side = np.zeros(many.size)
+        slopes = np.arange(9, STRIDE * self.lengths.size, STRIDE)
+        fine = np.arange(9, STRIDE * lengths.size, STRIDE)
+        side[fine] = np.repeat(self.side[slopes], 2)
+        free[side != 0.0] = False
+        below, above = many.constraint_bounds()
+        active = below == above
+        new = Equations(self.problem_at, lengths, y, free, active, side, self.anchor)
+        new.problem(t)
+        moved = []
+        for k in range(directions.shape[1]):
+            v = np.zeros(self.base.size)
+            v[self.free] = directions[: self._count, k]
+            w = np.zeros(many.size)
+            for place in range(POSITION, ETA + 1):
+                coarse = v[place : STRIDE * self.lengths.size + ETA + 1 : STRIDE]
+                w[place : STRIDE * lengths.size + ETA + 1 : STRIDE] = np.interp(
+                    prolonged.joints(lengths), prolonged.joints(self.lengths), coarse
+                )
+            moved.append(np.concatenate([w[free], np.zeros(int(active.sum()))]))
+        return new, np.concatenate([y[free], multipliers[active]]), np.array(moved).reshape(len(moved), -1).T
+
+    def energy(self, z: FloatArray, t: float) -> float:
+        """Total energy, D w / l."""
+        return float(self.problem(t).value(self.whole(z, t)[0]))
+
+
+#: Energies that are finite where a ruling's slope is on its bound.
+FINITE_ON_BOUNDS = ("sadowsky",)
+
+
+def _rulings_of_nothing(problem: MixedProblem, x: FloatArray) -> BoolArray:
+    """Unknowns (n,) of rulings amid straight joints, which move nothing: eta there, and slopes between."""
+    held = np.zeros(problem.size, dtype=bool)
+    if problem.fields.free:
+        return held
+    layout = problem.layout
+    straight = np.abs(x[layout.omega]) < STRAIGHT
+    inner = straight.copy()
+    inner[1:] &= straight[:-1]
+    inner[:-1] &= straight[1:]
+    held[layout.columns(ETA)[inner]] = True
+    return held

@@ -1,0 +1,113 @@
+"""Continuation on systems of closed form: a closed branch, forks near each other and double, a fork's side branch."""
+
+import numpy as np
+import pytest
+
+from compare.continuation import bordered
+from compare.continuation.correct import first_point
+from compare.continuation.finer import relocated
+from compare.continuation.follow import follow, switched
+from compare.continuation.point import Options
+from tests.compare.continuation.toys import Dense, Toy
+
+CIRCLE = Toy(lambda z, t: np.array([z[0] ** 2 + (t - 0.5) ** 2 - 0.16]), 1)
+
+
+def forks(*places):
+    """One pitchfork in each unknown, at these t; the trivial branch is stable before all of them."""
+    return Toy(lambda z, t: np.array([x * (p - t + x * x) for x, p in zip(z, places, strict=True)]), len(places))
+
+
+def cornered():
+    """A double eigenvalue at t = 0.5 with square symmetry: four branches along the axes, four along the diagonals."""
+    return Toy(lambda z, t: np.array([z[0] * (0.5 - t + z @ z) + z[0] ** 3, z[1] * (0.5 - t + z @ z) + z[1] ** 3]), 2)
+
+
+def test_a_circle_closes_and_its_folds_are_where_they_are():
+    start = first_point(CIRCLE, np.array([0.4]), 0.5, 1e-12)
+    run = follow(start, options=Options(tolerance=1e-12))
+    assert run.ended == "closed"
+    assert [s.kind for s in run.specials] == ["fold", "fold"]
+    assert [s.point.t for s in run.specials] == pytest.approx([0.9, 0.1], abs=1e-12)
+    assert abs(run.points[-1].arc - 2.0 * np.pi * 0.4) < 0.2
+    assert max(abs(p.z[0] ** 2 + (p.t - 0.5) ** 2 - 0.16) for p in run.points) < 1e-11
+    assert {p.unstable for p in run.points} == {0, 1}
+
+
+@pytest.mark.parametrize("apart", [0.3, 1e-4, 5e-5])
+def test_two_forks_however_near_are_two(apart):
+    system = forks(0.4, 0.4 + apart)
+    run = follow(first_point(system, np.zeros(2), 0.0, 1e-12))
+    assert run.ended == "range"
+    assert [s.point.t for s in run.specials] == pytest.approx([0.4, 0.4 + apart], abs=1e-10)
+    for k, special in enumerate(run.specials):
+        assert special.kind == "branch_point"
+        assert abs(special.modes[k, 0]) == pytest.approx(1.0, abs=1e-5)
+        found = switched(special, size=0.3 * np.sqrt(apart))
+        assert sorted(np.sign(p.z[k]) for p in found) == [-1.0, 1.0]
+        assert all(p.t == pytest.approx(0.4 + k * apart + p.z[k] ** 2, abs=1e-9) for p in found)
+
+
+def test_a_double_eigenvalue_is_one_point_with_two_modes_and_eight_branches():
+    system = cornered()
+    run = follow(first_point(system, np.zeros(2), 0.0, 1e-12))
+    (special,) = run.specials
+    assert special.kind == "branch_point"
+    assert special.change == 2
+    assert special.modes.shape == (2, 2)
+    assert special.point.t == pytest.approx(0.5, abs=1e-10)
+    found = switched(special)
+    angles = sorted(round(np.degrees(np.arctan2(p.z[1], p.z[0])) % 45.0, 3) % 45.0 for p in found)
+    assert len(found) == 8
+    assert angles == pytest.approx([0.0] * 8, abs=1e-3)
+
+
+def test_a_fork_is_found_again_on_the_branch_that_leaves_it():
+    system = forks(0.4)
+    run = follow(first_point(system, np.array([0.7]), 0.89, 1e-12, along=-1.0), options=Options(tolerance=1e-12))
+    (special,) = run.specials
+    assert special.kind == "branch_point"
+    assert special.change == 0
+    assert special.point.t == pytest.approx(0.4, abs=1e-9)
+    assert special.point.z[0] == pytest.approx(0.0, abs=1e-8)
+    assert run.points[-1].z[0] == pytest.approx(-np.sqrt(0.6), abs=1e-8), "it goes on to the other side"
+    found = switched(special)
+    assert sorted(np.sign(p.t - 0.4) for p in found) == [-1.0, 1.0]
+    assert max(abs(p.z[0]) for p in found) < 1e-8
+
+
+def test_an_imperfect_fork_folds_and_is_not_leapt_over():
+    bent = Toy(lambda z, t: np.array([z[0] * (0.4 - t + z[0] ** 2) + 1e-3]), 1)
+    exact = 0.4 + 3.0 * (1e-3 / 2.0) ** (2.0 / 3.0)
+    start = first_point(bent, np.array([0.77]), 0.99, 1e-12, along=-1.0)
+    run = follow(start, options=Options(tolerance=1e-12))
+    (fold,) = run.specials
+    assert fold.kind == "fold"
+    assert fold.point.t == pytest.approx(exact, abs=1e-10)
+    assert run.ended == "range"
+    assert run.points[-1].t == 1.0
+    assert 0.0 < run.points[-1].z[0] < 0.01
+    assert relocated(fold, Options(tolerance=1e-12)).point.t == pytest.approx(exact, abs=1e-10)
+
+
+def test_the_bordered_solve_is_exact_where_the_matrix_is_singular():
+    rng = np.random.default_rng(3)
+    basis = np.linalg.qr(rng.normal(size=(6, 6)))[0]
+    for least in (1.0, 1e-8, 1e-15):
+        matrix = basis @ np.diag([least, 1.0, -2.0, 3.0, 0.5, 4.0]) @ basis.T
+        g, c, f = rng.normal(size=(3, 6))
+        x, y = bordered.solve(Dense(matrix), g, c, 0.3, f, 0.7)
+        whole = np.block([[matrix, g[:, None]], [c[None, :], np.array([[0.3]])]])
+        assert np.append(x, y) == pytest.approx(np.linalg.solve(whole, np.append(f, 0.7)), rel=1e-7)
+
+
+def test_eigenvalues_near_zero_are_those_of_the_pencil():
+    rng = np.random.default_rng(4)
+    matrix = rng.normal(size=(12, 12))
+    matrix = matrix + matrix.T
+    system = Toy(lambda z, t: matrix @ z, 12)
+    values, vectors = bordered.near_zero(system, Dense(matrix), 3)
+    exact = np.linalg.eigvalsh(matrix)
+    exact = np.sort(exact[np.argsort(np.abs(exact))[:3]])
+    assert values == pytest.approx(exact, rel=1e-6)
+    assert matrix @ vectors == pytest.approx(vectors * values, abs=1e-4)

@@ -1,0 +1,255 @@
+"""`ribbonbench branches`: critical numbers against closed forms, folds against shooting, what is refused, what is
+written."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, fsolve
+from scipy.special import jv
+
+from compare import registry
+from compare.commands.main import main
+from compare.continuation.correct import first_point
+from compare.continuation.finer import relocated
+from compare.continuation.follow import follow
+from compare.errors import BadInput
+from compare.models.base import Options as ModelOptions
+from compare.models.branches.elastica import ElasticaEquations
+from compare.models.branches.ribbon import equations
+from compare.scene.scene import load, loads
+from compare.studies.branches.along import Along
+from compare.studies.branches.run import Asked, branch, diagram
+from shellref.elastica.problem import ElasticaProblem
+
+HELD = """
+title = "Two clamps"
+[strip]
+length = 1.0
+width = 0.02
+poisson = 0.3
+gamma = 0.0
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[clamp.end]
+position = [0.8, 0.0, 0.0]
+tangent = [0.96, 0.0, -0.28]
+normal = [0.28, 0.0, 0.96]
+[model]
+energy = "elastica"
+elements = 8
+[seed]
+curvature = [-6.0, 6.0, -6.0]
+"""
+MAST = """
+title = "Mast"
+[strip]
+length = 1.0
+width = 0.02
+poisson = 0.3
+gamma = 2.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [-1.0, 0.0, 0.0]
+[model]
+energy = "elastica"
+elements = 6
+"""
+SHIFT = "clamp.end.position[2]"
+
+
+def strut(low, high):
+    """The clamped strut whose end slides along it, over its load."""
+
+    def at(t):
+        force = (-(low + (high - low) * t), 0.0)
+        return ElasticaProblem(force=force, end=(1.0, 0.0), slide=(1.0, 0.0), start_angle=0.0, end_angle=0.0)
+
+    return at
+
+
+def test_the_clamped_strut_buckles_where_the_closed_form_says():
+    low, high = 20.0, 170.0
+    system = ElasticaEquations(strut(low, high), np.linspace(0.0, 1.0, 7), 3)
+    run = follow(first_point(system, np.zeros(system.size), 0.0, 1e-10))
+    second = brentq(lambda k: np.tan(k) - k, 4.4, 4.6)
+    exact = [4.0 * np.pi**2, 4.0 * second**2, 16.0 * np.pi**2]
+    assert [s.kind for s in run.specials] == ["branch_point"] * 3
+    assert [s.change for s in run.specials] == [1, 1, 1]
+    for special, value in zip(run.specials, exact, strict=True):
+        finest = relocated(relocated(special))
+        assert low + (high - low) * finest.point.t == pytest.approx(value, rel=2e-6)
+        assert max(abs(v) for v in special.values) < 1e-7
+
+
+@pytest.fixture(scope="module")
+def masts():
+    return diagram(loads(MAST), "strip.gamma", 2.0, 30.0, ("elastica", "wunderlich"))
+
+
+def test_a_heavy_mast_falls_over_where_greenhill_says(masts):
+    exact = brentq(lambda gamma: jv(-1.0 / 3.0, 2.0 / 3.0 * np.sqrt(gamma)), 6.0, 9.0)
+    assert exact == pytest.approx(7.8373474, abs=1e-7)
+    for model in ("elastica", "wunderlich"):
+        own, up, down = (b for b in masts.branches if b.model == model)
+        (point,) = own.special
+        assert point.kind == "branch_point"
+        assert point.settles
+        assert abs(point.settled.value - exact) <= point.error < 1e-4
+        regular = [p for p in own.points if p.kind == "regular"]
+        assert [p.unstable for p in regular] == [int(p.parameter > exact) for p in regular]
+        assert down.image_of == up.number
+        assert up.leaves == (own.number, point.parameter)
+        assert {p.unstable for p in up.points} == {0}
+        assert up.ended == "range"
+        assert up.points[-1].energy < own.points[-1].energy
+    ends = [b.points[-1].end for b in masts.branches if b.image_of is None and b.leaves is not None]
+    assert abs(np.abs(ends[0]) - np.abs(ends[1])).max() < 2e-3  # one shape by both models, fallen to either side
+
+
+def test_error_bars_hold_what_elements_four_times_as_fine_give(masts):
+    scene = loads(MAST).replace({"model.elements": 24})
+    finer = diagram(scene, "strip.gamma", 2.0, 30.0, ("wunderlich",), Asked(branches=1, errors=False))
+    (coarse,) = next(b for b in masts.branches if b.model == "wunderlich").special
+    (fine,) = finer.branches[0].special
+    assert abs(coarse.settled.value - fine.parameter) <= coarse.error
+    assert fine.parameter == pytest.approx(coarse.meshes[2], abs=1e-8)
+
+
+@pytest.fixture(scope="module")
+def tilted():
+    return diagram(loads(HELD), SHIFT, 0.0, 0.5, asked=Asked(branches=1))
+
+
+def shot(moment, fx, fz):
+    """(x, z, theta) of an elastica at s = 1 that is clamped at s = 0, and their derivatives by moment and force."""
+
+    def rate(_, y):
+        theta = y[2]
+        out = [np.cos(theta), np.sin(theta), y[3], fx * np.sin(theta) - fz * np.cos(theta)]
+        for k in range(3):
+            turn, bend = y[6 + 4 * k : 8 + 4 * k]
+            more = (0.0, np.sin(theta), -np.cos(theta))[k]
+            pull = fx * np.cos(theta) + fz * np.sin(theta)
+            out += [-np.sin(theta) * turn, np.cos(theta) * turn, bend, pull * turn + more]
+        return out
+
+    start = np.zeros(16)
+    start[[3, 7]] = moment, 1.0
+    end = solve_ivp(rate, (0.0, 1.0), start, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    return end[:3], np.array([end[4 + 4 * k : 7 + 4 * k] for k in range(3)]).T
+
+
+def test_a_fold_is_where_the_shooting_equations_have_one(tilted):
+    (own,) = tilted.branches
+    (fold,) = own.special
+    assert fold.kind == "fold"
+    assert fold.settles
+    assert (own.points[0].unstable, own.points[-1].unstable) == (0, 1)
+    angle = float(np.arctan2(0.28, 0.96))  # in the plane of the elastica y points along -z
+
+    def missed(unknowns):
+        end, slopes = shot(*unknowns[:3])
+        return [*(end - np.array([0.8, -unknowns[3], angle])), np.linalg.det(slopes)]
+
+    result = fold.shape.result
+    bend = float(np.diff(result.angle(np.array([0.0, 1e-5])))[0] / 1e-5)
+    found = fsolve(missed, [bend, *result.forces.end, fold.parameter], xtol=1e-12, full_output=True)
+    assert found[2] == 1
+    assert found[0][3] == pytest.approx(fold.settled.value, abs=fold.error + 1e-8)
+
+
+def test_the_ribbons_tangent_is_the_derivative_of_its_residual():
+    scene = load("shift_7_2").replace({"path": None, "model.elements": 6})
+    along = Along.of(scene, "clamp.end.position[1]", 0.05, 0.3)
+    state = registry.model("ribbon").solve(along.scene_at(0.0), options=ModelOptions(error=False))
+    system, z = equations(along.scene_at, 0.0, state.native)
+    rng = np.random.default_rng(1)
+    factor = system.factor(z, 0.2)
+    for _ in range(3):
+        v = rng.normal(size=system.size) * np.abs(z).clip(1e-2)
+        step = 1e-6
+        product = (system.residual(z + step * v, 0.2) - system.residual(z - step * v, 0.2)) / (2.0 * step)
+        assert factor.solve(product) == pytest.approx(v, rel=1e-3, abs=1e-4 * np.abs(v).max())
+    ahead, behind = system.residual(z, 0.21), system.residual(z, 0.19)
+    assert system.rate(z, 0.2) == pytest.approx((ahead - behind) / 0.02, abs=1e-8)
+
+
+def test_bounds_that_begin_to_hold_are_events_and_the_branch_goes_on():
+    scene = load("shift_7_2").replace({"model.energy": "sadowsky", "model.elements": 20})
+    (own,) = diagram(scene, "clamp.end.position[1]", 0.3, 0.45, asked=Asked(branches=1, errors=False)).branches
+    assert own.ended == "range"
+    assert [p.kind for p in own.special] == ["event", "event"]
+    assert {p.what for p in own.special} == {
+        "the ruling at s = 0.225 l comes to its bound", "the ruling at s = 0.775 l comes to its bound",
+    }  # fmt: skip
+    last = own.points[-1]
+    again = registry.model("ribbon").solve(
+        scene.replace({"clamp.end.position": [0.5, 0.45, 0.0]}), options=ModelOptions(error=False)
+    )
+    assert last.energy == pytest.approx(again.energy.total, rel=1e-8)
+    assert last.unstable == 0
+    assert again.native.active_bounds == 2
+
+
+@pytest.mark.parametrize(
+    ("key", "first", "last", "models", "named"),
+    [
+        ("strip.gama", 0.0, 1.0, (), "--along"),
+        ("strip.poisson", 0.1, 0.2, (), "--along"),
+        (SHIFT, None, 0.5, (), "--along"),
+        (SHIFT, 0.1, 0.1, (), "--to"),
+        (SHIFT, 0.0, 1.5, (), "--to"),
+        ("clamp.end.position", 0.0, 0.5, (), "--along"),
+        ("clamp.end.position[7]", 0.0, 0.5, (), "--along"),
+        ("model.energy", 0.0, 0.5, (), "--along"),
+        ("path", None, None, (), "--along"),
+        (SHIFT, 0.0, 0.5, ("shell",), "--model"),
+        (SHIFT, 0.0, 0.5, ("soap",), "--model"),
+        (SHIFT, 0.0, 0.5, ("elastica", "elastica"), "--model"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_by_name(key, first, last, models, named):
+    with pytest.raises(BadInput) as caught:
+        diagram(loads(HELD), key, first, last, models)
+    assert caught.value.key == named
+    assert caught.value.remedy
+
+
+def test_the_points_of_a_branch_in_python():
+    points = list(branch(loads(HELD), along=SHIFT, start=0.0, stop=0.2, errors=False))
+    assert [p.parameter for p in points][:1] == [0.0]
+    assert points[-1].parameter == 0.2
+    for point in points:
+        assert point.end == pytest.approx([0.8, 0.0, point.parameter], abs=1e-9)
+        assert point.residual < 1e-9
+
+
+def test_the_command_writes_what_it_says(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mast.toml").write_text(MAST)
+    line = ["branches", "mast.toml", "--along", "strip.gamma", "--from", "5", "--to", "10", "--out", "out"]
+    assert main(line) == 0
+    said = capsys.readouterr().out
+    assert "7.83734" in said.splitlines()[0] + said.splitlines()[1]
+    found = json.loads((tmp_path / "out" / "branches.json").read_text())
+    special = [p for p in found["points"] if p["kind"] == "branch_point"]
+    assert special
+    assert abs(special[0]["limit"] - 7.8373474394) <= special[0]["parameter_error"]
+    shapes = np.load(tmp_path / "out" / "shapes.npz")["centreline"]
+    assert shapes.shape == (len(found["points"]), 101, 3)
+    assert shapes[[p["shape"]["row"] for p in found["points"]], -1] == pytest.approx(
+        np.array([p["end"] for p in found["points"]])
+    )
+    rows = (tmp_path / "out" / "points.csv").read_text().splitlines()
+    assert len(rows) == len(found["points"]) + 1
+    assert (tmp_path / "out" / "branches.png").stat().st_size > 10_000
+    stable = [p["stable"] for p in found["points"] if p["branch"] == 0 and p["parameter"] > 7.84]
+    assert stable
+    assert not any(stable)
