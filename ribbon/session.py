@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ribbon import law
+from ribbon import law, shown
 from ribbon.boundary import Clamp
 from ribbon.contact import Barrier, Wall
 from ribbon.errors import NotDifferentiable, RibbonInputError
@@ -256,6 +256,10 @@ class Session:
         """The stable equilibrium that a saddle is left for; the saddle itself where none is found."""
         state = solve_from(saddle.problem, saddle.x, warm=(saddle.rows, saddle.multipliers), leave_saddle=True)
         return state if state.ok else saddle
+
+    def show(self) -> shown.Seen:
+        """Where the ribbon has been, to be turned and gone through: in a notebook, or saved as an HTML file."""
+        return shown.Seen(self.history, [shown.label(state) for state in self.history])
 
     def back(self, steps: int = 1) -> Equilibrium:
         """Takes back the last `steps` states; `RibbonInputError` where there are not so many."""

@@ -5,8 +5,10 @@ Nothing here is loaded before it is needed: matplotlib in `plot`, PyVista in `to
 
 from __future__ import annotations
 
+import base64
 import html
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,8 @@ Equilibrium = Any
 _ENERGIES = ("bending", "natural", "gravity", "plates", "tip", "total")
 #: Points of a saved centreline, cells of a surface that is drawn.
 LINE_POINTS, ALONG, ACROSS = 401, 200, 8
+#: States that a view goes through at most, and cells of each along and across.
+STATES, FILM_CELLS = 60, (120, 1)
 
 
 def rows(result: Equilibrium) -> list[tuple[str, str]]:
@@ -179,3 +183,112 @@ def to_pyvista(result: Equilibrium, along: int = 400, across: int = 8) -> Any:
 def _second(result: Equilibrium, s: Any) -> dict[str, Any]:
     """What bends the strip beside omega, by its name: the ruling eta, or the twist tau that is free of it."""
     return {"tau": result.tau(s)} if result.has_free_twist else {"eta": result.eta(s)}
+
+
+class Seen:
+    """States one after another, to be turned and gone through in a notebook (`_repr_html_`) or a file (`save`): one
+    text that needs no library and no network. What is asked of a kernel is nothing: states are shown, not solved."""
+
+    def __init__(self, states: Sequence[Equilibrium], labels: Sequence[str]) -> None:
+        chosen = np.unique(np.linspace(0, len(states) - 1, min(len(states), STATES)).round().astype(int))
+        self.labels = [labels[k] for k in chosen]
+        gravity = states[-1].problem.gravity
+        up = np.array([0.0, 0.0, 1.0] if gravity is None else gravity.up)
+        across = np.eye(3)[np.argmin(np.abs(up))]
+        across -= (across @ up) * up
+        across /= np.linalg.norm(across)
+        #: Positions (K, k, m, 3) in l, the weight along -z.
+        self.points = np.array([states[k].surface(*FILM_CELLS).grid for k in chosen])
+        if gravity is not None:
+            self.points = self.points @ np.column_stack([across, np.cross(up, across), up])
+
+    def page(self) -> str:
+        """The HTML of the whole view."""
+        low = self.points.min(axis=(0, 1, 2))
+        span = float(np.max(self.points.max(axis=(0, 1, 2)) - low)) or 1.0
+        packed = np.round((self.points - low) / span * 65535.0).astype("<u2")
+        data = {
+            "grid": self.points.shape[:3],
+            "labels": self.labels,
+            "centre": ((self.points.max(axis=(0, 1, 2)) - low) / span / 2.0).tolist(),
+            "places": base64.b64encode(packed.tobytes()).decode("ascii"),
+        }
+        text = json.dumps(data).replace("<", "\\u003c")
+        return _PAGE.replace("DATA", text)
+
+    def save(self, path: str | Path) -> Path:
+        """Writes the view as an HTML file; returns the path."""
+        path = Path(path)
+        path.write_text("<!DOCTYPE html><meta charset=utf-8>" + self.page() + "\n", encoding="utf-8")
+        return path
+
+    def _repr_html_(self) -> str:
+        """For notebooks: in a frame of its own, whose script reaches nothing of the notebook."""
+        page = html.escape(self.page(), quote=True)
+        return (
+            f'<iframe sandbox="allow-scripts" srcdoc="{page}" '
+            'style="width:100%;max-width:50rem;height:27rem;border:0"></iframe>'
+        )
+
+
+def label(result: Equilibrium) -> str:
+    """A state in a few words."""
+    return f"{result.status.code}, energy {result.energy.total:.6g} D w / l"
+
+
+#: The view: cells from far to near, lit from the eye; a drag turns, the slider goes through the states.
+_PAGE = """<style>body{margin:0;font:14px sans-serif}canvas{width:100%;height:22rem;background:#edf0f3;cursor:grab;
+touch-action:none}input{width:60%}</style><canvas aria-label="The strip: drag to turn"></canvas>
+<label>state <input type="range" min="0" step="1"></label> <output></output><script>"use strict";
+const data = DATA, [count, along, across] = data.grid, canvas = document.querySelector("canvas");
+const bytes = Uint8Array.from(atob(data.places), (c) => c.charCodeAt(0)), places = new Uint16Array(bytes.buffer);
+const slide = document.querySelector("input"), output = document.querySelector("output");
+let azimuth = -1, elevation = 0.35, last = null;
+slide.max = slide.value = count - 1;
+function draw() {
+  const ratio = window.devicePixelRatio || 1, width = canvas.width = canvas.clientWidth * ratio;
+  const height = canvas.height = canvas.clientHeight * ratio, context = canvas.getContext("2d");
+  const size = 1.1 * Math.min(width, height), [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
+  const [ce, se] = [Math.cos(elevation), Math.sin(elevation)], seen = [], start = 3 * along * across * slide.value;
+  for (let i = start; i < start + 3 * along * across; i += 3) {
+    const [x, y, z] = [0, 1, 2].map((k) => places[i + k] / 65535 - data.centre[k]), side = x * ca + y * sa;
+    const far = -x * sa + y * ca;
+    seen.push([width / 2 + size * side, height / 2 - size * (z * ce + far * se), far * ce - z * se]);
+  }
+  const cells = [];
+  for (let i = 0; i + 1 < along; i++) for (let j = 0; j + 1 < across; j++) {
+    const c = [i * across + j, (i + 1) * across + j, (i + 1) * across + j + 1, i * across + j + 1].map((k) => seen[k]);
+    const u = [0, 1, 2].map((k) => c[2][k] - c[0][k]), w = [0, 1, 2].map((k) => c[3][k] - c[1][k]);
+    const a = [u[0] / size, u[1] / size, u[2]], b = [w[0] / size, w[1] / size, w[2]];
+    const n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const light = Math.abs(n[2]) / (Math.hypot(...n) || 1);
+    cells.push([c.reduce((sum, p) => sum + p[2], 0), c, 0.35 + 0.65 * light, i === 0]);
+  }
+  cells.sort((a, b) => b[0] - a[0]);
+  for (const [, c, light, first] of cells) {
+    context.beginPath();
+    c.forEach((p, k) => (k ? context.lineTo(p[0], p[1]) : context.moveTo(p[0], p[1])));
+    context.closePath();
+    const [r, g, b] = first ? [213, 94, 0] : [31, 95, 168];
+    context.fillStyle = context.strokeStyle = `rgb(${r * light}, ${g * light}, ${b * light})`;
+    context.fill();
+    context.stroke();
+  }
+  output.textContent = `${Number(slide.value) + 1} of ${count}: ${data.labels[slide.value]}`;
+}
+slide.addEventListener("input", draw);
+canvas.addEventListener("pointerdown", (e) => {
+  last = [e.clientX, e.clientY];
+  canvas.setPointerCapture(e.pointerId);
+});
+canvas.addEventListener("pointerup", () => { last = null; });
+canvas.addEventListener("pointermove", (e) => {
+  if (!last) return;
+  azimuth += 0.008 * (e.clientX - last[0]);
+  elevation = Math.max(-1.5, Math.min(1.5, elevation + 0.008 * (e.clientY - last[1])));
+  last = [e.clientX, e.clientY];
+  draw();
+});
+window.addEventListener("resize", draw);
+draw();
+</script>"""

@@ -26,6 +26,7 @@ LEVELS = (
     ("ribbon.surface",),
     ("ribbon.element", "ribbon.sections"),
     ("ribbon.energies", "ribbon.contact", "ribbon.loads", "ribbon.units"),
+    ("ribbon.obstacle",),
     ("ribbon.strip", "ribbon.boundary", "ribbon.shown"),
     ("ribbon.law",),
     ("ribbon.errors", "ribbon.forces", "ribbon.notes"),

@@ -36,31 +36,32 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import explain as effects_page
     from compare.store.shared import shared_store
-    from compare.studies import effects_measured
+    from compare.studies import effects_measured, effects_priced
     from compare.studies.effects import explain
 
     scene = common.scene_of(options, computes=False)
     if options.shell:
         require_shell(scene)
     out = None if options.out is None else common.out_folder(options, scene.name)
-    solves = shell = None
+    solves = shell = prices = None
     with Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
         reporter.step("evaluations with and without each effect")
         found = explain(scene)
         if options.run is not False or options.shell:
             solves = effects_measured.solves(scene, found, reporter, always=options.run)
+            prices = effects_priced.priced(scene, found, solves, reporter)
         if options.shell and solves is not None:
             shell = effects_measured.shells(scene, solves.grid, shared_store(folder), reporter)
         if out is not None:
-            effects_page.write(out, scene, found, solves, shell, options.line)
+            effects_page.write(out, scene, found, solves, shell, options.line, prices)
     if options.json and out is None:
-        answer = effects_page.answer(scene, found, solves)
-        options.result = {**effects_page.result(scene, found, solves, shell), "answer": answer}
+        answer = effects_page.answer(scene, found, solves, prices)
+        options.result = {**effects_page.result(scene, found, solves, shell, prices), "answer": answer}
     if common.spoken(options):
-        print_verdict(console, effects_page.answer(scene, found, solves))
-        for table in effects_page.tables(scene, found, solves, shell):
+        print_verdict(console, effects_page.answer(scene, found, solves, prices))
+        for table in effects_page.tables(scene, found, solves, shell, prices, options.wide):
             print_table(console, table, wide=options.wide)
-        for sentence in effects_page.sentences(scene, found, solves):
+        for sentence in effects_page.sentences(scene, found, solves, prices):
             console.print(f"- {sentence}")
         if out is not None:
             console.print(f"Results: {out}")

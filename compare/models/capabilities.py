@@ -57,6 +57,36 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
+class Priced:
+    """What switching one effect of a state on or off changes, to first order.
+
+    moves: largest distance that a particle moves (l), None: not known; moves_error: how far first order may be off
+    (l), None: further than it is worth; energy: what the effect holds or releases in this state, and of a load the work
+    that it does, over the elastic energy; force: change of the force of what holds the strip (D w / l^2), and
+    force_share: over that force; why: what was switched, or why a number is not known; pair: keys of the scene without
+    and with the effect, whose solves tell what it costs, None: it is in none.
+    """
+
+    effect: str
+    on: bool
+    moves: float | None
+    moves_error: float | None = None
+    energy: float | None = None
+    force: float | None = None
+    force_share: float | None = None
+    why: str = ""
+    pair: tuple[Mapping[str, Any], Mapping[str, Any]] | None = None
+
+
+@runtime_checkable
+class Prices(Protocol):
+    """A model that can say what every effect, on or off, changes of its state, without solving the scene again."""
+
+    def prices(self, scene: Scene, state: State) -> tuple[Priced, ...]:
+        """Each effect once. Raises `NotDifferentiable` for a state that has no tangent."""
+
+
+@dataclass(frozen=True)
 class Rival:
     """A stable state of lower energy than the one that a model returns, in the same energy.
 

@@ -8,6 +8,8 @@ from typing import Any
 from compare.measure.grades import YARDSTICK
 from compare.models import RICHEST
 from compare.models.base import Effect
+from compare.page.drawing import pictured
+from compare.page.page import Picture
 from compare.page.state import DIMENSIONS
 from compare.page.study import Study
 from compare.page.table import Column, Table
@@ -22,6 +24,10 @@ from compare.store.made_by import provenance
 from compare.studies.checks import of_state
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
+from compare.studies.effects_priced import PricedEffect, PricedEffects
+
+#: The picture of the bars.
+BARS = "effects.png"
 
 _EFFECTS: tuple[Quantity[Effect], ...] = (
     Quantity("effect", "effect", kind="word", rank=0, of=lambda e: e.key),
@@ -48,6 +54,10 @@ _MOVES = {
     "best rigid motion)",
     False: "largest distance between the centrelines",
 }
+#: Part of the length below which a move is rounding.
+_ROUNDING = 1e-12
+#: Effects of which it is said why they have no number.
+_BY_NAME = ("contact with itself", "finite thickness")
 _REASON = Column("reason", "why not", kind="word", rank=3)
 
 
@@ -91,6 +101,73 @@ def _without(effect: Effect, found: Explanation, solves: Solves | None) -> dict[
     return row
 
 
+_PRICED: tuple[Column, ...] = (
+    _EFFECT,
+    Column("on", "on", kind="truth", rank=0),
+    Column("moves_mm", "moves mm", "mm", "digits:3", rank=1),
+    Column("moves", "moves %", "l", "share:3", rank=1, legend="largest distance that a particle moves when the effect "
+           "is switched, to first order, in % of l"),
+    Column("moves_error", "± %", "l", "share:3", rank=3, legend="how far first order may be off; -: further than it is "
+           "worth"),
+    Column("solved", "solved %", "l", "share:3", rank=2, legend="the same by a whole solve without it"),
+    Column("energy", "energy %", "", "share:3", rank=2, legend="what it holds or releases in this state, of a load the "
+           "work that it does, over the elastic energy"),
+    Column("force", "force %", "", "share:3", rank=2, legend="change of the force of what holds the strip"),
+    Column("seconds", "ms", "s", "milliseconds:3", rank=1, legend="CPU time that it adds to a warm solve, median of "
+           "pairs in turns"),
+    Column("spread", "± ms", "s", "milliseconds:3", rank=3, legend="half the distance of their quartiles"),
+    Column("share", "of it %", "", "percent:0", rank=4, legend="of the solve with it"),
+    Column("why", "why", kind="word", rank=5),
+)  # fmt: skip
+
+
+def priced_table(scene: Scene, prices: PricedEffects) -> Table:
+    """Every effect that has a number, on or off, those that move the strip most first."""
+    size = scene.units.length
+    records: list[dict[str, Any]] = [
+        {
+            "effect": row.priced.effect,
+            "on": row.priced.on,
+            "moves_mm": _millimetres(size, _told(row.priced.moves)),
+            "moves": _told(row.priced.moves),
+            "moves_error": _told(row.priced.moves_error),
+            "solved": _told(row.solved),
+            "energy": row.priced.energy,
+            "force": row.priced.force_share,
+            "seconds": None if row.cost is None else row.cost.seconds,
+            "spread": None if row.cost is None else row.cost.spread,
+            "share": None if row.cost is None else row.cost.share,
+            "why": row.priced.why,
+        }
+        for row in prices.rows
+        if row.moves >= 0.0 or row.cost is not None
+    ]
+    columns = [column for column in _PRICED if column.key != "moves_mm" or size is not None]
+    legend = "One effect switched alone, on or off, what moves the strip most first."
+    return Table.of_records(f"{scene.title}: what each effect is worth", columns, records, legend)
+
+
+def _millimetres(size: float | None, moves: float | None) -> float | None:
+    """A distance over l as one in mm, of a strip of this length (m)."""
+    return None if size is None or moves is None else 1e3 * size * moves
+
+
+def _told(value: float | None) -> float | None:
+    """A distance over l without rounding: zero below `_ROUNDING`."""
+    return value if value is None or value >= _ROUNDING else 0.0
+
+
+def _priced_sentences(prices: PricedEffects) -> list[str]:
+    """What has no first order, by name, and what has no number at all."""
+    said = [f"No first order: {prices.refused}."] if prices.refused else []
+    for row in prices.rows:
+        if row.priced.on or row.priced.moves is not None or row.solved is not None:
+            continue
+        if "no finite tangent" in row.priced.why or row.priced.effect in _BY_NAME:
+            said.append(f"{row.priced.effect.capitalize()}: {row.priced.why}.")
+    return said
+
+
 _SHELLS: tuple[Quantity[ShellWithout], ...] = (
     Quantity("effect", "without", kind="word", words={"": "everything on"}, rank=0, of=lambda r: r.name),
     Quantity("status", "status", kind="word", rank=3, of=lambda r: r.status),
@@ -115,13 +192,22 @@ def shell_table(measured: ShellSolves) -> Table:
     )
 
 
-def tables(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> list[Table]:
-    """The effects, what each costs and changes, and the shell's where it was solved."""
-    return [effect_table(scene, found), cost_table(found, solves), *([shell_table(shell)] if shell else [])]
+def tables(
+    scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None,
+    prices: PricedEffects | None = None, wide: bool = True,
+) -> list[Table]:  # fmt: skip
+    """What each effect is worth; the effects, and what each costs and changes (beside the first where `wide`); the
+    shell's where it was solved."""
+    first = [] if prices is None else [priced_table(scene, prices)]
+    others = [effect_table(scene, found), cost_table(found, solves)] if wide or prices is None else []
+    return [*first, *others, *([shell_table(shell)] if shell else [])]
 
 
-def answer(scene: Scene, found: Explanation, solves: Solves | None) -> Verdict:
-    """Which effects are on, and which of them moves the shape most; the grade is that of the solve behind it."""
+def answer(
+    scene: Scene, found: Explanation, solves: Solves | None, prices: PricedEffects | None = None
+) -> Verdict:  # fmt: skip
+    """Which effects are on, which of them moves the shape most, and which of those that are off would; the grade is
+    that of the solve behind it."""
     on = [effect.key for effect in found.effects if effect.on]
     text = f"{len(on)} of {len(found.effects)} effects are on: {', '.join(on)}" if on else "No effect is on"
     if solves is None:
@@ -134,12 +220,19 @@ def answer(scene: Scene, found: Explanation, solves: Solves | None) -> Verdict:
     if moves:
         most = max(moves, key=lambda name: moves[name] or 0.0)
         text += f"; without {most} the shape would move most, by {length(scene.units, moves[most])}"
+    out = [row for row in prices.rows if not row.priced.on and (row.priced.moves or 0.0) > _ROUNDING] if prices else []
+    if out:
+        first = out[0].priced
+        by = length(scene.units, first.moves)
+        text += f"; of what is left out {first.effect} ({first.why}) would move it most, by {by}"
     return Verdict.of("explain", text, of_state(scene, solves.state)).doubted()
 
 
-def sentences(scene: Scene, found: Explanation, solves: Solves | None) -> list[str]:
-    """Sizes, what costs most, what costs and changes nothing, shell and third opinion."""
-    lines = _evaluation_sentences(found)
+def sentences(
+    scene: Scene, found: Explanation, solves: Solves | None, prices: PricedEffects | None = None
+) -> list[str]:  # fmt: skip
+    """What has no first order, sizes, what costs most, what costs and changes nothing, shell and third opinion."""
+    lines = [*(_priced_sentences(prices) if prices else []), *_evaluation_sentences(found)]
     if solves is not None:
         lines += _solve_sentences(found, solves)
     if scene.strip.second_moment is not None:
@@ -200,7 +293,10 @@ def _idle_sentences(found: Explanation, solves: Solves, warm: str) -> list[str]:
     return said or (["Every effect that can be off alone moves the shape visibly."] if moves else [])
 
 
-def result(scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None) -> dict[str, Any]:
+def result(
+    scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None,
+    prices: PricedEffects | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """result.json: the contract's keys of the solve where there is one, and what was measured."""
     explanation = explanation_result(found)
     if solves is None:
@@ -217,7 +313,29 @@ def result(scene: Scene, found: Explanation, solves: Solves | None, shell: Shell
         "explanation": explanation,
         "without": dict(solves.without),
         "shell_without": shell,
+        "prices": None if prices is None else [_price_result(row) for row in prices.rows],
+        "prices_why": "" if prices is None else prices.refused,
         **presenter(solves.state).explained(explanation["effects"], solves.without),
+    }
+
+
+def _price_result(row: PricedEffect) -> dict[str, Any]:
+    """An effect of result.json's ``prices``: moves over l, shares of 1, times in s."""
+    one, cost = row.priced, row.cost
+    return {
+        "effect": one.effect,
+        "on": one.on,
+        "moves": one.moves,
+        "moves_error": one.moves_error,
+        "moves_solved": row.solved,
+        "energy_share": one.energy,
+        "force": one.force,
+        "force_share": one.force_share,
+        "seconds": None if cost is None else cost.seconds,
+        "seconds_error": None if cost is None else cost.spread,
+        "seconds_share": None if cost is None else cost.share,
+        "pairs": None if cost is None else cost.pairs,
+        "why": one.why,
     }
 
 
@@ -252,14 +370,27 @@ def explanation_result(found: Explanation) -> dict[str, Any]:
 
 
 def write(
-    out: Path, scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None, again: str
-) -> None:
-    """Writes result.json and page.json into `out`."""
+    out: Path, scene: Scene, found: Explanation, solves: Solves | None, shell: ShellSolves | None, again: str,
+    prices: PricedEffects | None = None,
+) -> None:  # fmt: skip
+    """Writes result.json, page.json and, where effects have prices, their bars into `out`."""
+    pictures: tuple[Picture, ...] = ()
+    if prices is not None and pictured(lambda: _bars(out / BARS, scene, prices)):
+        moves = [f"{row.priced.effect} {100.0 * row.moves:.2g} %" for row in prices.rows if row.moves > _ROUNDING][:5]
+        alt = f"Bars of how far each effect moves the strip, on a logarithmic axis: {', '.join(moves)} of the length"
+        pictures = (Picture(BARS, alt, "How far each effect moves the strip, in % of its length."),)
     Study(
         "explain",
         f"{scene.title}: effects",
-        verdict=answer(scene, found, solves),
-        tables=tuple(tables(scene, found, solves, shell)),
-        sentences=tuple(sentences(scene, found, solves)),
+        verdict=answer(scene, found, solves, prices),
+        tables=tuple(tables(scene, found, solves, shell, prices)),
+        sentences=tuple(sentences(scene, found, solves, prices)),
+        pictures=pictures,
         files={"result.json": "everything measured"},
-    ).write(out, result(scene, found, solves, shell), again, scene)
+    ).write(out, result(scene, found, solves, shell, prices), again, scene)
+
+
+def _bars(path: Path, scene: Scene, prices: PricedEffects) -> None:
+    from compare.pages.pictures.effects import effects_picture
+
+    effects_picture(path, scene.title, prices)

@@ -27,7 +27,7 @@ def pooled() -> bool:
 
     It stands alone, then: what it asks of the others goes through `mpi4py.futures.MPIPoolExecutor`.
     """
-    return any(getattr(sys.modules.get(name), "SharedPool", None) is not None for name in _POOLS)
+    return any(name in sys.modules and vars(sys.modules[name]).get("SharedPool") is not None for name in _POOLS)
 
 
 def placed() -> tuple[int, int]:

@@ -19,6 +19,7 @@ from typing import Any
 
 from compare.errors import BadInput
 from compare.store.store import jsonable
+from ribbonbench.system import NOT_FOR_CHILDREN
 
 JOURNAL = "journal.jsonl"
 FORMAT = 1
@@ -52,7 +53,7 @@ class Growing:
     """A file to whose end whole lines are added, forced to the disk at most every second."""
 
     def __init__(self, path: Path) -> None:
-        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666)
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | NOT_FOR_CHILDREN, 0o666)
         self._size = os.fstat(self._handle).st_size
         self._forced = time.monotonic()
         if self._size and os.pread(self._handle, 1, self._size - 1) != b"\n":

@@ -20,7 +20,7 @@ from compare.store.store import read_json
 from compare.studies import cost_bench
 
 #: Commands that leave no page.
-WITHOUT = {"report", "scenes", "doctor", "new", "keys", "completion"}
+WITHOUT = {"report", "scenes", "doctor", "new", "keys", "completion", "live"}
 MESH = ("--set", "shell.elements=[10, 2]", "--set", "shell.width_to_thickness=20")
 PLACE = ("--out", "some where", "--quiet", "--wide", "--json")
 OUT = (*PLACE, "--units", "l")

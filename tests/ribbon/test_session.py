@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -203,6 +206,27 @@ def test_a_session_begins_at_a_state_that_is_known(session):
     assert len(again.history) == 2
     with pytest.raises(RibbonInputError, match="state"):
         Session.at(replace(session.state, status=Status.NOT_CONVERGED))
+
+
+def test_what_a_session_shows_is_where_it_has_been(tmp_path):
+    """The states of its history, upwards up, to the digits that a page keeps; one text with no address in it."""
+    session = arch()
+    session.move(gamma=4.0, steps=2)
+    seen = session.show()
+    assert len(seen.labels) == len(session.history) == seen.points.shape[0]
+    grid = session.state.surface(*seen.points.shape[1:3] - np.array([1, 1])).grid
+    assert seen.points[-1, ..., 2] == pytest.approx(grid[..., 1])  # up is (0, 1, 0)
+    edges = [np.linalg.norm(np.diff(points, axis=0), axis=-1) for points in (seen.points[-1], grid)]
+    assert edges[0] == pytest.approx(edges[1], abs=1e-12)
+    text = seen.save(tmp_path / "seen.html").read_text()
+    data = json.loads(re.search(r"const data = (.*?), \[count", text)[1])
+    assert tuple(data["grid"]) == seen.points.shape[:3]
+    places = np.frombuffer(base64.b64decode(data["places"]), "<u2").reshape(seen.points.shape)
+    low, span = seen.points.min(axis=(0, 1, 2)), np.ptp(seen.points, axis=(0, 1, 2)).max()
+    assert np.abs(low + span * places / 65535 - seen.points).max() <= span / 65535
+    assert "http" not in text
+    assert 'sandbox="allow-scripts"' in seen._repr_html_()
+    assert seen._repr_html_().count("<") == 2  # the frame: what is in it is escaped
 
 
 def test_misuse():

@@ -311,5 +311,6 @@ def _procedure(scene: Scene) -> list[Effect]:
         ratios = ", ".join(f"{r:g}" for r in require_shell(scene))
     except BadInput as refusal:
         return [*found, _effect("stretching and shear", False, f"{refusal.key} {refusal.problem}", "no shell run")]
-    why = f"in the shell{'' if has_free_twist(scene) else ' only'}, w/h = {ratios}"
-    return [*found, _effect("stretching and shear", True, why, "one shell process per w/h in compare")]
+    own = has_free_twist(scene)
+    why = f"in the shell{'' if own else ' only'}, w/h = {ratios}"
+    return [*found, _effect("stretching and shear", own, why, "one shell process per w/h in compare")]

@@ -24,7 +24,7 @@ from ribbon.solvers import choose
 from ribbon.solvers.budget import within
 
 #: Time (s) that a move may take at most: a hand waits for it.
-PATIENCE = 5.0
+PATIENCE = 2.0
 #: Where a way that also switches something begins (`compare.models.ribbon.stages`).
 _ENTRY = 1e-9
 #: Values of a seed at least, steepest ruling of it, and curvature (1/l) by which a twist is divided to make one.

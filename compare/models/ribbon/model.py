@@ -38,7 +38,7 @@ from compare.models.timing import compiling
 from compare.registry import name_for
 
 if TYPE_CHECKING:
-    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves
+    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves, Priced
     from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -303,6 +303,12 @@ class RibbonModel(Model):
 
             choice = choose(scene)
             return (*effects(with_energy(scene, choice.energy)), *skipped(choice))
+
+    def prices(self, scene: Scene, state: State) -> tuple[Priced, ...]:
+        """What every effect changes of a state, to first order (`compare.models.effects.moved`)."""
+        from compare.models.effects.moved import prices
+
+        return prices(scene, state)
 
     def evaluation(self, scene: Scene) -> Evaluation:
         """The size of the problem, and the time of one evaluation (`compare.models.capabilities.Evaluates`)."""

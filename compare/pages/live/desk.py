@@ -37,6 +37,8 @@ FloatArray = NDArray[np.float64]
 
 #: Equal elements of a strip whose scene leaves them to a tolerance.
 ELEMENTS = 40
+#: Time (s) that a move may take of a model that solves each anew.
+PATIENCE = 10.0
 #: Steps back that are remembered.
 MOST = 500
 #: Distance of two centrelines (l), and of two energies (of their size, at least 1), up to which it is one state.
@@ -144,7 +146,8 @@ class Desk:
             state, text, jumps, reached = found.state, found.text, found.jumps, found.reached
             scene = found.scene
         else:
-            state = begun.model.solve(scene)
+            budget = min(PATIENCE, scene.model.budget)
+            state = begun.model.solve(scene.replace({"model.budget": budget}))
             if state.shape is None or not state.is_equilibrium:
                 scene, state, text, reached = self.now.scene, self.now.state, message(state), 0.0
         seconds = time.perf_counter() - clock
@@ -277,10 +280,10 @@ class Desk:
     def shell_begun(self) -> dict[str, Any]:
         """Begins a shell of where the strip stands, in the background; `BadInput` where one runs, or none can be."""
         if self.shell is not None:
-            raise BadInput("shell", None, "one is being solved already", "wait for it")
+            raise BadInput("the shell", None, "one is being solved already", "wait for it")
         scene, fresh = self._leading(self.now)
         if fresh is None:
-            raise BadInput("shell", None, "cannot begin here: a fresh solve of this scene comes to another state")
+            raise BadInput("the shell", None, "cannot begin here: a fresh solve of this scene comes to another state")
         self.shell = ShellRun(scene, self._free("_shell"))
         return {"running": True, "ratio": self.shell.ratio}
 

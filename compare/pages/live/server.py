@@ -31,7 +31,7 @@ from compare.store.store import jsonable
 #: Largest body of a request (bytes), seconds that one may take to arrive, tabs that are remembered.
 MOST, PATIENCE, TABS = 65_536, 10.0, 16
 #: What a tab may ask for by POST.
-ASKS = ("begin", "move", "judge", "back", "keep", "film", "shell", "shells")
+ASKS = ("begin", "move", "judge", "back", "keep", "film", "lay", "laid")
 
 Answer = dict[str, Any]
 
@@ -179,8 +179,8 @@ class Live:
         if job.ask == "judge":
             return self._judged(desk)
         plain: dict[str, Callable[[], Answer]] = {
-            "back": desk.back, "keep": desk.kept, "film": desk.filmed, "shell": desk.shell_begun,
-            "shells": desk.shell_now,
+            "back": desk.back, "keep": desk.kept, "film": desk.filmed, "lay": desk.shell_begun,
+            "laid": desk.shell_now,
         }  # fmt: skip
         return plain[job.ask]()
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput
+from compare.page.page import SHELL
 from compare.pages.export.source import read_source
 from compare.pages.live.drawn import FloatArray
 from compare.pages.report.surfaces import thinned
@@ -89,7 +90,7 @@ class ShellRun:
             raise BadInput("the shell", None, problem.removeprefix("ribbonbench: ")) from None
         points = None
         with contextlib.suppress(BadInput, StopIteration):
-            surface = next(one for one in read_source(self.folder / "compare").surfaces if one.kind == "shell")
+            surface = next(one for one in read_source(self.folder / "compare").surfaces if one.kind == SHELL)
             sheet = thinned(surface.sheet, POINTS)
             if sheet.shape is not None:
                 points = sheet.points.reshape(*sheet.shape, 3)

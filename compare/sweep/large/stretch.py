@@ -15,6 +15,7 @@ from compare.sweep.file import Sweep
 from compare.sweep.finished import Case
 from compare.sweep.journal import line_of
 from compare.sweep.large.columns import Field, by_column, fields_of, rows_of_case
+from compare.sweep.large.quick import Quick
 
 #: Cases that a worker gets at once.
 TOGETHER = 64
@@ -48,13 +49,18 @@ class Stretch:
         sweep, grid, _ = _sweep(self.given)
         points: dict[int, Point] = {}
         ends: dict[int, Record] = {}
+        try:
+            points = {point.number: point for point in _quick(self.given).points(self.numbers) or ()}
+        except BadInput:
+            points = {}
         groups: dict[object, list[int]] = {}
         for number in self.numbers:
-            try:
-                points[number] = grid.point(number)
-            except BadInput as error:
-                ends[number] = {**crashed(str(error)), "status": "refused", "seconds": 0.0}
-                continue
+            if number not in points:
+                try:
+                    points[number] = grid.point(number)
+                except BadInput as error:
+                    ends[number] = {**crashed(str(error)), "status": "refused", "seconds": 0.0}
+                    continue
             key = slice_key(self._task(sweep, points[number]))
             groups.setdefault(("alone", number) if key is None else key, []).append(number)
         for key, members in groups.items():
@@ -102,6 +108,11 @@ def given(sweep: Sweep, grid: Grid) -> bytes:
 def _sweep(packed: bytes) -> tuple[Sweep, Grid, tuple[Field, ...]]:
     sweep, grid = pickle.loads(packed)
     return sweep, grid, fields_of(sweep, grid)
+
+
+@functools.lru_cache(maxsize=2)
+def _quick(packed: bytes) -> Quick:
+    return Quick(_sweep(packed)[1])
 
 
 def _records(tasks: Sequence[Task]) -> list[Record]:

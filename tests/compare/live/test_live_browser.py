@@ -152,8 +152,10 @@ def test_a_shell_is_laid_over_the_strip(page):
 
 def test_a_page_loaded_again_stands_where_it_stood_and_a_new_one_begins_anew(page):
     settled(page, lambda: typed(page, "8.25"))
+    page.run("window.before = true")
     page("Page.reload")
-    page.until("document.body.dataset.values && JSON.parse(document.body.dataset.values)['strip.gamma'] === 8.25")
+    page.until("!window.before && document.readyState === 'complete' && Boolean(document.body.dataset.values)")
+    assert told(page, "values")["strip.gamma"] == 8.25
     assert page.run('document.getElementById("undo").disabled') is False
 
 

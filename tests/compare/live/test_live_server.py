@@ -164,15 +164,15 @@ def test_nonsense_is_refused_by_name_and_nothing_moves(served, tab, values, key)
 
 
 def test_where_a_way_ends_is_said_and_the_strip_stands_there(served, tab):
-    """The clamps almost as far apart as the strip is long, and turned: a strip cannot do that."""
-    values = {"clamp.end.position.0": 0.9995, "clamp.end.turn.0": 160.0}
+    """The clamps all but as far apart as the strip is long, the end at a right angle to that: no strip does it."""
+    values = {"clamp.end.position.0": 0.9999, "clamp.end.turn.2": 90.0}
     moved = served.ask("move", tab, values=values, gesture=1)
     assert 0.0 <= moved["reached"] < 1.0
     assert moved["why"]
     assert moved["ok"]
     r = moved["reached"]
-    assert moved["values"]["clamp.end.position.0"] == pytest.approx(0.85 + r * 0.1495)
-    assert moved["values"]["clamp.end.turn.0"] == pytest.approx(160.0 * r)
+    assert moved["values"]["clamp.end.position.0"] == pytest.approx(0.85 + r * 0.1499)
+    assert moved["values"]["clamp.end.turn.2"] == pytest.approx(90.0 * r)
     calm = served.ask("move", tab, values={}, gesture=2)
     assert calm["reached"] == 1.0
 
@@ -216,13 +216,13 @@ def test_a_jump_is_told_another_state_is_a_doubt_and_what_is_kept_leads_back(ser
 
 def test_a_shell_is_solved_beside_it_while_the_hand_goes_on(served, tab):
     served.ask("move", tab, values={"clamp.end.position.0": 0.8}, gesture=1)
-    begun = served.ask("shell", tab)
+    begun = served.ask("lay", tab)
     assert (begun["running"], begun["ratio"]) == (True, 100.0)
-    assert "already" in served.ask("shell", tab)["refused"]
+    assert "already" in served.ask("lay", tab)["refused"]
     moved = served.ask("move", tab, values={"clamp.end.position.0": 0.79}, gesture=2)
     assert moved["reached"] == 1.0
     end = time.monotonic() + PATIENCE
-    while (found := served.ask("shells", tab)).get("running"):
+    while (found := served.ask("laid", tab)).get("running"):
         assert time.monotonic() < end
         time.sleep(0.2)
     assert "w/h = 100" in found["text"]
@@ -231,7 +231,7 @@ def test_a_shell_is_solved_beside_it_while_the_hand_goes_on(served, tab):
     there = solve(load(served.folder / "arch.toml").replace({"clamp.end.position": [0.8, 0.0, 0.0]}))
     assert kept["energy"]["total"] == pytest.approx(there.energy.total, rel=1e-6)
     assert 0.0 < kept["rows"][0]["hausdorff"] < 0.1
-    assert served.ask("shells", tab) == {"running": False}
+    assert served.ask("laid", tab) == {"running": False}
 
 
 def test_what_was_seen_is_a_film(served, tab):

@@ -258,7 +258,7 @@ function set(values) {
 
 // -- a shell beside it ------------------------------------------------------------------------------------------------
 async function watch() {
-  const answer = await ask("shells", {});
+  const answer = await ask("laid", {});
   if (answer && answer.running) {
     $("beside").textContent = `The shell of w/h = ${answer.ratio} is being solved. ${answer.said || ""}`;
     window.setTimeout(watch, 500);
@@ -390,7 +390,7 @@ function buttons() {
   });
   $("shell").addEventListener("click", async () => {
     $("shell").disabled = true;
-    const answer = await ask("shell", {});
+    const answer = await ask("lay", {});
     if (answer && !answer.refused) watch();
     else { $("shell").disabled = false; if (answer) say(answer.refused); }
   });

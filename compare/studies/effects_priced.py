@@ -1,0 +1,142 @@
+"""What every effect of a scene, on or off, is worth: how far it moves the strip, what it holds, what it costs.
+
+Moves are the model's own, to first order (`compare.models.capabilities.Prices`), with those of whole solves beside them
+where these were made (`compare.studies.effects_measured`). What an effect costs is a difference of whole solves with
+and without it, in CPU time and in turns: the median of the differences and half the distance of their quartiles. The
+first of each, and every solve in which a kernel was compiled, does not count.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from compare.errors import BadInput
+from compare.models.base import Options
+from compare.models.capabilities import NotDifferentiable, Priced, Prices
+from compare.models.choice import chosen
+from compare.models.timing import compiled
+from compare.scene.scene import Scene
+from compare.store.progress import Reporter
+from compare.studies.effects import Explanation
+from compare.studies.effects_measured import Solves
+
+#: Pairs of solves of one effect at most, and the time (s) after which no other pair is begun.
+PAIRS = 7
+SPENT = 0.6
+#: Fewest pairs that have a spread.
+FEWEST = 3
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What an effect adds to a solve, s: median and half the distance of the quartiles of `pairs` differences; share:
+    median of the difference over the solve with the effect, at most 1."""
+
+    seconds: float
+    spread: float
+    share: float
+    pairs: int
+
+
+@dataclass(frozen=True)
+class PricedEffect:
+    """An effect with all that is known of it. solved: how far the strip moves by a whole solve without it (l)."""
+
+    priced: Priced
+    solved: float | None = None
+    cost: Cost | None = None
+
+    @property
+    def moves(self) -> float:
+        """The largest move that is known of it, -1 for none: by what the effects are ordered."""
+        known = [move for move in (self.priced.moves, self.solved) if move is not None]
+        return max(known, default=-1.0)
+
+
+@dataclass(frozen=True)
+class PricedEffects:
+    """All effects of a scene, those that move the strip most first; refused: why the state has no first order, ""."""
+
+    rows: tuple[PricedEffect, ...]
+    refused: str = ""
+
+
+def priced(scene: Scene, found: Explanation, solves: Solves, reporter: Reporter) -> PricedEffects | None:
+    """The prices at the scene's own state; None for a model that knows none, and for what is no equilibrium."""
+    model = chosen(scene)
+    if not isinstance(model, Prices) or not solves.state.is_equilibrium:
+        return None
+    reporter.step("first order of every effect")
+    refused = ""
+    told: tuple[Priced, ...] = ()
+    try:
+        told = model.prices(scene, solves.state)
+    except NotDifferentiable as refusal:
+        refused = str(refusal)
+    by_name = {one.effect: one for one in told}
+    for effect in found.effects:
+        if effect.key not in by_name:
+            why = effect.fixed or refused or effect.why
+            by_name[effect.key] = Priced(effect.key, effect.on, None, why=why)
+    switched = {effect.key: effect for effect in found.effects if effect.on and effect.changes is not None}
+    rows = []
+    for name, one in by_name.items():
+        off = solves.without.get(name)
+        cost = None
+        if solves.without or solves.state.seconds.warm <= solves.limit:
+            pair = one.pair
+            if pair is None and name in switched and off is not None and not switched[name].same_size:
+                pair = (switched[name].changes or {}, {})
+            if pair is not None and solves.without:
+                reporter.step(f"cost of {name}")
+                cost = cost_of(scene, pair)
+        rows.append(PricedEffect(one, None if off is None else off.moved, cost))
+    return PricedEffects(tuple(sorted(rows, key=lambda row: (-row.moves, not row.priced.on))), refused)
+
+
+def cost_of(scene: Scene, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Cost | None:
+    """What the keys of the second of a pair cost beside those of the first; None where one is refused or has no state,
+    or the pairs took too long to be repeated."""
+    try:
+        without, with_it = (scene.replace(dict(keys)) for keys in pair)
+    except BadInput:
+        return None
+    times: list[tuple[float, float]] = []
+    begun = time.perf_counter()
+    for turn in range(PAIRS + 1):
+        with compiled() as count:
+            spent = [_spent(one) for one in ((with_it, without) if turn % 2 else (without, with_it))]
+            fresh = count() > 0
+        if None in spent:
+            return None
+        if fresh:
+            begun = time.perf_counter()
+            continue
+        first, second = (value or 0.0 for value in spent)
+        times.append((second, first) if turn % 2 else (first, second))
+        if len(times) > FEWEST and time.perf_counter() - begun > SPENT:
+            break
+    return _cost(times[1:]) if len(times) > FEWEST else None
+
+
+def _spent(scene: Scene) -> float | None:
+    """CPU time (s) of one whole solve; None where it is refused, or comes to no equilibrium."""
+    begun = time.process_time()
+    try:
+        state = chosen(scene).solve(scene, options=Options(repeats=0))
+    except BadInput:
+        return None
+    return time.process_time() - begun if state.is_equilibrium else None
+
+
+def _cost(times: list[tuple[float, float]]) -> Cost:
+    """Of times (s) without and with an effect."""
+    without, with_it = np.array(times).T
+    more = with_it - without
+    low, high = np.quantile(more, (0.25, 0.75))
+    return Cost(float(np.median(more)), float(0.5 * (high - low)), float(np.median(more / with_it)), len(times))
