@@ -31,6 +31,8 @@ SI = {"strip.gamma": None, "strip.young": "1.8e9", "strip.density": "1000.0", "s
 ROD = PLANAR | {"strip.gamma": None, "strip.young": "1e7", "strip.second_moment": "1e-11"}
 FREE_START = {"clamp.start.tangent": None, "clamp.start.normal": None}
 WALL = {"point": "[0.0, 0.0, 0.0]", "normal": "[0.0, 1.0, 0.0]"}
+BAR = {"kind": '"cylinder"', "point": "[0.0, -0.3, 0.5]", "radius": "0.1", "axis": "[1.0, 0.0, 0.0]"}
+ROOM = {"point": "[0.0, 0.0, 0.0]", "radius": "10.0"}
 
 HOMES: dict[str, dict[str, str | None]] = {
     "strip.young": SI,
@@ -62,6 +64,10 @@ def written(key: str, value: str) -> str:
     if section == "wall":
         lines = [f"{entry} = {raw}" for entry, raw in {**WALL, name: value}.items()]
         return text(LEVEL, extra="\n".join(["[[wall]]", *lines]))
+    if section == "obstacle":
+        entries = {**BAR, **(ROOM if name == "inside" else {}), name: value}
+        lines = [f"{key} = {raw}" for key, raw in entries.items() if key != "axis" or entries["kind"] != '"sphere"']
+        return text(LEVEL, extra="\n".join(["[[obstacle]]", *lines]))
     if section == "path":
         return text(LEVEL, extra=f'[[path]]\n"strip.gamma" = 1.0\n[[path]]\n"strip.gamma" = 2.0\nsteps = {value}\n')
     if not section:
@@ -71,13 +77,14 @@ def written(key: str, value: str) -> str:
 
 def shown(key: str) -> str:
     """How an error names the key in `written`."""
-    return key.replace("wall.", "wall.0.").replace("path.", "path[1].")
+    return key.replace("wall.", "wall.0.").replace("obstacle.", "obstacle.0.").replace("path.", "path[1].")
 
 
 def field_of(scene: Scene, key: str) -> object:
     section, _, name = key.rpartition(".")
-    if section in ("wall", "path"):
-        return getattr((scene.walls if section == "wall" else scene.path)[-1], name)
+    listed = {"wall": scene.walls, "obstacle": scene.obstacles, "path": scene.path}
+    if section in listed:
+        return getattr(listed[section][-1], name)
     return getattr(getattr(scene, section.replace(".", "_")) if section else scene, name)
 
 
@@ -119,13 +126,18 @@ def test_set_reaches_every_key(key):
     raw = KEYS[key].example
     if key.startswith("wall."):
         assigned, scene = key.replace("wall.", "wall.0."), loads(written("wall.point", WALL["point"]))
+    elif key.startswith("obstacle."):
+        assigned, scene = key.replace("obstacle.", "obstacle.0."), loads(written("obstacle.radius", BAR["radius"]))
+        scene = loads(written("obstacle.inside", "true")) if key == "obstacle.inside" else scene
     else:
         assigned, scene = key, loads(text(home(key)))
     name, value = parse_assignment(f"{assigned} = {raw}")
     assert contract_name(name) == key
     if has_field(key):
         assert field_of(scene.replace({name: value}), key) == expected(KEYS[key], raw)
-    assert loads(text(home(key))).given() | {key} - NO_BEARING >= scene.replace({name: value}).given() - within("wall")
+    assert loads(text(home(key))).given() | {key} - NO_BEARING >= scene.replace({name: value}).given() - within(
+        "wall", "obstacle"
+    )
 
 
 def test_set_takes_a_text_as_it_stands():
@@ -141,12 +153,14 @@ def test_set_takes_a_text_as_it_stands():
 def test_an_absent_key_is_read_as_its_default():
     scenes = [loads(text(LEVEL)), loads(text(LEVEL, END)), loads(text(LEVEL, {"closure.kind": '"circle"'}))]
     scenes += [loads(written("wall.point", WALL["point"])), loads(text(LEVEL, PLANAR, {"tip.load": "1.0"}))]
+    scenes += [loads(written("obstacle.radius", BAR["radius"])), loads(written("obstacle.kind", '"sphere"'))]
     scenes += [loads(text(LEVEL, {"rod.torsion": "1.0"})), loads(text(LEVEL, {"rod.stretch": "1.0"}))]
     seen = set()
     for scene in scenes:
         for key in set(KEYS) - scene.given() - {"title", "path.steps"}:
             section, _, _ = key.rpartition(".")
-            present = scene.walls if section == "wall" else getattr(scene, section.replace(".", "_"))
+            listed = {"wall": scene.walls, "obstacle": scene.obstacles}
+            present = listed[section] if section in listed else getattr(scene, section.replace(".", "_"))
             if present and has_field(key):
                 placed = key != "model.tolerance" or scene.model.can_place
                 assert field_of(scene, key) == (KEYS[key].default if placed else None), key
