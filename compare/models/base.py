@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from compare.errors import BadInput
 from compare.measure.align import Motions
+from compare.measure.crossing import Crossing, crossing
 from compare.measure.grid import Grid
 from compare.models.shown import Shown
 from compare.scene.inputs.law import Law, constant
@@ -339,6 +340,18 @@ class State(Shown):
     def middle(self) -> Pose | None:
         """The middle of the centreline, s = 1/2."""
         return self._pose(0.5)
+
+    def crossing(self, width: float) -> Crossing | None:
+        """Where its surface, of this w / l, passes through itself; None without a shape, or without a finite one."""
+        if self.shape is None:
+            return None
+        if width not in self._crossings:
+            self._crossings[width] = crossing(self.shape, width)
+        return self._crossings[width]
+
+    @cached_property
+    def _crossings(self) -> dict[float, Crossing | None]:
+        return {}
 
     def _pose(self, s: float) -> Pose | None:
         return None if self.shape is None else self.shape.pose(s)

@@ -52,11 +52,16 @@ _BRANCH = Claim(
     "branch", "the state is the one that the starting shape means", "signs of curvature and side of the start kept"
 )
 _WALLS = Claim("walls", "the strip is not beyond a wall", "deepest point of the surface, between elements too")
+_CROSSING = Claim(
+    "crossing", "the strip does not pass through itself",
+    "the surface against itself, between particles far from each other on the strip (compare.measure.crossing)",
+)  # fmt: skip
 _MODEL = Claim(
     "model", "the energy that the accuracy asks for is good enough", "its estimated distance to the shell, where asked"
 )
 _STATE = (
-    FINITE, RESIDUAL, _BALANCE, _QUADRATURE, _CONVEX, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _MODEL,
+    FINITE, RESIDUAL, _BALANCE, _QUADRATURE, _CONVEX, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _CROSSING,
+    _MODEL,
 )  # fmt: skip
 _SAME = Claim("same", "both models are in one state", "the shell accepts the ribbon's surface as its beginning")
 #: The claim about every shell of a comparison.
@@ -66,7 +71,7 @@ _DISTANCE = Claim("distance", "the models are near each other", "Hausdorff dista
 
 _CLAIMS: dict[str, tuple[Claim, ...]] = {
     "solve": _STATE,
-    "shell": (FINITE, RESIDUAL, _BALANCE, _ELEMENTS, _FORCES, _STABLE, _WALLS),
+    "shell": (FINITE, RESIDUAL, _BALANCE, _ELEMENTS, _FORCES, _STABLE, _WALLS, _CROSSING),
     "compare": (*_STATE, _SHELL, _SAME, _DISTANCE),
     "limits --quick": (
         *_STATE,

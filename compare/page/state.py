@@ -65,6 +65,15 @@ def _errors(state: State) -> dict[str, Any]:
     return dict(state.errors) or errors_of([numbers_of(state)], error_of_first)
 
 
+def _crossings(answered: Answered) -> Any:
+    """Where the surface passes through itself: pairs of particles (s, v) at one place, over l; None: not known."""
+    state = answered.state
+    found = state.crossing(answered.scene.width) if state.is_equilibrium else None
+    if found is None or (found.within is not None and not found.places):
+        return None
+    return [[[place.s, place.v], [place.s_other, place.v_other]] for place in found.places]
+
+
 def _why(state: State, key: str) -> Any:
     return state.whys.get(key, ABSENT) if state.is_equilibrium else ABSENT
 
@@ -122,6 +131,7 @@ STATE: tuple[Quantity[Answered], ...] = (
     Quantity("end", unit="l", kind=NUMBER, parts=vector("position", "end"), of=lambda a: _pose(a.state, a.state.end)),
     Quantity("middle", unit="l", kind=NUMBER, parts=vector("position", "middle"),
              of=lambda a: _pose(a.state, a.state.middle)),
+    Quantity("crossings", unit="l", kind=DATA, of=_crossings),
     Quantity("max_abs_eta", kind=NUMBER, note="steepest ruling, of energies with rulings",
              of=lambda a: a.state.numbers.get("max_abs_eta")),
     Quantity("max_abs_eta_prime_w_half", kind=DATA, of=lambda a: a.state.numbers.get("max_abs_eta_prime_w_half")),

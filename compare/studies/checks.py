@@ -47,6 +47,7 @@ def of_state(scene: Scene, state: State, command: str = "solve") -> list[Check]:
         rivals(scene, state),
         branch(scene, state),
         walls(scene, state),
+        crossing(scene, state),
         model(state),
     )
     return [check for check in found if check.name in claimed]
@@ -267,6 +268,23 @@ def walls(scene: Scene, state: State) -> Check:
     if deepest is None:
         return unchecked("walls", "how far it is beyond a wall is not known")
     return bounded("walls", float(deepest), PENETRATION, "deepest point beyond a wall, over l,")
+
+
+def crossing(scene: Scene, state: State) -> Check:
+    """Whether the surface passes through itself, which nothing in a model forbids."""
+    if state.shape is None or not state.is_equilibrium:
+        return unchecked("crossing", "without an equilibrium it has no shape that could cross itself")
+    found = state.crossing(scene.width)
+    if found is None:
+        return unchecked("crossing", "whether it crosses itself is not known")
+    if found.places:
+        s, _, other, _ = found.places[0]
+        more = ", and elsewhere" if len(found.places) > 1 else ""
+        text = f"this shape crosses itself at s = {s:.4g}, s' = {other:.4g} (over l){more}; nothing keeps it apart"
+        return Check("crossing", POOR, text)
+    if found.within is not None:
+        return unchecked("crossing", f"it comes within {found.within:.0e} l of itself; whether it crosses is not known")
+    return Check("crossing", GOOD, "it does not pass through itself")
 
 
 def model(state: State) -> Check:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.crossing import nearest
+from compare.measure.nearness import nearest
 from compare.models.base import natural_constant
 from compare.models.capabilities import NotDifferentiable, Priced
 from compare.models.ribbon.neglected import FOLD, corner_turn, crowded, crowding, held_ends
