@@ -58,7 +58,7 @@ def finished(heights):
         SimpleNamespace(point=SimpleNamespace(number=n), record={"rows": [arch(h)] if np.isfinite(h) else []})
         for n, h in enumerate(heights.ravel())
     )
-    return SimpleNamespace(sweep=SimpleNamespace(axes=axes), cases=cases)
+    return SimpleNamespace(sweep=SimpleNamespace(axes=axes), cases=cases, part=False)
 
 
 def labels(heights):
