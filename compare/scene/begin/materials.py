@@ -30,5 +30,5 @@ MATERIALS: Mapping[str, Material] = {
     "pet": Material(4e9, 1390.0, 0.38, "PET film", "3.5 to 5 GPa"),
     "polycarbonate": Material(2.4e9, 1200.0, 0.37, "polycarbonate", "2.2 to 2.5 GPa"),
     "paper": Material(3e9, 800.0, 0.3, "office paper", "2 to 6 GPa, stiffer along the machine's direction"),
-    "silicone": Material(2e6, 1100.0, 0.49, "silicone rubber", "0.5 to 5 MPa", 1e-3),
+    "silicone": Material(2e6, 1100.0, 0.49, "silicone rubber", "0.5 to 5 MPa", 1.5e-3),
 }
