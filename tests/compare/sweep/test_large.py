@@ -265,7 +265,7 @@ def test_without_pyarrow_it_is_one_line(tmp_path, monkeypatch, capsys):
     assert "ribbonbench[table]" in capsys.readouterr().err
 
 
-#: A sweep in parts of 30 rows.
+#: A sweep in parts of 15 rows.
 SMALL_PARTS = """
 import sys
 from pathlib import Path
@@ -278,11 +278,11 @@ from compare.sweep.workers import LocalCrew
 if __name__ == "__main__":
     out = Path(sys.argv[1])
     out.mkdir(exist_ok=True)
-    axes = [parse_axis("strip.gamma=log(1,100,10)"), parse_axis("strip.natural_curvature=0:1:20")]
+    axes = [parse_axis("strip.gamma=log(1,100,10)"), parse_axis("strip.natural_curvature=0:1:10")]
     sweep = load_sweep("cantilever", {"model.elements": 6}, axes)
     stream.TOGETHER = 7
     with Reporter(quiet=True) as reporter:
-        found = stream.run(sweep, stream.grid_of(sweep), Shard(), out, LocalCrew(1), reporter, rows=30)
+        found = stream.run(sweep, stream.grid_of(sweep), Shard(), out, LocalCrew(1), reporter, rows=15)
     print(found.cases, found.new)
 """
 
@@ -306,10 +306,10 @@ def test_killed_at_random_moments_it_ends_in_the_same_table(tmp_path):
     environment = {**ENVIRONMENT, "PYTHONPATH": os.pathsep.join([str(Path.cwd()), os.environ.get("PYTHONPATH", "")])}
     subprocess.run([*command, str(tmp_path / "a")], env=environment, check=True, timeout=PATIENCE, capture_output=True)
     whole = bytes_of(tmp_path / "a")
-    assert len(whole) == 6  # 200 cases: five parts of 30 and one of 50
+    assert len(whole) == 6  # 100 cases: five parts of 15 and one of 25
     rng = random.Random(8)
     out = tmp_path / "b"
-    for _ in range(3):
+    for _ in range(2):
         before = written(out)
         process = subprocess.Popen(
             [*command, str(out)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -321,7 +321,7 @@ def test_killed_at_random_moments_it_ends_in_the_same_table(tmp_path):
         process.communicate()
     last = subprocess.run([*command, str(out)], env=environment, check=True, timeout=PATIENCE, capture_output=True)
     assert bytes_of(out) == whole
-    assert int(last.stdout.split()[0]) == 200
+    assert int(last.stdout.split()[0]) == 100
     assert not (out / "journal").exists()
 
 
