@@ -369,9 +369,9 @@ def numbers(state: State) -> dict[str, float | None]:
         if held is not None:
             found |= {f"force.{name}.{axis}": float(x) for axis, x in zip("xyz", held.force, strict=True)}
             found |= {f"moment.{name}.{axis}": float(x) for axis, x in zip("xyz", held.moment, strict=True)}
-    for number, wall in enumerate(state.supports.walls):
+    for wall in state.supports.walls:
         force = np.asarray(wall["force"], dtype=float)
-        found |= {f"force.wall {number}.{axis}": float(x) for axis, x in zip("xyz", force, strict=True)}
+        found |= {f"force.wall {wall['name']}.{axis}": float(x) for axis, x in zip("xyz", force, strict=True)}
     return {name: None if x is None or not math.isfinite(x) else float(x) for name, x in found.items()}
 
 

@@ -56,7 +56,7 @@ class Slider:
 
 def sliders(scene: Scene, model: Model) -> tuple[Slider, ...]:
     """The sliders of a scene whose model reads their keys."""
-    found = (*_strip(scene), *_tip(scene), *_shell(scene), *_clamps(scene), *_walls(scene))
+    found = (*_strip(scene), *_tip(scene), *_shell(scene), *_clamps(scene), *_walls(scene), *_obstacles(scene))
     read = model.reads | {"shell.width_to_thickness"}
     return tuple(one for one in found if any(key in read for key in _keys(one.name)))
 
@@ -175,6 +175,17 @@ def _walls(scene: Scene) -> Iterator[Slider]:
         yield Slider(f"wall.{number}.offset", label, about, _unit(scene, LENGTH), -reach, reach, 0.0)
 
 
+def _obstacles(scene: Scene) -> Iterator[Slider]:
+    reach = _REACH * scene.strip.length
+    for number, one in enumerate(scene.obstacles):
+        name = one.name or f"{one.kind} {number}"
+        for axis, value in enumerate(one.point):
+            key = f"obstacle.{number}.point.{axis}"
+            yield _declared(scene, key, value - reach, value + reach, value, f"{name} {_AXES[axis]}")
+        least, most = one.radius / _MATERIAL, _MATERIAL * one.radius
+        yield _declared(scene, f"obstacle.{number}.radius", least, most, one.radius, f"{name} radius", log=True)
+
+
 def changed(scene: Scene, model: Model, values: Mapping[str, Any]) -> Scene:
     """The scene with its sliders at these values (others as they are); `BadInput` for a slider that is not there, a
     value that is no number, and whatever the scene refuses."""
@@ -229,6 +240,8 @@ def _listed(scene: Scene, section: str) -> tuple[float, ...]:
     """The numbers of a key with several."""
     if section.startswith("clamp."):
         return _clamp(scene, section).position or ()
+    if section.startswith("obstacle."):
+        return scene.obstacles[int(section.split(".")[1])].point
     if section == "tip.force":
         return (scene.tip.force if scene.tip is not None else None) or ()
     return tuple(float(x) for x in scene.strip.natural_curvature)  # type: ignore[arg-type]
