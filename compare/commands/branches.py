@@ -32,7 +32,7 @@ def register(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--branches", type=int, metavar="N", default=None, help="most branches of a model (default 8)")
     parser.add_argument("--steps", type=int, metavar="N", default=None, help="most points of a branch (default 200)")
     parser.add_argument(
-        "--budget", type=float, metavar="SECONDS", default=None, help="follow nothing further after this time"
+        "--within", type=float, metavar="SECONDS", default=None, help="follow nothing further after this time"
     )
     parser.add_argument(
         "--no-errors", action="store_true", help="leave out the errors of special points (elements halved twice)"
@@ -43,15 +43,15 @@ def register(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> int:
     """Follows."""
     from compare.page.terminal import print_table, print_verdict
-    from compare.pages import branches as write
+    from compare.pages.branches import page as write
     from compare.studies.branches.run import BRANCHES, STEPS, Asked, diagram
 
     for option, count in (("--branches", options.branches), ("--steps", options.steps)):
         if count is not None and count < (1 if option == "--branches" else 2):
             raise BadInput(option, count, "is too few", "give a larger whole number")
-    if options.budget is not None and not (math.isfinite(options.budget) and options.budget > 0.0):
-        raise BadInput("--budget", options.budget, "is no time", "give seconds, above zero")
-    asked = Asked(options.branches or BRANCHES, options.steps or STEPS, not options.no_errors, options.budget)
+    if options.within is not None and not (math.isfinite(options.within) and options.within > 0.0):
+        raise BadInput("--within", options.within, "is no time", "give seconds, above zero")
+    asked = Asked(options.branches or BRANCHES, options.steps or STEPS, not options.no_errors, options.within)
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):

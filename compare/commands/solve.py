@@ -14,6 +14,7 @@ from compare.store.progress import Reporter
 if TYPE_CHECKING:
     from compare.models.base import State
     from compare.scene.scene import Scene
+    from compare.studies.branches.states import States
 
 HELP = "solve the model of a scene alone: the ribbon, or what model.energy names"
 EXAMPLE = "ribbonbench solve my.toml --set strip.natural_curvature=5"
@@ -25,6 +26,10 @@ def register(parser: argparse.ArgumentParser) -> None:
     common.out_argument(parser)
     common.leave_saddle_argument(parser)
     parser.add_argument("--time", action="store_true", help="solve again and again for its warm time (median)")
+    parser.add_argument(
+        "--all", action="store_true",
+        help="also look for other equilibria, stable or not: from images of its shape, random starts and by deflation",
+    )  # fmt: skip
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -32,21 +37,37 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.pages.solve import write
 
     scene = common.scene_of(options)
+    if options.all:
+        from compare.studies.branches.states import able
+
+        able(scene)
     out = common.out_folder(options, scene.name)
     reporter = Reporter(quiet=options.quiet)
     with common.held(out, reporter.step):
         with reporter:
             state = solved(out, scene, reporter, options)
+            seen = others(scene, reporter) if options.all else None
         if common.spoken(options):
             with common.telling():  # first the answer, then what is loaded and drawn for its files
-                say(out, scene, state, console, options)
-        write(out, scene, state, options.line)
+                say(out, scene, state, console, options, seen)
+        write(out, scene, state, options.line, seen)
     return common.DONE if state.ok else common.NOT_CONVERGED
 
 
-def say(out: Path, scene: Scene, state: State, console: Console, options: argparse.Namespace) -> None:
-    """The answer on the terminal; `out`: where its files will be."""
+def others(scene: Scene, reporter: Reporter) -> States:
+    """Other equilibria of the scene's own model."""
+    from compare.studies.branches.states import states
+
+    reporter.step("other equilibria: images of its shape, random starts, deflation")
+    return states(scene, say=reporter)
+
+
+def say(
+    out: Path, scene: Scene, state: State, console: Console, options: argparse.Namespace, seen: States | None = None
+) -> None:
+    """The answer on the terminal; `out`: where its files will be; seen: other equilibria, where they were asked for."""
     from compare.page.terminal import print_pairs, print_table, print_verdict
+    from compare.pages.branches import states as pages_states
     from compare.pages.solve import answer, numbers, rows, sentences
 
     units = common.units_of(options, scene)
@@ -54,6 +75,10 @@ def say(out: Path, scene: Scene, state: State, console: Console, options: argpar
     print_pairs(console, scene.title, [*rows(scene, state, units), ("results", str(out))])
     if options.wide:
         print_table(console, numbers(scene, state, units), wide=True)
+    if seen is not None:
+        print_table(console, pages_states.table(seen), wide=options.wide)
+        for sentence in pages_states.sentences(seen):
+            console.print(f"- {sentence}")
     for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
         console.print(sentence)
     console.print(f"As a page: ribbonbench report {out}")

@@ -67,13 +67,21 @@ def tangent(system: System, z: FloatArray, t: float, along: Direction) -> tuple[
     return ((found[0] / size, found[1] / size), factor.unstable) if size > 0.0 and np.isfinite(size) else None
 
 
-def first_point(system: System, z: FloatArray, t: float, tolerance: float, along: float = 1.0) -> Point | None:
+def first_point(
+    system: System, z: FloatArray, t: float, tolerance: float, along: float = 1.0, *, check: bool = True
+) -> Point | None:
     """The equilibrium at this t that Newton's iteration finds from z, its tangent towards larger (along = 1) or smaller
-    t (-1); None where there is none."""
+    t (-1); None where there is none. check: whether one without a tangent (a scene that does not move with t has none
+    that could be asked for) is none."""
     flat = np.zeros(system.size)
     found = corrected(system, z, t, (flat, 1.0), (z, t), 0.0, tolerance)
     if found is None:
         return None
+    if not check:
+        factor = system.factor(found[0], t)
+        return None if factor is None else Point(
+            system, found[0], t, (flat, along), factor.unstable, 0.0, found[2], found[3]
+        )  # fmt: skip
     ahead = tangent(system, found[0], found[1], (flat, along))
     return None if ahead is None else Point(system, found[0], t, ahead[0], ahead[1], 0.0, found[2], found[3])
 

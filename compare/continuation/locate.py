@@ -23,6 +23,8 @@ from compare.continuation.system import FloatArray
 
 #: Roots nearer to each other than this part of a step, and 1e-7 in arc length, are one.
 TOGETHER, APART = 1e-5, 1e-7
+#: Part of a step within which an eigenvalue passes zero where dt/darc does: its own place is the rougher one.
+FOLDED = 1e-2
 #: What changes sign without coming nearer to zero than this part of its change has not changed on this branch.
 JUMP = 1e-4
 #: Slack below zero that is rounding.
@@ -131,7 +133,7 @@ def specials(before: Point, after: Point, reach: float, options: Options) -> lis
     near = max(TOGETHER * reach, APART)
     fold_at = None
     if turn is not None:
-        close = [root for root in roots if abs(root - turn) <= near]
+        close = [root for root in roots if abs(root - turn) <= FOLDED * reach]
         if not close:
             return None
         fold_at = min(close, key=lambda root: abs(root - turn))

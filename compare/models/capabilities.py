@@ -10,7 +10,7 @@ Units: as `compare.models.base`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -312,12 +312,15 @@ class Follows(Protocol):
 @dataclass(frozen=True)
 class BranchStart:
     """Where a branch of a model begins: its system and z at the state that its solve gives (`compare.continuation`),
-    and the shape and the energy (total, D w / l, without the constant of the natural curvature) at a point of it."""
+    the shape at a point of it, and where others may be near: others(n) gives n committed random starts and those that
+    follow from its own shape, each with what it is, its system and z, relaxed where the model can relax it.
+    """
 
     state: State
     system: System
     z: FloatArray
     shape: Callable[[Point], Shape]
+    others: Callable[[int], Iterator[tuple[str, System, FloatArray]]]
 
 
 @runtime_checkable

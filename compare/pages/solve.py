@@ -16,6 +16,7 @@ from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Verdict
 from compare.page.wording import energies, length, place
+from compare.pages.branches import states
 from compare.pages.presenter import presenter
 from compare.pages.result import spent, state_result
 from compare.record.quantity import joined
@@ -24,6 +25,7 @@ from compare.scene.scene import Scene
 from compare.scene.units import Units, base_of
 from compare.store.finite import explained
 from compare.store.store import atomic_write_json, jsonable
+from compare.studies.branches.states import States
 from compare.studies.checks import of_state
 from compare.studies.inputs import input_uncertainty
 
@@ -141,9 +143,14 @@ def sentences(scene: Scene, state: State) -> list[str]:
     return [f"{state.model}: {state.message}; discretisation error {error}, {state.seconds.warm * 1e3:.3g} ms."]
 
 
-def write(out: Path, scene: Scene, state: State, again: str) -> None:
-    """result.json first, then the files and pictures of the model, and page.json."""
+def write(out: Path, scene: Scene, state: State, again: str, seen: States | None = None) -> None:
+    """result.json first, then the files and pictures of the model, and page.json; seen: other equilibria, where they
+    were asked for: `states` and `states_search` of result.json, states.npz."""
     result = state_result(scene, state)
+    more = [] if seen is None else [states.table(seen)]
+    if seen is not None:
+        result.update(states.record(seen))
+        states.write_shapes(out, seen)
     verdict = answer(scene, state)
     atomic_write_json(out / RESULT, explained({**result, "answer": verdict}))
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
@@ -152,10 +159,10 @@ def write(out: Path, scene: Scene, state: State, again: str) -> None:
         "solve",
         scene.title,
         verdict=verdict,
-        tables=(Table(f"The {state.model}", _LISTED, tuple(rows(scene, state))),),
-        sentences=tuple(sentences(scene, state)),
+        tables=(Table(f"The {state.model}", _LISTED, tuple(rows(scene, state))), *more),
+        sentences=(*sentences(scene, state), *([] if seen is None else states.sentences(seen))),
         pictures=written.pictures,
         surfaces=written.surfaces,
         data=written.data,
-        files={"result.json": "all numbers", **written.files},
+        files={"result.json": "all numbers", **written.files, **({} if seen is None else states.FILES)},
     ).write(out, result, again, scene)

@@ -46,6 +46,7 @@ LINES = {
     "solve": [
         ("solve", "coil_10_100", "--set", "model.elements=4", "--leave-saddle", "--time", *OUT),
         ("solve", "daisy_5g", "--set", "model.elements=20", "--yes", *OUT),
+        ("solve", "coil_10_100", "--set", "model.elements=2", "--set", "strip.gamma=1", "--all", *OUT),
         ("solve", "coil_10_100", "--set", "model.elements=4", "--stay", *OUT),
     ],
     "compare": [
@@ -87,7 +88,7 @@ LINES = {
     ],
     "branches": [
         ("branches", "cantilever", "--set", "model.elements=4", "--along", "strip.gamma", "--from", "1", "--to", "3",
-         "--model", "wunderlich,sadowsky", "--branches", "2", "--steps", "40", "--budget", "100", "--no-errors",
+         "--model", "wunderlich,sadowsky", "--branches", "2", "--steps", "40", "--within", "100", "--no-errors",
          "--yes", *OUT),
     ],
     "explain": [

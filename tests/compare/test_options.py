@@ -21,9 +21,17 @@ EXCEPTIONS = {
     "--width-to-thickness": "of the one shell whose cost is measured (cost)",
 }
 #: Parts of the help that a command adds of its own: where the default folder is, which scene is changed.
-OWN_HELP = {"--out", "--set", "--width-to-thickness", "--elements", "--fresh", "--vary", "--quiet", "--json"} | set(
-    EXCEPTIONS
-)
+OWN_HELP = {
+    "--all",
+    "--out",
+    "--set",
+    "--width-to-thickness",
+    "--elements",
+    "--fresh",
+    "--vary",
+    "--quiet",
+    "--json",
+} | set(EXCEPTIONS)
 
 
 def _kind(action):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,7 +14,7 @@ from compare.continuation.point import Point
 from compare.errors import BadInput
 from compare.models.base import Shape, State
 from compare.models.capabilities import BranchStart
-from compare.models.elastica.model import ElasticaShape
+from compare.models.elastica.shape import ElasticaShape
 from compare.models.elastica.start import elastica_problem
 from compare.scene.scene import Scene
 from shellref.elastica.problem import ElasticaProblem, LoadPath
@@ -203,4 +203,26 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
         found = point.system.result(point.z, point.t, point.norm)
         return ElasticaShape(found, np.asarray(scene.position), scene.frame, scene.width)
 
-    return BranchStart(state, system, z, shape)
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count))
+
+
+#: Waves and sizes (rad) of random angles; the seed of the committed draws.
+_WAVES, _TURN, _DRAW = 5, 2.0, 20261125
+
+
+def others(system: ElasticaEquations, z: FloatArray, count: int) -> Iterator[tuple[str, ElasticaEquations, FloatArray]]:
+    """Shapes beside which other equilibria may be: its own on the other side of its chord, and random waves on it."""
+    discrete, many = system.system.discrete, system.system.count
+    held = 0.0 if not discrete.angles.size else float(discrete.angles[0])
+    linear = discrete.projected(
+        held + (float(discrete.angles[-1]) - held if discrete.angles.size else 0.0) * discrete.s
+    )
+    starts = [("the other side", 2.0 * linear - z[:many])]
+    rng = np.random.default_rng(_DRAW)
+    for k in range(count):
+        sizes = _TURN * rng.normal(size=_WAVES) / np.arange(1, _WAVES + 1)
+        wave = sum(a * np.sin(np.pi * (n + 1) * discrete.s) for n, a in enumerate(sizes))
+        starts.append((f"random start {k}", linear + discrete.projected(np.asarray(wave))))
+    for name, theta in starts:
+        theta[discrete.given] = discrete.angles
+        yield name, system, np.concatenate([theta, np.zeros(system.size - many)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,13 @@ from compare.models.ribbon.state import RibbonShape
 from compare.scene.scene import Scene
 from ribbon import Equilibrium, RibbonInputError
 from ribbon.find.branch.equations import Equations
+from ribbon.find.seeds import held_straight
 from ribbon.find.solving.request import How
+from ribbon.find.solving.search import from_shape
 from ribbon.find.solving.verdict import judged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.sensitivity.system import point
-from ribbon.solvers.problem import KNOWN, Minimum, kkt_residual
+from ribbon.solvers.problem import KNOWN, RESIDUAL_TOLERANCE, Minimum, kkt_residual
 
 FloatArray = NDArray[np.float64]
 
@@ -64,4 +66,40 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
         assert isinstance(point.system, Equations)
         return RibbonShape(equilibrium(point.system, point.z, point.t))
 
-    return BranchStart(state, system, z, shape)
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count))
+
+
+#: Knots and sizes (1/l, none) of random curvatures and rulings; the seed of the committed draws.
+_KNOTS, _BENT, _TURNED, _DRAW = 6, 12.0, 0.6, 20261125
+#: Iterations of a start at the most.
+_MOST = 300
+
+
+def others(system: Equations, z: FloatArray, count: int) -> Iterator[tuple[str, Equations, FloatArray]]:
+    """Equilibria that the ribbon's minimiser reaches from the images of its own shape (mirrored, turned over, reversed)
+    and from `count` random ones."""
+    problem = system.problem(0.0)
+    x, _ = system.whole(z, 0.0)
+    omega, eta = problem.joint_values(x)
+    s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    back = [np.interp(1.0 - s, s, values) for values in (omega, eta)]
+    starts = [
+        ("its mirror image", omega, -eta),
+        ("the other side", -omega, eta),
+        ("turned over", -omega, -eta),
+        ("its reversal", back[0], -back[1]),
+        ("its reversal, turned over", -back[0], back[1]),
+    ]
+    rng = np.random.default_rng(_DRAW)
+    knots = np.linspace(0.0, 1.0, _KNOTS)
+    for k in range(count):
+        bent, turned = _BENT * rng.normal(size=_KNOTS), _TURNED * rng.normal(size=_KNOTS)
+        starts.append((f"random start {k}", np.interp(s, knots, bent), np.interp(s, knots, turned)))
+    for name, bend, ruling in starts:
+        held = held_straight(problem, ruling)
+        found = from_shape(problem, bend, held, How(options={"max_iter": _MOST}, check=False))
+        if found.residual <= RESIDUAL_TOLERANCE and isinstance(found.problem, MixedProblem):
+            new, at = Equations.of(
+                system.problem_at, found.problem.lengths, 0.0, found.x, found.rows, found.multipliers
+            )
+            yield name, new, at

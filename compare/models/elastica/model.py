@@ -23,13 +23,12 @@ from compare.models.base import (
     Status,
     Supports,
     natural_constant,
-    on_strip,
 )  # fmt: skip
 from compare.models.capabilities import Reference
 from compare.models.effects.switches import Switch
-from compare.models.line import Line, LineModel, Task
+from compare.models.elastica.shape import ElasticaShape
+from compare.models.line import LineModel, Task
 from compare.models.quantities.elastica import QUANTITIES
-from compare.scene.inputs.law import at
 
 if TYPE_CHECKING:
     from compare.models.capabilities import BranchStart
@@ -45,40 +44,6 @@ REFERENCE_DEGREE = 4
 
 _RIBBON = "how the ribbon beside it is discretised"
 _PLANE = "in its plane the strip bends as one of any width and Poisson's ratio, in l and D w / l"
-
-
-@dataclass(frozen=True)
-class ElasticaShape(Line):
-    """The elastica as a strip in space; `width` is w / l."""
-
-    result: ElasticaResult
-    position: FloatArray
-    frame: FloatArray
-    width: float
-
-    @property
-    def bend(self) -> float:
-        """Largest curvature, 1/l, from the turn between samples."""
-        s = np.linspace(0.0, 1.0, 2001)
-        return float(np.abs(np.gradient(self.result.angle(s), s)).max())
-
-    def centreline(self, s: FloatArray) -> FloatArray:
-        """Positions (k, 3)."""
-        from shellref.elastica.result import embed
-
-        return embed(self.result, self.position, self.frame, on_strip(s))
-
-    def frames(self, s: FloatArray) -> FloatArray:
-        """Frames (k, 3, 3), columns t_x t_y t_z."""
-        from shellref.elastica.result import embed_frames
-
-        return embed_frames(self.result, self.frame, on_strip(s))
-
-    def along(self, s: FloatArray) -> dict[str, FloatArray]:
-        """omega, by central differences of theta over 1e-4, one-sided at the ends; energy_density."""
-        low, high = np.clip(s - 5e-5, 0.0, 1.0), np.clip(s + 5e-5, 0.0, 1.0)
-        omega = (self.result.angle(high) - self.result.angle(low)) / (high - low)
-        return {"omega": omega, "energy_density": 0.5 * omega**2 - at(self.result.problem.curvature, s) * omega}
 
 
 @dataclass(frozen=True)

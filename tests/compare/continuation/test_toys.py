@@ -5,6 +5,7 @@ import pytest
 
 from compare.continuation import bordered
 from compare.continuation.correct import first_point
+from compare.continuation.deflate import deflated
 from compare.continuation.finer import relocated
 from compare.continuation.follow import follow, switched
 from compare.continuation.point import Options
@@ -111,3 +112,21 @@ def test_eigenvalues_near_zero_are_those_of_the_pencil():
     exact = np.sort(exact[np.argsort(np.abs(exact))[:3]])
     assert values == pytest.approx(exact, rel=1e-6)
     assert matrix @ vectors == pytest.approx(vectors * values, abs=1e-4)
+
+
+def test_deflation_finds_each_root_once_and_then_none():
+    system = forks(0.1, 0.2)  # at t = 1: x in {0, +-sqrt(0.9)}, y in {0, +-sqrt(0.8)}
+    known = []
+    guess = np.array([0.3, 0.2])
+    for _ in range(40):
+        found = deflated(system, guess, 1.0, known, 1e-12)
+        if found is None:
+            break
+        known.append(found[0])
+    sides = {(round(z[0] / np.sqrt(0.9)), round(z[1] / np.sqrt(0.8))) for z in known}
+    assert len(sides) == len(known) >= 5
+    for z in known:
+        assert np.abs(system.residual(z, 1.0)).max() < 1e-11
+        a, b = deflated(system, z + 1e-3, 1.0, [], 1e-12)
+        assert a == pytest.approx(z, abs=1e-8)
+        assert b == int(abs(z[0]) < 0.1) + int(abs(z[1]) < 0.1)

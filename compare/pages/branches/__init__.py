@@ -1,0 +1,1 @@
+"""Branches and other equilibria: what `branches` and `solve --all` say and write."""

@@ -1,0 +1,172 @@
+"""Other equilibria of one scene: from images of its own shape, committed random starts, and by deflation.
+
+A list of what was found, and no proof that there is no more: the others may lie where no start led.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare import registry
+from compare.continuation import bordered
+from compare.continuation.correct import first_point
+from compare.continuation.deflate import deflated
+from compare.continuation.point import Options, Point
+from compare.continuation.system import System
+from compare.errors import BadInput
+from compare.models.base import Shape, check_keys
+from compare.models.capabilities import Branches, BranchStart
+from compare.scene.scene import Scene
+from compare.store.progress import Reporter
+from compare.studies.branches.run import LINE
+from ribbonbench.threads import alone
+
+FloatArray = NDArray[np.float64]
+
+#: Random starts, and seconds after which none is begun.
+TRIES, BUDGET = 16, 120.0
+#: Distance (l, of points at the same s) and difference of energies (relative, at least 1) of two that are one.
+SAME, ALIKE = 1e-3, 1e-6
+#: Length in the metric of shapes by which a state is moved along its softest mode.
+PUSHED = 0.3
+
+
+@dataclass(frozen=True)
+class Seen:
+    """An equilibrium: energy (total, D w / l, without the constant of the natural curvature), number of unstable modes,
+    distance (largest, of points at the same s, l) from the scene's own state, how it was found, of which one before it
+    is an image by its energy (None: of none), its centreline (101, 3) in l and its shape."""
+
+    energy: float
+    unstable: int
+    distance: float
+    found_by: str
+    image_of: int | None
+    centreline: FloatArray = field(repr=False)
+    shape: Shape = field(repr=False, compare=False)
+
+    @property
+    def stable(self) -> bool:
+        """No unstable mode."""
+        return self.unstable == 0
+
+
+@dataclass(frozen=True)
+class States:
+    """What was seen, by energy; own: which of them the scene's own solve leads to; tries: starts that were gone from;
+    complete: whether all of them were, within the time."""
+
+    seen: tuple[Seen, ...]
+    own: int
+    tries: int
+    complete: bool
+
+    @property
+    def lower(self) -> tuple[Seen, ...]:
+        """Stable ones below the scene's own."""
+        mine = self.seen[self.own]
+        return tuple(s for s in self.seen if s.stable and s.energy < mine.energy - ALIKE * max(1.0, abs(mine.energy)))
+
+    def distances(self) -> FloatArray:
+        """Largest distances (n, n) between points at the same s, l."""
+        lines = np.array([s.centreline for s in self.seen])
+        return np.asarray(np.linalg.norm(lines[:, None] - lines[None], axis=3).max(axis=2))
+
+
+@alone
+def states(scene: Scene, tries: int = TRIES, budget: float = BUDGET, say: Reporter | None = None) -> States:
+    """The equilibria of the scene's own model that these starts lead to. Raises `BadInput` as `able`."""
+    start = able(scene).branch_start(lambda _: scene, say)
+    own = first_point(start.system, start.z, 0.0, Options().tolerance, check=False)
+    if own is None:
+        raise BadInput(
+            "--all", scene.name, "begins at a state that is no regular equilibrium", "change the scene a bit"
+        )
+    return _Search(start, own, tries, budget, say).all()
+
+
+def able(scene: Scene) -> Branches:
+    """The scene's own model, if others can be looked for of it; else `BadInput`."""
+    name = registry.name_for(scene.model.energy)
+    model: Any = registry.model(name)
+    if not isinstance(model, Branches):
+        known = ", ".join(n for n in registry.names() if isinstance(registry.model(n), Branches))
+        raise BadInput("--all", name, "gives no tangent by which others could be told apart", f"ask one of {known}")
+    check_keys(model, scene)
+    return model
+
+
+class _Search:
+    """Equilibria found so far."""
+
+    def __init__(self, start: BranchStart, own: Point, tries: int, budget: float, say: Reporter | None) -> None:
+        self.start, self.own, self.count, self.say = start, own, tries, say
+        self.end = time.monotonic() + budget
+        self.points: list[tuple[Point, str, FloatArray, Shape]] = []
+        self.tries = 0
+
+    def all(self) -> States:
+        """Everything that the starts lead to."""
+        self._add(self.own, "the scene's own seed")
+        complete = True
+        for found_by, system, z in self._starts():
+            self.tries += 1
+            if self.say is not None:
+                self.say.detail(f"{found_by}: {len(self.points)} states so far")
+            point = first_point(system, z, 0.0, Options().tolerance, check=False)
+            if point is not None:
+                self._add(point, found_by)
+            if system.size == self.own.system.size:
+                known = [p.z for p, *_ in self.points if p.z.shape == z.shape]
+                other = deflated(self.own.system, z, 0.0, known, Options().tolerance)
+                beside = None if other is None else first_point(
+                    self.own.system, other[0], 0.0, Options().tolerance, check=False
+                )  # fmt: skip
+                if beside is not None:
+                    self._add(beside, f"deflation, {found_by}")
+            if time.monotonic() > self.end:
+                complete = False
+                break
+        return self._listed(complete)
+
+    def _starts(self) -> Iterator[tuple[str, System, FloatArray]]:
+        """Its own state pushed along its softest mode both ways, then the model's others."""
+        factor = self.own.system.factor(self.own.z, 0.0)
+        if factor is not None:
+            _, modes = bordered.near_zero(self.own.system, factor, 2)
+            for k in range(modes.shape[1]):
+                for sign in (1.0, -1.0):
+                    step = sign * PUSHED * modes[:, k]
+                    share = self.own.system.reach(self.own.z, step)
+                    yield f"pushed along mode {k}", self.own.system, self.own.z + share * step
+        yield from self.start.others(self.count)
+
+    def _add(self, point: Point, found_by: str) -> None:
+        shape = self.start.shape(point)
+        line = shape.centreline(np.linspace(0.0, 1.0, LINE))
+        if all(np.abs(line - other).max() > SAME for _, _, other, _ in self.points):
+            self.points.append((point, found_by, line, shape))
+
+    def _listed(self, complete: bool) -> States:
+        own_line = self.points[0][2]
+        energies = [point.system.energy(point.z, point.t) for point, *_ in self.points]
+        order = sorted(range(len(energies)), key=lambda k: (round(energies[k], 9), k))
+        seen: list[Seen] = []
+        for k in order:
+            point, found_by, line, shape = self.points[k]
+            alike = [
+                n
+                for n, other in enumerate(seen)
+                if abs(other.energy - energies[k]) <= ALIKE * max(1.0, abs(energies[k]))
+                and other.unstable == point.unstable
+            ]
+            off = float(np.linalg.norm(line - own_line, axis=1).max())
+            image = alike[0] if alike else None
+            seen.append(Seen(energies[k], point.unstable, off, found_by, image, line, shape))
+        return States(tuple(seen), order.index(0), self.tries, complete)

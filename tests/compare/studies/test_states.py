@@ -1,0 +1,77 @@
+"""`ribbonbench solve --all`: other equilibria of a scene, stable or not, by two models; what is written."""
+
+import json
+
+import numpy as np
+import pytest
+
+from compare.commands.main import main
+from compare.errors import BadInput
+from compare.scene.scene import loads
+from compare.studies.branches.states import states
+from tests.compare.studies.test_branches import HELD
+
+ARCH = HELD.replace("[0.96, 0.0, -0.28]", "[1.0, 0.0, 0.0]").replace("[0.28, 0.0, 0.96]", "[0.0, 0.0, 1.0]")
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return {
+        "elastica": states(loads(ARCH), tries=0),
+        "wunderlich": states(loads(ARCH).replace({"model.energy": "wunderlich", "model.elements": 20}), tries=3),
+    }
+
+
+def test_an_arch_has_its_image_and_the_two_saddles_between_by_both_models(seen):
+    for found in seen.values():
+        own = found.seen[found.own]
+        assert own.distance == 0.0
+        assert own.stable
+        lowest, saddles = found.seen[:2], found.seen[2:4]
+        assert [s.unstable for s in lowest] == [0, 0]
+        assert [s.unstable for s in saddles] == [1, 1]
+        assert lowest[1].energy == pytest.approx(lowest[0].energy, rel=1e-9)
+        assert saddles[1].image_of == 2
+        assert lowest[1].image_of == 0
+        line, image = (s.centreline for s in lowest)
+        assert image[:, 2] == pytest.approx(-line[:, 2], abs=1e-6)
+        assert found.distances()[0, 1] == pytest.approx(2.0 * np.abs(line[:, 2]).max(), rel=1e-3)
+        assert not found.lower
+    for k in (0, 2):
+        ribbon, elastica = (seen[model].seen[k].energy for model in ("wunderlich", "elastica"))
+        assert ribbon == pytest.approx(elastica, rel=1e-4)
+
+
+def test_every_state_is_an_equilibrium_that_its_own_solver_confirms(seen):
+    for state in seen["wunderlich"].seen:
+        equilibrium = state.shape.equilibrium
+        assert equilibrium.residual < 1e-8
+        assert equilibrium.energy.total == pytest.approx(state.energy, abs=1e-9)
+        line = state.centreline
+        assert np.linalg.norm(np.diff(line, axis=0), axis=1).max() < 1.0 / 100 + 1e-9
+        assert line[-1] == pytest.approx([0.8, 0.0, 0.0], abs=1e-8)
+
+
+def test_a_model_without_a_tangent_is_refused():
+    with pytest.raises(BadInput) as caught:
+        states(loads(ARCH).replace({"model.energy": "antman", "strip.thickness": 1e-3}))
+    assert caught.value.key == "--all"
+
+
+def test_the_command_lists_them_and_says_that_a_list_is_no_proof(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arch.toml").write_text(ARCH)
+    line = ["solve", "arch.toml", "--all", "--set", "model.energy=wunderlich", "--set", "model.elements=12"]
+    assert main([*line, "--out", "out"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "A list is no proof" in said
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert [s["own"] for s in found["states"]].count(True) == 1
+    assert found["states_search"]["proof"] is False
+    energies = [s["energy"] for s in found["states"]]
+    assert np.diff(energies).min() > -1e-8
+    assert len({s["unstable_modes"] for s in found["states"]}) >= 2
+    lines = np.load(tmp_path / "out" / "states.npz")["centreline"]
+    assert lines.shape == (len(energies), 101, 3)
+    plain = json.loads((tmp_path / "out" / "page.json").read_text())
+    assert any(t["title"] == "Equilibria that were seen" for t in plain["tables"])
