@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.battery.case import Check, holds, near
+from compare.measure import linking
 
 Array = NDArray[np.float64]
 
@@ -61,28 +62,11 @@ def bending(surface: Any, poisson: float, natural: tuple[float, float]) -> float
     return float(np.einsum("a,b,ab->", ws, wv, density) / wv.sum())
 
 
-def linking(one: Array, other: Array) -> float:
-    """How often two closed polygons (n, 3) and (m, 3) are linked: Gauss's integral, exact for their edges as sums of
-    solid angles (Klenin and Langowski 2000, doi:10.1002/1097-0282(20001015)54:5<307::AID-BIP20>3.0.CO;2-Y)."""
-    begins, ends = other, np.roll(other, -1, axis=0)
-    total = 0.0
-    for begin, end in zip(one, np.roll(one, -1, axis=0), strict=True):
-        corners = (begin - begins, begin - ends, end - ends, end - begins)
-        normals = [np.cross(corners[k], corners[(k + 1) % 4]) for k in range(4)]
-        normals = [normal / np.linalg.norm(normal, axis=1, keepdims=True) for normal in normals]
-        dots = [np.clip((normals[k] * normals[(k + 1) % 4]).sum(axis=1), -1.0, 1.0) for k in range(4)]
-        side = np.sign((np.cross(ends - begins, end - begin) * corners[0]).sum(axis=1))
-        total += float((side * sum(np.arcsin(dot) for dot in dots)).sum())
-    return total / (4.0 * np.pi)
-
-
 def half_turns(surface: Any, width: float, odd: bool) -> float:
     """Half turns of a closed strip of `width` (over l): its centreline linked with a line beside it, which closes after
     one round, or after two where the half turns are odd."""
     s = np.linspace(0.0, 1.0, 300, endpoint=False)
-    lines = surface.grid(s, np.array([0.25, 0.0, -0.25]) * width)
-    beside = np.vstack([lines[:, 0], lines[:, 2]]) if odd else lines[:, 0]
-    return (1.0 if odd else 2.0) * linking(lines[:, 1], beside)
+    return linking.half_turns(surface.grid(s, np.array([0.25, 0.0, -0.25]) * width), odd)
 
 
 def judged(result: Any, balance: float = 1e-5, stiff: float = 0.0) -> Iterator[Check]:

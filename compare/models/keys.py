@@ -42,6 +42,7 @@ SLIDES = frozenset(f"{end}.slide" for end in _ENDS)
 SECTIONS = frozenset(f"{end}.section" for end in _ENDS)
 BOTH_CLAMPS = _HELD | CLAMP_RULINGS | SLIDES | SECTIONS
 CLOSED = inside("closure", "kind", "turns")
+HALF_TURNS = inside("closure", "half_turns")
 CLOSURE = CLOSED | inside("closure", "ruling", "twist")
 WALLS = inside("wall", "point", "normal", "stiffness", "name")
 OBSTACLES = inside("obstacle", "kind", "point", "radius", "axis", "inside", "name")

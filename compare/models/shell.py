@@ -19,7 +19,7 @@ from compare.errors import BadInput
 from compare.measure.align import Motions, aligned, even_along
 from compare.measure.distance import grid_hausdorff
 from compare.measure.numbers import nested
-from compare.models import keys
+from compare.models import half_turns, keys
 from compare.models.base import (
     BESIDE,
     NEAR,
@@ -46,7 +46,7 @@ from compare.models.holds import shell as shell_holds
 from compare.models.quantities.shell import QUANTITIES
 from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.scope import has_shell, require_shell
-from compare.models.shell_build import HALF_TURNS, shell_elements, shell_options, shell_problem
+from compare.models.shell_build import shell_elements, shell_options, shell_problem
 from compare.models.shell_process import ShellCase, run_shell
 from compare.scene.inputs.law import Law, at, values
 from compare.store.store import CaseStore
@@ -160,7 +160,7 @@ class ShellModel(Model):
     presenter = "compare.pages.shell:PRESENTER"
     reads = (
         keys.STRIP | keys.SHAPED | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
-        | keys.CLOSED | keys.WALLS | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
+        | keys.CLOSED | keys.HALF_TURNS | keys.WALLS | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,
@@ -235,7 +235,7 @@ class ShellModel(Model):
                 found = self._with_error(scene, found, elements, ratio, store, near, how, options, say)
             if options.store is None and case.folder is not None:
                 _ = case.surface, case.density()
-        return found
+            return half_turns.counted(scene, found)
 
     def _with_error(
         self,
@@ -408,7 +408,7 @@ def motions_of(scene: Scene) -> Motions | None:
     """What nothing resists: of a band that no clamp holds the rigid motions, and its sliding along itself."""
     if scene.closure is None or scene.clamp_start is not None:
         return shell_holds.motions_of(scene)
-    sign = -1 if HALF_TURNS[scene.closure.kind] % 2 else 1
+    sign = -1 if scene.closure.turned % 2 else 1
     seam = sign if even_along(values(scene.curvature), sign) else 0
     mirror = bool(seam) and not any(values(scene.curvature))
     if scene.walls:  # the table's plane, and turns about its normal

@@ -48,8 +48,6 @@ TAPE_GRADING = (1.0, 1.0)
 MOST_TURN = 1.0
 #: Steps of tape springs: a fold is born within a hundredth of the length, and most steps take three to five iterations.
 TAPE_OPTIONS = {"arc_length": "always", "first_step": 0.02, "arc_step": 0.002, "max_arc": 0.02, "max_newton": 8}
-#: Half turns after which the ends of a band are joined.
-HALF_TURNS = {"circle": 0, "moebius": 1}
 #: What a tolerance is of, in words after it.
 REQUESTED = {"surface": "l", "end": "l at the end", "middle": "l in the middle", "energy": "of the elastic energy"}
 #: Relative difference below which two laws of natural curvature, or two weights, are the same.
@@ -120,7 +118,7 @@ def shell_problem(
             corner=scene.shell_corner,
             edge_layer=scene.shell_edge_layer,
             start_curvature=curvature,
-            half_turns=None if scene.closure is None else HALF_TURNS[scene.closure.kind],
+            half_turns=None if scene.closure is None else scene.closure.turned,
             walls=shell_walls(scene),
             contact=shell.contact,
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.errors import BadInput, Missing
+from compare.models import half_turns
 from compare.models.base import State
 from compare.models.effects.price import check_price
 from compare.models.reference import beside_mesh, judged
@@ -43,7 +44,7 @@ def run(scene: Scene, store: CaseStore, reporter: Reporter, world: World, iterat
         shared = f", {world.size} processes" if world.size > 1 else ""
         shared += f", {requested.text}" if requested.said else ""
         reporter.step(f"shell: w/h = {ratio:g}, {size} elements{shared}")
-        state = state_of(scene, _case(problem, options, store, reporter, world))
+        state = half_turns.counted(scene, state_of(scene, _case(problem, options, store, reporter, world)))
         if state.ok and scene.shell.tolerance is None:
             state = _judged(scene, state, ratio, options, store, reporter, world)
         found.append(state)

@@ -95,6 +95,15 @@ def read_closure(table: Table) -> ClosureSpec:
         )
     if "twist" in table and closure.kind != "circle":
         raise table.bad("twist", f'has no meaning for closure.kind = "{closure.kind}"', "remove it, or close a circle")
+    if closure.half_turns is not None:
+        odd, other = closure.half_turns % 2 == 1, {"moebius": "circle", "circle": "moebius"}[closure.kind]
+        if odd != (closure.kind == "moebius"):
+            raise table.bad(
+                "half_turns", f'{closure.half_turns} contradicts closure.kind = "{closure.kind}", whose half turns are '
+                f"{'odd' if closure.kind == 'moebius' else 'even'}", f'give another number, or kind = "{other}"',
+            )  # fmt: skip
+        if closure.turns > 1:
+            raise table.bad("half_turns", "turns a circle of several turns", "remove turns or half_turns")
     return closure
 
 

@@ -291,6 +291,16 @@ class ClosureSpec:
         Kind.NUMBER, "angle by which the end is turned about its tangent before it is joined to the start", "rad",
         example="6.28", default=0.0, newer=True, note="rods only", known="-1e4 <= twist <= 1e4"
     )
+    half_turns: int | None = key(
+        Kind.COUNT, "half turns of the end about its tangent before it is joined: an odd number of a Moebius band, an "
+        "even one of a circle", range=">= 1", example="3", default=None, newer=True,
+        note="ribbon (up to 3) and shell", absent="1 of a Moebius band, 0 of a circle", known="half_turns <= 20"
+    )
+
+    @property
+    def turned(self) -> int:
+        """Half turns of the band."""
+        return (1 if self.kind == "moebius" else 0) if self.half_turns is None else self.half_turns
 
 
 @dataclass(frozen=True)

@@ -85,6 +85,7 @@ NAMES = (
     "shell_beside",
     "shell_adaptive",
     "shell_size",
+    "fronts",
     "cost",
     "cost_over_commits",
     "converge",

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from compare.models import half_turns
 from compare.scene.scene import Scene
 from ribbon import Clamp, Closure, Gravity, Strip, Wall
 from ribbon.contact import Barrier
@@ -141,11 +142,9 @@ def build_arguments(scene: Scene) -> dict[str, Any]:
 
 def ribbon_arguments(scene: Scene) -> dict[str, Any]:
     """Keywords of `ribbon.solve`: those of `build_arguments` and the starting shape, curvature in 1/l."""
-    return {
-        **build_arguments(scene),
-        "seed_curvature": "natural" if scene.seed.curvature is None else scene.seed_curvature,
-        "seed_ruling": scene.seed.ruling,
-    }
+    own = "natural" if scene.seed.curvature is None else scene.seed_curvature, scene.seed.ruling
+    curvature, ruling = half_turns.seed(scene, has_free_twist(scene)) or own
+    return {**build_arguments(scene), "seed_curvature": curvature, "seed_ruling": ruling}
 
 
 def ribbon_problem(scene: Scene, formulation: str | None = None) -> Problem:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from compare.errors import BadInput
 from compare.measure.grid import Grid
-from compare.models import keys
+from compare.models import half_turns, keys
 from compare.models.base import (
     Effect,
     Ladder,
@@ -67,7 +67,7 @@ class RibbonModel(Model):
     }
     reads = (
         keys.STRIP | keys.SHAPED | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE
-        | keys.WALLS | keys.OBSTACLES | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
+        | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,
@@ -93,7 +93,7 @@ class RibbonModel(Model):
             )  # fmt: skip
         from compare.models.ribbon.free import refusal
 
-        return refusal(scene)
+        return half_turns.beyond_the_ribbon(scene) or refusal(scene)
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
         """One; of an energy with a thickness one for each w/h of the scene."""
@@ -149,8 +149,8 @@ class RibbonModel(Model):
         if options.leave_saddle is None:
             options = replace(options, leave_saddle=scene.only_raised)
         if scene.model.accuracy is not None:
-            return self._chosen(scene, size, options, say)
-        return self._solved(scene, size, options, say)
+            return half_turns.counted(scene, self._chosen(scene, size, options, say))
+        return half_turns.counted(scene, self._solved(scene, size, options, say))
 
     def _chosen(self, scene: Scene, size: Size | None, options: Options, say: Reporter | None) -> State:
         """With the energy that the scene's accuracy chooses, on the elements of the scene itself."""

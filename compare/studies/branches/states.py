@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,11 +93,11 @@ def states(scene: Scene, tries: int = TRIES, budget: float = BUDGET, say: Report
 def able(scene: Scene) -> Branches:
     """The scene's own model, if others can be looked for of it; else `BadInput`."""
     name = registry.name_for(scene.model.energy)
-    model: Any = registry.model(name)
+    model = registry.model(name)
     if not isinstance(model, Branches):
         known = ", ".join(n for n in registry.names() if isinstance(registry.model(n), Branches))
         raise BadInput("--all", name, "gives no tangent by which others could be told apart", f"ask one of {known}")
-    check_keys(model, scene)
+    check_keys(registry.model(name), scene)
     return model
 
 

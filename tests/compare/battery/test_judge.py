@@ -11,7 +11,7 @@ from compare.battery.judge.curve import integrated, segments
 from compare.battery.judge.discrete import Discrete
 from compare.battery.judge.elastic import elastic, width_factor
 from compare.battery.judge.ribbon import judged, lowest, multipliers
-from compare.battery.thin import linking
+from compare.measure.linking import linking
 from compare.models import solve
 from compare.scene.scene import load
 from ribbon import Status

@@ -87,6 +87,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "clamp.end.ruling": ({**END, "clamp.end.normal": [-0.8, 0.6, 0.0]}, None, "free"),
     "closure.kind": (BARE, "circle", "moebius"),
     "closure.ruling": ({**BARE, "closure.kind": "moebius"}, None, "straight"),
+    "closure.half_turns": ({**BARE, "closure.kind": "moebius"}, None, 3),
     "closure.turns": ({**BARE, "closure.kind": "circle"}, None, 2),
     "model.energy": (OBLIQUE, "wunderlich", "sadowsky"),
     "model.accuracy": ({**OBLIQUE, "model.energy": "auto"}, None, 0.05),

@@ -45,6 +45,7 @@ HOMES: dict[str, dict[str, str | None]] = {
     "clamp.end.frame": {"clamp.end.position": "[0.0, 0.0, 0.5]"},
     "clamp.end.slide": END | {"clamp.end.position": "[0.0, 0.0, 0.5]"},
     "closure": {"closure.kind": '"circle"'},
+    "closure.half_turns": {"closure.kind": '"moebius"'},
     "model.arc_length": PLANAR,
     "uncertainty.thickness": {"strip.thickness": "3e-4"},
     "uncertainty.young": SI,
