@@ -34,12 +34,18 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="lengths of the files times X (1000: mm of m), or l for a strip of length 1 (default: metres where the "
         "scene gives SI, otherwise the unit of strip.length)",
     )  # fmt: skip
+    parser.add_argument(
+        "--to", default=None, metavar="PROGRAM", choices=("mujoco", "pyelastica", "exudyn", "usd"), dest="program",
+        help="of a scene clamped at one end: a model for mujoco, pyelastica, exudyn or usd, in place of surfaces",
+    )  # fmt: skip
     common.out_argument(parser, "SOURCE/export, of a scene out/SCENE/export")
     common.printed_arguments(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Exports."""
+    if options.program is not None:
+        return _to_program(options, console)
     from compare.page.terminal import print_table, print_verdict
     from compare.pages.export.scale import Scale
     from compare.pages.export.source import answer, chosen, read_source, results_in, scaled, sizes, write, write_page_of
@@ -73,6 +79,41 @@ def run(options: argparse.Namespace, console: Console) -> int:
         console.print(source.scale.words)
         console.print(f"Files: {out}")
     return code
+
+
+def _to_program(options: argparse.Namespace, console: Console) -> int:
+    """A scene, solved, as a model of another program."""
+    from compare.models import solve
+    from compare.page.study import Study
+    from compare.pages.export.programs import PROGRAMS, exported
+    from compare.store.provenance import versions
+    from compare.store.store import atomic_write_text, check_writable
+
+    for given, option in ((options.formats, "--format"), (options.scale, "--scale")):
+        if given is not None:
+            raise BadInput(option, given, "is of surfaces, and --to writes a model", "leave one of the two out")
+    if Path(options.source).is_dir():
+        raise BadInput("SOURCE", options.source, "is a folder of results", "--to wants a scene")
+    options.scene = options.source
+    scene = common.scene_of(options)
+    with Reporter(quiet=options.quiet) as reporter:
+        state = solve(scene, say=reporter)
+        if state.shape is None:
+            raise BadInput("SOURCE", options.source, f"has no shape to start from: {state.message}", "mend the scene")
+        item = exported(scene, state.shape)
+    name, text = PROGRAMS[options.program]
+    out = check_writable(options.out if options.out is not None else common.OUT / scene.name / options.command)
+    options.results = out
+    with common.held(out):
+        file = atomic_write_text(out / name, text(item))
+        told = f"A model of {item.elements} elements for {options.program}, in {item.unit}."
+        files = {"result.json": "what it is of", name: "the model"}
+        result = {"to": options.program, "file": name, "elements": item.elements, "units": item.unit}
+        study = Study("export", scene.title or scene.name, sentences=(told,), files=files)
+        study.write(out, {**result, "status": state.word, "provenance": versions()}, options.line, scene)
+    if common.spoken(options):
+        console.print(f"{told}\nFile: {file}", markup=False)
+    return common.DONE if state.ok else common.NOT_CONVERGED
 
 
 def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]:

@@ -41,6 +41,10 @@ def register(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seconds", metavar="S", type=float, default=60.0, help="seconds for each model and case (default 60)"
     )  # fmt: skip
+    parser.add_argument(
+        "--hidden", metavar="SEED", type=int, default=None,
+        help="take the hidden half: cases drawn with this seed, their references computed on the spot",
+    )  # fmt: skip
     common.out_argument(parser, default="out/suite")
     common.printed_arguments(parser)
 
@@ -52,12 +56,28 @@ def run(options: argparse.Namespace, console: Console) -> int:
     return {"list": _list, "show": _show, "run": _run, "score": _score}[options.action](options, console)
 
 
+def _cases(options: argparse.Namespace) -> tuple[Case, ...]:
+    """The cases that are meant; of the hidden half those in whose name one of the words is."""
+    from compare.suite.case import chosen
+
+    if options.hidden is None:
+        return chosen(options.cases, options.fast)
+    if options.hidden < 0:
+        raise BadInput("--hidden", options.hidden, "is no seed", "give a whole number from 0 on")
+    from compare.suite.hidden import drawn
+
+    found = drawn(options.hidden)
+    kept = tuple(case for case in found if not options.cases or any(word in case.name for word in options.cases))
+    if not kept:
+        raise BadInput("CASE", options.cases[0], "is no hidden case", f"known are {', '.join(c.name for c in found)}")
+    return kept
+
+
 def _list(options: argparse.Namespace, console: Console) -> int:
     from compare.page.terminal import print_table
     from compare.suite import page
-    from compare.suite.case import chosen
 
-    found = page.listed(chosen(options.cases, options.fast))
+    found = page.listed(_cases(options))
     options.result = found.records()
     if common.spoken(options):
         print_table(console, found, wide=options.wide)
@@ -67,11 +87,10 @@ def _list(options: argparse.Namespace, console: Console) -> int:
 def _show(options: argparse.Namespace, console: Console) -> int:
     from compare.page.terminal import print_table
     from compare.suite import page
-    from compare.suite.case import chosen
 
     if not options.cases:
         raise BadInput("CASE", None, "is missing", "say which case: ribbonbench suite show michell_ring")
-    cases = chosen(options.cases, options.fast)
+    cases = _cases(options)
     options.result = [
         {"case": case.name, "title": case.title, "says": case.says.strip(), "physics": case.physics,
          "cite": list(case.cite), "licence": case.licence, "asks": page.asked(case).records()}
@@ -89,11 +108,10 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     from compare.store.store import check_writable
     from compare.suite import page
     from compare.suite.answers import Absent
-    from compare.suite.case import chosen
     from compare.suite.runners import answered, runner
     from compare.suite.score import scored
 
-    cases = chosen(options.cases, options.fast)
+    cases = _cases(options)
     runners = {name: runner(name) for name in dict.fromkeys(options.runner or ["ours"])}
     out = check_writable(options.out if options.out is not None else common.OUT / options.command)
     options.results = out

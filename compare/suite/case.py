@@ -203,7 +203,7 @@ def read(text: str, name: str) -> Case:
         digest=hashlib.sha256(text.encode()).hexdigest()[:16],
         **{key: table[key] for key in ("title", "level", "units", "theory", "says", "licence", "physics")},
     )  # fmt: skip
-    scene = _first_scene(found)
+    scene = first_scene(found)
     if (scene.strip.young is not None) != (found.units == "si"):
         raise BadInput(
             f"{name}.units", found.units, "does not fit strip.young", "with young: si, without: dimensionless"
@@ -213,7 +213,7 @@ def read(text: str, name: str) -> Case:
     return found
 
 
-def _first_scene(case: Case) -> Scene:
+def first_scene(case: Case) -> Scene:
     """The physics as a scene of the first energy that can be asked for it: some physics are for some models alone.
     `BadInput` of the usual one where there is none."""
     faults: list[BadInput] = []

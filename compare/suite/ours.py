@@ -16,6 +16,7 @@ import numpy as np
 from compare.errors import BadInput, Missing
 from compare.suite.answers import BROKE_DOWN, NOT_REPRESENTABLE, Answer, Answers, BrokeDown, NotRepresentable
 from compare.suite.case import Ask, Case, Value
+from compare.suite.reading import read_off
 
 if TYPE_CHECKING:
     from compare.models.base import State
@@ -165,19 +166,9 @@ def _told(case: Case, ask: Ask, scene: Scene, state: State) -> float:
         return float((state.energy.elastic + state.energy.constant) * (known or 1.0))
     if state.shape is None:
         raise BrokeDown("it has no shape")
-    at = np.linspace(0.0, 1.0, _POINTS) if ask.of == "extent" else np.array([ask.at])
-    return read_off(ask, state.shape.centreline(at) * case.length)
-
-
-def read_off(ask: Ask, points: np.ndarray) -> float:
-    """What a question about positions (k, 3) of the centreline asks for: of the last point, or of all of them."""
-    coordinate: Callable[[str], np.ndarray] = lambda axis: points[:, "xyz".index(axis)]  # noqa: E731
     if ask.of == "extent":
-        return float(np.ptp(coordinate(ask.axis)))
-    if ask.of == "position":
-        return float(ask.sign * coordinate(ask.axis)[-1])
-    first, second = (float(coordinate(axis)[-1]) for axis in ask.axes)
-    return float(np.hypot(first, second)) if ask.of == "radius" else ask.sign * first / second
+        return read_off(ask, state.shape.centreline(np.linspace(0.0, 1.0, _POINTS)) * case.length)
+    return read_off(replace(ask, at=0.0), state.shape.centreline(np.array([ask.at])) * case.length)
 
 
 def _support(ask: Ask, scene: Scene, state: State) -> float:

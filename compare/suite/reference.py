@@ -14,11 +14,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_bvp
-from scipy.optimize import brentq
+from scipy.integrate import solve_bvp, solve_ivp
+from scipy.optimize import brentq, root
+from scipy.spatial.transform import Rotation
 from scipy.special import ellipe, ellipk
 
 FloatArray = NDArray[np.float64]
@@ -83,6 +85,12 @@ def _rates(rod: FreeRod, part: float, s: FloatArray, y: FloatArray) -> FloatArra
 def free_rod(rod: FreeRod, s: Sequence[float] = (1.0,), tolerance: float = 1e-9) -> FloatArray:
     """Positions (k, 3) at abscissae s, of the state that follows from the unloaded one as the load grows. Raises
     ArithmeticError where it does not go on."""
+    positions: FloatArray = _solution(rod, tolerance).sol(np.asarray(s, dtype=float))[7:].T
+    return positions
+
+
+def _solution(rod: FreeRod, tolerance: float) -> Any:
+    """SciPy's solution of y = (q, m, r)."""
     begin = _quaternion(rod.frame)
     nodes = np.linspace(0.0, 1.0, 40 + int(8 * np.abs(rod.rest).max()))
 
@@ -108,8 +116,13 @@ def free_rod(rod: FreeRod, s: Sequence[float] = (1.0,), tolerance: float = 1e-9)
     fine = solved(1.0, found.x, found.y, tolerance)
     if not fine.success:
         raise ArithmeticError(fine.message)
-    positions: FloatArray = fine.sol(np.asarray(s, dtype=float))[7:].T
-    return positions
+    return fine
+
+
+def both_ways(rod: FreeRod) -> tuple[FloatArray, FloatArray]:
+    """The free end (3,) by collocation and by shooting."""
+    fine = _solution(rod, 1e-9)
+    return fine.sol(1.0)[7:], shot_rod(rod, _frames(fine.sol(np.array([1.0]))[:4])[0])
 
 
 def _at_rest(rod: FreeRod, begin: FloatArray, nodes: FloatArray) -> FloatArray:
@@ -121,6 +134,32 @@ def _at_rest(rod: FreeRod, begin: FloatArray, nodes: FloatArray) -> FloatArray:
     left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
     turned: FloatArray = left @ np.vstack([np.cos(half), axis[:, None] * np.sin(half)])
     return turned
+
+
+def shot_rod(rod: FreeRod, guess: FloatArray) -> FloatArray:
+    """The free end (3,) of the same rod in another way: rotation matrices, integrated by Runge and Kutta's method of
+    order 8 from the free end, whose frame (3, 3), near `guess`, is shot for until the clamp's comes out. Raises
+    ArithmeticError where it does not."""
+
+    def rates(s: float, y: FloatArray) -> FloatArray:
+        frame, m = y[:9].reshape(3, 3), y[9:12]
+        n = rod.force + (1.0 - s) * rod.weight
+        k1, k2, k3 = rod.rest + frame.T @ m / rod.stiffness
+        strain = np.array([0.0, 0.0, 1.0]) + rod.compliance * (frame.T @ n)
+        spin = np.array([[0.0, -k3, k2], [k3, 0.0, -k1], [-k2, k1, 0.0]])
+        tangent = frame @ strain
+        return np.concatenate([(frame @ spin).ravel(), -np.cross(tangent, n), tangent])
+
+    def walked(turn: FloatArray) -> tuple[FloatArray, FloatArray]:
+        first = guess @ Rotation.from_rotvec(turn).as_matrix()
+        begin = np.concatenate([first.ravel(), rod.moment, np.zeros(3)])
+        y = solve_ivp(rates, (1.0, 0.0), begin, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+        return Rotation.from_matrix(y[:9].reshape(3, 3).T @ rod.frame).as_rotvec(), -y[12:]
+
+    found = root(lambda turn: walked(turn)[0], np.zeros(3), tol=1e-10)
+    if np.abs(walked(found.x)[0]).max() > 1e-7:
+        raise ArithmeticError("shooting does not arrive at the clamp")
+    return walked(found.x)[1]
 
 
 # -- the planar elastica by elliptic integrals (Love 1927, sections 262 and 263)

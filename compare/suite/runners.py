@@ -27,7 +27,10 @@ from compare.suite.case import Case
 GROUP = "ribbonbench.suite"
 Runner = Callable[[Case, float], "Answers | tuple[Answers, ...]"]
 #: The runners of the package: name -> where its function stands.
-BUILT_IN: Mapping[str, str] = {"ours": "compare.suite.ours:run"}
+BUILT_IN: Mapping[str, str] = {
+    "ours": "compare.suite.ours:run",
+    **{name: f"compare.suite.peers.runners:{name}" for name in ("mujoco", "exudyn", "pyelastica")},
+}
 
 
 @functools.cache

@@ -75,7 +75,8 @@ LINES = {
          "--elements", "10", "2", "--ruling", "free", "--yes", *OUT),
         ("converge", "curl_4_3", "--stay", "--width-to-thickness", "10", "20", "--elements", "10", "2", *OUT),
     ],
-    "export": [("export", "coil_10_100", "--set", "model.elements=4", "--format", "npz,obj", "--scale", "2", *PLACE)],
+    "export": [("export", "coil_10_100", "--set", "model.elements=4", "--format", "npz,obj", "--scale", "2", *PLACE),
+               ("export", "cantilever", "--set", "model.elements=4", "--to", "usd", *PLACE)],
     "sweep": [
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--solver", "ribbon",
          "--errors", "--leave-saddle", "--yes", "--show", "end.y", "--against", "strip.gamma", "--workers", "1",
@@ -105,7 +106,10 @@ LINES = {
         ("battery", "functions/rounded", "--long", "--fresh", *PLACE),
         ("battery", "functions", "--list", *PLACE),
     ],
-    "suite": [("suite", "run", "elastica_arch", "--runner", "ours", "--fast", "--seconds", "20", *PLACE)],
+    "suite": [
+        ("suite", "run", "elastica_arch", "--runner", "ours", "--fast", "--seconds", "20", *PLACE),
+        ("suite", "run", "arch", "--hidden", "3", *PLACE),
+    ],
 }  # fmt: skip
 
 

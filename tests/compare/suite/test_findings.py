@@ -1,0 +1,70 @@
+"""The findings on MuJoCo, made again where its wheel is; the others are blocks of docs/findings.md, which run there."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+
+import pytest
+
+from compare.suite.answers import Absent
+from compare.suite.peers import call
+from compare.suite.peers.models import mujoco_text
+from compare.suite.section import Bar
+from tests.test_setup import ROOT
+
+PAGE = (ROOT / "docs" / "findings.md").read_text(encoding="utf-8")
+#: Newton's tangent of the plugin at rest: three joints of 2.5 rad each, stiffnesses 1, columns of the middle one.
+TANGENT = """
+import json, sys
+import mujoco, numpy as np
+model = mujoco.MjModel.from_xml_string(sys.argv[1])
+data = mujoco.MjData(model)
+columns = []
+for i in (6, 8):
+    mujoco.mj_resetData(model, data)
+    away = np.zeros(model.nv)
+    away[i] = 1e-5
+    mujoco.mj_integratePos(model, data.qpos, away, 1.0)
+    mujoco.mj_forward(model, data)
+    columns.append((data.qfrc_smooth[[6, 8]] / 4e-5).tolist())
+print(json.dumps(columns))
+"""
+
+pytestmark = pytest.mark.peers
+
+
+@pytest.fixture(scope="module")
+def python():
+    """A python with a MuJoCo that has cables."""
+    try:
+        found, version = call.interpreter("mujoco")
+    except Absent as why:
+        pytest.skip(str(why))
+    if int(version.split(".")[0]) >= 4:
+        pytest.skip(f"mujoco {version} has no plugin mujoco.elasticity.cable")
+    return found
+
+
+def said(python, script, *words):
+    done = subprocess.run([python, "-c", script, *words], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def test_a_body_at_its_parents_place_makes_every_force_nan(python):
+    (script,) = re.findall(r"```text\n(import mujoco\n.*?)```", PAGE, re.DOTALL)
+    assert said(python, script) == "[nan nan nan]"
+
+
+def test_a_cable_curved_at_rest_turns_its_moments(python):
+    zero, frame = (0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    straight, curved = (
+        json.loads(
+            said(python, TANGENT, mujoco_text(Bar((1.0, 1.0, 1.0), None, rest, zero, frame, zero, zero, zero), 4))
+        )
+        for rest in (zero, (10.0, 0.0, 0.0))
+    )
+    assert [abs(v) for row in straight for v in row] == pytest.approx([1.0, 0.0, 0.0, 1.0], abs=1e-3)
+    assert abs(curved[0][1]) > 0.5
+    assert abs(curved[0][1] + curved[1][0]) < 0.2
