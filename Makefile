@@ -2,7 +2,7 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test portable validate lint clean
+.PHONY: help setup demo test portable validate lint docs clean
 
 BIN := .venv/bin
 DEMO := out/demo
@@ -50,6 +50,13 @@ validate: setup  ## the long validation: pytest -m validate and the commands lis
 	if [ $$code -eq 5 ]; then echo "validate: no test carries the marker validate yet"; else exit $$code; fi
 	@set -euo pipefail; while IFS= read -r command; do echo "validate: $$command"; $$command; done <<< "$$VALIDATE"
 	@echo "validate: done"
+
+# Sphinx and its theme stand apart from what the tests run with.
+docs: setup  ## the site from the Markdown pages, in out/site/html: no warning, no dead link, nothing from elsewhere
+	@cmp -s .ci/docs.lock .venv/docs/lock || { rm -rf .venv/docs && \
+	$(BIN)/python -m pip --disable-pip-version-check install --quiet --target .venv/docs -r .ci/docs.lock && \
+	cp .ci/docs.lock .venv/docs/lock; }
+	@PYTHONPATH=$(CURDIR):.venv/docs $(BIN)/python -m docs.site out/site
 
 clean:  ## remove results and caches in this folder (.venv stays)
 	@rm -rf out build .pytest_cache .mypy_cache .ruff_cache .hypothesis ribbonbench.egg-info

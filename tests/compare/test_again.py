@@ -18,6 +18,10 @@ from compare.pages.report.words import THROUGH_PYTHON
 from compare.scene.scene import load
 from compare.store.store import read_json
 from compare.studies import cost_bench
+from compare.studies.axes import parse_axis
+from compare.sweep.file import load_sweep
+from compare.sweep.parted import claimed
+from compare.sweep.shard import Shard
 
 #: Commands that leave no page.
 WITHOUT = {"report", "scenes", "doctor", "new", "keys", "completion", "live"}
@@ -82,6 +86,9 @@ LINES = {
          "--errors", "--leave-saddle", "--yes", "--show", "end.y", "--against", "strip.gamma", "--workers", "1",
          "--fresh", *OUT),
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--stay", *OUT),
+        ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--shard", "1/2", "--table",
+         "csv", *OUT),
+        ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--join", "own part", *OUT),
     ],
     "identify": [
         ("identify", "cantilever", "own points.csv", "--set", "model.elements=6", "--free", "strip.gamma", "--yes",
@@ -119,6 +126,9 @@ def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("again")
     (place / "own pins.toml").write_text(PINS)
     (place / "own points.csv").write_text(POINTS)
+    (place / "own part").mkdir()
+    sweep = load_sweep("cantilever", {"model.elements": 4}, [parse_axis("strip.gamma=1,3")])
+    claimed(place / "own part", sweep, Shard(1, 2), fresh=True)  # begun, and nothing finished
     return place
 
 
