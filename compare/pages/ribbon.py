@@ -296,6 +296,8 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             if number < len(scene.walls):
                 found.append((f"force of wall {wall['name']}", text))
                 continue
+            touching = f"{len(wall['points'])} points in contact{_touching(state, number, units)}"
+            text = f"{wording.force(wall['force'], units)}{error}; {touching}"
             found.append((f"force of obstacle {wall['name']}", text))
             found.append((f"moment of obstacle {wall['name']}", f"{wording.moment(wall['moment'], units)} about 0"))
     if e.penetration is not None:

@@ -15,6 +15,7 @@ nothing is behind the wall. Line contact is left on its points.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from ribbon.contact import Wall
 from ribbon.find import relax
 from ribbon.judge import penetration
+from ribbon.obstacle import Obstacle
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
 from ribbon.solvers import choose
@@ -133,7 +135,7 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
     either side.
 
     A strip that bends over a wall lies between two points at a depth that falls with the square of their distance: so
-    many points are held at once that it falls to DEPTH, if MOST allow.
+    many points are held at once that it falls to DEPTH, if MOST allow; of a round obstacle outside the deepest alone.
     """
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     starts[-1] = 1.0
@@ -146,7 +148,9 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
         i = int(np.clip(np.searchsorted(starts, touch.s, side="right") - 1, 0, problem.lengths.size - 1))
         if min(touch.s - low, high - touch.s) <= _APART * problem.lengths[i]:
             continue
-        count = int(np.clip(np.ceil(np.sqrt(-distance / DEPTH)) - 1, 1, MOST))
+        wall = problem.walls[touch.wall]
+        most = 1 if isinstance(wall, Obstacle) and wall.between else MOST  # what bulges is met at a place, not a line
+        count = int(np.clip(np.ceil(np.sqrt(-distance / DEPTH)) - 1, 1, most))
         inner = low + (high - low) * np.arange(1, count + 1) / (count + 1)
         inner[np.argmin(np.abs(inner - touch.s))] = touch.s
         touches |= {Touch(touch.wall, float(s), touch.side) for s in inner}
@@ -156,6 +160,11 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
 def _line(side: float) -> float:
     """Which of the lines along the strip a point at `side` is on: an edge (1 or -1), or what is between them (0)."""
     return side if abs(side) == 1.0 else 0.0
+
+
+def _by_newton(problem: MixedProblem) -> AbstractContextManager[None]:
+    """Beside round obstacles Newton's answer is enough: where it does not arrive there is another way."""
+    return choose.using("newton" if problem.obstacles and choose.asked() == "auto" else None)
 
 
 def _again(
@@ -170,12 +179,14 @@ def _again(
     for name, where in old.block_slices().items():
         first = slices[name].start
         rows[first : first + where.stop - where.start] = minimum.rows[where]
-    warm = choose.minimise(
-        fresh, minimum.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, minimum.multipliers)
-    )
+    with _by_newton(fresh):
+        warm = choose.minimise(
+            fresh, minimum.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, minimum.multipliers)
+        )
     if warm.residual <= RESIDUAL_TOLERANCE:
         return warm
-    cold = relax.from_near(fresh, minimum.x, options, progress)
+    with _by_newton(fresh):
+        cold = relax.from_near(fresh, minimum.x, options, progress)
     return replace(cold, iterations=cold.iterations + warm.iterations, seconds=cold.seconds + warm.seconds)
 
 
@@ -204,8 +215,7 @@ def slid(
     now, here = _sliding(problem, minimum, places)
     spent_on = minimum
     for _ in range(FOLLOWED):
-        # beside round obstacles Newton's answer is enough: where it does not arrive the points stay as they are
-        with choose.using("newton" if now.obstacles and choose.asked() == "auto" else None):
+        with _by_newton(now):
             again = choose.minimise(
                 now, here.x, {"max_iter": _SLIDING, **(options or {})}, progress, (here.rows, here.multipliers)
             )

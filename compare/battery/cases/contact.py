@@ -10,6 +10,7 @@ import numpy as np
 from compare.battery.case import Case, Check, Rung, holds, near
 from compare.battery.judge.ribbon import judged
 from ribbon import Clamp, Closure, Gravity, Strip, Wall, solve
+from ribbon.obstacle import Obstacle
 
 if TYPE_CHECKING:
     from ribbon import Equilibrium
@@ -99,6 +100,62 @@ def _boxed(rung: Rung) -> Iterator[Check]:
     yield from _checks(_ring(float(rung), 4))
 
 
+def _over(obstacle: Obstacle, gamma: float = 20.0, segments: int = 40) -> Equilibrium:
+    return solve(Strip(1.0, 0.1, 0.3, gamma=gamma), Clamp(), Gravity(UP), walls=[obstacle], segments=segments,
+                 budget=BUDGET)  # fmt: skip
+
+
+def _moments(equilibrium: Equilibrium, gamma: float) -> Check:
+    """About the origin: of the clamp there, the obstacles and the weight, whose centre is the centreline's."""
+    assert equilibrium.start is not None
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    joints = np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)])
+    steps = np.diff(joints)
+    s = (joints[:-1, None] + 0.5 * steps[:, None] * (nodes + 1.0)).ravel()
+    centre = (0.5 * steps[:, None] * weights).ravel() @ equilibrium.position(s)
+    found = equilibrium.start.moment + np.cross(centre, -gamma * np.array(UP))
+    for wall in equilibrium.walls:
+        found = found + (0.0 if wall.moment is None else wall.moment)
+    return Check("moments are not in balance, D w / l", float(np.abs(found).max()) / max(1.0, gamma), BALANCE)
+
+
+def _large(rung: Rung) -> Iterator[Check]:
+    radius = float(rung)
+    found = _over(Obstacle("cylinder", (0.0, -0.1 - radius, 0.0), radius, (1.0, 0.0, 0.0)))
+    yield from _checks(found, 20.0)
+    yield _moments(found, 20.0)
+    plane = solve(Strip(1.0, 0.1, 0.3, gamma=20.0), Clamp(), Gravity(UP), walls=[_floor(0.1)], segments=40)
+    yield Check("energy from the plane's, times the radius", abs(found.energy.total - plane.energy.total) * radius, 4.0)
+
+
+def _small(rung: Rung) -> Iterator[Check]:
+    radius = float(rung)
+    found = _over(Obstacle("cylinder", (0.0, -0.1 - radius, 0.6), radius, (1.0, 0.0, 0.0)))
+    yield from _checks(found, 20.0)
+    yield _moments(found, 20.0)
+
+
+def _ball(rung: Rung) -> Iterator[Check]:
+    """On a ball aside of the middle; beyond the edge by less than its radius it touches the edge."""
+    found = _over(Obstacle("sphere", (0.05 * float(rung), -0.2, 0.6), 0.1))
+    yield from _checks(found, 20.0)
+    yield _moments(found, 20.0)
+
+
+def _coil(rung: Rung) -> Iterator[Check]:
+    """In a tube: one end and the arc from the clamp on touch."""
+    radius = 1.0 / (2.0 + 2.08889045)
+    tube = Obstacle("cylinder", (0.0, 0.0, 0.0), radius, (1.0, 0.0, 0.0), inside=True)
+    found = solve(
+        Strip(1.0, 0.05, 0.3), Clamp((0.0, -radius, 0.0), normal=UP), walls=[tube], energy="sadowsky",
+        segments=int(rung), seed_curvature=-1.0 / radius, formulation="mixed", budget=BUDGET,
+    )  # fmt: skip
+    yield from _checks(found)
+    outwards = np.asarray(found.end.position) / radius
+    touchdown = np.degrees(np.arcsin(abs(float(np.asarray(found.end.frame)[:, 2] @ outwards))))
+    yield near("touchdown angle, degrees", float(touchdown), 24.117, 0.1)
+
+
 _COARSE = "folds narrower than the segments: it ends not converged, and says how far the strip is beyond the wall"
 
 CASES: tuple[Case, ...] = (
@@ -160,5 +217,41 @@ CASES: tuple[Case, ...] = (
         (0.31,),
         (0.28, 0.26),
         {0.26: "it ends on a saddle, and says so; it is not left for a stable state"},
+    ),
+    Case(
+        "contact/cylinder_to_plane",
+        "a heavy cantilever (Gamma = 20) on a cylinder in the place of a plane 0.1 l below, ever flatter",
+        "forces and moments balance; its energy is the plane's but for what falls with the radius",
+        "radius / l",
+        _large,
+        (1e5,),
+        (1e4, 1e2, 10.0),
+    ),
+    Case(
+        "contact/over_a_bar",
+        "a heavy cantilever over a bar across, ever thinner: where it touches slides along the strip",
+        "forces and moments balance; nothing is in the bar by more than 1e-6 l",
+        "radius / l",
+        _small,
+        (0.1,),
+        (0.3, 0.03, 0.01),
+    ),
+    Case(
+        "contact/over_a_ball",
+        "a heavy cantilever over a ball of radius 0.1 l, under its middle, aside of it and at its edge",
+        "forces and moments balance; nothing is in the ball by more than 1e-6 l, between the edges too",
+        "place across / half widths",
+        _ball,
+        (0.0,),
+        (0.4, 0.8, 1.0),
+    ),
+    Case(
+        "contact/coil_in_a_tube",
+        "a strip along the wall of a tube whose free end comes back to it: from a few points that touch to a hundred",
+        "it touches down at 24.1 degrees on all segments; forces balance",
+        "segments",
+        _coil,
+        (40.0,),
+        (20.0, 120.0),
     ),
 )

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.battery.judge.barriers import facing, sides
 from compare.battery.judge.curve import segments
 from compare.battery.judge.elastic import elastic
 
@@ -165,12 +166,13 @@ class Discrete:
             found += [Row(last, np.outer(axis, unit), float(axis @ apart), relative=True) for axis in self.frame.T]
             found += self._turned(last, self.frame @ seam, relative=True)
         for wall in self.problem.walls:
-            normal, point = np.asarray(wall.normal), np.asarray(wall.point) / length
             for stop in range(len(self.stops)):
-                for side in (self.half_width, -self.half_width):
+                for side in self.half_width * np.array(sides(wall)):
+                    ruling = self.states[stop, :, 0] + self._eta(stop) * self.states[stop, :, 2]
+                    gaps, normals = facing(wall, (self.states[stop, :, 3] + side * ruling)[None, :], length)
+                    gap, normal = float(gaps[0]), normals[0]
                     by_eta = np.outer(normal, side * np.eye(5)[2])
                     c = np.outer(normal, unit + side * np.eye(5)[0]) + self._eta(stop) * by_eta
-                    gap = float((c * self.states[stop]).sum() - normal @ point)
                     if gap < TOUCHING:
                         found.append(Row(stop, c, gap, by_eta=by_eta, one_sided=True))
         return found

@@ -10,6 +10,7 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from compare.battery.case import Check, holds
+from compare.battery.judge.barriers import facing, sides
 from compare.battery.judge.curve import integrated
 from compare.battery.judge.discrete import Discrete, unknown_kind
 
@@ -87,7 +88,8 @@ def energy_apart(found: Any, own: Discrete) -> float:
 
 
 def penetration(found: Any, samples: int = _SAMPLES) -> Check:
-    """How deep (l) the ribbon is in a wall anywhere: both ends of the rulings, along all of s."""
+    """How deep (l) the ribbon is in a wall anywhere: both ends of the rulings, along all of s; between
+    them too beside what bulges."""
     joints = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
     inside = np.linspace(0.0, 1.0, 9)[:-1]
     fine = (joints[:-1, None] + inside * np.diff(joints)[:, None]).ravel()
@@ -98,9 +100,9 @@ def penetration(found: Any, samples: int = _SAMPLES) -> Check:
     for wall in found.problem.walls:
         if wall.stiffness is not None:
             continue
-        for side in (half, -half):
-            edge = r + side * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2])
-            gap = (edge - np.asarray(wall.point) / length) @ np.asarray(wall.normal)
+        for side in sides(wall):
+            edge = r + side * half * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2])
+            gap, _ = facing(wall, edge, length)
             if -gap.min() > deepest:
                 deepest, where = float(-gap.min()), float(s[np.argmin(gap)])
     return Check("penetration of a wall (l)", deepest, PENETRATION, said=f"at s = {where:.4g}")

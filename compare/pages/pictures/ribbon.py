@@ -16,6 +16,7 @@ from compare.page.drawing import RIBBON_COLOUR, quads, save, screen_axes
 from compare.scene.units import Units
 from ribbon import Clamp, Equilibrium
 from ribbon.contact import Wall
+from ribbon.obstacle import Obstacle
 
 FloatArray = NDArray[np.float64]
 
@@ -32,6 +33,8 @@ _LIGHT = np.array([0.3, -0.5, 0.8])
 _MARGIN, _SIGN = 0.08, 0.05
 #: Variation of omega, eta or tau below which it is constant.
 _ROUNDING = 1e-6
+#: Points round an obstacle; most radius, over the ribbon's largest extent, of one that is shown whole.
+_ROUND, _SHOWN = 49, 1.0
 #: Sine of the angle below which a wall is seen from its edge.
 _EDGE_ON = 1e-6
 
@@ -57,6 +60,31 @@ def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
         height = 0.0 if moved is None else moved
         found.append((np.asarray(wall.point) / problem.strip.length + height * normal, normal))
     return found
+
+
+def obstacles(equilibrium: Equilibrium) -> list[Obstacle]:
+    """The round obstacles, lengths in l."""
+    problem: Any = equilibrium.problem
+    held = () if problem.formulation == "chained" else problem.walls
+    return [wall.scaled(problem.strip.length) for wall in held if isinstance(wall, Obstacle)]
+
+
+def round_grid(obstacle: Obstacle, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Points (rows, columns, 3) of an obstacle: all of a sphere, of a cylinder what is along the box from `low` to
+    `high` (3,)."""
+    centre, turns = np.asarray(obstacle.point), np.linspace(0.0, 2.0 * np.pi, _ROUND)
+    if obstacle.axis is None:
+        heights = np.linspace(0.0, np.pi, _ROUND // 2)[:, None]
+        directions = [np.sin(heights) * np.cos(turns), np.sin(heights) * np.sin(turns), np.cos(heights) + 0.0 * turns]
+        return np.asarray(centre + obstacle.radius * np.stack(directions, axis=-1))
+    axis = np.asarray(obstacle.axis)
+    first = np.linalg.svd(axis[None, :])[2][1]
+    second = np.cross(axis, first)
+    corners = np.array([[low[0], low[1], low[2]], [high[0], high[1], high[2]]])
+    middle, reach = corners.mean(axis=0), 0.5 * float(np.linalg.norm(corners[1] - corners[0]))
+    along = float((middle - centre) @ axis) + np.array([-reach, reach])
+    circle = np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
+    return np.asarray(centre + along[:, None, None] * axis + obstacle.radius * circle)
 
 
 def clipped(point: FloatArray, normal: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -105,6 +133,14 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
         if 1.0 - float(np.linalg.norm(seen)) < _EDGE_ON:
             ends = clipped(point, normal, low, high) @ screen.T
             axes.plot(ends[:, 0], ends[:, 1], color=WALL_COLOUR, lw=2.5)
+    for obstacle in obstacles(equilibrium):
+        along = None if obstacle.axis is None else screen @ np.asarray(obstacle.axis)
+        if along is None or float(np.linalg.norm(along)) < _EDGE_ON:
+            turns = np.linspace(0.0, 2.0 * np.pi, _ROUND)
+            ring = screen @ np.asarray(obstacle.point) + obstacle.radius * np.column_stack(
+                [np.cos(turns), np.sin(turns)]
+            )
+            axes.plot(ring[:, 0], ring[:, 1], color=WALL_COLOUR, lw=1.5)
     for position, frame, clamp in held(equilibrium):
         place = screen @ position
         axes.plot(*place, "s" if clamp.holds_frame else "o", color=CLAMP_COLOUR, ms=5)
@@ -134,6 +170,14 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
         plane = clipped(turn @ point, turn @ normal, low, high)
         axes.add_collection3d(Poly3DCollection([plane], facecolors=(*_rgb(WALL_COLOUR), 0.18), edgecolors=WALL_COLOUR))
         low, high = np.minimum(low, plane.min(axis=0)), np.maximum(high, plane.max(axis=0))
+    least, most = grid.reshape(-1, 3).min(axis=0), grid.reshape(-1, 3).max(axis=0)
+    for obstacle in obstacles(equilibrium):
+        net = round_grid(obstacle, least, most) @ turn.T
+        faces = Poly3DCollection(quads(net), facecolors=(*_rgb(WALL_COLOUR), 0.12), edgecolors="none")
+        axes.add_collection3d(faces)
+        near = net.reshape(-1, 3)
+        if obstacle.radius <= _SHOWN * extent:  # of a larger one what is beside the strip is seen
+            low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
     height = np.radians(_HEIGHT_CLOSED if closed and up is None else _HEIGHT)
     turned = np.radians(_TURN)
     towards = np.array([np.cos(height) * np.cos(turned), np.cos(height) * np.sin(turned), np.sin(height)])
@@ -170,7 +214,7 @@ def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Unit
     clamps (orange) and walls (grey).
 
     A clamp's square or bar stands for a held frame (the bar along the width, the pin along the normal), a dot for a
-    position alone. A wall is a line in the side view where it is seen from its edge.
+    position alone. A wall is a line in the side view where it is seen from its edge, a cylinder along its axis a circle.
     """
     figure = Figure(figsize=(11.5, 4.4), layout="constrained")
     size, unit = length_axis(units)

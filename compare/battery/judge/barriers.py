@@ -1,0 +1,30 @@
+"""What a strip cannot cross, read as data: gaps of points and the direction in which they grow, no solver code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def facing(wall: Any, points: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
+    """Gaps (k,) in l of points (k, 3) from a plane, cylinder or sphere, unit normals (k, 3); length: the strip's."""
+    apart = points - np.asarray(wall.point, dtype=float) / length
+    if not getattr(wall, "kind", None):
+        normal = np.asarray(wall.normal, dtype=float)
+        return apart @ normal, np.broadcast_to(normal, apart.shape)
+    if wall.axis is not None:
+        axis = np.asarray(wall.axis, dtype=float)
+        apart = np.cross(axis, np.cross(apart, axis))
+    distance = np.linalg.norm(apart, axis=1)
+    sign = -1.0 if wall.inside else 1.0
+    return sign * (distance - wall.radius / length), sign * apart / distance[:, None]
+
+
+def sides(wall: Any) -> tuple[float, ...]:
+    """Where across (-1 to 1) a strip is looked at: its edges; beside what bulges between them too."""
+    bulges = getattr(wall, "kind", None) and not wall.inside
+    return tuple(np.linspace(-1.0, 1.0, 41).tolist()) if bulges else (1.0, -1.0)
