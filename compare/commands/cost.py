@@ -16,10 +16,13 @@ from compare.models.scope import has_shell, require_shell
 from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from compare.scene.scene import Scene
     from compare.studies.cost_plan import Plan
 
 HELP = "what accuracy costs: error against time for every model of a scene"
+_REPEATS = 3
 EXAMPLE = "ribbonbench cost cantilever --segments 10,20,40"
 
 
@@ -54,7 +57,9 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--target", type=ListOf(float), metavar="X,X,...", default=None, dest="targets",
         help="errors over l whose times are asked for (default 1e-2 1e-3 1e-4)",
     )  # fmt: skip
-    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each size (default 3)")
+    parser.add_argument(
+        "--repeats", type=int, default=_REPEATS, metavar="N", help="timed runs of each size (default 3)"
+    )
     parser.add_argument(
         "--budget", type=float, default=None, metavar="SECONDS", help="begin no new run after this time (default 180)"
     )
@@ -71,6 +76,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
     scene = common.scene_of(options)
     plan = _plan(options, scene)
     out = common.out_folder(options, scene.name)
+    if not options.wide and plan.ratio is not None and _asks_for_nothing(options):
+        return _models(options, console, scene, plan.ratio, out)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         cost = measure(scene, plan, out / "cases", reporter, fresh=options.fresh)
         reporter.step("writing tables and the picture")
@@ -83,6 +90,35 @@ def run(options: argparse.Namespace, console: Console) -> int:
             console.print(f"- {sentence}")
         console.print(f"Results: {out}")
     return common.DONE if cost.ok else common.NOT_CONVERGED
+
+
+#: Options by which the whole measurement is asked for.
+_WHOLE = ("solvers", "segments", "tolerances", "meshes", "elastica_elements", "reference", "targets", "budget")
+
+
+def _asks_for_nothing(options: argparse.Namespace) -> bool:
+    """Whether no option of the whole measurement is given."""
+    given = any(getattr(options, name) is not None for name in _WHOLE) or options.repeats != _REPEATS
+    return not (given or options.compilation or options.fresh or common.leaves(options) is not None)
+
+
+def _models(options: argparse.Namespace, console: Console, scene: Scene, ratio: float, out: Path) -> int:
+    """The short answer: every model that reads the scene, by total error."""
+    from compare.page.terminal import print_table, print_verdict
+    from compare.pages.models import cost as page
+    from compare.studies.priced.models import measure_models
+
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        costs = measure_models(scene, ratio, out / "cases", reporter)
+        reporter.step("writing tables and the picture")
+        page.write(out, costs, options.line)
+    if common.spoken(options):
+        print_verdict(console, page.answer(costs))
+        print_table(console, page.table(costs))
+        for sentence in page.sentences(costs):
+            console.print(f"- {sentence}")
+        console.print(f"Results: {out}")
+    return common.DONE if costs.base.ok else common.NOT_CONVERGED
 
 
 def _plan(options: argparse.Namespace, scene: Scene) -> Plan:

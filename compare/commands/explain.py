@@ -14,7 +14,7 @@ from compare.commands import common
 from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
-HELP = "which effects a scene switches on, why, and what each costs and changes"
+HELP = "which effects a scene has, and what each, on or off, moves and costs"
 EXAMPLE = "ribbonbench explain curl_4_3"
 
 
@@ -36,8 +36,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import explain as effects_page
     from compare.store.shared import shared_store
-    from compare.studies import effects_measured, effects_priced
+    from compare.studies import effects_measured
     from compare.studies.effects import explain
+    from compare.studies.priced import effects as effects_priced
 
     scene = common.scene_of(options, computes=False)
     if options.shell:

@@ -6,19 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
-from compare.measure.front import Reach, front, reach
+from compare.measure.front import Reach, reach
 from compare.measure.grades import GOOD, GOOD_UP_TO, POOR, YARDSTICK, grade
 from compare.models import RICHEST
-from compare.models.quantities.ladders import NAMES, SHADES, STYLES, UNSTYLED
-from compare.page.drawing import save
+from compare.models.quantities.ladders import NAMES
 from compare.page.page import Picture
 from compare.page.si import with_si
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
+from compare.pages.pictures.cost import picture
 from compare.pages.result import state_result
 from compare.record.quantity import Quantity
 from compare.studies.cost_plan import FAR, Cost, Party, Reference, Row
@@ -278,86 +275,13 @@ def reach_table(cost: Cost) -> Table:
     return Table("Time to reach an error", _REACHED, tuple(rows))
 
 
-# -- picture ----------------------------------------------------------------------------------------------------------
-
-
-def picture(path: Path, cost: Cost) -> Path:
-    """Error against warm time, log-log: left of the discretisation, right in all, with the Pareto front of all models:
-    an error against a model's own reference says nothing beside another model's."""
-    figure = Figure(figsize=(12.5 if cost.common is not None else 6.8, 5.6), layout="constrained")
-    kinds = (False, True) if cost.common is not None else (False,)
-    for place, common in enumerate(kinds, start=1):
-        axes = figure.add_subplot(1, len(kinds), place)
-        _panel(axes, cost, common)
-    named: dict[str, Any] = {}
-    for axes in figure.axes:
-        handles, labels = axes.get_legend_handles_labels()
-        named |= dict(zip(labels, handles, strict=True))
-    figure.legend(named.values(), named.keys(), fontsize=8, loc="outside lower center", ncols=5)
-    figure.suptitle(f"{cost.scene.title}: what accuracy costs", fontsize=11)
-    return save(figure, path)
-
-
-def _panel(axes: Axes, cost: Cost, common: bool) -> None:
-    marks = cost.marks(common=common)
-    for solver in dict.fromkeys(row.run.solver for row in cost.rows):
-        chosen = {row.label for row in cost.rows if row.run.solver == solver}
-        mine = sorted((m for m in marks if m.label in chosen), key=lambda m: m.seconds)
-        colour, marker = STYLES.get(solver, UNSTYLED)
-        order = [m for row in cost.rows for m in mine if m.label == row.label]  # by size, not by time
-        if not order:
-            continue
-        axes.plot(
-            [m.seconds for m in order], [m.error for m in order], color=colour, marker=marker, ms=4.5, lw=1.1,
-            label=NAMES.get(solver, solver), zorder=3,
-        )  # fmt: skip
-        flat = common and cost.common is not None and not solver.startswith(cost.common.model)
-        few = [order[0], order[-1]] if flat else [order[0], *order[2:-1:2], order[-1]]
-        for mark in order if len(order) < 3 else few:
-            size = next(row.run.label for row in cost.rows if row.label == mark.label).split(" (")[0]
-            axes.annotate(
-                size,
-                (mark.seconds, mark.error),
-                (4, -9 if solver in ("mixed", "elastica 2") else 4),
-                textcoords="offset points",
-                fontsize=6.5,
-                color=colour,
-            )
-    line = front(marks) if common or len({row.model for row in cost.rows}) == 1 else []  # across models: of the total
-    if line:
-        axes.plot(
-            [m.seconds for m in line], [m.error for m in line], color="gold", lw=6.0, alpha=0.45, zorder=1,
-            drawstyle="steps-post", label="Pareto front",
-        )  # fmt: skip
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.axhline(YARDSTICK, color="0.35", lw=1, ls=":", label="1 permille of l")
-    shown = [r for r in ((cost.common,) if common else cost.references) if r is not None and r.error]
-    errors = [mark.error for mark in marks]
-    if errors:
-        least = min(errors)
-        bottom = max(min([least, *(r.error for r in shown if r.error)]), 0.05 * least) / 2.0
-        axes.set_ylim(bottom, 2.0 * max([*errors, YARDSTICK]))
-        for reference in shown:
-            if reference.error is not None and reference.error > bottom:
-                colour = SHADES.get(reference.model, UNSTYLED[0])
-                label = f"below the {reference.model} reference's own error"
-                axes.axhspan(bottom, reference.error, color=colour, alpha=0.12, lw=0, label=label)
-    axes.set_xlabel("time of a warm solve (s)")
-    axes.set_ylabel("Hausdorff distance / l")
-    own = "discretisation: to the own model's reference"
-    title = own if not common or cost.common is None else f"total error: to the {cost.common.model}, {cost.common.what}"
-    axes.set_title(title, fontsize=9)
-    axes.grid(True, which="both", lw=0.3, alpha=0.6)
+# -- files of the whole measurement -----------------------------------------------------------------------------------
 
 
 def _alt(cost: Cost) -> str:
     words = " ".join(sentences(cost)[: 1 + len(cost.plan.targets)])
     kinds = "two diagrams" if cost.common is not None else "a diagram"
     return f"{kinds} of error against time of a warm solve, both logarithmic, one curve for each solver. {words}"
-
-
-# -- files ------------------------------------------------------------------------------------------------------------
 
 
 def result(cost: Cost) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from compare.store.made_by import provenance
 from compare.studies.checks import of_state
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
-from compare.studies.effects_priced import PricedEffect, PricedEffects
+from compare.studies.priced.effects import PricedEffect, PricedEffects
 
 #: The picture of the bars.
 BARS = "effects.png"

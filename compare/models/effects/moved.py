@@ -352,7 +352,7 @@ def _itself(scene: Scene, e: Equilibrium, thickness: float | None) -> Priced:
     first, last = found.s
     where = f"s = {first:.2f} l and {last:.2f} l"
     if found.crosses:
-        why = f"the strip passes through itself, nearest {where}: no model here keeps it apart"
+        why = f"the strip passes through itself, nearest {where}: nothing in the scene keeps it apart"
         return Priced(ITSELF, False, None, why=why)
     touches = thickness is not None and found.gap < thickness
     if touches:

@@ -7,7 +7,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from compare.page.drawing import RIBBON_COLOUR, SHELL_COLOURS, save
-from compare.studies.effects_priced import PricedEffects
+from compare.studies.priced.effects import PricedEffects
 
 #: Part of the length below which no bar is drawn, and most bars.
 _LEAST, _MOST = 1e-9, 24

@@ -15,9 +15,9 @@ from compare.models.effects import moved
 from compare.page.page import read_page
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
-from compare.studies import effects_priced
 from compare.studies.effects import explain
 from compare.studies.effects_measured import solves
+from compare.studies.priced import effects as effects_priced
 from tests.compare.scene import held_scenes
 
 QUIET = Reporter(quiet=True)

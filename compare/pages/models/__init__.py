@@ -1,0 +1,1 @@
+"""Pages of studies that ask every model which reads a scene."""
