@@ -21,7 +21,7 @@ class NotDifferentiable(ValueError):
 
     Attributes: ``reason``: the status of a state that is no stable equilibrium ("not_converged", "saddle", ...),
     "singular" (a fold, a bifurcation, a motion that nothing resists) or "degenerate" (a contact that touches without
-    pushing).
+    pushing), "itself" (a strip that touches itself).
     """
 
     def __init__(self, reason: str, message: str) -> None:

@@ -19,6 +19,19 @@ class Force:
 
 
 @dataclass(frozen=True)
+class PairForce:
+    """Two places of the ribbon that are held apart: abscissae and where across (s, v), (s_other, v_other) of the
+    particles, in l; the force (3,) on the first, in D w / l^2, minus that on the other; gap between them, in l."""
+
+    s: float
+    v: float
+    s_other: float
+    v_other: float
+    force: FloatArray
+    gap: float
+
+
+@dataclass(frozen=True)
 class WallForce:
     """What a wall exerts on the ribbon: force (3,) in D w / l^2, abscissae (k,) of the points in contact, ends (m, 2)
     of the rulings that it pushes: their abscissa and where across, v = w / 2 or -w / 2 (between them where a round

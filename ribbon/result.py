@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon import sections, shown
 from ribbon import surface as _surface
-from ribbon.forces import Force, WallForce
+from ribbon.forces import Force, PairForce, WallForce
 from ribbon.notes import Note
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.strip import abscissae
 from ribbon.surface import Surface
@@ -355,6 +356,12 @@ class Equilibrium:
         """What every wall exerts on the ribbon; () where it is not determined, as `start`."""
         found = () if self.forces_why else self.problem.wall_forces(self.x, self.rows)
         return found if all(np.all(np.isfinite(wall.force)) for wall in found) else ()
+
+    @cached_property
+    def pairs(self) -> tuple[PairForce, ...]:
+        """Where parts of the ribbon that are kept apart touch each other, and what they exert there."""
+        problem = self.problem
+        return problem.pair_forces(self.x, self.rows) if isinstance(problem, MixedProblem) and problem.apart else ()
 
     @property
     def numbers(self) -> dict[str, FloatArray]:

@@ -300,6 +300,8 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             text = f"{wording.force(wall['force'], units)}{error}; {touching}"
             found.append((f"force of obstacle {wall['name']}", text))
             found.append((f"moment of obstacle {wall['name']}", f"{wording.moment(wall['moment'], units)} about 0"))
+    if scene.apart is not None and state.is_equilibrium:
+        found.append(("touches itself", _touched(e.pairs, units)))
     if e.penetration is not None:
         where = "anywhere on its surface" if scene.obstacles else "anywhere along the edges"
         found.append(("beyond the walls", f"at most {wording.length(units, e.penetration)}, {where}"))
@@ -320,6 +322,17 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     found.append(("discretisation error", f"{error}, {state.error_why}" if state.error_why else error))
     found.append(("time", spent(state.seconds)))
     return found
+
+
+def _touched(pairs: Sequence[Any], units: Units) -> str:
+    """At how many pairs of places a strip touches itself, where they push most, and how much in all."""
+    if not pairs:
+        return "nowhere"
+    pushes = [float(np.linalg.norm(pair.force)) for pair in pairs]
+    most = pairs[int(np.argmax(pushes))]
+    several = "one pair" if len(pairs) == 1 else f"{len(pairs)} pairs"
+    where = f"s = {units.text(most.s, 'l', 4)} and {units.text(most.s_other, 'l', 4)}"
+    return f"{several} of places, most at {where}; {units.text(sum(pushes), 'D w / l^2', 4)} in all"
 
 
 PRESENTER = Presenter(rows=rows, sentences=sentences, write=write, undetermined=undetermined)

@@ -52,7 +52,7 @@ def canonical_of(scene: SceneData) -> dict[str, Any]:
             continue  # how sure the inputs are moves no result
         if section is not None:
             _place(document, name, _significant(name, section))
-        elif name not in ("clamp.end", "closure", "tip", "rod"):
+        elif name not in ("clamp.end", "closure", "tip", "rod", "contact"):
             _place(document, name, None)
     if document["clamp"] == {"start": None}:
         document["clamp"] = None
@@ -73,6 +73,7 @@ def _sections(scene: SceneData) -> dict[str, Any]:
         "tip": scene.tip,
         "uncertainty": scene.uncertainty,
         "rod": scene.rod,
+        "contact": scene.contact,
     }
 
 

@@ -19,6 +19,7 @@ from compare.scene.loads import force_scale, gamma_of, load_of
 from compare.scene.spec import (
     ClampSpec,
     ClosureSpec,
+    ContactSpec,
     GravitySpec,
     ModelSpec,
     ObstacleSpec,
@@ -72,6 +73,7 @@ class Sections:
     shell: ShellSpec
     uncertainty: UncertaintySpec
     rod: RodSpec | None
+    contact: ContactSpec | None
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,14 @@ class SceneData(Sections):
     def gamma(self) -> float:
         """Gamma = rho h g l^3 / D with D = Y h^3 / (12 (1 - nu^2)); 0.0 without gravity."""
         return 0.0 if self.gravity is None else gamma_of(self.strip, self.gravity.acceleration)
+
+    @property
+    def apart(self) -> float | None:
+        """Distance over l that parts of the strip keep from each other; None: they may pass through each other."""
+        if self.contact is None or not self.contact.itself:
+            return None
+        given = self.strip.thickness if self.contact.distance is None else self.contact.distance
+        return None if given is None else given / self.strip.length
 
     @property
     def tip_load(self) -> float:

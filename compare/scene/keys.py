@@ -12,6 +12,7 @@ from compare.scene.declare import Key, collected, keys_of
 from compare.scene.spec import (
     ClampSpec,
     ClosureSpec,
+    ContactSpec,
     GravitySpec,
     ModelSpec,
     ObstacleSpec,
@@ -38,6 +39,7 @@ SPECS: Mapping[str, type] = {
     "clamp.end": ClampSpec,
     "closure": ClosureSpec,
     "wall": WallSpec,
+    "contact": ContactSpec,
     "obstacle": ObstacleSpec,
     "rod": RodSpec,
     "model": ModelSpec,
@@ -63,7 +65,7 @@ KEYS: Mapping[str, Key] = collected(
 SECTIONS = ("clamp.start", "clamp.end", "closure", "gravity", "tip")
 """Sections that a stage of a path can leave out: their value is then false."""
 
-FIXED_ON_PATH = ("title", "path", SHELL, "uncertainty")
+FIXED_ON_PATH = ("title", "path", SHELL, "uncertainty", "contact")
 """What no stage of a path can change."""
 
 FREE = "free"

@@ -22,6 +22,7 @@ from compare.scene.loads import read_gravity, read_tip
 from compare.scene.spec import (
     FIRST_OVER_WIDTH,
     SAY_ELEMENTS,
+    ContactSpec,
     ModelSpec,
     RodSpec,
     SceneSpec,
@@ -38,6 +39,9 @@ AT_REST = ("natural_curvature", "natural_twist", "natural_geodesic_curvature")
 
 SUM_TOLERANCE = 1e-9
 """How far, relatively, the sum of the element lengths may be from the strip's length."""
+
+NEAREST = 1e-4
+"""Least distance, over the length, that parts of a strip are kept from each other."""
 
 SPECIFIED_TWICE = "strip.gamma and strip.young, strip.density say the same thing twice"
 
@@ -66,8 +70,10 @@ def read_sections(data: Mapping[str, Any]) -> Sections:
     path = read_path(data.get("path", []), {"wall": walls, "obstacle": obstacles})
     unsure = _uncertainty(_section(data, "uncertainty"), strip)
     rod = _rod(_section(data, "rod"), strip) if "rod" in data else None
+    contact = _contact(_section(data, "contact"), strip) if "contact" in data else None
     return Sections(
-        title, strip, gravity, tip, start, end, closure, walls, obstacles, model, seed, path, shell, unsure, rod
+        title, strip, gravity, tip, start, end, closure, walls, obstacles, model, seed, path, shell, unsure, rod,
+        contact,
     )  # fmt: skip
 
 
@@ -222,6 +228,22 @@ def _rod(table: Table, strip: StripSpec) -> RodSpec:
         if own in table and any(law.values(getattr(strip, name))):
             raise table.bad(own, f"and strip.{name} say the same thing twice", "remove one of the two")
     return rod
+
+
+def _contact(table: Table, strip: StripSpec) -> ContactSpec:
+    """[contact], whose distance is the thickness where it says none."""
+    contact = table.read(ContactSpec)
+    if contact.distance is not None and not contact.distance < 0.5 * strip.length:
+        raise table.bad(
+            "distance", f"is not below half of strip.length = {strip.length}", f"give less than {0.5 * strip.length:g}"
+        )
+    if contact.itself and contact.distance is None and strip.thickness is None:
+        raise missing("contact.distance", contract.KEYS, "give it, or strip.thickness")
+    least = NEAREST * strip.length
+    if contact.itself and contact.distance is None and strip.thickness is not None and strip.thickness < least:
+        problem = f"is strip.thickness = {strip.thickness}, nearer than parts of a strip can be kept apart"
+        raise BadInput("contact.distance", None, problem, f"give at least {least:g}")
+    return contact
 
 
 def _uncertainty(table: Table, strip: StripSpec) -> UncertaintySpec:

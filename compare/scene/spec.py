@@ -362,6 +362,20 @@ class WallSpec:
 
 
 @dataclass(frozen=True)
+class ContactSpec:
+    """Contact of the strip with itself, without friction."""
+
+    itself: bool = key(
+        Kind.TRUTH, "whether parts of the strip that face each other are kept apart", example="true", default=False,
+        newer=True, note="ribbon only"
+    )
+    distance: float | None = key(
+        Kind.NUMBER, "distance that they keep, middle surface from middle surface", LENGTH, "0 < distance < length / 2",
+        "1e-3", default=None, newer=True, absent="strip.thickness", known="distance / l >= 1e-4"
+    )
+
+
+@dataclass(frozen=True)
 class ObstacleSpec:
     """A round obstacle without friction: a cylinder without ends or a sphere; the strip stays outside it, or inside."""
 

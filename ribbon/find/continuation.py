@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find import contacts, relax
+from ribbon.find import apart, contacts, relax
 from ribbon.find.solving import search
 from ribbon.find.solving import start as starts
 from ribbon.find.solving.request import How, Options, Progress, Seed
@@ -92,10 +92,13 @@ def _same_structure(problem: Problem, state: Equilibrium) -> bool:
 
 def anchored(problem: Problem, state: Equilibrium) -> Problem:
     """The problem with its gauges and the signs of its quaternions referring to where `state` stands, held on its
-    walls' side at the points where `state` is; places that slide are looked for anew."""
+    walls' side at the points where `state` is, and apart where that is; places of walls that slide are looked for
+    anew."""
     if problem.walls and problem.formulation == "mixed":
         kept = tuple(t for t in state.problem.touching if t.wall < len(problem.walls) and not t.slides)
         problem = problem.with_changes(touching=kept)
+    if isinstance(problem, MixedProblem) and isinstance(state.problem, MixedProblem) and problem.apart:
+        problem = problem.with_changes(pairs=apart.around(problem, state.problem.pairs))
     return problem.anchored(state.problem.anchor(state.x))
 
 

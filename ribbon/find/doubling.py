@@ -49,6 +49,7 @@ def is_possible(problem: Problem, options: dict[str, Any] | None) -> TypeGuard[M
         isinstance(problem, MixedProblem)
         and problem.formulation == "mixed"
         and not problem.walls
+        and not problem.apart
         and not any(map(law.is_table, problem.strip.rest))  # whose points end segments, few ones too
         and not options
         and choose.asked() != "ipopt"

@@ -252,7 +252,7 @@ class Sides:
 
 def sides(problem: Problem, given: Shape, brought: Shape) -> Sides | None:
     """The sides of a seed; None where it means none: without both ends held, or beside walls, which a fit knows not."""
-    if not has_several(problem) or problem.walls:
+    if not has_several(problem) or problem.walls or (isinstance(problem, MixedProblem) and problem.apart):
         return None
     both = Sides(problem, given, brought)  # type: ignore[arg-type]
     return both if both.meant else None

@@ -51,6 +51,7 @@ def solve(
     stiffness: str | None = None,
     in_plane: bool | None = None,
     tip: ArrayLike | None = None,
+    apart: float | None = None,
     leave_saddle: bool = False,
     budget: float | None = None,
     solver: str | None = None,
@@ -70,6 +71,8 @@ def solve(
     stiffness: of "kirchhoff": "matched" (D w, default) or "plate" (Y I); in_plane: whether the strip bends in its own
         plane (energies with a free twist; default: "kirchhoff" does).
     tip: dead force (3,) at s = l, in D w / l^2.
+    apart: distance in l that parts of the strip which face each other keep, centre surface from centre surface (a
+        thickness); None: they may pass through each other.
     segments: how many equal ones, or their lengths in units of l (they add up to 1).
     seed_curvature, seed_ruling: omega (in 1/length) and eta to start from: a number, or values at equally spaced
         abscissae from s = 0 to s = l, linear between them; "natural" is the stress-free shape, and where that says
@@ -90,7 +93,7 @@ def solve(
     with choose.using(solver):
         request = Request.of(
             strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
-            formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip,
+            formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip, apart=apart,
         )  # fmt: skip
         how = How(options=options, progress=progress, leave_saddle=leave_saddle)
         return solve_request(request, Seed(seed_curvature, seed_ruling), how, budget)

@@ -40,14 +40,18 @@ def choose(
     gravity: Gravity | None,
     segments: int,
     solver: str = "auto",
+    apart: bool = False,
 ) -> tuple[str, str]:
-    """The formulation ("chained", "mixed", "matrix") for a solver of `ribbon.solvers.choose`, and why.
+    """The formulation ("chained", "mixed", "matrix") for a solver of `ribbon.solvers.choose`, and why; apart: parts of
+    the strip are kept from each other.
 
     Raises `RibbonInputError` where it cannot be had.
     """
     if asked not in FORMULATIONS:
         raise RibbonInputError("formulation", asked, f"use one of {', '.join(FORMULATIONS)}")
-    obstacle = chained_obstacle(start, end, closure, walls, gravity)
+    obstacle = chained_obstacle(start, end, closure, walls, gravity) or ("contact with itself" if apart else None)
+    if apart and asked == "matrix":
+        raise RibbonInputError("formulation", asked, 'contact with itself needs "mixed" or "auto"')
     if asked == "chained":
         if obstacle is not None and obstacle != "a clamp at the end":
             raise RibbonInputError("formulation", asked, f'{obstacle} needs the mixed model: use "mixed" or "auto"')

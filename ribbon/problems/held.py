@@ -26,6 +26,7 @@ from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, Wall
 from ribbon.problems.curved import motions
 from ribbon.problems.curved.rows import CurvedJointRows, CurvedTouchRows
 from ribbon.problems.fields import Fields
+from ribbon.problems.itself.pairs import Pair, PairRows
 from ribbon.problems.layout import STRIDE, MixedLayout
 from ribbon.problems.protocol import Anchor, Counters
 from ribbon.problems.touching import Touch, TouchRows
@@ -50,7 +51,8 @@ class Held:
     origin (3,) the same for positions; box: bounds on |omega| and |eta| that keep a far start from running away; a
     solution must not touch them; model: "mixed", or the formulation that finds the point ("matrix", "chained"), for
     comparison; stiffness, in_plane: `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or
-    None; touching: points between the joints that are held on a wall's side too.
+    None; touching: points between the joints that are held on a wall's side too; apart: distance (l) that far parts of
+    the strip keep from each other, 0: they may pass through each other; pairs: places of it that are held so.
     """
 
     strip: Strip
@@ -71,6 +73,8 @@ class Held:
     in_plane: bool | None = None
     tip: tuple[float, float, float] | None = None
     touching: tuple[Touch, ...] = ()
+    apart: float = 0.0
+    pairs: tuple[Pair, ...] = ()
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -338,7 +342,22 @@ class Held:
                 ends = np.array([self.layout.sideways.start, self.layout.sideways.stop - 1])
                 found["seam_in_plane"] = LinearRows(pair, ends, np.zeros(1))
         found.update(self._wall_blocks())
+        if self.pairs:
+            found["pairs"] = self._pair_rows()
         return found
+
+    def pair_rows(self) -> PairRows:
+        """The rows that hold places of the strip apart; KeyError where there are none."""
+        rows = self.blocks()["pairs"]
+        assert isinstance(rows, PairRows)
+        return rows
+
+    def _pair_rows(self) -> PairRows:
+        segments = np.array([[self.segment_at(s) for s in (pair.s, pair.s_other)] for pair in self.pairs]).T
+        return PairRows(
+            self.pairs, self.apart, segments, self.lengths, self.half_width, self.exponent_limit,
+            self.fields.components, self.fields.free, self.sideways,
+        )  # fmt: skip
 
     def _wall_blocks(self) -> dict[str, Rows]:
         found: dict[str, Rows] = {}

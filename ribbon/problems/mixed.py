@@ -237,6 +237,10 @@ class MixedProblem(Held):
         """What every wall exerts."""
         return supports.walls(self, x, rows)
 
+    def pair_forces(self, x: FloatArray, rows: FloatArray) -> tuple[supports.PairForce, ...]:
+        """What parts of the ribbon that touch each other exert."""
+        return supports.pairs(self, x, rows)
+
     # -- states -------------------------------------------------------------------------------------------------------
 
     def state(self, omega: FloatArray, eta: FloatArray, in_plane: FloatArray | None = None) -> FloatArray:

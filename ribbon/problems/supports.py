@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from ribbon.boundary import Clamp
 from ribbon.contact import Barrier, Wall
 from ribbon.element import quaternion
-from ribbon.forces import Force, WallForce
+from ribbon.forces import Force, PairForce, WallForce
 from ribbon.problems.conditions import Rows, WallRows
 from ribbon.problems.curved.rows import CurvedJointRows
+from ribbon.problems.fields import Fields
+from ribbon.problems.itself.pairs import Pair, PairRows
 from ribbon.problems.layout import MixedLayout
 from ribbon.problems.touching import TouchRows
 
@@ -49,6 +51,16 @@ class Mixed(Protocol):
 
     @property
     def layout(self) -> MixedLayout: ...
+
+    @property
+    def fields(self) -> Fields: ...
+
+    @property
+    def pairs(self) -> tuple[Pair, ...]: ...
+
+    def pair_rows(self) -> PairRows: ...
+
+    def parameters(self, x: FloatArray) -> FloatArray: ...
 
     def gradient(self, x: FloatArray) -> FloatArray: ...
 
@@ -159,3 +171,27 @@ def _lines(touching: FloatArray, joints: FloatArray) -> tuple[FloatArray, FloatA
             more[0] = lengths[np.searchsorted(joints, first - _ONE_PLACE)]
             more[1] = lengths[np.searchsorted(joints, last + _ONE_PLACE, side="right")]
     return lines, within
+
+
+def pairs(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[PairForce, ...]:
+    """What parts of the ribbon that touch each other exert, in order of s."""
+    if not problem.pairs:
+        return ()
+    block = problem.pair_rows()
+    push = -rows[problem.block_slices()["pairs"]]
+    one, other = block.ends(x)
+    apart = one - other
+    distance = np.linalg.norm(apart, axis=1)
+    q, starts = problem.parameters(x), np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    found = []
+    for k, (s, u, s_other, u_other) in enumerate(block.places(x)):
+        if push[k] <= _TOUCHES:
+            continue
+        feet = [s, s_other]
+        for side, across in ((0, u), (1, u_other)):
+            i = int(block.segments[side, k])
+            if not problem.fields.free:  # the particle on a ruling: S = s + u eta
+                feet[side] += across * (q[i, 2] * (feet[side] - starts[i]) + q[i, 3])
+        force = push[k] * apart[k] / distance[k]
+        found.append(PairForce(feet[0], float(u), feet[1], float(u_other), force, float(distance[k])))
+    return tuple(sorted(found, key=lambda pair: (pair.s, pair.v)))

@@ -63,6 +63,8 @@ def point(equilibrium: Equilibrium, *, unstable: bool = False) -> Point:
     if equilibrium.status not in allowed:
         raise NotDifferentiable(equilibrium.status.code, f"it is no stable equilibrium: {equilibrium.message}")
     old: Any = equilibrium.problem
+    if isinstance(old, MixedProblem) and old.pairs:
+        raise NotDifferentiable("itself", "it touches itself, and how its pairs of places move is not known")
     if old.row_count:
         return Point(old, equilibrium.x, equilibrium.rows, equilibrium.multipliers)
     problem = MixedProblem(

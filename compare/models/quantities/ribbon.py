@@ -33,6 +33,12 @@ def _minima(a: Answered) -> Any:
     return None if found is None else {**asdict(found), "lowest": found.lowest}
 
 
+def _contacts(a: Answered) -> Any:
+    """Where parts of the strip that are kept apart touch: both particles (s, v), over l, the force on the first and the
+    distance; of a scene that keeps them."""
+    return ABSENT if a.scene.apart is None else [asdict(pair) for pair in a.state.native.pairs]
+
+
 def _taut(a: Answered, name: str) -> Any:
     """Of a straight strip whose forces are not determined: what its tension and sag would be (`taut`)."""
     from compare.models.ribbon.taut import taut
@@ -89,6 +95,7 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("auto", kind=DATA, of=lambda a: a.state.numbers.get("auto", ABSENT)),
     Quantity("penetration", unit="l", kind=DATA,
              of=lambda a: ABSENT if a.state.native.penetration is None else a.state.native.penetration),
+    Quantity("contacts", kind=DATA, of=_contacts),
     Quantity("taut_tension", unit="D w / l^2", kind=DATA, of=lambda a: _taut(a, "tension")),
     Quantity("taut_sag", unit="l", kind=DATA, of=lambda a: _taut(a, "sag")),
     Quantity("share", kind=DATA, of=lambda a: _stretching(a, "share")),

@@ -137,6 +137,7 @@ def build_arguments(scene: Scene) -> dict[str, Any]:
         "stiffness": scene.model.stiffness,
         "in_plane": scene.model.in_plane,
         "tip": None if scene.tip is None else scene.tip_force,
+        "apart": scene.apart,
     }
 
 
@@ -166,5 +167,5 @@ def formulation_why(scene: Scene, used: str) -> str:
     start = None if clamp is None or (clamp.position is None and not clamp.holds_frame) else clamp
     segments = len(scene.model.lengths)
     arguments = start, end, ribbon_closure(scene), ribbon_walls(scene), ribbon_gravity(scene), segments
-    chosen, why = _formulation.choose(scene.model.formulation, *arguments, scene.model.solver)
+    chosen, why = _formulation.choose(scene.model.formulation, *arguments, scene.model.solver, scene.apart is not None)
     return why if chosen == used else f"{chosen} ({why}) cannot solve this scene; {used} can"

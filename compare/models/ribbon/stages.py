@@ -34,6 +34,8 @@ from ribbon import Equilibrium, Status, archive, solve
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import StepRecord, anchored, follow, switch
 from ribbon.find.solve import Problem
+from ribbon.problems.itself.pairs import Pair
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
 from ribbon.solvers.budget import within
 
@@ -90,6 +92,7 @@ class _Keeper:
         e = place.equilibrium
         about = {
             "key": self.key, "stage": place.stage, "t": place.t, "log": place.log, "touching": e.problem.touching,
+            "pairs": e.problem.pairs if isinstance(e.problem, MixedProblem) else (),
         }  # fmt: skip
         arrays = {"place": np.array(json.dumps(about)), "lengths": e.problem.lengths}
         arrays |= {f"found_{name}": values for name, values in archive.pack(e).items()}
@@ -115,6 +118,8 @@ class _Keeper:
         problem = problem_of(about["stage"], about["t"])
         if about["touching"]:
             problem = problem.with_changes(touching=tuple(Touch(*touch) for touch in about["touching"]))
+        if about.get("pairs") and isinstance(problem, MixedProblem):
+            problem = problem.with_changes(pairs=tuple(Pair(*pair) for pair in about["pairs"]))
         if not np.array_equal(problem.lengths, lengths) or problem.size != arrays["x"].size:
             return None
         try:

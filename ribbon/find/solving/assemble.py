@@ -32,8 +32,9 @@ def assembled(request: Request) -> Problem:
         request = replace(request, lengths=lengths)
     start, end, closure = request.start, request.end, request.closure
     chosen, _ = formulation.choose(
-        request.formulation, start, end, closure, request.walls, request.gravity, request.lengths.size, choose.asked()
-    )
+        request.formulation, start, end, closure, request.walls, request.gravity, request.lengths.size, choose.asked(),
+        request.apart is not None,
+    )  # fmt: skip
     if chosen == "chained" and end is None:
         assert start is not None
         chained = ChainedProblem(
@@ -54,6 +55,7 @@ def assembled(request: Request) -> Problem:
         strip=request.strip, start=start, end=end, closure=closure, walls=request.walls, gravity=request.gravity,
         energy=request.energy, lengths=request.lengths, held_by=request.held_by, reference=_reference(request),
         model=chosen, stiffness=request.stiffness, in_plane=request.in_plane, tip=request.tip,
+        apart=request.apart or 0.0,
     )  # fmt: skip
     check.rulings(mixed)
     return mixed

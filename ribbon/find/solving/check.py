@@ -16,6 +16,9 @@ from ribbon.problems.protocol import Problem
 from ribbon.strip import check_known, known
 from ribbonbench import statics
 
+#: Least distance (l) that parts of a strip are kept apart by: ten times what may be missed of it, and more.
+_LEAST_APART = 1e-4
+
 
 def numbers(request: Request) -> None:
     """What a strip is, and what holds and loads it, beyond what the models are known to work for."""
@@ -35,6 +38,10 @@ def numbers(request: Request) -> None:
         known("closure.turns", request.closure.turns, [request.closure.turns])
     if request.tip is not None:
         known("tip", request.tip, request.tip)
+    if request.apart is not None and not _LEAST_APART <= request.apart < 0.5:
+        raise RibbonInputError(
+            "apart", request.apart, f"use a distance over l from {_LEAST_APART:g} to below 0.5, or None"
+        )
 
 
 def pulled(request: Request, chosen: str) -> None:

@@ -38,6 +38,7 @@ class StripKeywords(TypedDict, total=False):
     stiffness: str | None
     in_plane: bool | None
     tip: ArrayLike | None
+    apart: float | None
 
 
 class SolveKeywords(StripKeywords, total=False):
@@ -74,6 +75,7 @@ class Request:
     held_by: str
     stiffness: str | None
     in_plane: bool | None
+    apart: float | None = None
 
     def __post_init__(self) -> None:
         for name, clamp in (("start", self.start), ("end", self.end)):
@@ -97,6 +99,7 @@ class Request:
         stiffness: str | None = None,
         in_plane: bool | None = None,
         tip: ArrayLike | None = None,
+        apart: float | None = None,
     ) -> Request:
         """The request of these keywords of `ribbon.solve`.
 
@@ -118,6 +121,7 @@ class Request:
             held_by=held_by,
             stiffness=stiffness,
             in_plane=in_plane,
+            apart=apart,
         )
 
     @classmethod
@@ -128,6 +132,7 @@ class Request:
             gravity=problem.gravity, tip=problem.tip, energy=problem.energy, lengths=problem.lengths,
             formulation=problem.formulation, stiffness=problem.stiffness, in_plane=problem.in_plane,
             held_by=problem.held_by if isinstance(problem, MixedProblem) else "elimination",
+            apart=(problem.apart or None) if isinstance(problem, MixedProblem) else None,
         )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ribbon.find import contacts, nested, other_models, relax, stretched
+from ribbon.find import apart, contacts, nested, other_models, relax, stretched
 from ribbon.find.solving import saddle
 from ribbon.find.solving.request import How, Options, Progress
 from ribbon.find.solving.verdict import judged
@@ -48,6 +48,8 @@ def once(problem: Problem, x: FloatArray, how: How, warm: Warm | None = None) ->
     if problem.walls and how.hold:
         assert isinstance(problem, MixedProblem)
         problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
+    if isinstance(problem, MixedProblem) and problem.apart:
+        problem, minimum = apart.kept(problem, minimum, how.options, how.progress)
     return judged(problem, minimum, how)
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from ribbon.find import other_models
 from ribbon.find.solving.request import How
-from ribbon.judge import convexity, penetration, quadrature, stability
+from ribbon.judge import convexity, nearness, penetration, quadrature, stability
 from ribbon.notes import Message, Note
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Energy, Equilibrium, Status
 from ribbon.solvers import choose, ipopt
@@ -30,12 +31,14 @@ _STATIONARY = (Status.CONVERGED, Status.SADDLE)
 @dataclass(frozen=True)
 class _Measured:
     """What is measured at a minimiser's end: energies by part, the judged stability (None: not judged), the steepest
-    ruling |n| w / 2, how far (l) the strip reaches beyond a wall (None: no walls)."""
+    ruling |n| w / 2, how far (l) the strip reaches beyond a wall (None: no walls), by how much (l) its parts are nearer
+    to each other than they are kept (0: they are not, or may be)."""
 
     parts: FloatArray
     check: stability.Stability | None
     steepest: float
     behind: float | None
+    too_near: float = 0.0
 
 
 def judged(problem: Problem, minimum: Minimum, how: How) -> Equilibrium:
@@ -80,7 +83,11 @@ def _measured(problem: Problem, minimum: Minimum, parts: FloatArray, wanted: boo
     steepest = 0.0
     if not problem.fields.free:
         steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
-    return _Measured(parts, check, steepest, penetration.deepest(problem, minimum.x))
+    near = 0.0
+    if isinstance(problem, MixedProblem) and problem.apart and finite:
+        gaps = nearness.minima(problem, minimum.x, -nearness.TOLERANCE)
+        near = max((-gap for gap, _ in gaps), default=0.0)
+    return _Measured(parts, check, steepest, penetration.deepest(problem, minimum.x), near)
 
 
 def _verdict(problem: Problem, minimum: Minimum, at: _Measured, how: How) -> tuple[Status, Message, float | None]:
@@ -91,6 +98,8 @@ def _verdict(problem: Problem, minimum: Minimum, at: _Measured, how: How) -> tup
     behind = at.behind is not None and not at.behind <= penetration.TOLERANCE
     if behind and how.hold:
         return Status.NOT_CONVERGED, Message.of(Note.BEHIND, depth=at.behind), None
+    if at.too_near > nearness.TOLERANCE:
+        return Status.NOT_CONVERGED, Message.of(Note.TOO_NEAR, depth=at.too_near), None
     error = quadrature.error(problem, minimum.x, float(at.parts[0]))
     if error is not None and not error <= quadrature.TOLERANCE:
         return Status.NOT_CONVERGED, Message.of(Note.QUADRATURE, error=error), error

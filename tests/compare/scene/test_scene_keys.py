@@ -50,6 +50,7 @@ HOMES: dict[str, dict[str, str | None]] = {
     "uncertainty.thickness": {"strip.thickness": "3e-4"},
     "uncertainty.young": SI,
     "uncertainty.density": SI,
+    "contact": {"strip.thickness": "3e-4"},
     "shell.corner": {"shell.clamp": '"corners"'},
 }
 """What a scene says beside a level clamped strip with weight, for a key, or the keys of a section, to be right."""

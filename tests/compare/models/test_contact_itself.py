@@ -1,0 +1,78 @@
+"""[contact] of a scene: a strip folded between clamps until its sides meet, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from compare import registry
+from compare.errors import BadInput
+from compare.measure.grades import GOOD
+from compare.models import solve
+from compare.models.base import check_keys
+from compare.pages.result import state_result
+from compare.pages.solve import rows
+from compare.scene.scene import loads
+from compare.studies.checks import of_state
+from tests.reference.touching_fold import folds
+
+FOLD = """
+[strip]
+length = 0.5
+width = 0.025
+poisson = 0.3
+thickness = 0.01
+[contact]
+itself = true
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[clamp.end]
+position = [0.0, 0.0, 0.08]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[seed]
+curvature = [6.0, -6.0, 6.0]
+[model]
+energy = "sadowsky"
+elements = 30
+[[path]]
+"clamp.end.position" = [0.0, 0.0, 0.3]
+"""
+
+
+def test_a_fold_whose_sides_meet():
+    """0.16 of the length apart, 0.02 of it thick, by the scene's own path; thicker it stores more."""
+    scene = loads(FOLD, "fold")
+    state = solve(scene)
+    (known,) = folds(np.array([0.16]), 0.02)
+    assert state.ok
+    data = state_result(scene, state)
+    push = sum(float(np.linalg.norm(pair["force"])) for pair in data["contacts"])
+    assert push == pytest.approx(known.push, rel=5e-3)
+    assert data["energy"]["elastic"] == pytest.approx(known.energy, rel=1e-4)
+    assert data["crossings"] == []
+    assert {check.name: check.grade for check in of_state(scene, state)}["crossing"] == GOOD
+    assert "2 pairs of places" in dict(rows(scene, state))["touches itself"]
+    thicker = solve(scene.replace({"contact.distance": 0.011}))
+    assert thicker.ok
+    assert thicker.energy.total > state.energy.total + 1e-3
+
+
+def test_what_is_refused():
+    scene = loads(FOLD, "fold")
+    assert scene.apart == pytest.approx(0.02)
+    for changes, key in (
+        ({"contact.distance": 0.3}, "contact.distance"),
+        ({"contact.distance": 1e-6}, "contact.distance"),
+        ({"strip.thickness": 1e-6}, "contact.distance"),
+        ({"strip.thickness": None}, "contact.distance"),
+    ):
+        with pytest.raises(BadInput) as caught:
+            scene.replace(changes)
+        assert caught.value.key == key
+    for model in ("shell", "elastica"):
+        with pytest.raises(BadInput) as caught:
+            check_keys(registry.model(model), scene)
+        assert caught.value.key.startswith("contact.")
