@@ -35,6 +35,10 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--within", type=float, metavar="SECONDS", default=None, help="follow nothing further after this time"
     )
     parser.add_argument(
+        "--moving", action="store_true",
+        help="elements that stand where the curvature passes zero, and move with it: for wide twisted strips",
+    )  # fmt: skip
+    parser.add_argument(
         "--no-errors", action="store_true", help="leave out the errors of special points (elements halved twice)"
     )
     common.out_argument(parser)
@@ -51,7 +55,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
             raise BadInput(option, count, "is too few", "give a larger whole number")
     if options.within is not None and not (math.isfinite(options.within) and options.within > 0.0):
         raise BadInput("--within", options.within, "is no time", "give seconds, above zero")
-    asked = Asked(options.branches or BRANCHES, options.steps or STEPS, not options.no_errors, options.within)
+    asked = Asked(
+        options.branches or BRANCHES, options.steps or STEPS, not options.no_errors, options.within, options.moving
+    )
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):

@@ -12,8 +12,9 @@ from compare.continuation import bordered
 from compare.continuation.point import Point, length
 from compare.continuation.system import FloatArray, System
 
-#: Newton steps at the most; a residual that grows by this factor is going nowhere.
-MOST, GROWTH = 12, 1e4
+#: Newton steps at the most, and those on other elements than where the start is from; a residual that grows by this
+#: factor is going nowhere.
+MOST, CARRIED, GROWTH = 12, 30, 1e4
 #: Miss of the condition that is none, over its size.
 _ON = 1e-10
 #: Residual below which a last step that falls no more has met rounding.
@@ -23,13 +24,20 @@ Direction = tuple[FloatArray, float]
 
 
 def corrected(
-    system: System, z: FloatArray, t: float, across: Direction, origin: Direction, ahead: float, tolerance: float
+    system: System,
+    z: FloatArray,
+    t: float,
+    across: Direction,
+    origin: Direction,
+    ahead: float,
+    tolerance: float,
+    most: int = MOST,
 ) -> tuple[FloatArray, float, int, float] | None:
-    """The equilibrium on the hyperplane `ahead` of `origin` along `across`, from (z, t): z, t, steps, norm of what is
-    left; None where Newton's iteration finds none."""
+    """The equilibrium on the hyperplane `ahead` of `origin` along `across`, from (z, t), in `most` Newton steps at the
+    most: z, t, steps, norm of what is left; None where there is none."""
     row, d = system.mass(across[0]), across[1]
     first, last = None, np.inf
-    for count in range(MOST + 1):
+    for count in range(most + 1):
         left = system.residual(z, t)
         norm = system.norm(left)
         missed = float(row @ (z - origin[0])) + d * (t - origin[1]) - ahead
@@ -45,13 +53,12 @@ def corrected(
             return None
         last = norm
         factor = system.factor(z, t)
-        if factor is None or count == MOST:
+        if factor is None or count == most:
             return None
         step = bordered.solve(factor, system.rate(z, t), row, d, -left, -missed)
         if step is None:
             return None
-        share = system.reach(z, step[0])
-        z, t = z + share * step[0], t + share * step[1]
+        z, t = system.stepped(z, step[0]), t + step[1]
     return None
 
 
@@ -74,7 +81,7 @@ def first_point(
     t (-1); None where there is none. check: whether one without a tangent (a scene that does not move with t has none
     that could be asked for) is none."""
     flat = np.zeros(system.size)
-    found = corrected(system, z, t, (flat, 1.0), (z, t), 0.0, tolerance)
+    found = corrected(system, z, t, (flat, 1.0), (z, t), 0.0, tolerance, CARRIED)
     if found is None:
         return None
     if not check:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from compare.continuation import locate
-from compare.continuation.correct import at, corrected, tangent
+from compare.continuation.correct import CARRIED, at, corrected, tangent
 from compare.continuation.point import Options, Point, Special
 
 #: Windows around the step in which it was found, in units of it, in which it is looked for.
@@ -43,7 +43,7 @@ def _carried(point: Point, options: Options) -> Point | None:
     dz, dt = point.tangent
     system, z, directions = point.system.finer(point.z, point.t, dz[:, None])
     along = directions[:, 0], dt
-    found = corrected(system, z, point.t, along, (z, point.t), 0.0, options.tolerance)
+    found = corrected(system, z, point.t, along, (z, point.t), 0.0, options.tolerance, CARRIED)
     if found is None:
         return None
     z, t, count, norm = found

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from compare.continuation import bordered, locate
-from compare.continuation.correct import at, corrected, tangent
+from compare.continuation.correct import CARRIED, at, corrected, tangent
 from compare.continuation.point import Options, Point, Run, Special, length, product
 from compare.continuation.system import FloatArray
 
@@ -48,6 +48,8 @@ def follow(
         there, ahead, between, landed = moved
         found += between
         events = [special for special in between if special.kind == "event"]
+        if not events:
+            there = _on_moved_elements(there, options)
         points.append(there)
         if on_point is not None and not on_point(there):
             return Run(tuple(points), tuple(found), "stopped", refused)
@@ -61,6 +63,21 @@ def follow(
         else:
             step = min(step, options.most) * (1.0 if there.iterations <= options.easy + 2 else 0.7)
     return Run(tuple(points), tuple(found), "steps", refused)
+
+
+def _on_moved_elements(point: Point, options: Options) -> Point:
+    """The point on elements that follow what is sudden in its shape, across its tangent; itself where they need not
+    move, or it is not found there."""
+    dz, dt = point.tangent
+    system, z, directions = point.system.moved(point.z, point.t, dz[:, None])
+    if system is point.system:
+        return point
+    along = directions[:, 0], dt
+    found = corrected(system, z, point.t, along, (z, point.t), 0.0, options.tolerance, CARRIED)
+    side = None if found is None else tangent(system, found[0], found[1], along)
+    if found is None or side is None or side[1] != point.unstable:
+        return point
+    return replace(point, system=system, z=found[0], t=found[1], tangent=side[0], norm=found[3])
 
 
 def _bend(here: Point, there: Point) -> tuple[FloatArray, float] | None:

@@ -53,6 +53,9 @@ class System(Protocol):
     def reach(self, z: FloatArray, dz: FloatArray) -> float:
         """The part of a step dz, at most 1, that stays where the energy is finite."""
 
+    def stepped(self, z: FloatArray, dz: FloatArray) -> FloatArray:
+        """z + dz to first order, bent where that would leave what the energy is finite on."""
+
     def slacks(self, z: FloatArray, t: float) -> FloatArray:
         """Conditions of one side (k,), each at least 0 as long as the same ones are in force; (0,) without any."""
 
@@ -65,6 +68,10 @@ class System(Protocol):
     def renewed(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
         """The system with what moves nothing at z told anew, z and directions (n, k) in it; itself where that is the
         same."""
+
+    def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
+        """The system on elements that stand where the shape z has what is sudden, z and directions (n, k) carried over,
+        not yet an equilibrium; itself where they need not move."""
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
         """The system on elements half as long, z and directions (n, k) carried over, not yet an equilibrium."""

@@ -327,9 +327,12 @@ class BranchStart:
 class Branches(Protocol):
     """A model of which branches of equilibria can be followed while a scene changes; a model need not."""
 
-    def branch_start(self, scene_at: Callable[[float], Scene], say: Reporter | None = None) -> BranchStart:
-        """Its equilibrium at t = 0 as a system over t; scene_at: t in [0, 1] -> scene. Raises `BadInput` like
-        `Model.solve`, and for a start that is no equilibrium."""
+    def branch_start(
+        self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
+    ) -> BranchStart:
+        """Its equilibrium at t = 0 as a system over t; scene_at: t in [0, 1] -> scene; moving: on elements that follow
+        what is sudden in its shapes, where it has such. Raises `BadInput` like `Model.solve`, and for a start that is
+        no equilibrium."""
 
 
 @runtime_checkable

@@ -97,7 +97,7 @@ LINES = {
     "branches": [
         ("branches", "cantilever", "--set", "model.elements=4", "--along", "strip.gamma", "--from", "1", "--to", "3",
          "--model", "wunderlich,sadowsky", "--branches", "2", "--steps", "40", "--within", "100", "--no-errors",
-         "--yes", *OUT),
+         "--moving", "--yes", *OUT),
     ],
     "explain": [
         ("explain", "cantilever", *MESH, "--run", "--shell", "--yes", *OUT),

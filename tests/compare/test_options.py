@@ -18,6 +18,7 @@ COMMANDS = commands_of(_parser())
 EXCEPTIONS = {
     "--distance": "a threshold in percent (limits), a claim as a part of the length (check)",
     "--share": "as --distance",
+    "--to": "the last value of a number (branches), the program that a scene is written for (export)",
     "--width-to-thickness": "of the one shell whose cost is measured (cost)",
 }
 #: Parts of the help that a command adds of its own: where the default folder is, which scene is changed.

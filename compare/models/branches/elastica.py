@@ -137,6 +137,10 @@ class ElasticaEquations:
         """Nothing bounds an elastica."""
         return 1.0
 
+    def stepped(self, z: FloatArray, dz: FloatArray) -> FloatArray:
+        """z + dz."""
+        return z + dz
+
     def slacks(self, z: FloatArray, t: float) -> FloatArray:
         """No conditions of one side."""
         return np.zeros(0)
@@ -151,6 +155,12 @@ class ElasticaEquations:
         self, z: FloatArray, t: float, directions: FloatArray
     ) -> tuple[ElasticaEquations, FloatArray, FloatArray]:
         """Everything moves something."""
+        return self, z, directions
+
+    def moved(
+        self, z: FloatArray, t: float, directions: FloatArray
+    ) -> tuple[ElasticaEquations, FloatArray, FloatArray]:
+        """Nothing of an elastica is sudden."""
         return self, z, directions
 
     def finer(

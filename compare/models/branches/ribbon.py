@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from compare.models.ribbon.state import RibbonShape
 from compare.scene.scene import Scene
 from ribbon import Equilibrium, RibbonInputError
 from ribbon.find.branch.equations import Equations
+from ribbon.find.branch.passages import Grading
 from ribbon.find.seeds import held_straight
 from ribbon.find.solving.request import How
 from ribbon.find.solving.search import from_shape
@@ -53,14 +55,20 @@ def equilibrium(system: Equations, z: FloatArray, t: float) -> Equilibrium:
     return judged(problem, Minimum(x, bounds, rows, residual, 0, 0, "", True, 0.0, KNOWN), How(check=False))
 
 
-def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStart:
-    """The branch through a state at t = 0. `BadInput` for a state that is no equilibrium."""
+def branch_start(scene_at: Callable[[float], Scene], state: State, moving: bool = False) -> BranchStart:
+    """The branch through a state at t = 0; moving: on as many elements or more, that follow passages of the curvature
+    through zero (`ribbon.find.branch.passages`). `BadInput` for a state that is no equilibrium."""
     if not state.is_equilibrium:
         raise BadInput(
             "SCENE", scene_at(0.0).name, f"has no equilibrium where the branch would begin: {state.message}",
             "begin elsewhere (--from), or give a [seed] or a [[path]] that leads there",
         )  # fmt: skip
     system, z = equations(scene_at, 0.0, state.native)
+    if moving:
+        mean = 1.0 / system.lengths.size
+        graded = replace(system, grading=Grading(mean, _LEAST * mean, min(_GROWTH * mean, 1.0)))
+        graded.problem(0.0)
+        system, z, _ = graded.moved(z, 0.0, np.zeros((z.size, 0)))
 
     def shape(point: Point) -> Shape:
         assert isinstance(point.system, Equations)
@@ -69,6 +77,8 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
     return BranchStart(state, system, z, shape, lambda count: others(system, z, count))
 
 
+#: Length of an element at a passage over the mean one, and growth with the distance over the mean length.
+_LEAST, _GROWTH = 0.2, 10.0
 #: Knots and sizes (1/l, none) of random curvatures and rulings; the seed of the committed draws.
 _KNOTS, _BENT, _TURNED, _DRAW = 6, 12.0, 0.6, 20261125
 #: Iterations of a start at the most.

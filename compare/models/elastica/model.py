@@ -196,7 +196,9 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
         said, colon, options = r.message.rpartition(": ")
         return said if colon and options != SPENT and r.status.value in self.remedies else r.message
 
-    def branch_start(self, scene_at: Callable[[float], Scene], say: Reporter | None = None) -> BranchStart:
+    def branch_start(
+        self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
+    ) -> BranchStart:
         """A branch of the elastica (`compare.models.branches.elastica`)."""
         from compare.models.branches.elastica import branch_start
 

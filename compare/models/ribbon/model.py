@@ -67,7 +67,8 @@ class RibbonModel(Model):
     }
     reads = (
         keys.STRIP | keys.SHAPED | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE
-        | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.CONTACT | keys.MODEL - keys.ARC_LENGTH | keys.SEED | keys.PATH
+        | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.CONTACT | keys.MODEL - keys.ARC_LENGTH | keys.SEED
+        | keys.PATH
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,
@@ -264,12 +265,14 @@ class RibbonModel(Model):
             found = rivals.near(state.native, near, finer)
         return state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values()))) if found.ok else None
 
-    def branch_start(self, scene_at: Callable[[float], Scene], say: Reporter | None = None) -> BranchStart:
+    def branch_start(
+        self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
+    ) -> BranchStart:
         """A branch of the glued ribbon (`compare.models.branches.ribbon`)."""
         from compare.models.branches.ribbon import branch_start
 
         with self._admitted(scene_at(0.0)):
-            return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say))
+            return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say), moving)
 
     @property
     def by_keys(self) -> tuple[str, ...]:

@@ -171,7 +171,8 @@ def sentences(diagram: Diagram) -> list[str]:
     if diagram.unsettled:
         said.append(
             f"{diagram.unsettled} folds or branch points do not settle on elements halved twice: take more elements "
-            "(--set model.elements=N) before their places are believed."
+            "(--set model.elements=N), or such as follow the passages of its curvature through zero (--moving), before "
+            "their places are believed."
         )
     events = sum(p.kind == "event" for _, p in diagram.special)
     if events:

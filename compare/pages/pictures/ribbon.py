@@ -214,7 +214,8 @@ def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Unit
     clamps (orange) and walls (grey).
 
     A clamp's square or bar stands for a held frame (the bar along the width, the pin along the normal), a dot for a
-    position alone. A wall is a line in the side view where it is seen from its edge, a cylinder along its axis a circle.
+    position alone. A wall is a line in the side view where it is seen from its edge, a cylinder along its axis a
+    circle.
     """
     figure = Figure(figsize=(11.5, 4.4), layout="constrained")
     size, unit = length_axis(units)

@@ -47,12 +47,13 @@ BRANCHES, STEPS = 8, 200
 @dataclass(frozen=True)
 class Asked:
     """What is followed: at most so many branches of a model, and points of one; errors: on finer elements too; budget:
-    seconds in all, None: as long as it takes."""
+    seconds in all, None: as long as it takes; moving: on elements that follow what is sudden."""
 
     branches: int = BRANCHES
     steps: int = STEPS
     errors: bool = True
     budget: float | None = None
+    moving: bool = False
 
 
 def scene_for(scene: Scene, model: str) -> tuple[Scene, str]:
@@ -138,7 +139,7 @@ class _Models:
         model = registry.model(name)
         assert isinstance(model, Branches)
         self._told(f"{word}: the state where the branch begins")
-        self.start: BranchStart = model.branch_start(self.scene_at, say)
+        self.start: BranchStart = model.branch_start(self.scene_at, say, moving=asked.moving)
         self.left = 0
 
     def _told(self, text: str) -> None:

@@ -13,14 +13,15 @@ number of rows are unstable modes (Nocedal and Wright 2006, theorem 16.3). Metri
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.find.branch.passages import Grading, passed
 from ribbon.problems import prolonged
-from ribbon.problems.layout import ETA, POSITION, QUATERNION, STRIDE
+from ribbon.problems.layout import ETA, POSITION, QUATERNION, SLOPE, STRIDE
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers.frontal import Factor
 from ribbon.solvers.problem import force_scale, row_scale
@@ -38,6 +39,8 @@ _STEP = 1e-4
 #: Part of the way to a bound that a step goes at most.
 _WAY = 0.9
 _KEPT = 12
+#: Part of a bound up to which slopes are inside it, and the largest change of xi in a step.
+_INSIDE, _LONGEST = 1.0 - 1e-13, 1.5
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,8 @@ class Equations:
     """problem_at: the ribbon over t; lengths (p,): its segments; base (n,): what held unknowns are that do not follow
     from t; free (n,), active (m,): unknowns and rows of z; side (n,): 1 or -1 for slopes on their upper or lower bound.
 
-    anchor: of the gauges (`ribbon.problems.protocol.Problem.anchor`)."""
+    anchor: of the gauges (`ribbon.problems.protocol.Problem.anchor`); grading: of elements that follow the passages
+    of the curvature through zero, those that stand at `placed` (m,); None: elements stay."""
 
     problem_at: ProblemAt
     lengths: FloatArray
@@ -75,10 +79,19 @@ class Equations:
     active: BoolArray
     side: FloatArray
     anchor: tuple[tuple[float, ...], tuple[float, ...]] | None
+    grading: Grading | None = None
+    placed: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def of(
-        cls, problem_at: ProblemAt, lengths: FloatArray, t: float, x: FloatArray, rows: FloatArray, bounds: FloatArray
+        cls,
+        problem_at: ProblemAt,
+        lengths: FloatArray,
+        t: float,
+        x: FloatArray,
+        rows: FloatArray,
+        bounds: FloatArray,
+        grading: Grading | None = None,
     ) -> tuple[Equations, FloatArray]:
         """The system around an equilibrium x (n,) with multipliers rows (m,) and bounds (n,), and its z."""
         problem = problem_at(t, lengths)
@@ -94,7 +107,7 @@ class Equations:
         c = problem.constraints(x)
         gap = np.minimum(c - below, above - c)
         active = (below == above) | (np.abs(rows) > np.maximum(gap, 1e-9))
-        system = cls(problem_at, lengths, x.copy(), free, active, side, anchor)
+        system = cls(problem_at, lengths, x.copy(), free, active, side, anchor, grading)
         return system, np.concatenate([x[free], rows[active]])
 
     @property
@@ -213,6 +226,21 @@ class Equations:
             return 1.0
         return float(min(1.0, (_WAY * np.maximum(room[moving], 0.0) / np.abs(dx[moving])).min()))
 
+    def stepped(self, z: FloatArray, dz: FloatArray) -> FloatArray:
+        """z + dz; slopes n of an energy that is infinite on their bound b move in xi, ``n = b tanh xi``, as in
+        `ribbon.solvers.newton_near`."""
+        problem = next(iter(self._problems.values()))
+        y = z + dz
+        if problem.energy in FINITE_ON_BOUNDS:
+            return y
+        upper = problem.bounds()[1][self.free]
+        slopes = np.flatnonzero(np.isfinite(upper))
+        most = upper[slopes]
+        here = np.clip(z[slopes] / most, -_INSIDE, _INSIDE)
+        change = np.clip(dz[slopes] / most / (1.0 - here * here), -_LONGEST, _LONGEST)
+        y[slopes] = most * np.tanh(np.arctanh(here) + change)
+        return y
+
     # -- conditions of one side -----------------------------------------------------------------------------------
 
     @cached_property
@@ -296,37 +324,61 @@ class Equations:
 
     # -- elements -----------------------------------------------------------------------------------------------------
 
+    def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
+        """Elements graded to where the curvature passes zero now; itself without a grading, or where no passage has
+        moved by more than half a least element."""
+        if self.grading is None:
+            return self, z, directions
+        problem = self.problem(t)
+        now = passed(self.lengths, problem.joint_values(self.whole(z, t)[0])[0])
+        if now.size == self.placed.size and (
+            not now.size or float(np.abs(now - self.placed).max()) <= 0.5 * self.grading.least
+        ):
+            return self, z, directions
+        return self._carried(z, t, directions, self.grading.lengths(now), self.grading, now)
+
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
-        """Every segment cut in two."""
+        """Every segment cut in two; graded ones by the grading that is twice as fine."""
+        if self.grading is None:
+            return self._carried(z, t, directions, np.repeat(0.5 * self.lengths, 2), None, self.placed)
+        half = self.grading.finer()
+        return self._carried(z, t, directions, half.lengths(self.placed), half, self.placed)
+
+    def _carried(
+        self,
+        z: FloatArray,
+        t: float,
+        directions: FloatArray,
+        lengths: FloatArray,
+        grading: Grading | None,
+        placed: FloatArray,
+    ) -> tuple[Equations, FloatArray, FloatArray]:
+        """The system on other elements, z and directions on them: bounds where they were, contacts none."""
         few = self.problem(t)
         x, rows = self.whole(z, t)
-        lengths = np.repeat(0.5 * self.lengths, 2)
         many = self.problem_at(t, lengths).anchored(self.anchor)
         y = prolonged.shape(few, x, many)
         multipliers = prolonged.multipliers(few, rows, many, y)
         free = many.bounds()[0] != many.bounds()[1]
         free &= ~_rulings_of_nothing(many, y)
         side = np.zeros(many.size)
-        slopes = np.arange(9, STRIDE * self.lengths.size, STRIDE)
-        fine = np.arange(9, STRIDE * lengths.size, STRIDE)
-        side[fine] = np.repeat(self.side[slopes], 2)
+        here, there = prolonged.joints(self.lengths), prolonged.joints(lengths)
+        middle = np.clip(np.searchsorted(here, 0.5 * (there[1:] + there[:-1])) - 1, 0, self.lengths.size - 1)
+        side[SLOPE : STRIDE * lengths.size : STRIDE] = self.side[SLOPE : STRIDE * self.lengths.size : STRIDE][middle]
         free[side != 0.0] = False
         below, above = many.constraint_bounds()
         active = below == above
-        new = Equations(self.problem_at, lengths, y, free, active, side, self.anchor)
+        new = Equations(self.problem_at, lengths, y, free, active, side, self.anchor, grading, placed)
         new.problem(t)
-        moved = []
+        wide = np.zeros((many.size, directions.shape[1]))
         for k in range(directions.shape[1]):
             v = np.zeros(self.base.size)
             v[self.free] = directions[: self._count, k]
-            w = np.zeros(many.size)
             for place in range(POSITION, ETA + 1):
                 coarse = v[place : STRIDE * self.lengths.size + ETA + 1 : STRIDE]
-                w[place : STRIDE * lengths.size + ETA + 1 : STRIDE] = np.interp(
-                    prolonged.joints(lengths), prolonged.joints(self.lengths), coarse
-                )
-            moved.append(np.concatenate([w[free], np.zeros(int(active.sum()))]))
-        return new, np.concatenate([y[free], multipliers[active]]), np.array(moved).reshape(len(moved), -1).T
+                wide[place : STRIDE * lengths.size + ETA + 1 : STRIDE, k] = np.interp(there, here, coarse)
+        moved = np.vstack([wide[free], np.zeros((int(active.sum()), directions.shape[1]))])
+        return new, np.concatenate([y[free], multipliers[active]]), moved
 
     def energy(self, z: FloatArray, t: float) -> float:
         """Total energy, D w / l."""

@@ -34,9 +34,12 @@ _ALONG, _TOWARDS, _NEAREST = 4001, 400, 1e-9
 def passages(equilibrium: Equilibrium) -> FloatArray:
     """Abscissae over l (m,), ascending, inside the strip, where its curvature changes its sign (linear between the
     joints, as it is on every element)."""
-    problem = equilibrium.problem
-    s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    omega = problem.joint_values(equilibrium.x)[0]
+    return passed(equilibrium.problem.lengths, equilibrium.problem.joint_values(equilibrium.x)[0])
+
+
+def passed(lengths: FloatArray, omega: FloatArray) -> FloatArray:
+    """The same of a curvature omega (p + 1,) at the joints of segments of these lengths (p,)."""
+    s = np.concatenate([[0.0], np.cumsum(lengths)])
     k = np.flatnonzero(omega[:-1] * omega[1:] < 0.0)
     at = s[k] + (s[k + 1] - s[k]) * omega[k] / (omega[k] - omega[k + 1])
     on_joints = s[1:-1][omega[1:-1] == 0.0]

@@ -54,6 +54,9 @@ class Toy:
     def reach(self, z: FloatArray, dz: FloatArray) -> float:
         return 1.0
 
+    def stepped(self, z, dz):
+        return z + dz
+
     def slacks(self, z: FloatArray, t: float) -> FloatArray:
         return np.zeros(0)
 
@@ -61,6 +64,9 @@ class Toy:
         raise AssertionError
 
     def renewed(self, z, t, directions):
+        return self, z, directions
+
+    def moved(self, z, t, directions):
         return self, z, directions
 
     def finer(self, z, t, directions):

@@ -253,3 +253,24 @@ def test_the_command_writes_what_it_says(tmp_path, monkeypatch, capsys):
     stable = [p["stable"] for p in found["points"] if p["branch"] == 0 and p["parameter"] > 7.84]
     assert stable
     assert not any(stable)
+
+
+def test_elements_that_follow_passages_see_the_fork_that_equal_ones_hold_shut():
+    """7.2: on three graded meshes it is at 0.3848 +- 0.001 (results/shift), on as few equal elements there is none."""
+    scene = load("shift_7_2").replace({"model.elements": 50})
+    asked = Asked(branches=1, errors=False, moving=True)
+    (own,) = diagram(scene, "clamp.end.position[1]", 0.3, 0.42, asked=asked).branches
+    (fork,) = own.special
+    assert fork.kind == "branch_point"
+    assert fork.parameter == pytest.approx(0.3848, abs=0.006)
+    assert [p.unstable for p in own.points if p.kind == "regular"] == [
+        int(p.parameter > fork.parameter) for p in own.points if p.kind == "regular"
+    ]
+    meshes = [p.shape.equilibrium.problem.lengths for p in own.points]
+    assert min(m.min() for m in meshes) < 0.3 / 50
+    assert not np.array_equal(meshes[0], meshes[-1])
+    for point in (own.points[0], own.points[-1]):
+        joints = np.concatenate([[0.0], np.cumsum(point.shape.equilibrium.problem.lengths)])
+        passages = point.shape.equilibrium.omega(joints)
+        assert np.abs(passages[1:-1]).min() < 0.3
+        assert point.residual < 1e-9
