@@ -41,7 +41,7 @@ def _walked(begin: FloatArray, force: float, low: float, high: float) -> FloatAr
         _, _, a, k, _ = state
         return [np.sin(a), np.cos(a), k, force * np.sin(a), 0.5 * k * k]
 
-    found = solve_ivp(rate, (low, high), begin, method="DOP853", rtol=1e-12, atol=1e-13)
+    found = solve_ivp(rate, (low, high), begin, method="DOP853", rtol=1e-10, atol=1e-11)
     return np.asarray(found.y[:, -1])
 
 
@@ -52,7 +52,7 @@ def free(distance: float, guess: FloatArray) -> FloatArray:
         end = _walked(np.array([0.0, 0.0, 0.0, v[0], 0.0]), v[1], 0.0, 0.5)
         return [end[2], end[1] - 0.5 * distance]
 
-    found = root(missed, guess, tol=1e-12)
+    found = root(missed, guess, tol=1e-11)
     if not np.abs(missed(found.x)).max() < 1e-9:
         raise ValueError(f"no fold at Z = {distance:g}: {found.message}")
     return np.asarray(found.x)
@@ -69,7 +69,7 @@ def touching(distance: float, thickness: float, guess: FloatArray) -> Fold:
         at, end = both(v)
         return [at[2] - 0.5 * np.pi, at[1] - 0.5 * (distance - thickness), end[2], end[1] - 0.5 * distance]
 
-    found = root(missed, guess, tol=1e-12)
+    found = root(missed, guess, tol=1e-11)
     if not np.abs(missed(found.x)).max() < 1e-9:
         raise ValueError(f"no touching fold at Z = {distance:g}: {found.message}")
     end = both(found.x)[1]
@@ -82,7 +82,7 @@ def _neck(v: FloatArray) -> tuple[float, float]:
     def rate(_: float, y: FloatArray) -> list[float]:
         return [np.sin(y[2]), np.cos(y[2]), y[3], v[1] * np.sin(y[2])]
 
-    found = solve_ivp(rate, (0.0, 0.24), [0.0, 0.0, 0.0, v[0]], "DOP853", rtol=1e-12, atol=1e-13, dense_output=True)
+    found = solve_ivp(rate, (0.0, 0.24), [0.0, 0.0, 0.0, v[0]], "DOP853", rtol=1e-10, atol=1e-11, dense_output=True)
     s = np.linspace(0.0, 0.24, 2401)
     z = found.sol(s)[1]
     return float(s[np.argmax(z)]), float(z.max())
@@ -96,14 +96,14 @@ def folds(distances: FloatArray, thickness: float) -> list[Fold]:
     distance = 0.2
     place, narrow = _neck(v)
     while narrow < 0.5 * (distance - thickness):  # to where the sides meet
-        distance -= 0.002
+        distance -= 0.005
         v = free(distance, v)
         place, narrow = _neck(v)
     w = np.array([v[0], v[1], place, 0.0])
     found = []
     for target in distances:
         while distance > target + 1e-12:
-            distance = max(float(target), distance - 0.004)
+            distance = max(float(target), distance - 0.01)
             w = touching(distance, thickness, w).unknowns
         found.append(touching(float(target), thickness, w))
     return found
