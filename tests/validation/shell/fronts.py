@@ -60,8 +60,7 @@ MESHES = {
 }
 #: Meshes that are solved as a whole too.
 WHOLE = {"open": ((50, 4), (100, 8)), "closed": ((50, 4), (100, 8))}
-#: Where a factor must pay by this to be kept, at sizes that people use: 50 x 4 to 150 x 12.
-BOUND = 1.5
+BOUND = 1.5  # by what a factor must pay to be kept, at sizes that people use
 #: Largest relative difference of two solutions (the condition is some 1e9), and distance of two states, l.
 SAME, SAME_STATE = 1e-5, 1e-9
 UPRIGHT = ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
