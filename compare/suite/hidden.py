@@ -14,7 +14,7 @@ import numpy as np
 
 from compare.suite.case import Case, first_scene, read
 from compare.suite.reference import both_ways, clamped_arch
-from compare.suite.section import bar_of, saint_venant
+from compare.suite.section import PLANE, bar_of, saint_venant
 
 Draw = Callable[[np.random.Generator], tuple[str, str, str]]
 #: How often a case is drawn again whose references do not agree.
@@ -52,7 +52,7 @@ def _heavy(draw: np.random.Generator) -> tuple[str, str, str]:
         f"\n[physics.strip]\nlength = 1.0\nwidth = 0.05\nthickness = 5e-5\npoisson = 0.0\ngamma = {gamma!r}\n"
         f"\n[physics.gravity]\nup = [0.0, 1.0, 0.0]\n{_clamp(_level(0.0))}"
     )
-    return "elastica", "A heavy strip, clamped level, bends in its plane.", physics
+    return PLANE, "A heavy strip, clamped level, bends in its plane.", physics
 
 
 def _curl(draw: np.random.Generator) -> tuple[str, str, str]:
@@ -115,7 +115,7 @@ def _arch(seed: int, draw: np.random.Generator) -> Case:
     thrust, rise = clamped_arch(short)
     again = _arch_again(short)
     says = "A flat strip between two clamps on one line, nearer to each other than it is long."
-    head = _HEAD.format(title=says.rstrip("."), level="planar", theory="elastica", says=says, seed=seed)
+    head = _HEAD.format(title=says.rstrip("."), level="planar", theory=PLANE, says=says, seed=seed)
     by = ("elliptic integrals", "quadrature of the inflexional arc")
     questions = (
         ("rise", 'of = "extent"\naxis = "y"', rise, again[0], 1e-5),

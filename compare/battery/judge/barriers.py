@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,17 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+@runtime_checkable
+class Flat(Protocol):
+    """A plane: what has one normal."""
+
+    normal: Any
+
+
 def facing(wall: Any, points: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
     """Gaps (k,) in l of points (k, 3) from a plane, cylinder or sphere, unit normals (k, 3); length: the strip's."""
     apart = points - np.asarray(wall.point, dtype=float) / length
-    if not getattr(wall, "kind", None):
+    if isinstance(wall, Flat):
         normal = np.asarray(wall.normal, dtype=float)
         return apart @ normal, np.broadcast_to(normal, apart.shape)
     if wall.axis is not None:
@@ -26,5 +33,5 @@ def facing(wall: Any, points: FloatArray, length: float) -> tuple[FloatArray, Fl
 
 def sides(wall: Any) -> tuple[float, ...]:
     """Where across (-1 to 1) a strip is looked at: its edges; beside what bulges between them too."""
-    bulges = getattr(wall, "kind", None) and not wall.inside
+    bulges = not isinstance(wall, Flat) and not wall.inside
     return tuple(np.linspace(-1.0, 1.0, 41).tolist()) if bulges else (1.0, -1.0)

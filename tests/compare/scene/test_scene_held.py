@@ -180,7 +180,12 @@ def test_a_scene_that_just_says_moebius():
         ({"kind": '"circle"', "turns": "1.5"}, "closure.turns", "1.5", "whole number >= 1"),
         ({"kind": '"moebius"', "turns": "1"}, "closure.turns", "1", "only a circle has turns"),
         ({"kind": '"circle"', "ruling": '"loose"'}, "closure.ruling", "loose", "'straight'"),
-        ({"kind": '"circle"', "knot": "1"}, "closure.knot", "1", "known keys here: kind, ruling, turns, twist"),
+        (
+            {"kind": '"circle"', "knot": "1"},
+            "closure.knot",
+            "1",
+            "known keys here: half_turns, kind, ruling, turns, twist",
+        ),
     ],
 )
 def test_bad_closure(keys, key, shown, offered):

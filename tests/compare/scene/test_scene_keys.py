@@ -157,6 +157,8 @@ def test_an_absent_key_is_read_as_its_default():
     scenes += [loads(written("wall.point", WALL["point"])), loads(text(LEVEL, PLANAR, {"tip.load": "1.0"}))]
     scenes += [loads(written("obstacle.radius", BAR["radius"])), loads(written("obstacle.kind", '"sphere"'))]
     scenes += [loads(text(LEVEL, {"rod.torsion": "1.0"})), loads(text(LEVEL, {"rod.stretch": "1.0"}))]
+    scenes += [loads(text(LEVEL, {"contact.distance": "1e-3"}))]
+    scenes += [loads(text(LEVEL, {"contact.itself": "true", "strip.thickness": "3e-4"}))]
     seen = set()
     for scene in scenes:
         for key in set(KEYS) - scene.given() - {"title", "path.steps"}:
