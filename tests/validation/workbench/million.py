@@ -27,7 +27,7 @@ from tests.validation import page
 from tests.validation.number import Number
 
 #: Points along the two axes, rows of a part, kills, shards.
-SIDES, ROWS, KILLS, SHARDS = (50, 40), 400, 10, 4
+SIDES, ROWS, KILLS, SHARDS = (200, 100), 4000, 10, 4
 SEGMENTS = 40
 _TIME = "time of one run"
 _ENVIRONMENT = {
@@ -99,7 +99,7 @@ def swept(heavy: int, curled: int) -> Sweep:
 def few() -> tuple[int, float]:
     """Of 64 cases on the way of a worker: how many are stable, and the sum of their energies."""
     sweep = swept(*SIDES)
-    job = Stretch(0, tuple(range(500, 564)), given(sweep, Grid(sweep.scene, sweep.axes)), tempfile.gettempdir())
+    job = Stretch(0, tuple(range(5000, 5064)), given(sweep, Grid(sweep.scene, sweep.axes)), tempfile.gettempdir())
     columns = value_in(job.work().line.rstrip(b"\n"))["columns"]
     return sum(columns["stable"]), math.fsum(columns["energy.total"])
 
