@@ -35,3 +35,17 @@ def sides(wall: Any) -> tuple[float, ...]:
     """Where across (-1 to 1) a strip is looked at: its edges; beside what bulges between them too."""
     bulges = not isinstance(wall, Flat) and not wall.inside
     return tuple(np.linspace(-1.0, 1.0, 41).tolist()) if bulges else (1.0, -1.0)
+
+
+def lowest(wall: Any, middle: FloatArray, ruling: FloatArray, length: float) -> tuple[float, ...]:
+    """Where across a strip touches, if it does at this ruling: its edges, and where it is nearest to what bulges, of
+    points ``middle + side ruling`` (3,)."""
+    if not getattr(wall, "kind", None) or wall.inside:
+        return (1.0, -1.0)
+    apart, along = middle - np.asarray(wall.point, dtype=float) / length, np.array(ruling)
+    if wall.axis is not None:
+        axis = np.asarray(wall.axis, dtype=float)
+        apart, along = (np.cross(axis, np.cross(v, axis)) for v in (apart, along))
+    square = float(along @ along)
+    side = -float(apart @ along) / square if square > 1e-12 * float(ruling @ ruling) else 1.0
+    return (1.0, -1.0) if abs(side) >= 1.0 else (1.0, -1.0, side)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.battery.judge.barriers import facing, sides
+from compare.battery.judge.barriers import facing, lowest
 from compare.battery.judge.curve import segments
 from compare.battery.judge.elastic import elastic
 
@@ -167,9 +167,10 @@ class Discrete:
             found += self._turned(last, self.frame @ seam, relative=True)
         for wall in self.problem.walls:
             for stop in range(len(self.stops)):
-                for side in self.half_width * np.array(sides(wall)):
-                    ruling = self.states[stop, :, 0] + self._eta(stop) * self.states[stop, :, 2]
-                    gaps, normals = facing(wall, (self.states[stop, :, 3] + side * ruling)[None, :], length)
+                middle = self.states[stop, :, 3]
+                ruling = self.states[stop, :, 0] + self._eta(stop) * self.states[stop, :, 2]
+                for side in self.half_width * np.array(lowest(wall, middle, self.half_width * ruling, length)):
+                    gaps, normals = facing(wall, (middle + side * ruling)[None, :], length)
                     gap, normal = float(gaps[0]), normals[0]
                     by_eta = np.outer(normal, side * np.eye(5)[2])
                     c = np.outer(normal, unit + side * np.eye(5)[0]) + self._eta(stop) * by_eta
