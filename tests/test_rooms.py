@@ -54,15 +54,9 @@ LEVELS = (
     ("compare.errors",),
     ("compare",),
 )
-<<<<<<< HEAD
 #: Most arrows between the rooms of `compare`, a room with all that stands below it. Of the 171 that could be they are
 #: 71, thirteen of them by the suite and by continuation (58 of 136 without those two rooms).
 ARROWS = 71
-=======
-#: Most arrows between the rooms of `compare`, a room with all that stands below it. They are 71: `errors` and `store` have
-#: ten of them each.
-ARROWS = 74
->>>>>>> w-suite
 #: Who in `compare` may import a solver.
 KNOW_SOLVERS = (
     "compare.models",

@@ -176,11 +176,11 @@ class Endless(Task):
 #: A master whose worker has a case that never ends.
 MASTER = """
 import sys
-from compare.sweep.workers import Worker
+from compare.sweep.workers import Cases, Worker
 from tests.compare.test_signals import Endless
 if __name__ == "__main__":
     worker = Worker()
-    worker.give((0,), [Endless("key", None, "ribbon", False, False, sys.argv[1])])
+    worker.give(Cases((0,), (Endless("key", None, "ribbon", False, False, sys.argv[1]),)))
     worker.take()
 """
 #: A process that runs a module for as long as it lives itself.
