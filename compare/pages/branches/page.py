@@ -37,7 +37,7 @@ def _special_columns(diagram: Diagram) -> tuple[Column, ...]:
             "parameter", diagram.along.key, unit, "digits:8", legend="the limit of finer elements, where it settles"
         ),
         Column("parameter_error", "+-", unit, "exponent:1", legend="of that; - : not settled"),
-        Column("unstable", "unstable modes", kind="integer", legend="behind it, forwards on its branch"),
+        Column("unstable", "unstable modes", kind="integer", legend="of its side with fewer; of an event: behind it"),
         Column("order", "order", kind="digits:2", rank=9),
         Column("on_mesh", "on its own elements", unit, "digits:8", rank=9),
         Column("energy", "energy", "D w / l", "digits:6", rank=9),

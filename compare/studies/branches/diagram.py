@@ -24,9 +24,10 @@ class BranchPoint:
 
     parameter: value of the number, in its unit; error: of a special point's, by finer elements (None: regular, or it
     does not settle); meshes: its values on p, 2p, 4p elements; kind: "regular", "fold", "branch_point", "event";
-    unstable: number of unstable modes (of a special point: behind it); energy: total, D w / l, without the constant of
-    the natural curvature; arc: arc length from the branch's first point; end, middle (3,): positions, l; residual: the
-    norm of what is left; critical: eigenvalues that are zero there, as located; what: an event in words.
+    unstable: number of unstable modes (of a fold or branch point that of its side with fewer; of an event: behind it);
+    energy: total, D w / l, without the constant of the natural curvature; arc: arc length from the branch's first
+    point; end, middle (3,): positions, l; residual: the norm of what is left; critical: eigenvalues that are zero
+    there, as located; what: an event in words.
     """
 
     parameter: float

@@ -205,11 +205,17 @@ class _Models:
 
         self._told(f"{self.word}: branch {number} from {key} = {begun:.6g}{origin}")
         run = follow(first, (0.0, 1.0), self.options, on_point)
-        points = [(point.arc, 1, self._point(point)) for point in run.points]
+        made = [(point.arc, 1, 0, self._point(point)) for point in run.points]
         for special in run.specials:
-            points.append((special.point.arc, 0, self._special(special, image is not None)))
-        points.sort(key=lambda entry: entry[:2])
-        return Branch(self.word, number, tuple(p for *_, p in points), run.ended, leaves, image), run
+            made.append((special.point.arc, 0, special.change, self._special(special, image is not None)))
+        made.sort(key=lambda entry: entry[:2])
+        points: list[BranchPoint] = []
+        count = run.points[0].unstable
+        for _, regular, change, point in made:
+            before, count = count, point.unstable if regular else max(count + change, 0)
+            both = count if regular or point.kind == "event" else min(before, count)
+            points.append(point if regular else replace(point, unstable=both))
+        return Branch(self.word, number, tuple(points), run.ended, leaves, image), run
 
     def _point(self, point: Point, kind: Kind = "regular") -> BranchPoint:
         shape = self.start.shape(point)
@@ -231,10 +237,8 @@ class _Models:
                 last = None if last is None or self._spent() else relocated(last, self.options)
                 values.append(float("nan") if last is None else last.point.t)
         limit = self._settled(values) if len(values) > 1 else None
-        behind = special.before.unstable + special.change
-        unstable = min(special.before.unstable, behind) if special.kind != "event" else behind
         return replace(
-            made, unstable=max(unstable, 0), settled=limit, meshes=tuple(self.along.value(t) for t in values),
+            made, settled=limit, meshes=tuple(self.along.value(t) for t in values),
             critical=special.values, what=special.what,
         )  # fmt: skip
 
