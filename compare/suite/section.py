@@ -17,13 +17,15 @@ from numpy.typing import NDArray
 from compare.scene.inputs.law import values
 from compare.suite.answers import NotRepresentable
 from compare.suite.reference import FreeRod
+from compare.suite.schema import schema
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
 
 FloatArray = NDArray[np.float64]
-#: Theories that a rod has; the first one's strips bend in one plane, with D w.
-THEORIES = PLANE, *_ = ("elastica", "rod", "body")
+#: Theories of cases that a rod has: strips that bend in one plane, with D w; rods; bodies.
+_NAMES = schema()["properties"]["theory"]["enum"]
+THEORIES = PLANE, _, _ = (_NAMES[0], _NAMES[1], _NAMES[-1])
 #: Of a strip without a thickness, which bends in one plane: in its own plane and in twist, against D w.
 _STIFF, _TWIST = 1e3, 1.0
 
