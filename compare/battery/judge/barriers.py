@@ -40,7 +40,7 @@ def sides(wall: Any) -> tuple[float, ...]:
 def lowest(wall: Any, middle: FloatArray, ruling: FloatArray, length: float) -> tuple[float, ...]:
     """Where across a strip touches, if it does at this ruling: its edges, and where it is nearest to what bulges, of
     points ``middle + side ruling`` (3,)."""
-    if not getattr(wall, "kind", None) or wall.inside:
+    if isinstance(wall, Flat) or wall.inside:
         return (1.0, -1.0)
     apart, along = middle - np.asarray(wall.point, dtype=float) / length, np.array(ruling)
     if wall.axis is not None:
