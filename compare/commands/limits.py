@@ -163,7 +163,11 @@ def _tell(
 
     units = common.units_of(options, findings[-1].scene) if len({id(f.scene) for f in findings}) == 1 else None
     print_verdict(console, limits_results.answer(findings, units))
-    print_table(console, limits_results.table(findings), legend=False, wide=options.wide)
+    over = limits_results.grid_map(findings)
+    if over is not None:
+        print_table(console, over)
+    if over is None or options.wide:
+        print_table(console, limits_results.table(findings), legend=False, wide=options.wide)
     for sentence in limits_results.verdict(findings, thresholds):
         console.print(f"- {sentence}")
     console.print(f"Results: {out}")

@@ -16,6 +16,7 @@ from compare.page.table import LAST, USUAL, Cell, Column, Table
 from compare.page.verdict import Check, Verdict, unchecked
 from compare.page.wording import length, percent
 from compare.pages import result as results
+from compare.pages.pictures.varied import axes_of, label, varied
 from compare.record.quantity import ABSENT, DATA, Part, Quantity, pick
 from compare.record.views import document, unit_of
 from compare.scene.units import Units
@@ -168,6 +169,25 @@ def table(findings: Sequence[Finding]) -> Table:
     )
 
 
+def grid_map(findings: Sequence[Finding]) -> Table | None:
+    """A grid as a map: the last varied key across, the others down, in each cell the grade and the distance; None where
+    fewer than two keys are varied."""
+    keys = varied(findings)
+    if len(keys) < 2:
+        return None
+    *down, across = keys
+    heads = list(dict.fromkeys(label({across: axes_of(f).get(across)}) for f in findings))
+    rows: dict[str, dict[str, str]] = {}
+    for finding in findings:
+        axes = axes_of(finding)
+        row = rows.setdefault(label({key: axes.get(key) for key in down}), {})
+        far = "" if finding.distance is None else f" {percent(finding.distance)}"
+        row[label({across: axes.get(across)})] = f"{finding.level or UNKNOWN}{far}"
+    columns = [Column("case", "", kind="word", rank=0), *(Column(head, head, kind="word", rank=1) for head in heads)]
+    records = [{"case": case, **cells} for case, cells in rows.items()]
+    return Table.of_records("Grade and distance over the grid", columns, records, "Distance in % of l.")
+
+
 def _cell(value: Any) -> Cell:
     plain = jsonable(value)
     return str(plain) if isinstance(plain, dict) else plain
@@ -277,9 +297,10 @@ def _checks(finding: Finding, command: str) -> list[Check]:
 
 
 def verdict(findings: Sequence[Finding], thresholds: Thresholds) -> list[str]:
-    """The sentences: of every finding where there are few, then how often the estimate was right."""
+    """The sentences: of every finding where they are few and no map has them, then how often the estimate was right."""
     levels = [f.level for f in findings]
-    said = [finding.sentence for finding in findings] if len(findings) <= _MOST_SENTENCES else _extremes(findings)
+    few = len(findings) <= _MOST_SENTENCES and grid_map(findings) is None
+    said = [finding.sentence for finding in findings] if few else _extremes(findings)
     if len(findings) > 1:
         counts = ", ".join(f"{levels.count(name)} {name}" for name in ("good", "fair", "poor") if name in levels)
         open_ones = levels.count(None)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from compare.measure.energy_map import HARDLY, hardly_stored, shares
 from compare.page.drawing import NOTHING, quads, save, screen_axes
+from compare.pages.pictures.varied import axes_of, label, text_of, varied
 from compare.studies.limits import Finding
 
 FloatArray = NDArray[np.float64]
@@ -35,29 +36,6 @@ _LEAST_DRAWN = 0.2
 _INCHES = 2.4
 
 
-def varied(findings: Sequence[Finding]) -> list[str]:
-    """Keys whose value differs between findings, w/h among them as "w/h", in order; the last is the horizontal axis."""
-    keys: list[str] = []
-    for finding in findings:
-        keys += [key for key in axes_of(finding) if key not in keys]
-    return [key for key in keys if len({_text(axes_of(f).get(key)) for f in findings}) > 1]
-
-
-def axes_of(finding: Finding) -> dict[str, Any]:
-    """The varied keys of a finding, its clamp and its w/h."""
-    held = {"clamp": finding.scene.shell.clamp, "w/h": finding.width_to_thickness}
-    return {**finding.values, **held}
-
-
-def label(values: Mapping[str, Any]) -> str:
-    """Keys and values for a title."""
-    return ", ".join(f"{key.split('.', 1)[-1]} = {_text(value)}" for key, value in values.items())
-
-
-def _text(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
 def _layout(findings: Sequence[Finding]) -> tuple[str | None, list[dict[str, Any]]]:
     """The key of the horizontal axis and the other keys' combinations (one panel each).
 
@@ -71,7 +49,7 @@ def _layout(findings: Sequence[Finding]) -> tuple[str | None, list[dict[str, Any
     across = max(numeric, key=lambda key: count[key]) if numeric else ("w/h" if "w/h" in keys else None)
     rest = [key for key in keys if key not in (across, "w/h")]
     if across != "w/h" and "w/h" in keys:  # w/h follows from the others, or is an axis of its own
-        lines = {tuple(_text(axes_of(f).get(str(k))) for k in (across, *rest)) for f in findings}
+        lines = {tuple(text_of(axes_of(f).get(str(k))) for k in (across, *rest)) for f in findings}
         if len(lines) < len(findings):
             rest.append("w/h")
     panels: list[dict[str, Any]] = []
@@ -165,7 +143,7 @@ def maps_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
                 continue
             finding = here[column]
             _three_strips(axes, finding, drawn[row][column])
-            text = f"{across.split('.', 1)[-1]} = {_text(axes_of(finding)[across])}" if across else ""
+            text = f"{across.split('.', 1)[-1]} = {text_of(axes_of(finding)[across])}" if across else ""
             axes.set_title(text, fontsize=8)
         if panel:
             grid[row, 0].text(
@@ -227,7 +205,7 @@ def shapes_picture(path: Path, findings: Sequence[Finding], title: str) -> Path:
                 _shape(axes, finding, turn, _SHAPES[panel % len(_SHAPES)])
             _frame(axes, np.concatenate([c.reshape(-1, 3) for c in clouds]) @ turn.T, azimuth)
             if across and line == 0:
-                axes.set_title(f"{across.split('.', 1)[-1]} = {_text(value)}", fontsize=9)
+                axes.set_title(f"{across.split('.', 1)[-1]} = {text_of(value)}", fontsize=9)
     if panels[0]:
         from matplotlib.patches import Patch
 
