@@ -21,7 +21,7 @@ class Note(Enum):
     BEHIND_ON_PATH = "on its way the strip reaches {depth:.2g} l beyond a wall between its joints"
     TOO_NEAR = (
         "not converged: parts of the strip are {depth:.2g} l nearer to each other than they are kept; begin where they "
-        "are apart and come here by a [[path]] of smaller steps, or use more segments"
+        "are apart and come here in smaller steps, or use more segments"
     )
     QUADRATURE = (
         "not converged: the elastic energy hangs on its quadrature, an adaptive integral differs by {error:.2g} of it; "
