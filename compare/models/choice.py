@@ -42,6 +42,17 @@ def third_opinion(scene: Scene, beside: Model) -> Model | None:
     return found
 
 
+def no_third_opinion(scene: Scene) -> str:
+    """Why there is none: what leaves the plane, or the key that the planar elastica does not read; "" where it can."""
+    if (reason := scene.nonplanar_reason()) is not None:
+        return reason
+    try:
+        check_keys(model(next(entry.name for entry in entries() if entry.planar)), scene)
+    except BadInput as error:
+        return f"{error.key} {error.problem}"
+    return ""
+
+
 def is_cross_check(found: Model) -> bool:
     """Whether a model is the one that is the third opinion beside others."""
     return entry(found.name).planar

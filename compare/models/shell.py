@@ -36,6 +36,7 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    check_keys,
     natural_constant,
     on_strip,
 )  # fmt: skip
@@ -305,7 +306,13 @@ class ShellModel(Model):
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """The shell in words (on where the scene has one), and the effects that can be off in it."""
-        return effects(scene)
+        found = effects(scene)
+        if found[0].on:
+            try:
+                check_keys(self, scene)
+            except BadInput as refusal:  # what it does not read is no shell of this scene
+                return (Effect(found[0].key, "", False, f"{refusal.key} {refusal.problem}"), *found[1:])
+        return found
 
 
 def mesh_size(mesh: tuple[int, int], degree: int | None = 2) -> Size:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from compare.models.base import Effect, Model, check_keys
 from compare.models.capabilities import Evaluates, Evaluation
-from compare.models.choice import chosen, is_cross_check, shell_in_words, third_opinion
+from compare.models.choice import chosen, is_cross_check, no_third_opinion, shell_in_words, third_opinion
 from compare.scene.scene import Scene
 
 
@@ -45,7 +45,7 @@ def _cross_check(scene: Scene, model: Model) -> str:
     if is_cross_check(model):
         return ""
     if third_opinion(scene, model) is None:
-        return f"no elastica: {scene.nonplanar_reason()}"
+        return f"no elastica: {no_third_opinion(scene)}"
     start = (
         "begun at the natural shape"
         if scene.clamp_end is None and not scene.path

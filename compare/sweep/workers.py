@@ -14,6 +14,7 @@ import contextlib
 import multiprocessing
 import os
 import signal
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
@@ -96,14 +97,14 @@ class Cases:
         return [crashed(why) for _ in self.tasks]
 
 
-class TaskCrew:
+class TaskCrew(ABC):
     """A crew whose `run` goes through its `flow`."""
 
     size: int
 
+    @abstractmethod
     def flow(self, jobs: Iterable[Job]) -> Iterator[Ended]:
         """As of `Crew`."""
-        raise NotImplementedError
 
     def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Record]]:
         """Runs all tasks."""

@@ -351,6 +351,10 @@ def _itself(scene: Scene, e: Equilibrium, thickness: float | None) -> Priced:
         return Priced(ITSELF, False, 0.0, why="no turn comes near another")
     first, last = found.s
     where = f"s = {first:.2f} l and {last:.2f} l"
+    if scene.apart is not None:
+        touching = len(e.pairs)
+        why = f"kept {scene.apart:.2g} l apart, {touching} pairs touch; nearest {where}, gap {found.gap:.2g} l"
+        return Priced(ITSELF, True, None if touching else 0.0, why=why)
     if found.crosses:
         why = f"the strip passes through itself, nearest {where}: nothing in the scene keeps it apart"
         return Priced(ITSELF, False, None, why=why)

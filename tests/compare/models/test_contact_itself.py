@@ -10,6 +10,7 @@ from compare.errors import BadInput
 from compare.measure.grades import GOOD
 from compare.models import solve
 from compare.models.base import check_keys
+from compare.models.choice import no_third_opinion, shell_in_words
 from compare.pages.result import state_result
 from compare.pages.solve import rows
 from compare.scene.scene import loads
@@ -72,6 +73,10 @@ def test_what_is_refused():
         with pytest.raises(BadInput) as caught:
             scene.replace(changes)
         assert caught.value.key == key
+    assert scene.nonplanar_reason() is None
+    assert no_third_opinion(scene).startswith("contact.")
+    assert not shell_in_words(scene).on
+    assert shell_in_words(scene.replace({"contact": None})).on
     for model in ("shell", "elastica"):
         with pytest.raises(BadInput) as caught:
             check_keys(registry.model(model), scene)
