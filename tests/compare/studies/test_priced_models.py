@@ -110,7 +110,7 @@ def test_every_model_is_measured_against_the_finest_shell(tmp_path, capsys, monk
 def test_options_of_the_whole_measurement_ask_for_it(tmp_path, monkeypatch):
     """With any of them, as before; with none, the short answer."""
     asked = []
-    monkeypatch.setattr(cost_models, "measure_models", lambda *_: asked.append(True) or pytest.skip("asked"))
+    monkeypatch.setattr(cost_models, "measure_models", lambda *_: asked.append(True) or pytest.fail("asked"))
     arguments = ["cost", "cantilever", "--solvers", "chained", "--segments", "2", "3", "--reference", "own"]
     assert main([*arguments, "--repeats", "1", "--out", str(tmp_path), "--quiet"]) == DONE
     assert not asked
