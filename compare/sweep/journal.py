@@ -49,6 +49,19 @@ def value_in(line: bytes) -> Any:
         return None
 
 
+def _appended(handle: int, size: int, data: bytes) -> int:
+    """The size (bytes) of an open file of this size with `data` behind it; where that fails it stays as it was."""
+    written = 0
+    try:
+        while written < len(data):
+            written += os.pwrite(handle, data[written:], size + written)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.ftruncate(handle, size)
+        raise
+    return size + len(data)
+
+
 class Growing:
     """A file to whose end whole lines are added, forced to the disk at most every second."""
 
@@ -61,15 +74,7 @@ class Growing:
 
     def add(self, data: bytes) -> None:
         """Adds to its end; on a full disk it stays as it was, and OSError passes."""
-        written = 0
-        try:
-            while written < len(data):
-                written += os.pwrite(self._handle, data[written:], self._size + written)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.ftruncate(self._handle, self._size)
-            raise
-        self._size += len(data)
+        self._size = _appended(self._handle, self._size, data)
         if time.monotonic() - self._forced > _FORCED:
             os.fsync(self._handle)
             self._forced = time.monotonic()
@@ -136,15 +141,7 @@ class Journal:
             self._forced = time.monotonic()
 
     def _append(self, data: bytes) -> None:
-        written = 0
-        try:
-            while written < len(data):
-                written += os.pwrite(self._handle, data[written:], self._size + written)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.ftruncate(self._handle, self._size)
-            raise
-        self._size += len(data)
+        self._size = _appended(self._handle, self._size, data)
 
     def _read(self) -> bytes:
         """The bytes of the journal that is gone on with; fills `found`."""

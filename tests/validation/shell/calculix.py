@@ -128,7 +128,8 @@ def rings(kept: Pieces, out: Path, numbers: dict[str, Number]) -> list[str]:
         "set that lets go what pulls and takes in what is deepest behind a plane, until neither is left; solves: "
         "equilibria it took. off: relative, of the elastica; change: from the mesh before (of the first: to the "
         "next). a: half the length between the outermost lines that touch. CalculiX's own contact pairs did not "
-        "arrive (by hand: cut back to nothing).",
+        "arrive (by hand: cut back to nothing). At H = 0.2 the set of lines goes round in a circle on 80 x 2 and is "
+        "refused: no number stands for that mesh.",
         page.table(["H", "shell", "force", "off", "change", "energy", "off", "change", "a", "solves"], rows),
     ]  # fmt: skip
 
