@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from compare import registry
 from tests.validation import readme, remake, stale
 from tests.validation.__main__ import main
 from tests.validation.kept_rows import KeptRows
@@ -109,6 +110,29 @@ def test_what_only_writes_a_page_is_in_no_key(root):
     measure(root, "first")
     (root / "ribbon/other.py").write_text("X = 8\n")
     assert stale.status(Pages(root), "first").moved == ("ribbon.other",)
+
+
+def test_models_that_the_registry_loads_count_where_they_are_named(root):
+    """They are imported by no name: the usual one and the richest always, another where a scene or a file names it."""
+    (root / "compare/registry.py").write_text("")
+    homes = {entry.name: entry.target.partition(":")[0] for entry in registry.BUILT_IN}
+    for home in homes.values():
+        file = root / f"{home.replace('.', '/')}.py"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("X = 1\n")
+    first = root / "tests/validation/room/first.py"
+    first.write_text("import compare.registry\n" + first.read_text())
+    (root / "compare/scenes/arc.toml").write_text('energy = "tape_plain"\n')
+    measure(root, "first")
+    measure(root, "third")
+    moved = {}
+    for name, home in homes.items():
+        (root / f"{home.replace('.', '/')}.py").write_text("X = 2\n")
+        moved[name] = stale.status(Pages(root), "first").moved
+        (root / f"{home.replace('.', '/')}.py").write_text("X = 1\n")
+    assert {name for name, modules in moved.items() if modules == (homes[name],)} == {"ribbon", "shell", "tape"}
+    assert [name for name, modules in moved.items() if modules] == ["ribbon", "shell", "tape"]
+    assert not {*homes.values()} & set(Pages(root).modules("third"))
 
 
 def test_what_a_page_reads_of_another_and_its_own_files_count(root):

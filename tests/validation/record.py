@@ -38,6 +38,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from compare import registry
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_json, read_json
 from ribbonbench import sources
@@ -163,18 +164,41 @@ class Pages:
         return re.search(rf"^(def )?{what}\b", self.path(name).read_text(), re.M) is not None
 
     def depends(self, name: str) -> dict[str, Path]:
-        """What a page depends on: import closure of its module but for what only writes it (`WRITING`), shipped scenes
-        and sweeps that are named in it, and what it reads of other measurements (`READS`)."""
+        """What a page depends on: import closure of its module but for what only writes it (`WRITING`), with the models
+        that it loads by the registry; shipped scenes and sweeps that are named in it, and what it reads of other
+        measurements (`READS`)."""
         found = self.sources.closure(self.module(name), without=WRITING)
-        quoted = {word for path in found.values() if path.suffix == ".py" for word in self._words(path)}
-        tests = [path for dotted, path in found.items() if dotted.startswith("tests.") and path.suffix == ".py"]
-        every = any(one.endswith(":shipped") for path in tests for one in self.sources.module(path).imports)
-        for folder in ("scenes", "sweeps"):
-            for path in sorted((self.root / "compare" / folder).glob("*.toml")):
-                if every or path.stem in quoted:
-                    found[f"compare/{folder}/{path.name}"] = path
+        data = self._data(found)
+        if registry.__name__ in found:
+            homes = [entry.target.partition(":")[0] for entry in self._models(found, data)]
+            found = self.sources.closure(self.module(name), *homes, without=WRITING)
+        found.update(data)
         found.update({f"results/{file}": self.results / file for file in self.reads(name)})
         return found
+
+    def _data(self, modules: Mapping[str, Path]) -> dict[str, Path]:
+        """The shipped scenes and sweeps that modules name; all of them where a test asks for all."""
+        quoted = {word for path in modules.values() if path.suffix == ".py" for word in self._words(path)}
+        tests = [path for dotted, path in modules.items() if dotted.startswith("tests.") and path.suffix == ".py"]
+        every = any(one.endswith(":shipped") for path in tests for one in self.sources.module(path).imports)
+        return {
+            f"compare/{folder}/{path.name}": path
+            for folder in ("scenes", "sweeps")
+            for path in sorted((self.root / "compare" / folder).glob("*.toml"))
+            if every or path.stem in quoted
+        }
+
+    def _models(self, modules: Mapping[str, Path], data: Mapping[str, Path]) -> list[registry.Entry]:
+        """The models that a measurement with the registry may load, which imports none by name: the usual one and the
+        richest, and those whose name or energy its scenes or its own files name."""
+        own = [path for dotted, path in modules.items() if dotted.startswith("tests.") and path.suffix == ".py"]
+        named = {word for path in (*own, *data.values()) for word in self._words(path)}
+        always = (registry.USUAL, registry.RICHEST)
+        return [
+            entry
+            for entry in registry.BUILT_IN
+            if entry.name in always or not named.isdisjoint((entry.name, *entry.energies))
+        ]
 
     def alone(self, name: str) -> bool:
         """Whether a measurement must have the machine for itself: its `ALONE`, else whether its files, or those of the
