@@ -15,6 +15,11 @@ from tests.patience import PATIENCE
 from tests.test_setup import ROOT
 
 
+def heard() -> None:
+    """A shell that starts us in the background has ctrl-C ignored in all that we start."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 class Served:
     """A running server; a context manager that ends it as ctrl-C does. `code`: its exit code, then."""
 
@@ -23,7 +28,7 @@ class Served:
         self.errors = (folder / "stderr").open("w")
         self.process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=self.errors, text=True, cwd=folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "80"},
+            env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "80"}, preexec_fn=heard,
         )  # fmt: skip
         self.folder, self.code = folder, None
         assert self.process.stdout is not None
