@@ -28,6 +28,10 @@ BEYOND = (0.005, 0.01, 0.02, 0.03, 0.04)
 assert set(MODELS) <= {*NAMES, *FREE}
 
 
+class NoAnswer(AssertionError):
+    """A solve that did not converge."""
+
+
 def scene_of(length: float, width: float = published.WIDTH, **changes: Any) -> Scene:
     """The shipped scene with another length (in Leg) and width (mm)."""
     l, nu = published.LEG * length, published.POISSON
@@ -49,7 +53,7 @@ def side(scene: Scene) -> tuple[float, bool | None]:
     """d / l, and whether the state is stable."""
     found = solve_scene(scene)
     if not found.ok and found.word != "unstable":
-        raise AssertionError(f"{scene.model.energy}, l = {scene.strip.length}: {found.message}")
+        raise NoAnswer(f"{scene.model.energy}, l = {scene.strip.length}: {found.message}")
     return abs(float(found.shape.centreline(np.array([1.0]))[0, 1])), found.stable
 
 
@@ -59,13 +63,17 @@ def along(energy: str) -> tuple[float, ...]:
 
 
 def row(energy: str, length: float, **changes: Any) -> Row:
-    """One state of a ribbon model; changes: keys of the scene."""
-    d, stable = side(of_model(scene_of(length, **changes), energy))
+    """One state of a ribbon model, its deflection nan where there is no answer; changes: keys of the scene."""
+    try:
+        d, stable = side(of_model(scene_of(length, **changes), energy))
+    except NoAnswer as error:
+        print(f"  {error}", flush=True)
+        d, stable = np.nan, None
     return {"model": energy, "l_over_Leg": length, "d_over_Leg": length * d, "stable": stable}
 
 
 def curve(rows: list[Row], model: str) -> FloatArray:
-    """(n, 2): l / Leg, d / Leg of a model."""
+    """(n, 2): l / Leg, d / Leg of a model; nan where it gave no answer."""
     return np.array([[r["l_over_Leg"], r["d_over_Leg"]] for r in rows if r["model"] == model]).reshape(-1, 2)
 
 

@@ -117,7 +117,9 @@ def load_beyond(length: float, deflection: float) -> float:
 
 
 def at(table: FloatArray, length: float) -> float:
-    """The curve's value there; nan outside."""
+    """The curve's value there; nan outside, and beside a state that is missing."""
+    if length in table[:, 0]:
+        return float(table[table[:, 0] == length, 1][0])
     return float(np.interp(length, table[:, 0], table[:, 1], left=np.nan, right=np.nan))
 
 
@@ -179,6 +181,14 @@ def _models_table(rows: list[Row], shells: dict[float, float]) -> str:
     return page.table(["model", "leaves the axis", "to our shell %", "to the published curve"], lines)
 
 
+def _missing(rows: list[Row]) -> str:
+    """Where a model gave no answer."""
+    gone = [f"{row['model']} at {row['l_over_Leg']:g}" for row in rows if np.isnan(row["d_over_Leg"])]
+    if not gone:
+        return "Every model gave an answer at every length."
+    return f"No answer (rolled to one side, as the path begins, the solve does not converge): {', '.join(gone)}."
+
+
 def _slopes_table(slopes: list[dict[str, float]]) -> str:
     """Koiter's slope of the extensible ribbon."""
     lines = [
@@ -194,7 +204,9 @@ def _write_csv(path: Path, rows: list[Row]) -> None:
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, ["model", "l_over_Leg", "d_over_Leg", "stable"], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(row | {"d_over_Leg": f"{row['d_over_Leg']:.5f}"} for row in rows)
+        writer.writerows(
+            row | {"d_over_Leg": "" if np.isnan(row["d_over_Leg"]) else f"{row['d_over_Leg']:.5f}"} for row in rows
+        )
 
 
 def experiments_table(shells: dict[float, float]) -> tuple[str, dict[str, float]]:
@@ -264,6 +276,7 @@ def _numbers(
     found["published_most"] = Number(max(beyond), 300 * error, "%", ".1f")
     for name, value in experiments_table(shells)[1].items():
         found[f"rms_{name}"] = Number(100 * value, 100 * error if name == "ours" else 0.0, "%", ".1f")
+    found["no_answer"] = Number(sum(np.isnan(row["d_over_Leg"]) for row in rows), 0, shown="d")
     for k, fit in enumerate(slopes):
         found[f"koiter_{k}"] = Number(100 * (fit["k"] / fit["published"] - 1), 100 * SLOPE, "%", "+.2f")
     return found
@@ -305,6 +318,7 @@ def _write_page(
         "and 1.5523 at 2.9, 1.5789 of the narrow one.",
         "Models: those that know an edge held (wunderlich, finite) have it held, the others have a free ruling or "
         "none; 40 elements. kirchhoff bends with Y I (`stiffness = \"plate\"`), as the published rod.",
+        _missing(rows),
         "## The models along the branch", _models_table(rows, shells),
         "leaves the axis: l / Leg, from the states next to it; to our shell: d over the shell's, less 1, where both "
         "have fallen over (the twelve lengths above); to the published curve: largest difference in d / Leg.",
