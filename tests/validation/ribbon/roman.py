@@ -643,7 +643,7 @@ def run(out: Path) -> dict[str, Number]:
     points = _collapse()
     path = lower(experiment, STEP, LOWEST)
     counts = [record.count for record in path.records]
-    if counts != sorted(counts) or max(counts) < 4:
+    if counts != sorted(counts) or max(counts) < 3:  # when the next snap comes does not settle, see the page
         raise AssertionError(f"folds on the way down: {counts}")
     back = raise_again(experiment, 2, 0.0925, 0.999 * path.top, STEP, SEGMENTS)
     shapes = []
