@@ -211,7 +211,7 @@ def numbers(judged_rows: list[list[str]], rows: list[list[str]], sharp: list[flo
     for name, ratio in PROBED:
         found[f"end_{name}"] = Number(bend(name, ratio), abs(bend(name, ratio) - bend(name, ratio, MESHES[1])), "l")
     for name, ratio, goal, mesh, error, _, index, *_ in judged_rows:
-        if error != "-" and "(-)" not in index:
+        if index != "-" and "(-)" not in index:  # "-": the mesh has no state, its error is a status
             at = f"{name}_{ratio}_{goal}_{mesh.replace(' ', '')}"
             found[f"error_{at}"] = Number(float(error), float(error) / FINER, "l", ".1e")
     for k, row in enumerate(rows):
