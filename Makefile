@@ -44,18 +44,21 @@ $(BIN)/python -m tests.validation --remake
 endef
 export VALIDATE
 
+# The packages of .ci/NAME.lock, in .venv/NAME: apart from what the tests run with. What they need stands in it, or is in .venv.
+apart = { cmp -s .ci/$(1).lock .venv/$(1)/lock || { rm -rf .venv/$(1) && \
+	$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-deps --target .venv/$(1) -r .ci/$(1).lock && \
+	cp .ci/$(1).lock .venv/$(1)/lock; }; }
+
 validate: setup  ## the long validation: pytest -m validate and the commands listed in the Makefile
+	@{ $(call apart,docs) && $(call apart,readers); } || echo "validate: without them the tests of the site and of tables are skipped"
 	@echo "validate: long tests and commands, results below and in out/validate/junit.xml" && mkdir -p out/validate
 	@$(BIN)/python -m pytest -n $(WORKERS) -m validate --junitxml=out/validate/junit.xml; code=$$?; \
 	if [ $$code -eq 5 ]; then echo "validate: no test carries the marker validate yet"; else exit $$code; fi
 	@set -euo pipefail; while IFS= read -r command; do echo "validate: $$command"; $$command; done <<< "$$VALIDATE"
 	@echo "validate: done"
 
-# Sphinx and its theme stand apart from what the tests run with.
-docs: setup  ## the site from the Markdown pages, in out/site/html: no warning, no dead link, nothing from elsewhere
-	@cmp -s .ci/docs.lock .venv/docs/lock || { rm -rf .venv/docs && \
-	$(BIN)/python -m pip --disable-pip-version-check install --quiet --target .venv/docs -r .ci/docs.lock && \
-	cp .ci/docs.lock .venv/docs/lock; }
+docs: setup  ## the site from the pages and notebooks, in out/site/html: no warning, no dead link, nothing from elsewhere
+	@$(call apart,docs)
 	@PYTHONPATH=$(CURDIR):.venv/docs $(BIN)/python -m docs.site out/site
 
 clean:  ## remove results and caches in this folder (.venv stays)

@@ -4,7 +4,7 @@
 # pinned Python packages, and the project itself, editable.
 #
 # May be run any number of times, interrupted, and by two shells at once. Exit codes: 0 done, 3 something is missing
-# that this script may not or cannot install.
+# that this script may not or cannot install. With the word "packages": the apt packages alone (Containerfile).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -73,6 +73,8 @@ if ((${#needed[@]})); then
         missing "apt-get failed (its last lines stand above); mend it, then run again: $install"
     fi
 fi
+
+[[ ${1-} != packages ]] || exit 0
 
 # --- venv ------------------------------------------------------------------------------------------------------------
 # The stamp: everything whose change calls for another installation. The folder belongs to it because a venv does not

@@ -1,12 +1,14 @@
-"""Makes the site from the Markdown pages, with Sphinx: python -m docs.site OUT (`make docs`).
+"""Makes the site from the Markdown pages, with Sphinx: python -m docs.site OUT [--bare] (`make docs`).
 
 The pages stay as they are, readable in the repository: a source folder is made of copies, in the same places, so that
 their links hold. What they link to and what is no page of the site (a source file) is named without a link. Formulas
 become MathML, which browsers show by themselves; nothing is loaded from elsewhere, and the search works from the disk.
+Notebooks become Jupyter's files and are executed while the site is built; an error in one fails it (--bare: not).
 """
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -16,15 +18,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
+from docs.site_notebooks import notebook, notebooks
 from docs.site_reference import MODULES, reference
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Caption -> the pages below it, in their order; patterns take what is left.
 TREE: Mapping[str, Sequence[str]] = {
-    "Learn": ("docs/tutorials/first_scene", "docs/tutorials/*", "docs/which_model", "docs/gallery"),
+    "Learn": (
+        "docs/tutorials/first_scene", "docs/tutorials/*", "docs/notebooks/first_strip", "docs/notebooks/*",
+        "docs/which_model", "docs/gallery",
+    ),
     "Look up": (
-        "docs/glossary", "docs/scenes", "docs/tables", "docs/api", "reference/*", "docs/verdicts", "docs/stability",
-        "docs/references",
+        "docs/install", "docs/glossary", "docs/scenes", "docs/tables", "docs/api", "reference/*", "docs/verdicts",
+        "docs/stability", "docs/references",
     ),
     "Commands": ("docs/commands/*",),
     "Theory": ("docs/theory", "docs/shell"),
@@ -36,6 +42,8 @@ PLACES = ("docs", "results")
 ALONE = ("CONTRIBUTING.md", "CHANGELOG.md")
 #: Files beside the pages that come along.
 COPIED = (".png", ".svg", ".csv", ".json")
+#: matplotlib's backend that shows figures in a notebook; a kernel takes it by itself only where none is named.
+INLINE = "module://matplotlib_inline.backend_inline"
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^()\s]+)\)")
 _FENCE = re.compile(r"^(```|~~~)", re.MULTILINE)
 _MATH = re.compile(r"^```math\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -46,18 +54,31 @@ sys.path.insert(0, {root!r})
 from docs.site_math import setup_math
 project, author, release, version = "ribbonbench", "ribbonbench", {version!r}, {version!r}
 html_title = "ribbonbench {version}, {day}"
-extensions = ["myst_parser"]
+extensions = ["myst_nb"]
+exclude_patterns = ["notebooks"]  # those that are to be had as files
+nb_execution_mode = {execute!r}
+nb_execution_timeout = 1800
+nb_execution_show_tb = nb_execution_in_temp = nb_merge_streams = True
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 6
 myst_dmath_double_inline = True
 suppress_warnings = ["misc.highlighting_failure", "myst.header", "toc.not_readable"]
 html_theme = "furo"
 html_last_updated_fmt = "{day}"
+html_static_path = ["_site"]
+html_css_files = ["site.css"]
 html_copy_source = html_show_sourcelink = False
+html_show_search_summary = False  # it is fetched from the pages found, which a browser forbids from the disk
 html_math_renderer = "mathml"
 html_baseurl = ""
 def setup(app):
     setup_math(app)
+"""
+
+#: What is wider than a phone is moved in its own box.
+CSS = """
+div.math, .cell_output { overflow-x: auto; overflow-y: hidden; }
+article p, article li { overflow-wrap: anywhere; }
 """
 
 
@@ -110,7 +131,13 @@ def _outside_code(text: str) -> Iterator[tuple[bool, str]]:
 
 
 def adapted(text: str, page: str, known: Sequence[str], root: Path = ROOT) -> str:
-    """A page as the site has it: formulas as MyST writes them; links to what is not there without a link."""
+    """A page as the site has it: a heading, and what `linked` does."""
+    heading = "" if text.lstrip().startswith("# ") else f"# {page}\n\n"
+    return heading + linked(text, page, known, root)
+
+
+def linked(text: str, page: str, known: Sequence[str], root: Path = ROOT) -> str:
+    """Text of a page as the site has it: formulas as MyST writes them; links to what is not there without a link."""
     here = (root / page).parent
 
     def link(found: re.Match[str]) -> str:
@@ -125,19 +152,21 @@ def adapted(text: str, page: str, known: Sequence[str], root: Path = ROOT) -> st
             return f"{mark}[{words}]({above}index.md{hash_}{anchor})"
         if name.removesuffix(".md") in known and name.endswith(".md"):
             return found[0]
+        if name.removesuffix(".py") in known and name.endswith(".py"):
+            return f"[{words}]({path.removesuffix('.py')}.ipynb{hash_}{anchor})"
         if there.is_dir() and f"{name}/README" in known:
             return f"[{words}]({path.rstrip('/')}/README.md)"
         copied = name.startswith(tuple(f"{place}/" for place in PLACES)) and there.suffix in COPIED and there.is_file()
         return found[0] if copied else words
 
-    pieces = [] if text.lstrip().startswith("# ") else [f"# {page}\n\n"]
+    pieces = []
     for prose, piece in _outside_code(text):
         pieces.append(_LINK.sub(link, piece) if prose else _MATH.sub(lambda m: f"$$\n{m[1]}$$", piece))
     return "".join(pieces)
 
 
-def source(out: Path, root: Path = ROOT) -> None:
-    """The folder that Sphinx reads."""
+def source(out: Path, root: Path = ROOT, execute: bool = True) -> None:
+    """The folder that Sphinx reads; execute: whether it will run the notebooks."""
     from ribbonbench import __version__
 
     shutil.rmtree(out, ignore_errors=True)
@@ -146,23 +175,51 @@ def source(out: Path, root: Path = ROOT) -> None:
             if path.suffix in COPIED and path.is_file():
                 (out / path.relative_to(root)).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(path, out / path.relative_to(root))
-    named = pages(root)
+    named, run = pages(root), notebooks(root)
+    known = [*named, *run]
     for name in named:
         text = (root / f"{name}.md").read_text(encoding="utf-8")
         (out / f"{name}.md").parent.mkdir(parents=True, exist_ok=True)
-        (out / f"{name}.md").write_text(adapted(text, name, named, root), encoding="utf-8")
+        (out / f"{name}.md").write_text(adapted(text, name, known, root), encoding="utf-8")
+    for name in run:
+        _write_notebook(out, root, name, known)
     (out / "reference").mkdir()
     for module in MODULES:
         (out / "reference" / f"{module}.md").write_text(reference(module, root), encoding="utf-8")
-    below = tree([*named, *(f"reference/{module}" for module in MODULES)])
+    below = tree([*known, *(f"reference/{module}" for module in MODULES)])
     trees = "".join(
         f"\n```{{toctree}}\n:caption: {caption}\n:maxdepth: 1\n:hidden:\n\n" + "\n".join(names) + "\n```\n"
         for caption, names in below.items()
     )
-    first = adapted((root / "README.md").read_text(encoding="utf-8"), "README", named, root)
+    first = adapted((root / "README.md").read_text(encoding="utf-8"), "README", known, root)
     (out / "index.md").write_text(first + trees, encoding="utf-8")
     day = date.today().isoformat()
-    (out / "conf.py").write_text(CONF.format(root=str(root), version=__version__, day=day), encoding="utf-8")
+    (out / "_site").mkdir()
+    (out / "_site" / "site.css").write_text(CSS, encoding="utf-8")
+    conf = CONF.format(root=str(root), version=__version__, day=day, execute="force" if execute else "off")
+    (out / "conf.py").write_text(conf, encoding="utf-8")
+
+
+def _write_notebook(out: Path, root: Path, name: str, known: Sequence[str]) -> None:
+    """A notebook as Jupyter's file, with a line that offers it, and itself, below its heading."""
+    text = (root / f"{name}.py").read_text(encoding="utf-8")
+    stem, below = Path(name).name, out / "notebooks"
+    below.mkdir(exist_ok=True)
+    place = "../" * name.count("/") + f"notebooks/{stem}"
+    (below / f"{stem}.ipynb").write_text(json.dumps(notebook(text), indent=1), encoding="utf-8")
+    (below / f"{stem}.py").write_text(text, encoding="utf-8")
+    offer = (
+        f"Executed while this site was built. To run it: {{download}}`{stem}.ipynb <{place}.ipynb>` (Jupyter) or "
+        f"{{download}}`{stem}.py <{place}.py>` (Python)."
+    )
+
+    def page(cell: str) -> str:
+        heading, line, rest = cell.partition("\n")
+        offered = f"{heading}{line}\n{offer}\n{rest}" if heading.startswith("# ") else cell
+        return linked(offered, name, known, root)
+
+    (out / f"{name}.ipynb").parent.mkdir(parents=True, exist_ok=True)
+    (out / f"{name}.ipynb").write_text(json.dumps(notebook(text, page), indent=1), encoding="utf-8")
 
 
 def broken(out: Path) -> list[str]:
@@ -196,12 +253,19 @@ def foreign(out: Path) -> list[str]:
     ]
 
 
-def main(out: Path) -> int:
-    """Builds the site into OUT/html without a warning; 1 where there was one, or a link leads nowhere."""
-    source(out / "source")
+def main(out: Path, execute: bool = True) -> int:
+    """Builds the site into OUT/html without a warning; 1 where there was one, a notebook failed, or a link leads
+    nowhere. execute: False leaves the notebooks without their outputs."""
+    source(out / "source", execute=execute)
+    for old in ("html", "doctrees"):  # no page, no link of a build before
+        shutil.rmtree(out / old, ignore_errors=True)
+    # Of this project and of nobody's home: what Jupyter keeps, its settings and its kernels.
+    own = {name: str(out.resolve() / "jupyter") for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "IPYTHONDIR")}
+    own |= {"JUPYTER_PLATFORM_DIRS": "1", "PYDEVD_DISABLE_FILE_VALIDATION": "1", "MPLBACKEND": INLINE}
     code = subprocess.call(
         [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-d", str(out / "doctrees"),
-         str(out / "source"), str(out / "html")]
+         str(out / "source"), str(out / "html")],
+        env={**os.environ, **own},
     )  # fmt: skip
     faults = [*broken(out / "html"), *foreign(out / "html")]
     for fault in faults:
@@ -211,4 +275,4 @@ def main(out: Path) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1])))
+    sys.exit(main(Path(sys.argv[1]), execute="--bare" not in sys.argv[2:]))

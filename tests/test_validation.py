@@ -14,11 +14,13 @@ from pathlib import Path
 import pytest
 
 from compare import registry
+from tests.patience import PATIENCE
 from tests.validation import readme, remake, stale
 from tests.validation.__main__ import main
 from tests.validation.kept_rows import KeptRows
 from tests.validation.number import Number
 from tests.validation.record import Pages, checked
+from tests.waiting import comes
 
 FILES = {
     "ribbon/__init__.py": "",
@@ -250,7 +252,7 @@ def test_a_measurement_is_ended_with_its_own_processes(tmp_path):
     work.stop()
     thread.join()
     assert [code < 0 for code, _ in ended] == [True]
-    assert _gone(int(mark.read_text().removesuffix(".")))
+    assert comes(lambda: not _alive(int(mark.read_text().removesuffix("."))))
 
 
 def test_a_measurement_whose_time_is_over_is_ended_and_says_so():
@@ -259,15 +261,6 @@ def test_a_measurement_whose_time_is_over_is_ended_and_says_so():
     assert code < 0
     assert why == "no time left"
     assert work.left <= 0.0
-
-
-def _gone(pid: int) -> bool:
-    """Whether a process that was told to end does so; it may take a moment to be cleared away."""
-    for _ in range(600):
-        if not _alive(pid):
-            return True
-        time.sleep(0.05)
-    return False
 
 
 def _alive(pid: int) -> bool:
@@ -292,10 +285,10 @@ def test_an_interruption_ends_what_runs_and_begins_nothing_more(root):
             begun.append(name)
             if len(begun) == 1:
                 running.set()
-                code, why = self.run(_python("import time; time.sleep(60)"), os.environ)
+                code, why = self.run(_python(f"import time; time.sleep({PATIENCE})"), os.environ)
                 ended.append(code)
                 return code, why
-            assert running.wait(20.0)
+            assert running.wait(PATIENCE)
             time.sleep(0.5)
             raise KeyboardInterrupt
 
@@ -303,10 +296,7 @@ def test_an_interruption_ends_what_runs_and_begins_nothing_more(root):
     outcomes: dict[str, remake.Outcome] = {}
     with pytest.raises(KeyboardInterrupt):
         remake.remake(names, False, work, lambda: Pages(root), jobs=2, outcomes=outcomes)
-    for _ in range(200):
-        if ended:
-            break
-        time.sleep(0.05)
+    assert comes(lambda: ended)
     assert [code < 0 for code in ended] == [True]
     assert len(begun) == 2
     assert set(outcomes) == set(names)
@@ -449,7 +439,7 @@ def test_pages_that_take_no_times_are_made_two_at_once_and_the_others_alone(root
     assert Pages(root).alone("second")
     running: set[str] = set()
     most: dict[str, int] = {}
-    both, turn = threading.Barrier(2, timeout=20.0), threading.Lock()
+    both, turn = threading.Barrier(2, timeout=PATIENCE), threading.Lock()
 
     def make(name: str) -> tuple[int, str]:
         running.add(name)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,7 +33,8 @@ _TRIES, _CLOSE, _SHARES = 60, 0.1, (0.5, 0.2, 0.8)
 class Way:
     """A model: its name in the registry, its energy, elements of the coarser mesh (the finer one has twice as many),
     theories that it answers beside "body", seconds below which it is not begun; degree of the elements of a model whose
-    elements no key says."""
+    elements no key says; how its elements are graded where an edge is clamped; the finest mesh on which it judges
+    stability, where it judges finer ones by that, else 0."""
 
     name: str
     model: str
@@ -42,25 +43,27 @@ class Way:
     theories: frozenset[str]
     least: float = 0.0
     degree: int | None = None
+    grading: str = ""
+    judged: int = 0
 
 
 _PLANE = frozenset({"elastica"})
 _STRIP = frozenset({"elastica", "developable"})
 WAYS = (
     Way("elastica", "elastica", "elastica", 10, _PLANE, degree=4),
-    Way("curve_angle", "curve_angle", "curve_angle", 80, frozenset({"rod", "elastica"})),
+    Way("curve_angle", "curve_angle", "curve_angle", 80, frozenset({"rod", "elastica"}), judged=80),
     Way("antman", "antman", "antman", 40, frozenset({"rod"})),
     Way("kirchhoff", "ribbon", "kirchhoff", 40, frozenset({"rod", "elastica"})),
     Way("sadowsky", "ribbon", "sadowsky", 80, frozenset({"sadowsky", "elastica"})),
     Way("wunderlich", "ribbon", "wunderlich", 80, _STRIP),
-    Way("finite", "ribbon", "finite", 80, frozenset()),
+    Way("finite", "ribbon", "finite", 80, frozenset(), grading="clamp"),
     Way("tape", "tape", "tape", 400, frozenset({"tape"}), least=30.0),
-    Way("shell", "shell", "auto", 1, frozenset(), least=30.0),
+    Way("shell", "shell", "auto", 40, frozenset(), least=30.0),
 )
 #: Questions of stability, for which a saddle is not left.
 _JUDGED = ("stable", "critical")
-#: The shell's ladder is a mesh of its own along and across.
-_SHELL = ((40, 4), (80, 8))
+#: The shell's elements across over those along.
+_ACROSS = 0.1
 
 
 def run(case: Case, budget: float) -> tuple[Answers, ...]:
@@ -88,11 +91,11 @@ def answered_by(case: Case, way: Way, budget: float) -> Answers:
         return Answers(ended=BROKE_DOWN, why=f"not begun: the budget of {budget:g} s is below its {way.least:g} s")
     answers: dict[str, Answer] = {}
     states: dict[str, str] = {}
-    until = time.perf_counter() + budget
+    solves = _Solves(case, way, time.perf_counter() + budget)
     try:
         for ask in case.asks:
-            coarse, _ = _asked(case, ask, way, 0, until)
-            fine, states[ask.name] = _asked(case, ask, way, 1, until)
+            coarse, _ = _asked(ask, solves, 0)
+            fine, states[ask.name] = _asked(ask, solves, 1)
             same = way.degree is not None and ask.of in _JUDGED
             answers[ask.name] = Answer(fine, None if same else _apart(coarse, fine))
     except (BadInput, Missing, NotRepresentable) as why:
@@ -106,47 +109,71 @@ def _apart(coarse: Value, fine: Value) -> float:
     return float(np.max(np.abs(np.subtract(np.asarray(fine, dtype=float), np.asarray(coarse, dtype=float)))))
 
 
-def _scene(case: Case, way: Way, level: int) -> Scene:
-    """The case as this model's scene on one of its two meshes."""
+def scene_of(case: Case, way: Way, elements: int) -> Scene:
+    """The case as this model's scene on so many elements; of the shell, as many along, a tenth of them across."""
     if way.model != "shell":
-        return case.scene({"energy": way.energy, "elements": way.elements << level})
-    strip = case.physics["strip"]
-    if "thickness" not in strip:
+        graded = {"grading": way.grading} if way.grading and "clamp" in case.physics else {}
+        return case.scene({"energy": way.energy, "elements": elements, **graded})
+    if "thickness" not in case.physics["strip"]:
         raise NotRepresentable("the case has no thickness, which a shell needs")
-    ratio = float(strip["width"]) / float(strip["thickness"])
-    return case.scene(shell={"width_to_thickness": [ratio], "elements": list(_SHELL[level])})
+    return case.scene(shell={"elements": [elements, max(1, round(_ACROSS * elements))]})
 
 
-def _solved(scene: Scene, way: Way, level: int, until: float, stay: bool = False) -> State:
+def solved(scene: Scene, way: Way, elements: int, stay: bool = False) -> State:
+    """A scene by a model on so many elements; stay: a saddle is not left."""
     from compare.models import solve
     from compare.models.base import Options, Size
 
-    if time.perf_counter() > until:
-        raise BrokeDown("the budget has run out")
     # Where a size is asked for, such a model does not judge stability.
-    size = (
-        None if way.degree is None or stay else Size(f"{way.name} {way.degree}", (way.elements << level,), way.degree)
-    )
+    sized = way.degree is not None and not stay
+    size = Size(f"{way.name} {way.degree}", (elements,), way.degree) if sized else None
     return solve(scene, way.model, size=size, options=Options(leave_saddle=False if stay else None))
 
 
-def _asked(case: Case, ask: Ask, way: Way, level: int, until: float) -> tuple[Value, str]:
-    scene = _scene(case, way, level)
+@dataclass
+class _Solves:
+    """The states of a case by one model, each solved once: questions share them. until: when the budget is out."""
+
+    case: Case
+    way: Way
+    until: float
+    kept: dict[tuple[int, str, str, bool], State] = field(default_factory=dict)
+
+    def elements(self, level: int, stay: bool = False) -> int:
+        """Of one of the two meshes; stay: of those on which stability is asked."""
+        most = self.way.judged
+        return most >> (1 - level) if stay and most else self.way.elements << level
+
+    def scene(self, level: int, key: str = "", value: Any = None, stay: bool = False) -> Scene:
+        """On one of the two meshes, with a key's value where one is given."""
+        scene = scene_of(self.case, self.way, self.elements(level, stay))
+        return scene.replace({key: value}) if key else scene
+
+    def state(self, level: int, key: str = "", value: Any = None, stay: bool = False) -> State:
+        """Raises `BrokeDown` where the budget has run out."""
+        name = (level, key, repr(value), stay)
+        if name not in self.kept:
+            if time.perf_counter() > self.until:
+                raise BrokeDown(f"out of budget after {len(self.kept)} solves")
+            scene = self.scene(level, key, value, stay)
+            self.kept[name] = solved(scene, self.way, self.elements(level, stay), stay)
+        return self.kept[name]
+
+
+def _asked(ask: Ask, solves: _Solves, level: int) -> tuple[Value, str]:
     if ask.of == "critical":
-        found, left = _critical(
-            ask, lambda value: _solved(scene.replace({ask.key: value}), way, level, until, stay=True)
-        )
-        return found, f"between {found - left:.7g} and {found + left:.7g}"
+        found, (least, most) = _critical(ask, lambda value: solves.state(level, ask.key, value, stay=True))
+        return found, f"between {least:.7g} and {most:.7g}"
     if ask.over is not None:
         key, values = ask.over
-        states = [_equilibrium(_solved(scene.replace({key: value}), way, level, until)) for value in values]
-        return tuple(_told(case, ask, scene, state) for state in states), ""
-    state = _solved(scene, way, level, until, stay=ask.of == "stable")
+        states = [(value, _equilibrium(solves.state(level, key, value))) for value in values]
+        return tuple(_told(solves.case, ask, solves.scene(level, key, value), state) for value, state in states), ""
+    state = solves.state(level, stay=ask.of == "stable")
     if ask.of == "stable":
         if _equilibrium(state).stable is None:
             raise NotRepresentable("this model does not judge stability")
         return bool(state.stable), state.word
-    return _told(case, ask, scene, _equilibrium(state)), state.word
+    return _told(solves.case, ask, solves.scene(level), _equilibrium(state)), state.word
 
 
 def _equilibrium(state: State) -> State:
@@ -187,27 +214,47 @@ def _support(ask: Ask, scene: Scene, state: State) -> float:
     raise NotRepresentable(f"this model does not tell what {ask.on} exerts")
 
 
-def _critical(ask: Ask, at: Callable[[float], State]) -> tuple[float, float]:
-    """Where the state at the first of two values loses its stability, and half the bracket that is left: a part of the
-    question's interval, or where no solve within it converges, as close to a bifurcation some do not."""
+def _critical(ask: Ask, at: Callable[[float], State]) -> tuple[float, tuple[float, float]]:
+    """Where the state at the first of two values loses its stability, and the bracket that is left: a part of the
+    question's interval. Close to a bifurcation some solves do not converge; where none within the bracket does and it
+    is wider than the interval, see `_vanishes`."""
     ends = list(ask.between)
-    signs = [_sign(at(value)) for value in ends]
+    states = [at(value) for value in ends]
+    signs = [_sign(state) for state in states]
     if None in signs:
         raise NotRepresentable("this model does not judge stability at the ends of the range")
     if (signs[0] or 0.0) * (signs[1] or 0.0) > 0.0:
         raise BrokeDown(f"it is {'stable' if (signs[0] or 0.0) > 0.0 else 'unstable'} at both ends of the range")
+    lost = [
+        (value, state.lowest_eigenvalue) for value, state, sign in zip(ends, states, signs, strict=True) if sign == -1.0
+    ]
     for _ in range(_TRIES):
         if abs(ends[1] - ends[0]) <= _CLOSE * ask.interval[0]:
             break
         for share in _SHARES:
             middle = ends[0] + share * (ends[1] - ends[0])
-            sign = _sign(at(middle))
+            tried = at(middle)
+            sign = _sign(tried)
             if sign is not None:
                 ends[0 if sign == signs[0] else 1] = middle
+                lost += [(middle, tried.lowest_eigenvalue)] if sign == -1.0 else []
                 break
         else:
             break
-    return 0.5 * (ends[0] + ends[1]), 0.5 * abs(ends[1] - ends[0])
+    bracket = (min(ends), max(ends))
+    wide = bracket[1] - bracket[0] > ask.interval[0]
+    return (_vanishes(lost, bracket) if wide else None) or 0.5 * (ends[0] + ends[1]), bracket
+
+
+def _vanishes(lost: list[tuple[float, float | None]], bracket: tuple[float, float]) -> float | None:
+    """Where in the bracket the lowest eigenvalue is zero, by a parabola through its last three values on the unstable
+    side (on the other a free motion's zero may lie below it); None where it is not in there or not known."""
+    known = [(value, eigenvalue) for value, eigenvalue in lost[-3:] if eigenvalue is not None]
+    if len(known) < 3:
+        return None
+    values, eigenvalues = np.array(known).T
+    found = float(np.polyval(np.polyfit(eigenvalues / eigenvalues[0], values, 2), 0.0))
+    return found if bracket[0] < found < bracket[1] else None
 
 
 def _sign(state: State) -> float | None:

@@ -8,13 +8,13 @@ import os
 import re
 import subprocess
 import sys
-import time
 
 import pytest
 
 from ribbonbench import system
 from ribbonbench.sources import Sources
 from tests.test_setup import ROOT
+from tests.waiting import comes
 
 #: Runs a command of ours in a process from which POSIX and Linux are taken away, as far as Python can; `msvcrt` is one
 #: whose locks are this system's own.
@@ -40,16 +40,16 @@ sys.argv = ["ribbonbench", *sys.argv[1:]]
 sys.exit(main())
 """
 HOLDER = """
-import sys, time
+import sys
 from ribbonbench import system
 file = open(sys.argv[1], "a")
 system.lock(file.fileno(), wait=True)
 print("has", flush=True)
-time.sleep(60)
+input()
 """
 PARENT = """
 import subprocess, sys
-print(subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"]).pid, flush=True)
+print(subprocess.Popen([sys.executable, "-c", "input()"]).pid, flush=True)
 input()
 """
 SCENE = """
@@ -72,7 +72,9 @@ normal = [0.0, 0.0, 1.0]
 
 def holder(place):
     """A process that has the lock, until it ends."""
-    process = subprocess.Popen([sys.executable, "-c", HOLDER, place], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, place], cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     assert process.stdout is not None
     assert process.stdout.readline() == "has\n"
     return process
@@ -99,11 +101,7 @@ def test_a_process_and_what_it_started_end_together():
     child = int(process.stdout.readline())
     system.end_tree(process)
     process.wait()
-    for _ in range(500):
-        if not running(child):
-            break
-        time.sleep(0.02)
-    assert not running(child)
+    assert comes(lambda: not running(child))
 
 
 def running(process):

@@ -93,6 +93,7 @@ NAMES = (
     "shell_formulation",
     "curl",
     "battery",
+    "suite",
     "live",
     "stability_notes",
     "gallery",

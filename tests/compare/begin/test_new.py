@@ -25,6 +25,7 @@ from compare.scene.begin.template import HELD
 from compare.scene.keys import KEYS
 from compare.scene.scene import load, loads
 from tests.compare.scenes.test_scenes_shipped import UNITS as SAID
+from tests.patience import PATIENCE
 
 #: Parts of the options that combine freely, each a list of choices.
 _UNITS = (["--si"], ["--si", "--material", "pet", "--length", "20cm", "--width", "8mm", "--thickness", "0.1mm"], [])
@@ -235,7 +236,7 @@ def test_on_a_terminal_it_asks(tmp_path):
             pass
     except OSError:  # the other side is gone
         pass
-    assert process.wait(timeout=60) == DONE
+    assert process.wait(timeout=PATIENCE) == DONE
     os.close(leader)
     strip = load(tmp_path / "my.toml").strip
     assert (strip.length, strip.width, strip.thickness) == (0.25, 0.008, 0.0002)

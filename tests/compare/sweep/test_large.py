@@ -152,24 +152,6 @@ def test_the_table_holds_what_the_csv_holds(one, tmp_path):
 
 
 @needs_arrow
-@pytest.mark.parametrize("reader", ["pandas", "polars", "duckdb"])
-def test_others_read_the_table(one, reader):
-    if importlib.util.find_spec(reader) is None:
-        pytest.skip(f"no {reader}")
-    code = {
-        "pandas": "import sys, pandas as p; d = p.read_parquet(sys.argv[1]); print(len(d), d['energy.total'].sum())",
-        "polars": "import sys, polars as p; d = p.read_parquet(sys.argv[1] + '/*.parquet'); "
-        "print(len(d), d['energy.total'].sum())",
-        "duckdb": 'import sys, duckdb; print(*duckdb.sql(f"select count(*), sum(\\"energy.total\\") from '
-        "'{sys.argv[1]}/*.parquet'\").fetchone())",
-    }[reader]
-    rows, total = run_in(code, one / "table").split()
-    known = json.loads(run_in(READ, one / "table"))["rows"]
-    assert int(rows) == 12
-    assert float(total) == pytest.approx(sum(row["energy.total"] for row in known), rel=1e-12)
-
-
-@needs_arrow
 def test_shards_joined_are_one_run_to_the_byte(one, shards, tmp_path):
     folders = [str(shards / f"parquet{k}") for k in (3, 1, 2)]
     assert main([*PARTS, "--join", *folders, "--out", str(tmp_path / "j")]) == NOT_CONVERGED

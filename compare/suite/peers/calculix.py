@@ -1,0 +1,307 @@
+"""CalculiX (`ccx`, Debian package calculix-ccx) on a case: the strip as a surface of S8R shells.
+
+The rest shape is a plane, an arc of a cylinder, an arc of a flat ring or a helicoid about one axis: whatever a constant
+curvature makes of a strip. Lengths in l; D = Y h^3 / (12 (1 - nu^2)) = 1 and mass per area 1, so that weights are Gamma
+and a force over w is in D w / l^2. Elements are as long as each other along the strip and narrower towards its free
+edges, where the twist's shear turns around within about h. The load grows by increments of its own choice. Its own
+tolerances (5e-3 of a force) are tightened. The clamp holds whole lines of nodes with their rotations.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import re
+import resource
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from compare.suite.answers import Absent, Answer, Answers, BrokeDown, NotRepresentable
+from compare.suite.case import Ask, Case, first_scene
+from compare.suite.peers.call import Reply, answers_of, of_points, scenes
+from compare.suite.section import PLANE, THEORIES, bar_of
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
+
+FloatArray = NDArray[np.float64]
+PROGRAM = "ccx"
+#: Lattice steps (along, across) of an element's eight nodes from its first corner; an element spans two.
+_FACE = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1))
+#: Relative residual and correction; iterations before a growing residual ends an increment, before a slow one does, at
+#: most, and halvings of an increment (of a thin shell the residual grows at first: it stretches before it turns);
+#: first, least and greatest increment of the load, and how many.
+TIGHT = "*CONTROLS, PARAMETERS=FIELD\n1e-5, 1e-5, , , 1e-5, 1e-5"
+PATIENT = "*CONTROLS, PARAMETERS=TIME INCREMENTATION\n20, 30, 9, 60, 20, 4, , 20"
+INCREMENTS, MOST = "0.02, 1., 1e-7, 0.1", 2000
+#: Elements along of the coarser of two meshes, across a tenth of them; thicknesses that an element may be long: the
+#: program makes a solid of each, and of a thousand no digit is left.
+COARSER, ACROSS, LONGEST = 20, 0.1, 700.0
+#: Elements across over those along where the plate twists; parts of the weight, and of the first estimate of the
+#: critical one, about which it is linearised.
+ACROSS_TWIST, FIRST, NEAR = 0.3, 0.1, 0.97
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A strip that is clamped at s = 0: width, thickness (l), Poisson's ratio; constant curvatures at rest about t_x
+    and t_y and twist; place and frame (columns t_x across, t_y normal, t_z along) of the clamp; weight per area, in
+    D / l^3; force on the free end, in D w / l^2."""
+
+    width: float
+    thickness: float
+    poisson: float
+    rest: tuple[float, ...]
+    start: tuple[float, ...]
+    frame: tuple[tuple[float, ...], ...]
+    weight: tuple[float, ...]
+    force: tuple[float, ...]
+
+    def points(self, along: FloatArray, across: FloatArray) -> FloatArray:
+        """Places (k, m, 3) of the rest shape at abscissae along (k,) and across (m,) it."""
+        rest, frame = np.array(self.rest), np.array(self.frame)
+        axes = frame @ Rotation.from_rotvec(along[:, None] * rest).as_matrix()
+        # The tangent's integral: Gauss's rule of eight points on each piece, which is exact to rounding.
+        nodes, weights = np.polynomial.legendre.leggauss(8)
+        pieces = np.diff(along)
+        at = along[:-1, None] + 0.5 * pieces[:, None] * (nodes + 1.0)
+        tangents = Rotation.from_rotvec(at.reshape(-1, 1) * rest).as_matrix()[:, :, 2].reshape(*at.shape, 3)
+        steps = 0.5 * pieces[:, None] * np.einsum("q,kqi->ki", weights, tangents)
+        line = np.array(self.start) + np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) @ frame.T
+        found: FloatArray = line[:, None] + across[None, :, None] * axes[:, None, :, 0]
+        return found
+
+
+def plate_of(scene: Scene, theory: str) -> Plate:
+    """The plate of a scene. Raises `NotRepresentable` for what is none."""
+    if theory not in (PLANE, THEORIES[-1]):
+        raise NotRepresentable(f'a shell has not the theory "{theory}"')
+    bar, thickness = bar_of(scene, theory), scene.thickness
+    if thickness is None or scene.strip.second_moment is not None:
+        raise NotRepresentable("the case has no thickness, which a shell needs")
+    if scene.rod is not None:
+        raise NotRepresentable("a section by its stiffnesses, of which a shell has none")
+    if any(bar.moment):
+        raise NotRepresentable("this adapter makes no moment on an end")
+    return Plate(
+        float(scene.width), float(thickness), float(scene.strip.poisson), bar.rest, bar.start, bar.frame, bar.weight,
+        bar.force,
+    )  # fmt: skip
+
+
+def sizes(plates: Sequence[Plate]) -> tuple[int, int]:
+    """Elements along of both meshes, for the thinnest of the plates."""
+    thinnest = min(plate.thickness for plate in plates)
+    coarser = COARSER * max(1, math.ceil(1.0 / (LONGEST * COARSER * thinnest)))
+    return coarser, 2 * coarser
+
+
+def _shown(x: float) -> str:
+    """A number of at most the 20 characters that the program reads."""
+    return f"{x + 0.0:.12g}" if abs(x) > 1e-15 else "0."
+
+
+def _set(name: str, nodes: list[int]) -> str:
+    return "\n".join([f"*NSET, NSET={name}", *(f"{n}," for n in nodes)])
+
+
+def lattice(size: int, across: float = ACROSS) -> tuple[int, int]:
+    """Elements along and across, these an even number: a line of nodes is at the middle."""
+    return size, max(2, 2 * round(0.5 * across * size))
+
+
+def deck(plate: Plate, size: int) -> str:
+    """The program's input for a plate of `size` elements along; the set MIDDLE is its centreline, node by node."""
+    return "\n".join([*_mesh(plate, *lattice(size)), *_loaded(plate, *lattice(size))]) + "\n"
+
+
+def buckling_deck(plate: Plate, size: int, before: float, step: float) -> str:
+    """The input for the lowest factor of `step` of the weight that makes a plate buckle that carries `before` of it.
+    Elements are shorter towards the clamp, which restrains the section from warping within about its width."""
+    first = f"*STEP, NLGEOM, INC={MOST}\n{TIGHT}\n{PATIENT}\n*STATIC\n1., 1.\n{_weight(plate, before)}\n*END STEP"
+    second = f"*STEP, PERTURBATION\n*BUCKLE\n1, 1e-4\n{_weight(plate, step)}\n*END STEP"
+    return "\n".join([*_mesh(plate, *lattice(size, ACROSS_TWIST), layered=True), first, second]) + "\n"
+
+
+def _knots(plate: Plate, m: int) -> FloatArray:
+    """Abscissae across (m + 1,) of the elements' corners: nearer to each other towards both edges."""
+    found: FloatArray = -0.5 * plate.width * np.cos(np.pi * np.linspace(0.0, 1.0, m + 1))
+    return found
+
+
+def _weight(plate: Plate, part: float = 1.0) -> str:
+    """A part of the weight, as a load."""
+    weight = np.array(plate.weight)
+    size = float(np.linalg.norm(weight))
+    return f"*DLOAD, OP=NEW\nSTRIP, GRAV, {_shown(part * size)}, " + ", ".join(map(_shown, weight / size))
+
+
+def _mesh(plate: Plate, n: int, m: int, layered: bool = False) -> Iterator[str]:
+    ends = np.linspace(0.0, 1.0, n + 1)
+    corners = 1.0 - np.cos(0.5 * np.pi * ends) if layered else ends
+    along = np.interp(0.5 * np.arange(2 * n + 1), np.arange(n + 1), corners)
+    across = np.interp(0.5 * np.arange(2 * m + 1), np.arange(m + 1), _knots(plate, m))
+    points, nodes = plate.points(along, across), _nodes(n, m)
+    yield "*NODE, NSET=ALL"
+    yield from (f"{number}, " + ", ".join(map(_shown, points[place])) for place, number in nodes.items())
+    yield "*ELEMENT, TYPE=S8R, ELSET=STRIP"
+    for number, (i, k) in enumerate(product(range(n), range(m)), 1):
+        yield ", ".join(str(x) for x in (number, *(nodes[2 * i + a, 2 * k + b] for a, b in _FACE)))
+    yield _set("HELD", [number for (i, _), number in nodes.items() if i == 0])
+    yield _set("MIDDLE", [nodes[i, m] for i in range(2 * n + 1)])
+    young = 12.0 * (1.0 - plate.poisson**2) / plate.thickness**3
+    yield f"*MATERIAL, NAME=M\n*ELASTIC\n{_shown(young)}, {_shown(plate.poisson)}"
+    yield f"*DENSITY\n{_shown(1.0 / plate.thickness)}"
+    yield f"*SHELL SECTION, ELSET=STRIP, MATERIAL=M\n{_shown(plate.thickness)}"
+    yield "*BOUNDARY\nHELD, 1, 6"
+
+
+def _nodes(n: int, m: int) -> dict[tuple[int, int], int]:
+    """Lattice place (along, across) -> node; the middle of an element carries none."""
+    places = (p for p in product(range(2 * n + 1), range(2 * m + 1)) if p[0] % 2 + p[1] % 2 <= 1)
+    return {place: number for number, place in enumerate(places, 1)}
+
+
+def _loaded(plate: Plate, n: int, m: int) -> Iterator[str]:
+    yield f"*STEP, NLGEOM, INC={MOST}\n{TIGHT}\n{PATIENT}\n*STATIC\n{INCREMENTS}"
+    force, nodes, knots = np.array(plate.force), _nodes(n, m), _knots(plate, m)
+    if any(plate.weight):
+        yield _weight(plate)
+    if force.any():
+        share = np.zeros(2 * m + 1)
+        for k in range(m):
+            share[2 * k : 2 * k + 3] += np.array([1.0, 4.0, 1.0]) / 6.0 * (knots[k + 1] - knots[k])
+        yield "*CLOAD"
+        for k, axis in product(range(2 * m + 1), range(3)):
+            if force[axis]:
+                yield f"{nodes[2 * n, k]}, {axis + 1}, {_shown(force[axis] * share[k])}"
+    yield f"*NODE PRINT, NSET=MIDDLE, FREQUENCY={MOST}\nU\n*END STEP"
+
+
+@functools.cache
+def version() -> str:
+    """Of the program. Raises `Absent`."""
+    if shutil.which(PROGRAM) is None:
+        raise Absent(f"{PROGRAM} is not on the path; CalculiX is Debian's package calculix-ccx")
+    said = subprocess.run([PROGRAM, "-v"], capture_output=True, text=True, check=False).stdout
+    found = re.search(r"[Vv]ersion\s+([\d.]+)", said)
+    return f"CalculiX {found[1] if found else 'of an unknown version'}"
+
+
+def solved(plate: Plate, size: int, left: float) -> Reply:
+    """The centreline (2 size + 1, 3) under the load. Raises `BrokeDown` with the part of the load that it came to."""
+    used = _children()
+    moved = _last(_run(deck(plate, size), left))
+    if moved is None or len(moved) != 2 * size + 1:
+        raise BrokeDown("it prints no displacements")
+    line = plate.points(np.linspace(0.0, 1.0, 2 * size + 1), np.zeros(1))[:, 0]
+    n, m = lattice(size)
+    return Reply((line + moved,), _children() - used, f"S8R {n} x {m}, tolerance 1e-5")
+
+
+def critical(plate: Plate, size: int, until: float) -> float:
+    """The part of the weight at which the plate buckles: linearised about the unloaded plate, then about the one that
+    carries `NEAR` of that. until: of `time.perf_counter`. Raises `BrokeDown`."""
+    found = 0.0
+    for _ in range(2):
+        before, step = (NEAR * found, (1.0 - NEAR) * found) if found else (FIRST, 1.0)
+        text = _run(buckling_deck(plate, size, before, step), until - time.perf_counter())
+        factor = re.search(r"B U C K L I N G\s+F A C T O R.*?\n\s*1\s+([-+.\dEe]+)", text, re.S)
+        if factor is None:
+            raise BrokeDown("it finds no buckling factor")
+        found = before + step * float(factor[1])
+    return found
+
+
+def _run(text: str, left: float) -> str:
+    """The .dat of a run of an input within `left` seconds. Raises `BrokeDown`."""
+    if left <= 0.0:
+        raise BrokeDown("out of budget: nothing is left of it for the next mesh")
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "CCX_NPROC_RESULTS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    with tempfile.TemporaryDirectory(prefix="suite-ccx-") as name:
+        folder = Path(name)
+        (folder / "strip.inp").write_text(text, encoding="ascii")
+        try:
+            done = subprocess.run(
+                [PROGRAM, "-i", "strip"], cwd=folder, capture_output=True, text=True, timeout=left, env=environment,
+                check=False,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise BrokeDown(f"out of budget: at {_reached(folder):.3g} of the load") from None
+        result = folder / "strip.dat"
+        if done.returncode or "*ERROR" in done.stdout or not result.exists():
+            raise BrokeDown(f"its increments ended at {_reached(folder):.3g} of the load: {_word(done.stdout)}")
+        return result.read_text(encoding="ascii")
+
+
+def _children() -> float:
+    """Processor time (s) of the processes that this one has waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _last(text: str) -> FloatArray | None:
+    """Displacements (k, 3) of the last table of a .dat; None where there is none."""
+    table = text.rsplit("displacements", 1)
+    rows = re.findall(r"^\s*\d+((?:\s+[-+]?\d+\.\d+E[-+]\d+){3})\s*$", table[-1], re.M) if len(table) > 1 else []
+    return np.array([[float(x) for x in row.split()] for row in rows]) if rows else None
+
+
+def _reached(folder: Path) -> float:
+    """The part of the load of the last increment that converged, by the program's own list."""
+    place = folder / "strip.sta"
+    if not place.exists():
+        return 0.0
+    rows = re.findall(r"^\s*\d+\s+\d+\s+\d+\s+\d+\s+(\S+)\s+\S+\s+\S+\s*$", place.read_text(), re.M)
+    return max(map(float, rows), default=0.0)
+
+
+def _word(said: str) -> str:
+    """The program's own reason."""
+    lines = [line.strip(" *") for line in said.splitlines() if "ERROR" in line or "diverg" in line]
+    return lines[-1] if lines else "it says no reason"
+
+
+def calculix(case: Case, budget: float) -> Answers:
+    """CalculiX's S8R shell and its static solver, or its linear buckling, on two meshes."""
+    known = version()
+    until = time.perf_counter() + budget
+    if all(ask.of == "critical" and ask.key == "strip.gamma" for ask in case.asks):
+        return _critical(case, until, known)
+    of_points(case)
+    plates = {ask.name: [plate_of(scene, case.theory) for scene in scenes(case, ask)] for ask in case.asks}
+
+    def reply(ask: Ask, size: int) -> Reply:
+        found = [solved(plate, size, until - time.perf_counter()) for plate in plates[ask.name]]
+        return Reply(
+            tuple(one.points[0] for one in found), sum(one.seconds or 0.0 for one in found), found[-1].settings
+        )
+
+    return answers_of(case, sizes([plate for some in plates.values() for plate in some]), reply, known)
+
+
+def _critical(case: Case, until: float, known: str) -> Answers:
+    """Critical weights, about the plate of the case's own weight."""
+    begun, answers = time.perf_counter(), {}
+    scene = first_scene(case)
+    plate = plate_of(scene, case.theory)
+    if not any(plate.weight) or any(plate.rest) or any(plate.force):
+        raise NotRepresentable("this adapter makes straight strips alone buckle, and under their weight alone")
+    gamma, meshes = float(scene.gamma), tuple(2 * size for size in sizes([plate]))
+    for ask in case.asks:
+        coarse, fine = (gamma * critical(plate, size, until) for size in meshes)
+        answers[ask.name] = Answer(fine, abs(fine - coarse))
+    settings = f"elements: {meshes[0]}, {meshes[1]}; S8R, linearised about {NEAR} of the critical weight"
+    return Answers(answers=answers, version=known, settings=settings, seconds=time.perf_counter() - begun)
