@@ -321,11 +321,11 @@ def _numbers(found: dict[int, dict[str, Any]], pieces: Pieces) -> dict[str, Numb
     }  # fmt: skip
     numbers = {name: Number(count, 0, shown="d") for name, count in counts.items()}
     for name, v in scenes.items():
-        one, other = v["energies"]
-        numbers[f"energy_{name}"] = Number(one, max(1e-8 * abs(one), 2.0 * abs(one - other)), "D w / l", ".9g")
+        one, judge = v["energies"]
+        numbers[f"energy_{name}"] = Number(one, max(1e-8 * abs(one), 2.0 * abs(one - judge)), "D w / l", ".9g")
     for p in SIZES:
-        one, other = pieces.get(f"two clamps {p}", dict)["seconds"]
-        numbers[f"ratio_{p}"] = Number(other / one, None, shown=".2f", why=_TIME)
+        one, judge = pieces.get(f"two clamps {p}", dict)["seconds"]
+        numbers[f"ratio_{p}"] = Number(judge / one, None, shown=".2f", why=_TIME)
     long = [pieces.get(f"nested {name} {BESIDE}", dict)["apart"] for name in NESTED]
     most = pieces.get(f"nested two clamps {MANY}", dict)["seconds"]
     return numbers | {
