@@ -13,7 +13,6 @@ import functools
 import math
 import os
 import re
-import resource
 import shutil
 import subprocess
 import tempfile
@@ -248,8 +247,8 @@ def _run(text: str, left: float) -> str:
 
 def _children() -> float:
     """Processor time (s) of the processes that this one has waited for."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+    used = os.times()
+    return used.children_user + used.children_system
 
 
 def _last(text: str) -> FloatArray | None:

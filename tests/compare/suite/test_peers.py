@@ -189,7 +189,7 @@ def test_calculix_meets_a_published_cantilever_and_says_where_it_stops():
     case = load("sze_end_shear")
     said = call.answers_of(case, (6, 12), lambda ask, size: calculix.solved(plate(case.name), size, 100.0), "ccx")
     assert {score.outcome for score in scored(case, "calculix", said)} == {MET}
-    with pytest.raises(BrokeDown, match="out of budget: at 0 of the load"):
+    with pytest.raises(BrokeDown, match=r"out of budget: at [0-9.]+ of the load"):
         calculix.solved(plate(case.name), 12, 0.05)
     assert calculix.sizes([plate("cantilever_10")]) == (40, 80)
     assert calculix.sizes([plate("curl_up"), plate(case.name)]) == (20, 40)

@@ -60,11 +60,13 @@ def run(out: Path) -> dict[str, Number]:
     words = ["sweep", "cantilever_4_5", "--fresh", "--workers", str(WORKERS), "--out", str(folder), "--quiet"]
     code = main(words)
     wall = time.perf_counter() - began
-    said = " ".join(json.loads((folder / "page.json").read_text())["verdict"])
+    verdict = json.loads((folder / "page.json").read_text())["verdict"]
+    said = str(verdict["text"]).rstrip(".")
     with (folder / "cases.csv").open() as file:
         cases = sorted(csv.DictReader(file), key=lambda case: float(case["gamma"]))
     if code != 0 or len(cases) != CASES or any(case["status"] != "converged" for case in cases):
         raise AssertionError(f"exit code {code}, {len(cases)} cases")
+    median = 1e3 * statistics.median(float(case["seconds"]) for case in cases)
     rows, worst = [], 0.0
     for case in [*cases[::EVERY], cases[-1]]:
         gamma, ratio = float(case["gamma"]), float(case["y_over_x"])
@@ -88,7 +90,7 @@ def run(out: Path) -> dict[str, Number]:
         "`ribbonbench sweep cantilever_4_5`: 50 Young's moduli from 0.5 to 10 MPa times 50 lengths from 5 to 90 cm, h "
         "= 1 mm, nu = 0.5 (the elastica and the flat ribbon do not depend on it), Wunderlich, 40 graded segments. "
         + said
-        + f" All of it: {wall:.1f} s of wall time with {WORKERS} processes.",
+        + f". All of it: {wall:.1f} s of wall time with {WORKERS} processes, {median:.3g} ms a case in the median.",
         f"Every {EVERY}th case in order of Gamma. difference: of y/x from the elastica's (scikit-fem, its error below "
         "1e-6), relative; Gamma/8, sqrt(Gamma/2): the asymptotes over y/x, less 1.",
         page.table(["Gamma", "y/x", "difference", "Gamma/8", "sqrt(Gamma/2)", "iterations"], rows),
@@ -98,7 +100,6 @@ def run(out: Path) -> dict[str, Number]:
         "![y/x against Gamma](cantilever_4_5.png)",
     )
     found = {number: solved(number) for number in PROBED}
-    median = 1e3 * statistics.median(float(case["seconds"]) for case in cases)
     numbers = {
         "converged": Number(len(cases), 0, shown="d"),
         "cases": Number(CASES, 0, shown="d"),
