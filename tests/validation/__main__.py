@@ -80,6 +80,7 @@ NAMES = (
     "sweep",
     "shell_cost",
     "shell_start",
+    "shell_thin",
     "shell_walls",
     "calculix",
     "shell_beside",
