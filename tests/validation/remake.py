@@ -33,7 +33,7 @@ EXPECTED: Mapping[str, float] = {
     "placed": 40, "shell_corners": 43, "shell_lateral": 51, "batches": 60, "seeds": 67, "shooting": 60, "sweep": 60,
     "hp": 90, "shell_cost": 100, "shell_start": 100, "peers": 100, "claims": 120, "newton": 120, "strong_form": 120,
     "cost": 120, "shell_formulation": 120, "formulations": 150, "minimisers": 150, "converge": 150, "sze": 150,
-    "gallery": 150, "shell_thin": 60, "shell_adaptive": 150, "tape_shell": 200, "lateral_torsional": 200, "models_4_3": 250,
+    "gallery": 150, "shell_adaptive": 150, "tape_shell": 200, "lateral_torsional": 200, "models_4_3": 250,
     "shell_size": 250, "newton_glued": 300, "shell_shift": 300, "on_edge": 400, "limits": 400, "roman_states": 450,
     "million": 300, "roman": 600, "battery": 900, "shift": 900, "cost_over_commits": 900, "hit_table": 1200,
 }  # fmt: skip
