@@ -187,10 +187,10 @@ def _missing(rows: list[Row]) -> str:
     if not gone:
         return "Every model gave an answer at every length."
     return (
-        f"No answer (rolled to one side, as the path begins, the solve does not converge): {', '.join(gone)}. Curvature "
-        "and twist vanish together at the free end, where twist^4 / curvature^2 is not smooth and is infinite once the "
-        "curvature changes its sign: the minimum lies at the edge of what this energy admits, and the residual that is "
-        "left there hangs on the last digits. `sadowsky`, the same energy by rulings, has the state."
+        f"No answer (rolled to one side, as the path begins, the solve does not converge): {', '.join(gone)}. "
+        "Curvature and twist vanish together at the free end, where twist^4 / curvature^2 is not smooth and is "
+        "infinite once the curvature changes its sign: the minimum lies at the edge of what this energy admits, "
+        "and the residual left there hangs on the last digits. `sadowsky`, the same energy by rulings, has the state."
     )
 
 
