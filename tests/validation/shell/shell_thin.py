@@ -101,11 +101,12 @@ def run(out: Path, names: tuple[str, ...] = SCENES, ratios: tuple[float, ...] = 
         f"Not settled, the last change is more than half of the one before: {', '.join(open_) or 'none'}. The errors "
         "of this page are changes between meshes, no bounds.",
         "Energies (D w / l, total) of shells on " + ", ".join(f"{a} x {b}" for a, b in MESHES) + " elements by their "
-        "own path. changes: between the last three meshes, as a part of the ribbon's elastic energy; order: of these "
-        "two (- where they do not fall). A shell that locks is too stiff by a part that grows as (w/h)^2: here it would "
-        "grow by 40,000. path, ribbon: seconds of the processor on the finest mesh, one thread, of the shell's own path and of "
-        "one begun at the ribbon's surface and stable there (its check included, the ribbon's solve not); apart: "
-        "largest difference of the energies of both, over the meshes. Where the start is refused, both walk the path.",
+        "own path. changes: between the last three meshes, as a part of the ribbon's elastic energy; order: of "
+        "these two (- where they do not fall). A shell that locks is too stiff by a part that grows as (w/h)^2: "
+        "here it would grow by 40,000. path, ribbon: seconds of the processor on the finest mesh, one thread, of "
+        "the shell's own path and of one begun at the ribbon's surface and stable there (its check included, the "
+        "ribbon's solve not); apart: largest difference of the energies of both, over the meshes. Where the start "
+        "is refused, both walk the path.",
         f"Largest change to the finest mesh {max(changes):.1e}; begun at the ribbon "
         f"{min(factors):.1f} to {max(factors):.1f} times faster than the path (median {np.median(factors):.1f}), "
         f"refused in {len(cells) - len(factors)} of {len(cells)} cases.",
