@@ -15,20 +15,13 @@ from compare.scene.inputs.accepted import YES, accepting
 from compare.scene.scene import load
 from tests.test_setup import ROOT
 
-#: Times of the same solve on two machines of this kind, or with others on it, and its peak memory, over each other.
-SECONDS, MEMORY = 2.0, 1.25
-
 
 def test_the_price_is_made_of_what_was_measured():
-    """The constants are the page's rows up to what two measurements differ by, and the price goes through them."""
+    """The constants are the rows of the page, and the price goes through them."""
     lines = (ROOT / "results/shell_size.md").read_text().splitlines()
     rows = [line.split("|")[1:-1] for line in lines if line.startswith("|") and " x " in line]
     found = [(int(row[1].replace(",", "")), float(row[4]), int(row[3]), float(row[7])) for row in rows]
-    assert len(found) == len(MEASURED)
-    for (cells, seconds, newton, gigabytes), row in zip(found, MEASURED, strict=True):
-        assert cells == row[0]
-        assert 1.0 / SECONDS < (seconds / newton) / (row[1] / row[2]) < SECONDS
-        assert 1.0 / MEMORY < gigabytes / row[3] < MEMORY
+    assert tuple(found) == MEASURED
     for cells, seconds, newton, gigabytes in MEASURED:
         requested = price((cells, 1))
         assert requested.seconds == pytest.approx(ITERATIONS * seconds / newton, rel=1e-9)

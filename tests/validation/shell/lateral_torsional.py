@@ -189,7 +189,7 @@ def _missing(rows: list[Row]) -> str:
     return (
         f"No answer (rolled to one side, as the path begins, the solve does not converge): {', '.join(gone)}. "
         "Curvature and twist vanish together at the free end, where twist^4 / curvature^2 is not smooth and is "
-        "infinite once the curvature changes its sign: the minimum lies at the edge of what this energy admits, "
+        "infinite once the curvature changes its sign: the minimum among linear curvatures lies at the edge, "
         "and the residual left there hangs on the last digits. `sadowsky`, the same energy by rulings, has the state."
     )
 
