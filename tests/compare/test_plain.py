@@ -67,3 +67,4 @@ def test_a_strip_is_solved_judged_and_swept_by_wheels_alone(plain):
     said = [line for line in done.stderr.splitlines() if line.startswith("ribbonbench: ")]
     assert len(said) == 1
     assert "ribbonbench[judge]" in said[0]
+    assert "Traceback" not in done.stderr

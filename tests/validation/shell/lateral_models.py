@@ -72,6 +72,15 @@ def row(energy: str, length: float, **changes: Any) -> Row:
     return {"model": energy, "l_over_Leg": length, "d_over_Leg": length * d, "stable": stable}
 
 
+def edge(length: float) -> tuple[float, float]:
+    """What is left where `sadowsky_kt` gives no answer, the clamp rolled to one side: the free end's curvature over the
+    largest, and the total energy over that of `sadowsky`, less 1; length in Leg."""
+    rolled = scene_of(length).stages()[0]
+    here, ruled = (solve_scene(of_model(rolled, name)) for name in ("sadowsky_kt", "sadowsky"))
+    bend = np.abs(here.native.omega(np.linspace(0.0, 1.0, 401)))
+    return float(bend[-1] / bend.max()), here.energy.total / ruled.energy.total - 1.0
+
+
 def curve(rows: list[Row], model: str) -> FloatArray:
     """(n, 2): l / Leg, d / Leg of a model; nan where it gave no answer."""
     return np.array([[r["l_over_Leg"], r["d_over_Leg"]] for r in rows if r["model"] == model]).reshape(-1, 2)

@@ -186,11 +186,20 @@ def _missing(rows: list[Row]) -> str:
     gone = [f"{row['model']} at {row['l_over_Leg']:g}" for row in rows if np.isnan(row["d_over_Leg"])]
     if not gone:
         return "Every model gave an answer at every length."
+    said = f"No answer (rolled to one side, as the path begins, the solve does not converge): {', '.join(gone)}."
+    left = [
+        lateral_models.edge(row["l_over_Leg"])
+        for row in rows
+        if row["model"] == "sadowsky_kt" and np.isnan(row["d_over_Leg"])
+    ]
+    if not left:
+        return said
+    bend, apart = (max(abs(number) for number in numbers) for numbers in zip(*left, strict=True))
     return (
-        f"No answer (rolled to one side, as the path begins, the solve does not converge): {', '.join(gone)}. "
-        "Curvature and twist vanish together at the free end, where twist^4 / curvature^2 is not smooth and is "
-        "infinite once the curvature changes its sign: the minimum among linear curvatures lies at the edge, "
-        "and the residual left there hangs on the last digits. `sadowsky`, the same energy by rulings, has the state."
+        f"{said} Where sadowsky_kt is left, its free end's curvature is {bend:.1e} of the largest and its energy "
+        f"{apart:.1e} apart from that of `sadowsky`, the same energy by rulings, which has the state: twist^4 / "
+        "curvature^2 is infinite once a twisted segment's curvature changes its sign, so that linear curvatures, "
+        "which would pass zero before the free end, are held at the edge of what is finite, where nothing is smooth."
     )
 
 
