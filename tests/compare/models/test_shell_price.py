@@ -16,7 +16,6 @@ from compare.scene.scene import load
 from tests.validation.record import Pages
 from tests.validation.shell.shell_size import CELLS
 
-
 #: Most that the machine of the page may be faster or slower than that of the price; how far their memory may differ.
 MACHINES, MEMORY = 3.0, 0.15
 

@@ -103,9 +103,9 @@ def run(out: Path) -> dict[str, Number]:
         "the processor on one thread of a machine that others used, compilation apart; tangent, factor: shares of the "
         "time of all iterations. Forms: dolfinx's, P^T K P and MUMPS with the reference BLAS; in brackets what they "
         "took on 2026-11-21, in "
-        f"{THEN} iterations, on another machine. ratio: of the times of an iteration, in one run. The price that a command "
-        "says before a solve is made of such rows of another machine; tests/compare/models/test_shell_price.py holds "
-        "this page to it. "
+        f"{THEN} iterations, on another machine. ratio: of the times of an iteration, in one run. The price that a "
+        "command says before a solve is made of such rows of another machine; "
+        "tests/compare/models/test_shell_price.py holds this page to it. "
         f"The time per iteration grows as cells^{exponent:.2f} between the last two meshes (which grow in both "
         "directions; at equal width it is linear in the length). Not "
         f"finished within {LIMIT:g} s: {', '.join(missed) or 'none'}.",
