@@ -20,7 +20,7 @@ from tests.portable import PROVED, SLOW_TOO
 ROOT = Path(__file__).resolve().parents[1]
 LIST = Path(__file__).with_suffix(".json")
 #: Seconds on a core beyond which a test is left to `make validate`.
-MOST = 5.0
+MOST = 3.5
 
 
 def listed() -> dict[str, float]:
