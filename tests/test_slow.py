@@ -14,6 +14,8 @@ from tests import slow
 from tests.portable import PROVED, SLOW_TOO
 
 LISTED = sorted(slow._read())
+#: A file of tests in which none stays for its name.
+FILE = "tests/compare/test_cli.py"
 
 
 def test_every_one_of_them_is_there():
@@ -27,21 +29,27 @@ def test_every_one_of_them_is_there():
         if function.partition("[")[0] not in found:
             gone.append(name)
     assert gone == []
-    assert set(LISTED).isdisjoint(PROVED)
+    assert [name for name in LISTED if name.startswith((*PROVED, *slow.KEPT))] == []
+
+
+def test_what_stays_is_there():
+    """A file or folder of `KEPT` that was renamed would keep nothing."""
+    assert [name for name in slow.KEPT if not list(slow.ROOT.glob(f"{name.partition('::')[0]}*"))] == []
 
 
 def test_the_list_is_what_a_run_took(tmp_path):
     """The slow ones of the run, those that it left out, and not what became quick or what was skipped."""
     suite = ElementTree.Element("testsuite")
-    for name, seconds in (("quick", 0.1), ("long", 7.25), ("became_quick", 1.0)):
-        ElementTree.SubElement(suite, "testcase", classname="tests.test_slow", name=name, time=str(seconds))
-    skipped = ElementTree.SubElement(suite, "testcase", classname="tests.test_slow", name="absent", time="9")
+    for name, seconds in (("quick", 0.1), ("long", 17.25), ("became_quick", 1.0)):
+        ElementTree.SubElement(suite, "testcase", classname="tests.compare.test_cli", name=name, time=str(seconds))
+    skipped = ElementTree.SubElement(suite, "testcase", classname="tests.compare.test_cli", name="absent", time="9")
     ElementTree.SubElement(skipped, "skipped")
     ElementTree.ElementTree(suite).write(tmp_path / "junit.xml")
     run = slow.times(tmp_path / "junit.xml")
-    assert set(run) == {f"tests/test_slow.py::{name}" for name in ("quick", "long", "became_quick")}
-    before = {"tests/test_slow.py::became_quick": 8.0, "tests/test_slow.py::left_out": 6.0, PROVED[0]: 30.0}
-    assert slow.slow(run, before) == {"tests/test_slow.py::left_out": 6.0, "tests/test_slow.py::long": 7.2}
+    assert set(run) == {f"{FILE}::{name}" for name in ("quick", "long", "became_quick")}
+    stay = {PROVED[0]: 30.0, "tests/test_probes.py::a": 19.0}
+    before = {f"{FILE}::became_quick": 18.0, f"{FILE}::left_out": 16.0, **stay}
+    assert slow.slow(run, before) == {f"{FILE}::left_out": 16.0, f"{FILE}::long": 17.2}
 
 
 @pytest.mark.parametrize(("too", "expected"), [("", 0), ("1", 1)])

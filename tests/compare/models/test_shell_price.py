@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from csv import DictReader
 from itertools import pairwise
 
 import pytest
@@ -13,6 +14,7 @@ from compare.models.effects.price import ITERATIONS, MEASURED, MOST, check_price
 from compare.registry import model
 from compare.scene.inputs.accepted import YES, accepting
 from compare.scene.scene import load
+from tests.test_setup import ROOT
 from tests.validation.record import Pages
 from tests.validation.shell.shell_size import CELLS
 
@@ -20,7 +22,11 @@ from tests.validation.shell.shell_size import CELLS
 MACHINES, MEMORY = 3.0, 0.15
 
 
-def test_the_price_goes_through_what_was_measured():
+def test_the_price_is_made_of_what_was_measured():
+    """The constants are the rows of the run that they were taken from (tests/reference), and the price goes through."""
+    with (ROOT / "tests/reference/shell_prices.csv").open(newline="") as lines:
+        rows = [tuple(map(float, row.values())) for row in DictReader(lines)]
+    assert tuple(rows) == MEASURED
     for cells, seconds, newton, gigabytes in MEASURED:
         requested = price((cells, 1))
         assert requested.seconds == pytest.approx(ITERATIONS * seconds / newton, rel=1e-9)
