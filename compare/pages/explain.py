@@ -108,7 +108,8 @@ _PRICED: tuple[Column, ...] = (
     Column("moves", "moves %", "l", "share:3", rank=1, legend="how far the strip moves when the effect is switched, in "
            "% of l"),
     Column("known_by", "by", kind="word", rank=1, legend="what tells it: first order (the particle that moves most) "
-           "where that is good to half of itself, else whole solves (the surfaces); an estimate has no error; -: not known"),
+           "where that is good to half of itself, else whole solves (the surfaces); an estimate has no error; -: not "
+           "known"),
     Column("solved", "solved %", "l", "share:3", rank=3, legend="by whole solves with and without it"),
     Column("first_order", "first order %", "l", "share:3", rank=3, legend="by the state's own tangent"),
     Column("moves_error", "± %", "l", "share:3", rank=3, legend="how far first order may be off; -: further than it is "
