@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests import slow
+
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
 
@@ -23,6 +25,15 @@ if order := os.environ.get("RIBBONBENCH_TESTS_IPOPT_ORDER"):
     from ribbon.solvers.ipopt import DEFAULT_OPTIONS
 
     DEFAULT_OPTIONS["mumps_pivot_order"] = int(order)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What takes long is left to `make validate` (tests/slow.py)."""
+    long = slow.listed()
+    for item in items:
+        if item.nodeid in long:
+            item.add_marker("validate")
 
 
 @pytest.fixture(scope="session")

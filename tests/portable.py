@@ -71,6 +71,8 @@ SENSITIVE = (
 
 #: Of `tests/conftest.py`: the ordering that Ipopt's MUMPS takes, its option mumps_pivot_order.
 IPOPT_ORDER = "RIBBONBENCH_TESTS_IPOPT_ORDER"
+#: Of `tests/slow.py`: "1" takes the slow tests for ordinary ones.
+SLOW_TOO = "RIBBONBENCH_TESTS_SLOW"
 
 #: Debian's package with every kernel of OpenBLAS in one library, chosen at run time.
 OPENBLAS = "libopenblas0-pthread"
@@ -168,7 +170,7 @@ def run(name: str, tests: Sequence[str], arguments: Sequence[str]) -> bool:
     workers = os.environ.get("WORKERS", "2")
     words = [sys.executable, "-m", "pytest", "-n", workers, "--dist", "worksteal", "-m", "not validate"]
     words += [f"--junitxml={PLACE / name / 'junit.xml'}", "-p", "no:cacheprovider", *arguments, *tests]
-    done = subprocess.run(words, cwd=ROOT, env={**os.environ, **environment(name)}, check=False)
+    done = subprocess.run(words, cwd=ROOT, env={**os.environ, SLOW_TOO: "1", **environment(name)}, check=False)
     return done.returncode == 0
 
 

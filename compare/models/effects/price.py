@@ -1,7 +1,9 @@
 """What a shell will take before it is begun: time and memory by its cells, from measured sizes.
 
-Seconds of one Newton iteration and peak memory of meshes of degree 2 are those of results/shell_size.md (one thread),
-between them and beyond by straight lines in log-log; degree 3 counts as 9/4 of the cells, which is its number of nodes.
+Seconds of one Newton iteration and peak memory of meshes of degree 2 are those that results/shell_size.md had on one
+machine (one thread), between them and beyond by straight lines in log-log; degree 3 counts as 9/4 of the cells, which
+is its number of nodes. The page as it stands, of another machine, agrees to a factor of 3 in time and to 15 % in memory
+(tests/compare/models/test_shell_price.py).
 A shell takes ten iterations or more, also from a start close by, and meshes of its own for its error and its path: what
 is said is the least.
 """
@@ -21,7 +23,7 @@ from compare.scene.inputs.accepted import YES, accepted
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
 
-#: Cells, seconds of a solve, its iterations, peak memory (GB): the rows of results/shell_size.md.
+#: Cells, seconds of a solve, its iterations, peak memory (GB): rows of results/shell_size.md, measured on one machine.
 MEASURED = ((400, 0.24, 4, 0.23), (2000, 1.27, 4, 0.29), (10000, 6.28, 4, 0.62), (40000, 36.82, 4, 2.05))
 #: Memory (GB) of a process before it has a mesh.
 _BARE = 0.2

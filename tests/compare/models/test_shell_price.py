@@ -13,19 +13,30 @@ from compare.models.effects.price import ITERATIONS, MEASURED, MOST, check_price
 from compare.registry import model
 from compare.scene.inputs.accepted import YES, accepting
 from compare.scene.scene import load
-from tests.test_setup import ROOT
+from tests.validation.record import Pages
+from tests.validation.shell.shell_size import CELLS
+
+#: Most that the machine of the page may be faster or slower than that of the price; how far their memory may differ.
+MACHINES, MEMORY = 3.0, 0.15
 
 
-def test_the_price_is_made_of_what_was_measured():
-    """The constants are the rows of the page, and the price goes through them."""
-    lines = (ROOT / "results/shell_size.md").read_text().splitlines()
-    rows = [line.split("|")[1:-1] for line in lines if line.startswith("|") and " x " in line]
-    found = [(int(row[1].replace(",", "")), float(row[4]), int(row[3]), float(row[7])) for row in rows]
-    assert tuple(found) == MEASURED
+def test_the_price_goes_through_what_was_measured():
     for cells, seconds, newton, gigabytes in MEASURED:
         requested = price((cells, 1))
         assert requested.seconds == pytest.approx(ITERATIONS * seconds / newton, rel=1e-9)
         assert requested.gigabytes == pytest.approx(gigabytes, rel=1e-9)
+
+
+def test_the_price_agrees_with_the_page():
+    """Seconds of an iteration to what machines differ by, memory to what libraries differ by, on every mesh."""
+    numbers = Pages().read("shell_size").numbers
+    for (along, across), row in zip(CELLS, MEASURED, strict=True):
+        name = f"{along}x{across}"
+        seconds, newton, memory = (numbers[f"{key}_{name}"].value for key in ("seconds", "iterations", "memory"))
+        said = price((along, across))
+        assert (along * across, newton) == (row[0], row[2])
+        assert 1.0 / MACHINES < seconds / newton / (said.seconds / ITERATIONS) < MACHINES
+        assert memory == pytest.approx(said.gigabytes, rel=MEMORY)
 
 
 def test_prices_rise_with_cells_and_degree():
