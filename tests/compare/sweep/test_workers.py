@@ -7,7 +7,6 @@ import time
 import pytest
 
 from compare.sweep.workers import Died, Worker
-from tests.patience import PATIENCE
 
 
 class Slow:
@@ -24,14 +23,14 @@ class Slow:
 
 
 class Dropped:
-    """A job that drops a `Slow`, after which it would go on for ever."""
+    """A job that drops a `Slow`, after which it would go on."""
 
     def __init__(self, place):
         self.place = place
 
     def work(self):
         Slow(self.place)
-        time.sleep(PATIENCE)
+        time.sleep(30.0)
 
 
 def test_sigterm_inside_a_finaliser_is_not_lost(tmp_path, capfd):
