@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class RibbonInputError(ValueError):
     """Input that no ribbon can have; the message names the argument, its value and what would be right.
@@ -14,6 +16,10 @@ class RibbonInputError(ValueError):
         self.key = key
         self.value = value
         self.remedy = remedy
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # an exception is pickled by its args (the finished line); these are what __init__ takes
+        return type(self), (self.key, self.value, self.remedy)
 
 
 class NotDifferentiable(ValueError):
@@ -28,3 +34,7 @@ class NotDifferentiable(ValueError):
         super().__init__(f"no derivative: {message}")
         self.reason = reason
         self.message = message
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # an exception is pickled by its args (the finished line); these are what __init__ takes
+        return type(self), (self.reason, self.message)

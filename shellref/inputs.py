@@ -23,6 +23,10 @@ class ShellInputError(ValueError):
         self.key, self.value, self.remedy = key, value, remedy
         super().__init__(f"{key} = {value!r}: {remedy}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # an exception is pickled by its args (the finished line); these are what __init__ takes
+        return type(self), (self.key, self.value, self.remedy)
+
 
 def number(key: str, value: Any, remedy: str = "must be a finite number") -> float:
     """`value` as a finite float."""

@@ -5,6 +5,7 @@ Exit codes: 0 done, 1 computed but not converged or not stable, 2 bad input, 3 s
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -98,7 +99,8 @@ def _main(arguments: Sequence[str] | None) -> int:
         full = disk_full(error)
         if full is None:
             raise
-        print(f"ribbonbench: {_full_words(full)}", file=sys.stderr)
+        with contextlib.suppress(OSError):  # what stderr goes into may be full too
+            print(f"ribbonbench: {_full_words(full)}", file=sys.stderr)
         return MISSING
 
 

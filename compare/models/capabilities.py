@@ -61,7 +61,8 @@ class Priced:
     """What switching one effect of a state on or off changes, to first order.
 
     moves: largest distance that a particle moves (l), None: not known; moves_error: how far first order may be off
-    (l), None: further than it is worth; energy: what the effect holds or releases in this state, and of a load the work
+    (l), None: not known; doubtful: the step that would follow is no shorter than half of this one, so that first order
+    says nothing of the move; energy: what the effect holds or releases in this state, and of a load the work
     that it does, over the elastic energy; force: change of the force of what holds the strip (D w / l^2), and
     force_share: over that force; why: what was switched, or why a number is not known; pair: keys of the scene without
     and with the effect, whose solves tell what it costs, None: it is in none.
@@ -76,6 +77,7 @@ class Priced:
     force_share: float | None = None
     why: str = ""
     pair: tuple[Mapping[str, Any], Mapping[str, Any]] | None = None
+    doubtful: bool = False
 
 
 @runtime_checkable

@@ -35,8 +35,13 @@ def shell_colour(index: int) -> str:
 def save(figure: Figure, path: Path, dpi: int = 200) -> Path:
     """Writes the picture, atomically."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
 
     FigureCanvasAgg(figure)
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if "$" in text.get_text() and "\\mathdefault" not in text.get_text():  # a title's; of ticks it is a formula
+            text.set_parse_math(False)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi, bbox_inches="tight")
     return atomic_write_bytes(path, buffer.getvalue())

@@ -105,11 +105,15 @@ _PRICED: tuple[Column, ...] = (
     _EFFECT,
     Column("on", "on", kind="truth", rank=0),
     Column("moves_mm", "moves mm", "mm", "digits:3", rank=1),
-    Column("moves", "moves %", "l", "share:3", rank=1, legend="largest distance that a particle moves when the effect "
-           "is switched, to first order, in % of l"),
+    Column("moves", "moves %", "l", "share:3", rank=1, legend="how far the strip moves when the effect is switched, in "
+           "% of l"),
+    Column("known_by", "by", kind="word", rank=1, legend="what tells it: first order (the particle that moves most) "
+           "where that is good to half of itself, else whole solves (the surfaces); an estimate has no error; -: not "
+           "known"),
+    Column("solved", "solved %", "l", "share:3", rank=3, legend="by whole solves with and without it"),
+    Column("first_order", "first order %", "l", "share:3", rank=3, legend="by the state's own tangent"),
     Column("moves_error", "± %", "l", "share:3", rank=3, legend="how far first order may be off; -: further than it is "
            "worth"),
-    Column("solved", "solved %", "l", "share:3", rank=2, legend="the same by a whole solve without it"),
     Column("energy", "energy %", "", "share:3", rank=2, legend="what it holds or releases in this state, of a load the "
            "work that it does, over the elastic energy"),
     Column("force", "force %", "", "share:3", rank=2, legend="change of the force of what holds the strip"),
@@ -128,10 +132,12 @@ def priced_table(scene: Scene, prices: PricedEffects) -> Table:
         {
             "effect": row.priced.effect,
             "on": row.priced.on,
-            "moves_mm": _millimetres(size, _told(row.priced.moves)),
-            "moves": _told(row.priced.moves),
-            "moves_error": _told(row.priced.moves_error),
+            "moves_mm": _millimetres(size, _told(row.moves)),
+            "moves": _told(row.moves),
+            "known_by": row.known_by,
             "solved": _told(row.solved),
+            "first_order": _told(row.priced.moves),
+            "moves_error": _told(row.priced.moves_error),
             "energy": row.priced.energy,
             "force": row.priced.force_share,
             "seconds": None if row.cost is None else row.cost.seconds,
@@ -140,7 +146,7 @@ def priced_table(scene: Scene, prices: PricedEffects) -> Table:
             "why": row.priced.why,
         }
         for row in prices.rows
-        if row.moves >= 0.0 or row.cost is not None
+        if row.moves is not None or row.priced.moves is not None or row.cost is not None
     ]
     columns = [column for column in _PRICED if column.key != "moves_mm" or size is not None]
     legend = "One effect switched alone, on or off, what moves the strip most first."
@@ -157,9 +163,22 @@ def _told(value: float | None) -> float | None:
     return value if value is None or value >= _ROUNDING else 0.0
 
 
-def _priced_sentences(prices: PricedEffects) -> list[str]:
-    """What has no first order, by name, and what has no number at all."""
+def _priced_sentences(scene: Scene, solves: Solves | None, prices: PricedEffects) -> list[str]:
+    """What has no first order, by name, what ends in another state, and what has no number at all."""
     said = [f"No first order: {prices.refused}."] if prices.refused else []
+    own = 0.0 if solves is None else solves.state.error or 0.0
+    for row in prices.rows:
+        if row.elsewhere(own):
+            said.append(
+                f"Solved anew, {row.priced.effect} ends in another state, {length(scene.units, row.solved)} away: "
+                "first order is of this one."
+            )
+    doubtful = [row.priced.effect for row in prices.rows if row.priced.doubtful and row.solved is None]
+    if doubtful:
+        said.append(
+            f"First order says nothing here of {', '.join(doubtful)}: the step that would follow is no shorter than "
+            "half of the first."
+        )
     for row in prices.rows:
         if row.priced.on or row.priced.moves is not None or row.solved is not None:
             continue
@@ -220,10 +239,10 @@ def answer(
     if moves:
         most = max(moves, key=lambda name: moves[name] or 0.0)
         text += f"; without {most} the shape would move most, by {length(scene.units, moves[most])}"
-    out = [row for row in prices.rows if not row.priced.on and (row.priced.moves or 0.0) > _ROUNDING] if prices else []
+    out = [row for row in prices.rows if not row.priced.on and (row.moves or 0.0) > _ROUNDING] if prices else []
     if out:
         first = out[0].priced
-        by = length(scene.units, first.moves)
+        by = length(scene.units, out[0].moves)
         text += f"; of what is left out {first.effect} ({first.why}) would move it most, by {by}"
     return Verdict.of("explain", text, of_state(scene, solves.state)).doubted()
 
@@ -232,7 +251,7 @@ def sentences(
     scene: Scene, found: Explanation, solves: Solves | None, prices: PricedEffects | None = None
 ) -> list[str]:  # fmt: skip
     """What has no first order, sizes, what costs most, what costs and changes nothing, shell and third opinion."""
-    lines = [*(_priced_sentences(prices) if prices else []), *_evaluation_sentences(found)]
+    lines = [*(_priced_sentences(scene, solves, prices) if prices else []), *_evaluation_sentences(found)]
     if solves is not None:
         lines += _solve_sentences(found, solves)
     if scene.strip.second_moment is not None:
@@ -325,7 +344,9 @@ def _price_result(row: PricedEffect) -> dict[str, Any]:
     return {
         "effect": one.effect,
         "on": one.on,
-        "moves": one.moves,
+        "moves": row.moves,
+        "moves_known_by": row.known_by,
+        "moves_first_order": one.moves,
         "moves_error": one.moves_error,
         "moves_solved": row.solved,
         "energy_share": one.energy,
@@ -376,7 +397,8 @@ def write(
     """Writes result.json, page.json and, where effects have prices, their bars into `out`."""
     pictures: tuple[Picture, ...] = ()
     if prices is not None and pictured(lambda: _bars(out / BARS, scene, prices)):
-        moves = [f"{row.priced.effect} {100.0 * row.moves:.2g} %" for row in prices.rows if row.moves > _ROUNDING][:5]
+        known = [(row.priced.effect, row.moves or 0.0) for row in prices.rows if (row.moves or 0.0) > _ROUNDING]
+        moves = [f"{effect} {100.0 * move:.2g} %" for effect, move in known[:5]]
         alt = f"Bars of how far each effect moves the strip, on a logarithmic axis: {', '.join(moves)} of the length"
         pictures = (Picture(BARS, alt, "How far each effect moves the strip, in % of its length."),)
     Study(

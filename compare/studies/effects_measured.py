@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ CHEAP = 0.5
 WORTH = 10.0
 #: Abscissae at which centrelines are compared.
 _LINE = np.linspace(0.0, 1.0, 401)
+#: Keys of the scene without an effect and with it.
+Pair = tuple[Mapping[str, Any], Mapping[str, Any]]
 _SOLVED = (Status.CONVERGED, Status.UNSTABLE)
 
 
@@ -111,6 +114,28 @@ def _solved(scene: Scene, effect: Effect, own: State, grid: Grid | None) -> With
     if own.shape is not None and state.shape is not None and own.status in _SOLVED and state.status in _SOLVED:
         moved = _moved(off, own.shape, state.shape, state.motions, grid)
     return Without(state.word, iterations(state), state.seconds.first, state.seconds.warm, moved)
+
+
+def between(scene: Scene, own: State, pair: Pair, grid: Grid | None) -> float | None:
+    """How far apart (over l) the states are with the keys of the first of a pair and with those of the second (no keys:
+    `own`); None where one of them is refused or no stable equilibrium."""
+    states, scenes = [], []
+    for keys in pair:
+        state, changed = own, scene
+        if keys:
+            try:
+                changed = scene.replace(dict(keys))
+                state = chosen(changed).solve(changed, options=Options(repeats=0))
+            except BadInput:
+                return None
+        if state.shape is None or state.status is not Status.CONVERGED:
+            return None
+        states.append(state)
+        scenes.append(changed)
+    without, with_it = states
+    assert without.shape is not None
+    assert with_it.shape is not None
+    return _moved(scenes[1], without.shape, with_it.shape, with_it.motions, grid)
 
 
 def _moved(scene: Scene, own: Shape, shape: Shape, motions: Motions | None, grid: Grid | None) -> float:

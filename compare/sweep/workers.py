@@ -24,7 +24,7 @@ from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
 
 from compare.sweep.case import COMPARE, Record, Task, crashed, run_case, run_cases
-from ribbonbench.start import end_with, one_thread_each, shielded
+from ribbonbench.start import Signals, end_with, one_thread_each, shielded
 
 #: Tries of a case whose worker dies.
 TRIES = 2
@@ -121,21 +121,20 @@ class Died(Exception):
 
 
 def _serve(pipe: Connection, launched: bool, master: int) -> None:
-    """The worker process: cases in, records out, until the pipe closes or the `master` (its process id) ends."""
+    """The worker process: cases in, records out, until the pipe closes or the `master` (its process id) ends.
+
+    SIGTERM ends it by an exception, so that a shell's process that runs for it is ended too.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the master says when to stop
-    signal.signal(signal.SIGTERM, _stop)
     end_with(master, signal.SIGKILL)  # at once, whatever is being compiled; what runs for this process ends with it
     if launched:
         for name in [name for name in os.environ if name.startswith(_LAUNCHERS)]:
             del os.environ[name]
-    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+    with Signals() as signals, contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
             pipe.send(pipe.recv().work())
-
-
-def _stop(*_: object) -> None:
-    """SIGTERM ends the worker by an exception, so that a shell's process that runs for it is ended too."""
-    raise SystemExit(1)
+    if signals.seen is not None:
+        raise SystemExit(1)
 
 
 def jobs_of(tasks: Sequence[Task]) -> list[tuple[int, ...]]:

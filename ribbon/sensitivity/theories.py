@@ -124,11 +124,8 @@ def _beyond(system: System, name: str, theory: Theory, dx: FloatArray, drows: Fl
             load = theory(there)
             rest = problem.gradient(there.x) + problem.jacobian_matrix(there.x).T @ there.rows
             missed = problem.constraints(there.x)
-    except NotDifferentiable:
-        return None
-    changed = replace(load, gradient=load.gradient + rest[:, None], rows=load.rows + missed[:, None])
-    try:
-        return _step(system, name, changed)
+            changed = replace(load, gradient=load.gradient + rest[:, None], rows=load.rows + missed[:, None])
+            return _step(system, name, changed)
     except NotDifferentiable:
         return None
 

@@ -28,6 +28,10 @@ class IpoptMissing(ImportError):
         super().__init__(message, name="cyipopt")
         self.reason = reason
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # an exception is pickled by its args (the finished line); these are what __init__ takes
+        return type(self), (self.reason, self.msg)
+
 
 @functools.cache
 def wrapper() -> Any:

@@ -28,8 +28,11 @@ class DolfinxMissing(ImportError):
 
 
 try:
-    import dolfinx
     import petsc4py
+
+    # PETSc would take the signals, and end the process where a pipe that it never saw is broken
+    petsc4py.init(["-no_signal_handler"])
+    import dolfinx
     import slepc4py
     import ufl
     from dolfinx import fem, la

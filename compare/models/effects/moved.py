@@ -241,21 +241,24 @@ def _told(scene: Scene, e: Equilibrium, row: _Row, response: Response | errors.N
     if isinstance(response, errors.NotDifferentiable):
         return Priced(row.effect, row.on, None, why=response.message, pair=row.pair)
     moves = _moves(scene, e, response.position(_ALONG), response.rotation(_ALONG))
-    error = None
-    if response.beyond is not None and moves > 0.0:
-        name = response.name
-        step = _moves(
-            scene, e, response.beyond.position(_ALONG)[name], response.beyond.rotation(_ALONG)[name]
-        )  # fmt: skip
-        # the steps that would follow fall off as this one does: twice their sum
-        error = 2.0 * step / (1.0 - step / moves) if step < _HOLDS * moves else None
-    elif response.beyond is not None:
-        error = 0.0
+    error = _beyond(scene, e, response, moves)
     whole = float(e.energy.elastic) + natural_constant(scene.curvature)
     held = response.work if row.load else abs(response.energy + row.constant)
     force, share = _force(e, response)
     energy = held / whole if whole > 0.0 else None
-    return Priced(row.effect, row.on, moves, error, energy, force, share, row.why, row.pair)
+    return Priced(row.effect, row.on, moves, error, energy, force, share, row.why, row.pair, doubtful=error is None)
+
+
+def _beyond(scene: Scene, e: Equilibrium, response: Response, moves: float) -> float | None:
+    """How far first order may be off (l); None where the step that would follow is as long, or has no tangent."""
+    if moves == 0.0:
+        return 0.0
+    if response.beyond is None:
+        return None
+    name = response.name
+    step = _moves(scene, e, response.beyond.position(_ALONG)[name], response.beyond.rotation(_ALONG)[name])
+    # the steps that would follow fall off as this one does: twice their sum
+    return 2.0 * step / (1.0 - step / moves) if step < _HOLDS * moves else None
 
 
 def _moves(scene: Scene, e: Equilibrium, moved: FloatArray, turned: FloatArray) -> float:

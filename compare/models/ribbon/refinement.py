@@ -174,7 +174,8 @@ def _with_limit(state: State, limit: Limit) -> State:
     if limit.signed or abs(limit.value) <= SIGNED or state.stable is None:
         return state
     text = f"its lowest eigenvalue tends to {limit.value:.2g} within {limit.error:.2g}: whether it is stable is open"
-    return replace(state, stable=None, message=f"{state.message}; {text}")
+    message = state.message.replace("a stable equilibrium", "an equilibrium")
+    return replace(state, stable=None, message=f"{message}; {text}")
 
 
 def _of_a_saddle(state: State, say: Reporter | None, grid: Grid | None, scene: Scene | None) -> State:

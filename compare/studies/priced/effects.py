@@ -3,15 +3,14 @@
 Moves are the model's own, to first order (`compare.models.capabilities.Prices`), with those of whole solves beside them
 where these were made (`compare.studies.effects_measured`). What an effect costs is a difference of whole solves with
 and without it, in CPU time and in turns: the median of the differences and half the distance of their quartiles. The
-first of each, and every solve in which a kernel was compiled, does not count.
+first of each, and every solve in which a kernel was compiled, does not count; pairs that take long are not repeated.
+The whole solves with and without an effect tell its move too, whether it is on or off.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -23,13 +22,17 @@ from compare.models.timing import compiled
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.effects import Explanation
-from compare.studies.effects_measured import Solves
+from compare.studies.effects_measured import Pair, Solves, between
 
 #: Pairs of solves of one effect at most, and the time (s) after which no other pair is begun.
 PAIRS = 7
 SPENT = 0.6
-#: Fewest pairs that have a spread.
+#: Fewest pairs that have a spread; CPU time (s) of one pair above which there is no other.
 FEWEST = 3
+DEAR = 2.0
+#: What tells a move; first order goes before whole solves where it may be off by no more than this part of itself.
+FIRST_ORDER, WHOLE_SOLVES, ESTIMATE = "first order", "whole solves", "estimate"
+_GOOD = 0.5
 
 
 @dataclass(frozen=True)
@@ -45,17 +48,36 @@ class Cost:
 
 @dataclass(frozen=True)
 class PricedEffect:
-    """An effect with all that is known of it. solved: how far the strip moves by a whole solve without it (l)."""
+    """An effect with all that is known of it. solved: how far the strip moves by whole solves with and without (l)."""
 
     priced: Priced
     solved: float | None = None
     cost: Cost | None = None
 
     @property
-    def moves(self) -> float:
-        """The largest move that is known of it, -1 for none: by what the effects are ordered."""
-        known = [move for move in (self.priced.moves, self.solved) if move is not None]
-        return max(known, default=-1.0)
+    def known_by(self) -> str:
+        """What tells its move: first order where that is good to half of itself, else whole solves, else first order
+        as far as it goes; an estimate has no error; "": nothing tells it."""
+        one = self.priced
+        if one.moves is not None and one.moves_error is not None and one.moves_error <= _GOOD * one.moves:
+            return FIRST_ORDER
+        if self.solved is not None:
+            return WHOLE_SOLVES
+        if one.moves is None or one.doubtful:
+            return ""
+        return ESTIMATE if one.moves_error is None else FIRST_ORDER
+
+    @property
+    def moves(self) -> float | None:
+        """How far it moves the strip (l), as well as is known; None where nothing tells it."""
+        return {"": None, WHOLE_SOLVES: self.solved}.get(self.known_by, self.priced.moves)
+
+    def elsewhere(self, error: float) -> bool:
+        """Whether whole solves end further apart than first order has it, with their own discretisation error (l)."""
+        one = self.priced
+        if self.known_by != FIRST_ORDER or self.solved is None:
+            return False
+        return self.solved > (one.moves or 0.0) + 2.0 * ((one.moves_error or 0.0) + error)
 
 
 @dataclass(frozen=True)
@@ -83,23 +105,32 @@ def priced(scene: Scene, found: Explanation, solves: Solves, reporter: Reporter)
         if effect.key not in by_name:
             why = effect.fixed or refused or effect.why
             by_name[effect.key] = Priced(effect.key, effect.on, None, why=why)
+    grid = solves.grid if solves.surface else None
     switched = {effect.key: effect for effect in found.effects if effect.on and effect.changes is not None}
     rows = []
     for name, one in by_name.items():
         off = solves.without.get(name)
+        moved = None if off is None else off.moved
         cost = None
-        if solves.without or solves.state.seconds.warm <= solves.limit:
+        if solves.without:
             pair = one.pair
             if pair is None and name in switched and off is not None and not switched[name].same_size:
                 pair = (switched[name].changes or {}, {})
-            if pair is not None and solves.without:
+            if pair is not None:
                 reporter.step(f"cost of {name}")
+                if off is None:
+                    moved = between(scene, solves.state, pair, grid)
                 cost = cost_of(scene, pair)
-        rows.append(PricedEffect(one, None if off is None else off.moved, cost))
-    return PricedEffects(tuple(sorted(rows, key=lambda row: (-row.moves, not row.priced.on))), refused)
+        rows.append(PricedEffect(one, moved, cost))
+    return PricedEffects(tuple(sorted(rows, key=_first)), refused)
 
 
-def cost_of(scene: Scene, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Cost | None:
+def _first(row: PricedEffect) -> tuple[float, bool]:
+    """What moves the strip most stands first, what is not known last."""
+    return -(-1.0 if row.moves is None else row.moves), not row.priced.on
+
+
+def cost_of(scene: Scene, pair: Pair) -> Cost | None:
     """What the keys of the second of a pair cost beside those of the first; None where one is refused or has no state,
     or the pairs took too long to be repeated."""
     try:
@@ -118,6 +149,8 @@ def cost_of(scene: Scene, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> 
             begun = time.perf_counter()
             continue
         first, second = (value or 0.0 for value in spent)
+        if first + second > DEAR:
+            return None
         times.append((second, first) if turn % 2 else (first, second))
         if len(times) > FEWEST and time.perf_counter() - begun > SPENT:
             break

@@ -139,7 +139,7 @@ def test_costs_are_differences_in_turns_never_above_all_of_it(monkeypatch):
 
 
 def test_what_an_effect_takes_away_is_no_share_above_one(monkeypatch):
-    monkeypatch.setattr(effects_priced, "_spent", lambda scene: 0.001 if scene.gravity is None else 5.0)
+    monkeypatch.setattr(effects_priced, "_spent", lambda scene: 0.001 if scene.gravity is None else 1.0)
     assert effects_priced.cost_of(load("cantilever"), ({"gravity": None}, {})).share < 1.0
     monkeypatch.setattr(effects_priced, "_spent", lambda scene: None)
     assert effects_priced.cost_of(load("cantilever"), ({"gravity": None}, {})) is None
@@ -171,7 +171,7 @@ def test_the_command_orders_draws_and_keeps_them(tmp_path, capsys, monkeypatch):
     assert "of what is left out" in said
     result = json.loads((tmp_path / "o" / "result.json").read_text())
     rows = result["prices"]
-    most = [max(row["moves"] or 0.0, row["moves_solved"] or 0.0) for row in rows]
+    most = [-1.0 if row["moves"] is None else row["moves"] for row in rows]
     assert most == sorted(most, reverse=True)
     assert {row["effect"] for row in rows} >= {effect["name"] for effect in result["explanation"]["effects"]}
     assert all(row["seconds_share"] is None or row["seconds_share"] <= 1.0 for row in rows)

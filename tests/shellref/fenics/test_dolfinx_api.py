@@ -261,3 +261,15 @@ def test_cache_is_shared_and_names_do_not_depend_on_it(tmp_path):
     again = at_once(1)
     assert set(again) == set(empty)
     assert sum(again[name] != empty[name] for name in empty) == 1
+
+
+def test_a_broken_pipe_is_an_exception():
+    """PETSc takes no signal: SIGPIPE, which Python ignores, would end the whole process by MPI_Abort."""
+    code = (
+        "import subprocess, sys; from shellref.fenics import dolfinx_api\n"
+        "ended = subprocess.Popen([sys.executable, '-c', ''], stdin=subprocess.PIPE); ended.wait()\n"
+        "try:\n    ended.stdin.write(b'x'); ended.stdin.flush()\n"
+        "except BrokenPipeError:\n    print('raised')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["raised"], done.stderr
