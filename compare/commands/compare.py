@@ -12,6 +12,7 @@ from rich.console import Console
 from compare.commands import common
 from compare.errors import ShellMissing
 from compare.models import USUAL
+from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
 HELP = "compare the ribbon of a scene with shells of several thicknesses"
@@ -27,7 +28,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
-    from compare.models.scope import require_shell
     from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import comparison as tables

@@ -12,6 +12,7 @@ from rich.console import Console
 from compare.commands import common
 from compare.commands.lists import ListOf
 from compare.errors import BadInput
+from compare.models.scope import has_shell, require_shell
 from compare.store.progress import Reporter
 
 if TYPE_CHECKING:
@@ -163,8 +164,6 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
 
 def _ratio(options: argparse.Namespace, scene: Scene) -> float | None:
     """w/h of the shell: of the option, or the scene's largest; None where the scene has no shell."""
-    from compare.models.scope import has_shell, require_shell
-
     requested = options.width_to_thickness
     if requested is None:
         return max(require_shell(scene)) if has_shell(scene) else None

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.errors import BadInput
+from compare.models.scope import has_shell
 from compare.scene.begin.materials import MATERIALS
 
 if TYPE_CHECKING:
@@ -102,8 +103,6 @@ def _write(path: Path, text: str, force: bool) -> None:
 def _tell(console: Console, path: Path, scene: Scene) -> None:
     """What was written, in numbers, and what to do with it."""
     import shlex
-
-    from compare.models.scope import has_shell
 
     name = shlex.quote(str(path))
     strip = scene.strip

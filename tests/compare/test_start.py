@@ -115,10 +115,3 @@ def test_folders_of_the_same_names_do_no_harm(tmp_path, words):
         env=environment,
     )
     assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_the_help_loads_no_numpy():
-    """Nor the rooms that need it: the parser of all commands, which every command line goes through."""
-    code = "import sys; from compare.commands.parser import whole; whole(); print('numpy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.split() == ["False"]
