@@ -9,9 +9,10 @@ Importing this module without dolfinx raises `DolfinxMissing` with the remedy.
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any
 
@@ -30,8 +31,7 @@ class DolfinxMissing(ImportError):
 try:
     import petsc4py
 
-    # PETSc would take the signals, and end the process where a pipe that it never saw is broken
-    petsc4py.init(["-no_signal_handler"])
+    petsc4py.init(["-no_signal_handler"])  # PETSc would take the signals of the process
     import dolfinx
     import slepc4py
     import ufl
@@ -43,6 +43,9 @@ try:
     from slepc4py import SLEPc
 except ImportError as error:
     raise DolfinxMissing(f"{REMEDY} ({error})") from error
+with suppress(ValueError):  # in another thread than the main one
+    # where someone began PETSc before, it ends the process by MPI_Abort for a broken pipe that it never saw
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 COMPILE_FLAGS = ("-O3", "-ffast-math", "-g0")

@@ -263,10 +263,12 @@ def test_cache_is_shared_and_names_do_not_depend_on_it(tmp_path):
     assert sum(again[name] != empty[name] for name in empty) == 1
 
 
-def test_a_broken_pipe_is_an_exception():
-    """PETSc takes no signal: SIGPIPE, which Python ignores, would end the whole process by MPI_Abort."""
+@pytest.mark.parametrize("before", ["", "import dolfinx; "])
+def test_a_broken_pipe_is_an_exception(before):
+    """PETSc takes no signal: SIGPIPE, which Python ignores, would end the whole process by MPI_Abort; nor does one that
+    was begun by others."""
     code = (
-        "import subprocess, sys; from shellref.fenics import dolfinx_api\n"
+        f"{before}import subprocess, sys; from shellref.fenics import dolfinx_api\n"
         "ended = subprocess.Popen([sys.executable, '-c', ''], stdin=subprocess.PIPE); ended.wait()\n"
         "try:\n    ended.stdin.write(b'x'); ended.stdin.flush()\n"
         "except BrokenPipeError:\n    print('raised')\n"
