@@ -187,14 +187,12 @@ def _bridge(first: float) -> tuple[Any, float]:
 
 
 def _fast(rung: Rung) -> Iterator[Check]:
-    """Steps on the way end as soon as quadratic convergence leaves less than `PASSING`: held by going on from them."""
-    from shellref.path.newton import PASSING
-
+    """Steps on the way end as soon as quadratic convergence leaves less than 1e-6: held by going on from them."""
     (slow, _), (fast, left) = _bridge(0.05), _bridge(float(rung))
     yield from thin.judged(fast)
     off = float(np.abs(fast.surface.points - slow.surface.points).max())
     yield Check("distance from the state of short steps (l)", off, 1e-7)
-    yield Check("kept steps from their equilibria (l, directors)", left, PASSING)
+    yield Check("kept steps from their equilibria (l, directors)", left, 1e-6)
 
 
 def _coarse(rung: Rung) -> Iterator[Check]:
