@@ -225,8 +225,8 @@ def tables(
 def answer(
     scene: Scene, found: Explanation, solves: Solves | None, prices: PricedEffects | None = None
 ) -> Verdict:  # fmt: skip
-    """Which effects are on, which of them moves the shape most, and which of those that are off would; the grade is
-    that of the solve behind it."""
+    """Which effects are on, which of them moves the shape most, of which of those that are off nothing is known, and
+    which of the others would; the grade is that of the solve behind it."""
     on = [effect.key for effect in found.effects if effect.on]
     text = f"{len(on)} of {len(found.effects)} effects are on: {', '.join(on)}" if on else "No effect is on"
     if solves is None:
@@ -239,11 +239,16 @@ def answer(
     if moves:
         most = max(moves, key=lambda name: moves[name] or 0.0)
         text += f"; without {most} the shape would move most, by {length(scene.units, moves[most])}"
-    out = [row for row in prices.rows if not row.priced.on and (row.moves or 0.0) > _ROUNDING] if prices else []
+    left = [row for row in prices.rows if not row.priced.on] if prices else []
+    unknown = [row.priced.effect for row in left if row.priced.doubtful and row.moves is None]
+    if unknown:
+        text += f"; how far {' and '.join(unknown)} would move it is not known"
+    out = [row for row in left if (row.moves or 0.0) > _ROUNDING]
     if out:
         first = out[0].priced
         by = length(scene.units, out[0].moves)
-        text += f"; of what is left out {first.effect} ({first.why}) would move it most, by {by}"
+        known = " and is known" if unknown else ""
+        text += f"; of what is left out{known} {first.effect} ({first.why}) would move it most, by {by}"
     return Verdict.of("explain", text, of_state(scene, solves.state)).doubted()
 
 
