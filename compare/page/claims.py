@@ -88,7 +88,13 @@ _CLAIMS: dict[str, tuple[Claim, ...]] = {
         *_STATE, _SHELL, _SAME, _DISTANCE,
         Claim("share", "the shell hardly stretches where the model does not", "membrane and shear of its energy"),
     ),
-    "explain": _STATE,
+    "explain": (
+        *_STATE,
+        Claim(
+            "effects", "how far each effect would move the strip is known, and in which state it then is",
+            "first order and its error, whole solves beside it",
+        ),
+    ),
     "converge": (
         *_STATE, _SHELL, _SAME,
         Claim("limit", "the model is what the shells tend to", "distance at h/w = 0 by extrapolation, its interval"),

@@ -21,7 +21,7 @@ from compare.record.quantity import Quantity
 from compare.record.views import document
 from compare.scene.scene import Scene
 from compare.store.made_by import provenance
-from compare.studies.checks import of_state
+from compare.studies.checks import effects, of_state
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import ShellSolves, ShellWithout, Solves, iterations
 from compare.studies.priced.effects import PricedEffect, PricedEffects
@@ -226,21 +226,20 @@ def answer(
     scene: Scene, found: Explanation, solves: Solves | None, prices: PricedEffects | None = None
 ) -> Verdict:  # fmt: skip
     """Which effects are on, which of them moves the shape most, of which of those that are off nothing is known, and
-    which of the others would; the grade is that of the solve behind it."""
+    which of the others would; the grade is that of the solve behind it and of what is known of the moves."""
     on = [effect.key for effect in found.effects if effect.on]
     text = f"{len(on)} of {len(found.effects)} effects are on: {', '.join(on)}" if on else "No effect is on"
     if solves is None:
         return Verdict(text)
+    checks = [*of_state(scene, solves.state), effects(prices, solves.state.error or 0.0)]
     if not solves.state.ok:
-        return Verdict.of(
-            "explain", f"{text}; no stable equilibrium: {solves.state.message}", of_state(scene, solves.state)
-        )
+        return Verdict.of("explain", f"{text}; no stable equilibrium: {solves.state.message}", checks)
     moves = {name: off.moved for name, off in solves.without.items() if off.moved is not None}
     if moves:
         most = max(moves, key=lambda name: moves[name] or 0.0)
         text += f"; without {most} the shape would move most, by {length(scene.units, moves[most])}"
     left = [row for row in prices.rows if not row.priced.on] if prices else []
-    unknown = [row.priced.effect for row in left if row.priced.doubtful and row.moves is None]
+    unknown = [row.priced.effect for row in left if row.priced.effect in (prices.untold if prices else ())]
     if unknown:
         text += f"; how far {' and '.join(unknown)} would move it is not known"
     out = [row for row in left if (row.moves or 0.0) > _ROUNDING]
@@ -249,7 +248,7 @@ def answer(
         by = length(scene.units, out[0].moves)
         known = " and is known" if unknown else ""
         text += f"; of what is left out{known} {first.effect} ({first.why}) would move it most, by {by}"
-    return Verdict.of("explain", text, of_state(scene, solves.state)).doubted()
+    return Verdict.of("explain", text, checks).doubted(*(("effects",) if unknown else ()))
 
 
 def sentences(

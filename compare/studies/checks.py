@@ -19,6 +19,7 @@ from compare.page.pair import Row
 from compare.page.verdict import Check, bounded, nothing, unchecked
 from compare.scene.scene import Scene
 from compare.studies.compare import LOWER
+from compare.studies.priced.effects import PricedEffects
 
 FloatArray = NDArray[np.float64]
 
@@ -297,6 +298,20 @@ def model(state: State) -> Check:
     return Check(
         "model", FAIR, f"its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
     )
+
+
+def effects(prices: PricedEffects | None, error: float) -> Check:
+    """Whether each effect's move is known, and is one of the same state; error: of the state's shape (l)."""
+    if prices is None:
+        return nothing("effects", "its model prices no effects")
+    if prices.refused:
+        return unchecked("effects", f"no first order: {prices.refused}")
+    if prices.untold:
+        return unchecked("effects", f"how far it moves with {' and '.join(prices.untold)} switched is not known")
+    apart = prices.apart(error)
+    if apart:
+        return Check("effects", FAIR, f"with {' and '.join(apart)} switched it may be in another state")
+    return Check("effects", GOOD, "the move of every effect is known")
 
 
 # -- a model beside shells --------------------------------------------------------------------------------------------

@@ -166,6 +166,17 @@ def _corrected(
     return switched(problem, state, how)
 
 
+def _landed(problem: Problem, state: Equilibrium, tried: Equilibrium, how: How) -> Equilibrium:
+    """Where a strip that is about to snap lands: a shorter step would not bring it nearer, so that the iteration has
+    the time of a first solve, from where the last one stopped, then from the last state; `tried` where both fail."""
+    if problem.row_count and tried.rows.size == problem.row_count and np.all(np.isfinite(tried.x)):
+        new = search.from_state(problem, tried.x, how, (tried.rows, tried.multipliers))
+        if new.status in _GOOD:
+            return new
+    new = switched(problem, state, how)
+    return new if new.status in _GOOD else tried
+
+
 @alone
 def follow(
     problem_at: Callable[[float], Problem],
@@ -211,7 +222,10 @@ def follow(
         check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
         clock = time.perf_counter()
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0
-        new = _corrected(problem, state, before, factor, How(progress=progress, check=check, hold=False))
+        how = How(progress=progress, check=check, hold=False)
+        new = _corrected(problem, state, before, factor, how)
+        if new.status not in _GOOD and CUT * step < smallest:
+            new = _landed(problem, state, new, how)
         if leave_saddle and new.status is Status.SADDLE:
             new = _left(new)
         seconds = time.perf_counter() - clock

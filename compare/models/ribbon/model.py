@@ -156,8 +156,9 @@ class RibbonModel(Model):
     def _chosen(self, scene: Scene, size: Size | None, options: Options, say: Reporter | None) -> State:
         """With the energy that the scene's accuracy chooses, on the elements of the scene itself."""
         from compare.models.ribbon.auto import choose, with_energy
+        from ribbon.solvers.budget import within
 
-        with self._admitted(scene), compiling(say):
+        with self._admitted(scene), within(scene.model.budget), compiling(say):
             choice = choose(scene, options, say)
         done = choice.solved.get(choice.energy) if size is None and not options.repeats else None
         state = self._solved(with_energy(scene, choice.energy), size, options, say, done)

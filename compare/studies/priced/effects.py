@@ -33,6 +33,8 @@ DEAR = 2.0
 #: What tells a move; first order goes before whole solves where it may be off by no more than this part of itself.
 FIRST_ORDER, WHOLE_SOLVES, ESTIMATE = "first order", "whole solves", "estimate"
 _GOOD = 0.5
+#: Move (l) above which a whole solve alone is no sign that the strip is in the same state.
+FAR = 0.05
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,22 @@ class PricedEffects:
 
     rows: tuple[PricedEffect, ...]
     refused: str = ""
+
+    @property
+    def untold(self) -> tuple[str, ...]:
+        """Effects of which nothing tells how far they move the strip: first order is further off than it is worth, and
+        no whole solve was made."""
+        return tuple(row.priced.effect for row in self.rows if row.priced.doubtful and row.moves is None)
+
+    def apart(self, error: float) -> tuple[str, ...]:
+        """Effects with which the strip solved anew may be in another state: first order contradicts it, or says nothing
+        of what is off and moves by more than `FAR`; error: discretisation error of the state (l)."""
+        return tuple(
+            row.priced.effect
+            for row in self.rows
+            if row.elsewhere(error)
+            or (not row.priced.on and row.known_by == WHOLE_SOLVES and (row.solved or 0.0) > FAR)
+        )
 
 
 def priced(scene: Scene, found: Explanation, solves: Solves, reporter: Reporter) -> PricedEffects | None:

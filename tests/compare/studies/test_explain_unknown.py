@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from compare.cli import main
+from compare.measure.grades import FAIR, GOOD, UNKNOWN
+from compare.models.capabilities import Priced
+from compare.studies.checks import effects
+from compare.studies.priced.effects import PricedEffect, PricedEffects
 
 #: A steel strip between two clamps, whose rulings are at their bound: first order of a stiffer section says nothing.
 OWN = """
@@ -32,8 +38,11 @@ normal = [0.0, -1.0, 0.0]
 def test_what_is_not_known_is_said_first(tmp_path, capsys):
     (tmp_path / "own.toml").write_text(OWN)
     assert main(["explain", str(tmp_path / "own.toml"), "--out", str(tmp_path / "o")]) == 0
-    first = " ".join(capsys.readouterr().out.split()).partition(": good")[0]
-    rows = json.loads((tmp_path / "o" / "result.json").read_text())["prices"]
+    first = " ".join(capsys.readouterr().out.partition("what each effect is worth")[0].split())
+    result = json.loads((tmp_path / "o" / "result.json").read_text())
+    rows, checks = result["prices"], {check["name"]: check["grade"] for check in result["answer"]["checks"]}
+    assert (checks.pop("effects"), set(checks.values())) == (UNKNOWN, {GOOD})
+    assert result["answer"]["grade"] == UNKNOWN
     unknown = {
         row["effect"] for row in rows if not row["on"] and row["moves"] is None and row["energy_share"] is not None
     }
@@ -41,3 +50,20 @@ def test_what_is_not_known_is_said_first(tmp_path, capsys):
     known, _, most = first.partition("is not known")
     assert all(name in known for name in unknown)
     assert not any(name in most.partition("would move it most")[0] for name in unknown)
+
+
+@pytest.mark.parametrize(
+    ("row", "grade"),
+    [
+        (PricedEffect(Priced("shear", False, 1e-4, 1e-6), 1.1e-4), GOOD),  # first order and whole solves agree
+        (PricedEffect(Priced("shear", False, 1e-4, 1e-6), 0.3), FAIR),  # solved anew it ends elsewhere
+        (PricedEffect(Priced("shear", False, 1e-4, doubtful=True), 0.03), GOOD),
+        (PricedEffect(Priced("shear", False, 1e-4, doubtful=True), 0.3), FAIR),  # far, and nothing says how it got there
+        (PricedEffect(Priced("weight", True, 1e-4, doubtful=True), 0.3), GOOD),  # what is on is in the state that is shown
+        (PricedEffect(Priced("shear", False, 1e-4, doubtful=True)), UNKNOWN),
+    ],
+)
+def test_a_move_is_known_or_it_is_not(row, grade):
+    known = PricedEffect(Priced("width", True, 1e-3, 1e-6))
+    assert effects(PricedEffects((known, row)), 1e-5).grade == grade
+    assert effects(PricedEffects((known, row), "no tangent"), 1e-5).grade == UNKNOWN
