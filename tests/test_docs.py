@@ -16,8 +16,8 @@ import pytest
 from compare import __version__, cli
 from compare import commands as known
 from compare.commands.parser import whole
-from compare.errors import BadInput
 from compare.scene.scene import loads
+from ribbonbench.errors import BadInput
 from tests.docs_blocks import DOCS, ROOT, Block, anchors, blocks, commands, links, name_of, pages, prose
 
 PAGES = pages()

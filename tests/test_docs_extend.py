@@ -243,7 +243,7 @@ SPIN = """    spin: float | None = key(
 #: What then holds of it, and of a model that reads it.
 OF_A_KEY = """
 from compare import registry
-from compare.errors import BadInput
+from ribbonbench.errors import BadInput
 from compare.models.base import check_keys
 from compare.scene.keys import KEYS
 from compare.scene.scene import load, loads

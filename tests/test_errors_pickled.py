@@ -7,9 +7,9 @@ import pickle
 
 import pytest
 
-from compare.errors import BadInput, Missing, ShellMissing
 from ribbon.errors import NotDifferentiable, RibbonInputError
 from ribbon.solvers.cyipopt_api import IpoptMissing
+from ribbonbench.errors import BadInput, Missing, ShellMissing
 from shellref.inputs import ShellInputError
 from tests.test_setup import ROOT
 

@@ -63,9 +63,9 @@ class Case:
     """A hard case.
 
     name: "group/name"; hard: what is hard about it; expected: what has to hold, and why; parameter: the difficulty,
-    with its unit; run: what checks one rung (raises `compare.errors.Missing` for a library that is not there; any other
-    exception is a failure); rungs: easy ones first, the quick part, for `make test` too; long: those that are for the
-    long run alone; known: rung -> why it is known to fail, which stays in the table.
+    with its unit; run: what checks one rung (raises `ribbonbench.errors.Missing` for a library that is not there; any
+    other exception is a failure); rungs: easy ones first, the quick part, for `make test` too; long: those that are for
+    the long run alone; known: rung -> why it is known to fail, which stays in the table.
     """
 
     name: str

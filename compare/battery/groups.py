@@ -6,7 +6,7 @@ import fnmatch
 import importlib
 
 from compare.battery.case import Case
-from compare.errors import BadInput
+from ribbonbench.errors import BadInput
 
 #: Group -> what it is about.
 GROUPS = {

@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from compare.battery.case import Case, Check, Rung
-from compare.errors import Missing
 from compare.store import provenance
 from compare.store.store import case_key
+from ribbonbench.errors import Missing
 
 PASSED, FAILED, KNOWN, MENDED, SKIPPED = "passed", "failed", "known failure", "no longer fails", "skipped"
 

@@ -9,8 +9,8 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.commands.lists import ListOf
-from compare.errors import BadInput
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput
 
 HELP = "bifurcation diagrams: what else is an equilibrium, where branches fold, fork and lose stability"
 EXAMPLE = "ribbonbench branches shift_7_2 --along clamp.end.position[1] --from 0.01 --to 0.6"

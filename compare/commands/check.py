@@ -9,8 +9,8 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.commands.lists import ListOf
-from compare.errors import BadInput
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.studies.agreement.pins import Pin

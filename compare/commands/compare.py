@@ -10,10 +10,10 @@ from dataclasses import replace
 from rich.console import Console
 
 from compare.commands import common
-from compare.errors import ShellMissing
 from compare.models import USUAL
 from compare.models.scope import require_shell
 from compare.store.progress import Reporter
+from ribbonbench.errors import ShellMissing
 
 HELP = "compare the ribbon of a scene with shells of several thicknesses"
 EXAMPLE = "ribbonbench compare curl_4_3"

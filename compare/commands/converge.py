@@ -9,8 +9,8 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.commands.lists import ListOf
-from compare.errors import BadInput
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput
 
 HELP = "convergence as h/w falls: slope with its interval, the limit, the ribbon's (or another model's) place in it"
 EXAMPLE = "ribbonbench converge cantilever --width-to-thickness 20,50,100"

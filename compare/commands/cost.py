@@ -11,9 +11,9 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.commands.lists import ListOf
-from compare.errors import BadInput
 from compare.models.scope import has_shell, require_shell
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.console import Console
 
 from compare.commands import common
-from compare.errors import BadInput
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput
 
 HELP = "surfaces of results (or of a scene, solved first) as VTU, PVD, OBJ, PLY, glTF, CSV, NPZ"
 EXAMPLE = "ribbonbench export my.toml --format gltf,obj"

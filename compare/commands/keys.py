@@ -7,7 +7,7 @@ import argparse
 from rich.console import Console
 
 from compare.commands import common
-from compare.errors import BadInput
+from ribbonbench.errors import BadInput
 
 HELP = "the keys of a scene, with unit, range, default and meaning"
 EXAMPLE = "ribbonbench keys clamp"

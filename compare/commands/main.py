@@ -16,9 +16,9 @@ from compare import commands
 from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, print_json
 from compare.commands.line import recorded
 from compare.commands.parser import whole as _parser
-from compare.errors import BadInput, RibbonbenchError
 from compare.scene.inputs.accepted import accepting
 from ribbonbench import start
+from ribbonbench.errors import BadInput, RibbonbenchError
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
 
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Of several processes (mpirun) only the first speaks, and all end with the same code.
     """
-    from compare.store.world import placed, quiet_but_first, world
+    from ribbonbench.world import placed, quiet_but_first, world
 
     start.one_thread()
     if placed()[1] == 1:
@@ -128,7 +128,7 @@ def _full_words(error: OSError) -> str:
 
 def _check_alone(command: str) -> None:
     """Only some commands share their work among processes."""
-    from compare.store.world import placed
+    from ribbonbench.world import placed
 
     if placed()[1] > 1 and not commands.parallel(command):
         able = ", ".join(f"ribbonbench {name}" for name in commands.NAMES if commands.parallel(name))

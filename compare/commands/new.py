@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from compare.commands import common
-from compare.errors import BadInput
 from compare.models.scope import has_shell
 from compare.scene.begin.materials import MATERIALS
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

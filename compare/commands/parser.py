@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 from compare import commands
 from compare.commands.lists import ListOf, joined
-from compare.errors import BadInput
+from ribbonbench.errors import BadInput
 
 
 class Parser(argparse.ArgumentParser):

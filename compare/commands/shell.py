@@ -43,7 +43,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import shell as pages
     from compare.store.shared import shared_store
-    from compare.store.world import world
+    from ribbonbench.world import world
 
     options.assignments += [
         f"shell.{name}={value}"

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from compare.commands import common
-from compare.errors import BadInput, Missing
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput, Missing
 
 if TYPE_CHECKING:
     from compare.suite.answers import Answers

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rich.console import Console
 
 from compare.commands import common
-from compare.errors import BadInput
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.page.verdict import Verdict
@@ -75,7 +75,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Runs the sweep; under mpiexec the first process leads, the others carry cases."""
-    from compare.store.world import pooled, world
+    from ribbonbench.world import pooled, world
 
     if pooled():
         return _pooled(options, console)

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from compare.errors import BadInput
 from compare.measure.align import Motions
 from compare.measure.crossing import Crossing, crossing
 from compare.measure.grid import Grid
 from compare.models.shown import Shown
 from compare.scene.inputs.law import Law, constant
 from compare.scene.units import Units
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

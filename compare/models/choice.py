@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import cast
 
-from compare.errors import BadInput
 from compare.models.base import Effect, Model, Size, check_keys
 from compare.models.capabilities import Differentiates, Fittable
 from compare.registry import RICHEST, USUAL, entries, entry, model, name_for
 from compare.scene.scene import Scene
+from ribbonbench.errors import BadInput
 
 
 def chosen(scene: Scene) -> Model:

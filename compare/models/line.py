@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import Effect, Ladder, Model, Options, Shape, Size, State, on_strip
 from compare.models.effects.switches import Switch
 from compare.models.timing import clocked
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

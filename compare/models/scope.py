@@ -6,9 +6,9 @@ it. No solver is loaded.
 
 from __future__ import annotations
 
-from compare.errors import BadInput
 from compare.scene.check import OF_A_ROD
 from compare.scene.data import SceneData
+from ribbonbench.errors import BadInput
 
 
 def beyond_the_ribbon(scene: SceneData) -> tuple[str, str] | None:

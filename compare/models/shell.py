@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.align import Motions, aligned, even_along
 from compare.measure.distance import grid_hausdorff
 from compare.measure.numbers import nested
@@ -51,6 +50,7 @@ from compare.models.shell_build import shell_elements, shell_options, shell_prob
 from compare.models.shell_process import ShellCase, run_shell
 from compare.scene.inputs.law import Law, at, values
 from compare.store.store import CaseStore
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.holds import shell as shell_holds
 from compare.models.scope import beyond_the_shell, require_shell
 from compare.scene.data import unit
@@ -20,6 +19,7 @@ from compare.scene.inputs import law
 from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec, ShellSpec
 from compare.scene.stages import stage_name
+from ribbonbench.errors import BadInput
 from shellref.contact.walls import Wall
 from shellref.inputs import ShellInputError, Vector
 from shellref.path.begin import coarse_meshes

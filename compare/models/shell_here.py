@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput, Missing
 from compare.models import half_turns
 from compare.models.base import State
 from compare.models.effects.price import check_price
@@ -21,7 +20,8 @@ from compare.models.shell_process import ShellCase, event_text, shell_key, store
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.store.world import World
+from ribbonbench.errors import BadInput, Missing
+from ribbonbench.world import World
 from shellref.inputs import ShellInputError
 from shellref.path.begin import begun
 from shellref.shell.options import ShellOptions

@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput, Missing
 from compare.models.shell_build import DEFAULT_ELEMENTS, shell_elements, shell_options, shell_problem
 from compare.store.provenance import software
 from compare.store.store import CaseStore, Unfinished, case_key, read_json
 from ribbonbench import system
+from ribbonbench.errors import BadInput, Missing
 from ribbonbench.start import THREADS
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem

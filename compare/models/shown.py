@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput, Missing
 from compare.store.finite import explained
+from ribbonbench.errors import BadInput, Missing
 
 #: Points along and across of a surface that is drawn or saved.
 ALONG, ACROSS = 401, 9

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from compare import registry
-from compare.errors import Missing, RibbonbenchError
 from compare.models.base import Model, Options
 from compare.models.capabilities import Batches, Differentiates, Estimates, FloatArray, Moves
 from compare.models.timing import compiled
 from compare.scene.scene import load
 from compare.store.progress import Reporter
+from ribbonbench.errors import Missing, RibbonbenchError
 
 #: Elements of the ribbons: as few as a closed band needs, and some more.
 ELEMENTS = 6

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.page.table import LAST, USUAL, Column, Table
 from compare.page.verdict import Verdict
 from compare.store.store import atomic_write_json, read_json
+from ribbonbench.errors import BadInput
 
 PAGE = "page.json"
 FORMAT = 3

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models.base import BESIDE, State
 from compare.models.scope import beyond_the_ribbon
@@ -21,6 +20,7 @@ from compare.pages.result import spent
 from compare.pages.written import Written
 from compare.scene.scene import Scene
 from compare.scene.units import Units
+from ribbonbench.errors import BadInput
 
 PICTURE = "elastica.png"
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models import model
 from compare.models.base import Model, State
 from compare.pages.written import Written, write_any
 from compare.scene.scene import Scene
 from compare.scene.units import Units
+from ribbonbench.errors import BadInput
 
 Effects = Sequence[Mapping[str, Any]]
 

@@ -8,10 +8,10 @@ from dataclasses import fields
 from functools import cache
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene.data import SceneData
 from compare.scene.keys import DEEPEST, FREE, KEYS, LISTED, SECTIONS, SHELL, contract_name
 from compare.scene.spec import ClampSpec, ClosureSpec, ModelSpec, StageSpec
+from ribbonbench.errors import BadInput
 from ribbonbench.numbers import of_numpy
 
 EXCLUSIVE: tuple[tuple[tuple[str, ...], ...], ...] = (

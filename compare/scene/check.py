@@ -12,11 +12,11 @@ from itertools import combinations
 import numpy as np
 
 from compare import registry
-from compare.errors import BadInput
 from compare.scene.data import SceneData, frame_of, unit
 from compare.scene.spec import ClampSpec, ObstacleSpec, WallSpec
 from compare.scene.table import UNIT_TOLERANCE, show
 from ribbonbench import statics
+from ribbonbench.errors import BadInput
 
 TOO_FAR = 1e-12
 """How far, relatively, the two held points may be further apart than the length: rounding."""

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.scene.inputs import law
 from compare.scene.loads import force_scale, gamma_of, load_of
 from compare.scene.spec import (
@@ -33,6 +32,7 @@ from compare.scene.spec import (
     WallSpec,
 )
 from compare.scene.units import Units
+from ribbonbench.errors import BadInput
 
 #: Keys of a stage that changes the weight alone.
 _WEIGHT = frozenset({"strip.gamma", "gravity.acceleration"})

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.spec import ClampSpec, ClosureSpec, ObstacleSpec, Vector, WallSpec
 from compare.scene.table import UNIT_TOLERANCE, Table, missing, reject_unknown, show
+from ribbonbench.errors import BadInput
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 """A wall's name: usable in a dotted key, and never an index."""

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.scene.check import obstacle_name, wall_name
 from compare.scene.data import unit
 from compare.scene.scene import Scene
+from ribbonbench.errors import BadInput
 
 HALF_TURN = 1e-9
 """How close, in radians, two directions or frames may come to a half turn, where the shortest way is not unique."""

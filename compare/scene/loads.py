@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.spec import GravitySpec, StripSpec, TipSpec
 from compare.scene.table import Table, missing
+from ribbonbench.errors import BadInput
 
 
 def read_gravity(table: Table, strip: StripSpec) -> GravitySpec:

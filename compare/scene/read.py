@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import Any
 
 from compare import registry
-from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.data import Sections
 from compare.scene.held import read_clamp, read_closure, read_obstacles, read_walls
@@ -33,6 +32,7 @@ from compare.scene.spec import (
 )
 from compare.scene.stages import read_path
 from compare.scene.table import Table, missing, reject_unknown
+from ribbonbench.errors import BadInput
 
 AT_REST = ("natural_curvature", "natural_twist", "natural_geodesic_curvature")
 """Keys of [strip] that say its shape at rest as a law along it."""

@@ -1,7 +1,7 @@
 """Scenes: what is simulated, as data. A TOML file, strictly read into a frozen dataclass.
 
-`load` takes the name of a shipped scene or a path, `loads` a text; every fault raises `compare.errors.BadInput` naming
-the key, its value and what would be right, before anything is computed. An absent section is an absent effect.
+`load` takes the name of a shipped scene or a path, `loads` a text; every fault raises `ribbonbench.errors.BadInput`
+naming the key, its value and what would be right, before anything is computed. An absent section is an absent effect.
 
 The values of the file and the dimensionless numbers that follow from them are those of `compare.scene.data.SceneData`.
 """
@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from compare import registry
-from compare.errors import BadInput
 from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import check_geometry
 from compare.scene.data import SceneData
@@ -31,6 +30,7 @@ from compare.scene.read import one_line, read_sections
 from compare.scene.spec import StageSpec
 from compare.scene.stages import stage_name
 from compare.scene.toml import toml_text
+from ribbonbench.errors import BadInput
 
 __all__ = ["Scene", "load", "loads", "parse_assignment", "shipped", "text_of_shipped"]
 

@@ -9,11 +9,11 @@ import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene import keys as contract
 from compare.scene.change import known_walls, plain, wall_index
 from compare.scene.spec import ObstacleSpec, StageSpec, WallSpec
 from compare.scene.table import Table, brief
+from ribbonbench.errors import BadInput
 
 Named = Mapping[str, Sequence[WallSpec | ObstacleSpec]]
 """The walls and obstacles of a scene, by section."""

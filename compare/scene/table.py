@@ -12,8 +12,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
-from compare.errors import BadInput
 from compare.scene.declare import Key, Kind
+from ribbonbench.errors import BadInput
 
 MAX_ELEMENTS = 100_000
 """Largest number of elements that a scene may ask for: a guard against a slip of the keyboard eating the memory."""

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene.loads import stiffness_of
 from compare.scene.spec import StripSpec
+from ribbonbench.errors import BadInput
 
 #: SI base unit -> (least size, factor, unit), large sizes first: how values of this size are told.
 _READ: dict[str, tuple[tuple[float, float, str], ...]] = {

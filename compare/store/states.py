@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.store.arrays import npz_bytes
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

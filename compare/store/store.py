@@ -30,9 +30,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any
 
-from compare.errors import BadInput
 from compare.store.provenance import now
 from ribbonbench import system
+from ribbonbench.errors import BadInput
 from ribbonbench.numbers import NamedTuple, of_numpy
 
 MANIFEST = "case.json"

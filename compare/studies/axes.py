@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene.declare import Kind
 from compare.scene.keys import KEYS, contract_name
 from compare.scene.scene import Scene, parse_assignment
+from ribbonbench.errors import BadInput
 
 MOST_CASES = 1_000_000
 #: Numbers that Python writes and TOML does not: ".5" and "1.".

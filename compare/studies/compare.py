@@ -28,7 +28,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import Missing, ShellMissing
 from compare.measure.align import alignment, both
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
@@ -42,6 +41,7 @@ from compare.page.pair import Row, Times
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
+from ribbonbench.errors import Missing, ShellMissing
 
 FloatArray = NDArray[np.float64]
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.models.choice import beside_the_shell
 from compare.models.scope import require_shell
 from compare.page.pair import Row
@@ -17,6 +16,7 @@ from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import Comparison, compare
 from compare.studies.converge import Estimate, Limit, Points, Scalar, limit, scalars, slope
+from ribbonbench.errors import BadInput
 
 #: The key that `--ruling` varies.
 RULING = "clamp.start.ruling"

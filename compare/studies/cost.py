@@ -22,13 +22,13 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.cost_bench import Bench
 from compare.studies.cost_plan import OWN, Cost, Entry, Plan, Reference, Row, chosen
 from compare.studies.cost_runs import CachedRun, Run, machine
+from ribbonbench.errors import BadInput
 
 __all__ = ["Cost", "Plan", "available", "measure"]
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models import RICHEST, home
 from compare.models.base import BESIDE, Model, Options, Shape, Size, check_keys
@@ -25,6 +24,7 @@ from compare.store.shared import shared_store
 from compare.studies.cost_plan import Entry, Plan, Reference, Start, family
 from compare.studies.cost_runs import CachedRun, Finest, Run, finest, run_of, together
 from compare.studies.cost_start import request, seconds_of_first
+from ribbonbench.errors import BadInput
 
 #: How many times longer than the last size of a ladder the next one may take, all its repetitions together.
 GROWTH = 8.0

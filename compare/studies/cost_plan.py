@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.front import Mark
 from compare.measure.grades import FAIR_FACTOR, GOOD_UP_TO
 from compare.measure.grid import Grid
@@ -19,6 +18,7 @@ from compare.models.base import NEAR, Ladder, Model, Size, State, check_keys
 from compare.models.quantities.ladders import GIVEN
 from compare.scene.scene import Scene
 from compare.studies.cost_runs import Run
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.align import Motions, aligned
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
@@ -27,6 +26,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.effects import Explanation
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR
 from compare.models.base import State
 from compare.models.choice import differentiable
@@ -24,6 +23,7 @@ from compare.studies.fit import judged
 from compare.studies.fit.judged import Offset
 from compare.studies.fit.points import REACH, UNITS, Motion, Points, read_points
 from compare.studies.fit.problem import Fit as _Fit
+from ribbonbench.errors import BadInput
 
 __all__ = ["Fitted", "Identified", "Points", "Registered", "check_free", "identify", "read_points"]
 

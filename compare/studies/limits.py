@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.energy_map import stretching_zones as by_zone
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, GRADES, UNKNOWN, graded, resolved, worst
 from compare.models import RICHEST
@@ -34,6 +33,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import Comparison, compare
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from compare.errors import BadInput
 from compare.registry import energies
 from compare.suite.schema import check, schema
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.errors import BadInput, Missing
 from compare.suite.answers import BROKE_DOWN, NOT_REPRESENTABLE, Answer, Answers, BrokeDown, NotRepresentable
 from compare.suite.case import Ask, Case, Value
 from compare.suite.reading import read_off
+from ribbonbench.errors import BadInput, Missing
 
 if TYPE_CHECKING:
     from compare.models.base import State

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, POOR, UNKNOWN
 from compare.page.page import Page
 from compare.page.study import Study
@@ -20,6 +19,7 @@ from compare.store.store import atomic_write_json
 from compare.suite.answers import MISTAKE, NOT_REPRESENTABLE, Answers
 from compare.suite.case import Ask, Case, Value
 from compare.suite.score import MET, Score, counted
+from ribbonbench.errors import BadInput
 
 TITLE = "The suite"
 ANSWERS = "answers.json"

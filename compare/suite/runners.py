@@ -20,9 +20,9 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from compare.errors import BadInput
 from compare.suite.answers import BROKE_DOWN, MISTAKE, NOT_REPRESENTABLE, Absent, Answers, BrokeDown, NotRepresentable
 from compare.suite.case import Case
+from ribbonbench.errors import BadInput
 
 GROUP = "ribbonbench.suite"
 Runner = Callable[[Case, float], "Answers | tuple[Answers, ...]"]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from importlib import resources
 from typing import Any
 
-from compare.errors import BadInput
+from ribbonbench.errors import BadInput
 
 Document = Mapping[str, Any]
 #: Keywords that say nothing of a value.

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.errors import BadInput, Missing, RibbonbenchError
 from compare.models import RICHEST, model
 from compare.page.remedies import message
 from compare.scene.scene import Scene
@@ -20,6 +19,7 @@ from compare.store.provenance import now
 from compare.store.shared import shared_store
 from compare.store.store import disk_full
 from compare.sweep.row import Row, row_of
+from ribbonbench.errors import BadInput, Missing, RibbonbenchError
 
 if TYPE_CHECKING:
     pass

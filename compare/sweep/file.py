@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.models import name_for, names
 from compare.scene.scene import Scene, load
 from compare.scene.scene import shipped as shipped_scenes
 from compare.studies.axes import Axis, checked, checked_spaced
+from ribbonbench.errors import BadInput
 
 COMPARE = "compare"
 """The solver that is no model, but the comparison of the scene's model with its shells."""

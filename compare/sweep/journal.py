@@ -17,8 +17,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from compare.errors import BadInput
 from compare.store.store import jsonable
+from ribbonbench.errors import BadInput
 from ribbonbench.system import NOT_FOR_CHILDREN
 
 JOURNAL = "journal.jsonl"

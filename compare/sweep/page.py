@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, grade
 from compare.measure.load_curve import LoadCurve, load_curve_of, watched
 from compare.page import force_displacement
@@ -31,6 +30,7 @@ from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.finished import Finished
 from compare.sweep.record import OF_GRID, Placed, run_of
 from compare.sweep.run import summary
+from ribbonbench.errors import BadInput
 
 CASES_FORMAT = 1
 """Of cases.json."""

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from compare.errors import BadInput
 from compare.studies.axes import Axis, Grid, Point
 from compare.sweep.file import Sweep
 from compare.sweep.run import software_digest
 from compare.sweep.shard import Identity, Shard, identity_of, joinable, sweep_key
+from ribbonbench.errors import BadInput
 
 _CSV = "csv"
 

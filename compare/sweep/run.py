@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput, Missing
 from compare.models import RICHEST, USUAL, home, model, name_for, names
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
@@ -24,6 +23,7 @@ from compare.sweep.finished import Case, Finished
 from compare.sweep.journal import FORMAT, Journal
 from compare.sweep.warm import Walk, mended
 from compare.sweep.workers import Crew
+from ribbonbench.errors import BadInput, Missing
 
 
 def check(sweep: Sweep) -> list[Point]:

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.store.store import atomic_write_json, canonical_json, case_key
 from compare.studies.axes import Grid
 from compare.sweep.file import Sweep
+from ribbonbench.errors import BadInput
 
 #: The file of a folder of results that says whose it is, and its format.
 IDENTITY, FORMAT = "sweep.json", 1

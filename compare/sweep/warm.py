@@ -18,7 +18,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from compare.errors import BadInput
 from compare.models import model
 from compare.scene.keys import FIXED_ON_PATH
 from compare.scene.scene import Scene
@@ -27,6 +26,7 @@ from compare.sweep.branches import branches
 from compare.sweep.case import COMPARE, Record
 from compare.sweep.file import Sweep
 from compare.sweep.finished import Case, Finished
+from ribbonbench.errors import BadInput
 
 #: Walks to one case at most; by how much of itself an energy may lie above another that counts as the same.
 TRIES, SAME = 2, 1e-9

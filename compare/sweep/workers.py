@@ -255,7 +255,7 @@ _BESIDE: list[Worker] = []
 
 def run_beside(job: Job) -> list[Ended]:
     """Runs a job in the worker beside this process, which is made when absent or dead; its parts where that dies."""
-    from compare.store.world import placed
+    from ribbonbench.world import placed
 
     one_thread_each()
     parts = job.apart()

@@ -18,7 +18,7 @@ STEP = 0.02
 
 def _band(half_turns: int, ratio: float, width: float) -> Any:
     """A free band of w / l = width and w/h = ratio, its ends joined after half turns, by the shell's own path."""
-    from compare.errors import Missing
+    from ribbonbench.errors import Missing
 
     try:
         from shellref.fenics import dolfinx_api

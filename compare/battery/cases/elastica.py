@@ -20,7 +20,7 @@ GREENHILL = 7.83734744
 
 
 def _solved(problem: object, elements: int = ELEMENTS, error: bool = False):  # type: ignore[no-untyped-def]
-    from compare.errors import Missing
+    from ribbonbench.errors import Missing
 
     try:
         from shellref.elastica.solve import solve

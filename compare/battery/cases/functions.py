@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from compare.battery.case import Case, Check, Rung
-from compare.errors import Missing
+from ribbonbench.errors import Missing
 
 #: Relative error of a function and its derivatives: some 50 roundings of 2e-16.
 _ROUNDING = 1e-14

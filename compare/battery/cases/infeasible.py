@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from compare.battery.case import Case, Check, Rung, holds
-from compare.errors import BadInput
 from compare.models import solve
 from compare.scene.scene import loads
 from compare.scene.toml import toml_text
+from ribbonbench.errors import BadInput
 
 #: Time to say that a scene cannot be, s of the processor.
 SOON = 2.0

@@ -18,8 +18,8 @@ from pathlib import Path
 from compare.battery.case import Case, Check, Rung, holds
 from compare.battery.processes import ran
 from compare.battery.random_scenes import BUDGET, WORDS, literal, scene_text
-from compare.errors import RibbonbenchError
 from compare.scene.scene import loads
+from ribbonbench.errors import RibbonbenchError
 
 #: Seconds of the processor beside the budget that a solve may take: of a path each stage, and the error estimate, have
 #: a budget for themselves, and a step that is begun is ended.

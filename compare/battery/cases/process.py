@@ -302,8 +302,8 @@ def _cache(fault: str, cache: Path) -> None:
 
 def kernels(rung: Rung) -> Iterator[Check]:
     """A cache of compiled code that is not to be trusted."""
-    from compare.errors import Missing
     from ribbon.element import kernel_cache
+    from ribbonbench.errors import Missing
 
     if rung == "of another user" and os.geteuid() != 0:
         raise Missing("root, who may give files away", "")

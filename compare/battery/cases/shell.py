@@ -27,7 +27,7 @@ def solved(options: dict[str, Any] | None = None, **keys: Any) -> Any:
 
 def _communicator() -> Any:
     """That of one process. Raises `Missing` where dolfinx is not there."""
-    from compare.errors import Missing
+    from ribbonbench.errors import Missing
 
     try:
         from shellref.fenics import dolfinx_api

@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from compare.commands.installed.probes import APT, ELASTICA, IPOPT, JUDGE, MARK, PICTURES, SETUP, SHELL
-from compare.errors import BadInput
 from compare.store.shared import STORE, shared_store
 from ribbonbench import system
+from ribbonbench.errors import BadInput
 from ribbonbench.start import THREADS
 
 TIMEOUT = 300.0

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models import keys
 from compare.models.base import (
     Effect,
@@ -29,6 +28,7 @@ from compare.models.effects.switches import Switch
 from compare.models.line import Line, LineModel, Task, another_model
 from compare.models.quantities.antman import QUANTITIES
 from compare.scene.inputs.law import at
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.models.antman.problem import Walk

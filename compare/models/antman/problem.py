@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import BESIDE, Shape
 from compare.scene.data import unit
 from compare.scene.inputs.law import Law, turn
 from compare.scene.inputs.law import values as values_of
 from compare.scene.scene import Scene
 from compare.scene.spec import SAY_ELEMENTS, ClampSpec, RodSpec
+from ribbonbench.errors import BadInput
 from shellref.rod.problem import Held, RodProblem, Section, rectangle
 from shellref.rod.result import RodResult
 from shellref.rod.solve import Start, nodes, solve

@@ -11,12 +11,12 @@ import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from compare.continuation.point import Point
-from compare.errors import BadInput
 from compare.models.base import Shape, State
 from compare.models.capabilities import BranchStart
 from compare.models.elastica.shape import ElasticaShape
 from compare.models.elastica.start import elastica_problem
 from compare.scene.scene import Scene
+from ribbonbench.errors import BadInput
 from shellref.elastica.problem import ElasticaProblem, LoadPath
 from shellref.elastica.result import ElasticaResult
 from shellref.elastica.solve import branch_result

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.continuation.point import Point
-from compare.errors import BadInput
 from compare.models.base import Shape, State
 from compare.models.capabilities import BranchStart
 from compare.models.ribbon.build import ribbon_problem
@@ -25,6 +24,7 @@ from ribbon.find.solving.verdict import judged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.sensitivity.system import point
 from ribbon.solvers.problem import KNOWN, RESIDUAL_TOLERANCE, Minimum, kkt_residual
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

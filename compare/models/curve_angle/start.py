@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import Shape
 from compare.scene.inputs.law import turn as turn_of
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import Rod, RodEnd, marched, rotation
 from ribbon.rods.solve import newton, solve
 from ribbon.rods.start import from_frames
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

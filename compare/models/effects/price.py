@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.models.shell_build import shell_elements
 from compare.scene.inputs.accepted import YES, accepted
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

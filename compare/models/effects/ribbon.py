@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.models.base import Effect
 from compare.models.capabilities import Evaluation
 from compare.models.effects.ribbon_off import (
@@ -34,6 +33,7 @@ from ribbon import RibbonInputError
 from ribbon.energies import ENERGIES, FREE_ENERGIES
 from ribbon.find.adaptive import FIRST_SEGMENTS
 from ribbon.find.solve import Problem
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.models.ribbon.auto import Choice

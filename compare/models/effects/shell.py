@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from compare.errors import BadInput
 from compare.models.base import Effect
 from compare.models.effects.weightless import weightless
 from compare.models.scope import require_shell
 from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_words
 from compare.scene.inputs.law import values
 from compare.scene.stages import stages_without
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models import keys
 from compare.models.base import (
     Effect,
@@ -29,6 +28,7 @@ from compare.models.effects.switches import Switch
 from compare.models.elastica.shape import ElasticaShape
 from compare.models.line import LineModel, Task
 from compare.models.quantities.elastica import QUANTITIES
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.models.capabilities import BranchStart

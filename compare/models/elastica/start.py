@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import BESIDE, Shape
 from compare.scene.scene import Scene
+from ribbonbench.errors import BadInput
 from shellref.elastica.path import ElasticaOptions
 from shellref.elastica.problem import ElasticaProblem
 from shellref.elastica.result import ElasticaResult, embed, to_plane

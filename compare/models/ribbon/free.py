@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from compare.errors import BadInput
 from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
 from compare.scene.inputs.law import values
 from compare.scene.scene import Scene
 from ribbon.energies.names import FREE
+from ribbonbench.errors import BadInput
 
 #: The energy that knows of clamped edges, named in remedies.
 FINITE = "finite"

@@ -15,11 +15,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import State
 from compare.models.capabilities import Moves, NotDifferentiable
 from compare.scene.scene import Scene
 from ribbon import errors, gradients
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

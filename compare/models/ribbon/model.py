@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models import half_turns, keys
 from compare.models.base import (
@@ -36,6 +35,7 @@ from compare.models.ribbon.state import own_size, state_of
 from compare.models.scope import beyond_the_ribbon
 from compare.models.timing import compiling
 from compare.registry import name_for
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.models.capabilities import BranchStart, Estimate, Followed, Moves, Priced

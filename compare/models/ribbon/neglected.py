@@ -180,10 +180,10 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
     A curvature that has jumped through zero on the way may be held by its elements: then the scene's own seed is tried
     too, and the lower one kept.
     """
-    from compare.errors import BadInput
     from ribbon import solve
     from ribbon.errors import RibbonInputError
     from ribbon.find.solve import solve_from
+    from ribbonbench.errors import BadInput
 
     own = thin(scene, ratio)
     try:

@@ -122,10 +122,10 @@ def _starts(equilibrium: Equilibrium, width: float) -> Iterator[tuple[FloatArray
 
 def _counterpart(scene: Scene, equilibrium: Equilibrium) -> Equilibrium | None:
     """The strip of `PROBED` that rests near one with a free twist."""
-    from compare.errors import BadInput
     from compare.models.ribbon.build import ribbon_problem
     from ribbon.errors import RibbonInputError
     from ribbon.find.solve import solve_shape
+    from ribbonbench.errors import BadInput
 
     plain = scene.replace({"model.energy": PROBED, "model.accuracy": None, "model.stiffness": None})
     try:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models import keys
@@ -36,6 +35,7 @@ from compare.models.quantities.tape import QUANTITIES
 from compare.models.tape.effects import switches
 from compare.models.tape.plane import holds, leaves, plane_of, unwound
 from compare.store.states import Film
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import Shape
 from compare.scene.scene import Scene
 from compare.suite.answers import NotRepresentable
 from compare.suite.peers.models import mujoco_text, rest_shape
 from compare.suite.section import PLANE, THEORIES, Bar, bar_of
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 #: Elements of an exported model where nothing else is said.

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.pages.export.vtu import Sheet
+from ribbonbench.errors import BadInput
 
 #: Fields and arrays that have a unit, as powers of length; of parameters (n, 4 or 6) a power for each column.
 POWERS: Mapping[str, Any] = {

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.page.page import PAGE, SHELL, STRIP, Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
@@ -24,6 +23,7 @@ from compare.pages.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.store.arrays import npz_bytes
 from compare.store.states import States, read_states
 from compare.store.store import atomic_write_bytes, atomic_write_json, read_json
+from ribbonbench.errors import BadInput
 
 FORMATS = {
     "vtu": "each surface with its fields (ParaView)",

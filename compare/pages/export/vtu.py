@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.store.store import atomic_write_bytes
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

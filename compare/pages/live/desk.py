@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput, RibbonbenchError
 from compare.models.base import Model, Options, State
 from compare.models.capabilities import Estimates, Follows
 from compare.models.choice import chosen
@@ -32,6 +31,7 @@ from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes, atomic_write_text
 from compare.studies.limits import Thresholds, estimated, require_limits
+from ribbonbench.errors import BadInput, RibbonbenchError
 
 FloatArray = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.pages.export.gltf import film_bytes
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

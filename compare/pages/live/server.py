@@ -24,9 +24,9 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from compare.errors import BadInput, RibbonbenchError
 from compare.pages.live.desk import Desk
 from compare.store.store import jsonable
+from ribbonbench.errors import BadInput, RibbonbenchError
 
 #: Largest body of a request (bytes), seconds that one may take to arrive, tabs that are remembered.
 MOST, PATIENCE, TABS = 65_536, 10.0, 16

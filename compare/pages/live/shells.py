@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.page.page import SHELL
 from compare.pages.export.source import read_source
 from compare.pages.live.drawn import FloatArray
@@ -18,6 +17,7 @@ from compare.pages.report.surfaces import thinned
 from compare.scene.scene import Scene
 from compare.store.store import atomic_write_text, read_json
 from ribbonbench import system
+from ribbonbench.errors import BadInput
 
 #: w/h of a shell of a scene that gives no thickness; points of its surface that are drawn.
 RATIO, POINTS = 100.0, 2400

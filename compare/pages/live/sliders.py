@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.models.base import Model
 from compare.scene import change
 from compare.scene.data import frame_of
@@ -24,6 +23,7 @@ from compare.scene.inputs.law import Law
 from compare.scene.keys import KEYS, contract_name
 from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec
+from ribbonbench.errors import BadInput
 
 #: What a slider of a length, a place or a wall reaches to either side (l), and one of a turn (degrees).
 _REACH, _TURN = 0.5, 170.0

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from compare.errors import BadInput
 from compare.page.page import PAGE, Page, Surface, read_page
 from compare.pages.export.source import inside
 from compare.pages.export.vtu import Sheet, read_vtu
 from compare.store.states import States, read_states
+from ribbonbench.errors import BadInput
 
 #: Where results are below a folder that has none: out/SCENE/COMMAND from out/SCENE, and from out.
 _DEPTHS = (f"[!.]*/{PAGE}", f"[!.]*/[!.]*/{PAGE}")

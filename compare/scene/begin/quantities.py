@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from compare.errors import BadInput
+from ribbonbench.errors import BadInput
 
 #: What is asked for -> unit -> its size in the base unit, which is the first one.
 UNITS: Mapping[str, Mapping[str, float]] = {

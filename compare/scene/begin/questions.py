@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from compare.errors import BadInput
 from compare.scene.begin.quantities import base_unit
 from compare.scene.begin.start import Ask, asked, checked, default_of
+from ribbonbench.errors import BadInput
 
 Asking = Callable[[str], str]
 """Shows a question and returns the line that is typed; EOFError: nothing more is typed."""

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene.begin.materials import MATERIALS
 from compare.scene.begin.quantities import base_unit, value_of, values_of
 from compare.scene.begin.template import HELD, Start, text_of
 from compare.scene.scene import Scene, loads
+from ribbonbench.errors import BadInput
 
 
 @dataclass(frozen=True)

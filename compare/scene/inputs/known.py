@@ -12,13 +12,13 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene.data import SceneData
 from compare.scene.declare import FORCE, LENGTH, MOMENT, NONE, PER_LENGTH, Key, Known
 from compare.scene.inputs import law
 from compare.scene.keys import KEYS, SINGLE
 from compare.scene.loads import force_scale
 from compare.scene.spec import StripSpec
+from ribbonbench.errors import BadInput
 
 
 def check_known(scene: SceneData) -> None:

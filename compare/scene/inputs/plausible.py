@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-from compare.errors import BadInput
 from compare.scene.data import SceneData
 from compare.scene.inputs.accepted import accepted
+from ribbonbench.errors import BadInput
 
 HEAVIEST = 1e5
 """Gamma above which a strip hangs like a chain, with layers of length l Gamma^(-1/3) < l / 46 where it is held."""

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 
-from compare.errors import BadInput
+from ribbonbench.errors import BadInput
 
 MAX_BYTES = 1_000_000
 """Size above which a file is not taken for a scene."""
@@ -77,7 +77,7 @@ def near(path: Path) -> str:
 
 def _text_of_stdin() -> str:
     """What stands in the standard input; of several processes (mpirun) the first reads, and tells the others."""
-    from compare.store.world import world
+    from ribbonbench.world import world
 
     return world().on_first(_read_stdin)
 

@@ -12,9 +12,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.models.scope import require_shell
 from compare.scene.scene import Scene, load, shipped
+from ribbonbench.errors import BadInput
 
 SHIPPED = Path(__file__).parents[1] / "agreements.toml"
 """The pins of the shipped scenes."""

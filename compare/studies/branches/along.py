@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene.change import plain, value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.keys import KEYS, contract_name
 from compare.scene.scene import Scene
+from ribbonbench.errors import BadInput
 
 #: The word for the way from the scene's last stage of [[path]] to the scene itself.
 PATH = "path"

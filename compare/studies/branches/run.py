@@ -18,7 +18,6 @@ from compare.continuation.correct import first_point
 from compare.continuation.finer import relocated
 from compare.continuation.follow import follow, switched
 from compare.continuation.point import Kind, Options, Point, Run, Special
-from compare.errors import BadInput
 from compare.measure.mesh_limit import Settled, settled
 from compare.models.base import State, check_keys
 from compare.models.capabilities import Branches, BranchStart
@@ -26,6 +25,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.branches.along import Along
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
+from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
 #: Points of a kept centreline.

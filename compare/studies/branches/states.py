@@ -18,12 +18,12 @@ from compare.continuation.correct import first_point
 from compare.continuation.deflate import deflated
 from compare.continuation.point import Options, Point
 from compare.continuation.system import System
-from compare.errors import BadInput
 from compare.models.base import Shape, check_keys
 from compare.models.capabilities import Branches, BranchStart
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.branches.run import LINE
+from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
 FloatArray = NDArray[np.float64]

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import State
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

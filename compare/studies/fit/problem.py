@@ -15,13 +15,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.models.base import State
 from compare.models.capabilities import NotDifferentiable
 from compare.models.choice import differentiable
 from compare.scene.keys import KEYS
 from compare.scene.scene import Scene
 from compare.studies.fit.points import Motion, Points, nearest, placed
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

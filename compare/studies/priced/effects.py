@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.models.base import Options
 from compare.models.capabilities import NotDifferentiable, Priced, Prices
 from compare.models.choice import chosen
@@ -23,6 +22,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import Pair, Solves, between
+from ribbonbench.errors import BadInput
 
 #: Pairs of solves of one effect at most, and the time (s) after which no other pair is begun.
 PAIRS = 7

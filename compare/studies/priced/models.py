@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.errors import BadInput
 from compare.measure.align import aligned
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
@@ -30,6 +29,7 @@ from compare.store.progress import Reporter
 from compare.store.shared import shared_store
 from compare.studies.cost_plan import FAR, TARGETS
 from compare.studies.cost_runs import machine
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.errors import Missing
 from compare.store.store import atomic_write_text
 from compare.sweep.case import PASSING
 from compare.sweep.journal import value_in
 from compare.sweep.large.columns import Field
+from ribbonbench.errors import Missing
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from compare.errors import BadInput
 from compare.store.progress import Reporter
 from compare.studies.axes import Grid, at_point
 from compare.sweep.file import Sweep
@@ -26,6 +25,7 @@ from compare.sweep.run import check_point, progress, software_digest
 from compare.sweep.shard import IDENTITY, Identity, Shard, identity_of, sweep_key
 from compare.sweep.shard import joinable as joinable_shards
 from compare.sweep.workers import Crew
+from ribbonbench.errors import BadInput
 
 #: Cases of a grid above which its table is in parts; and at most.
 LARGE, MOST = 100_000, 1_000_000_000

@@ -8,7 +8,6 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from compare.errors import BadInput
 from compare.studies.axes import Grid, Point
 from compare.sweep.case import COMPARE, PASSING, Record, Task, crashed, run_case, run_cases, slice_key
 from compare.sweep.file import Sweep
@@ -16,6 +15,7 @@ from compare.sweep.finished import Case
 from compare.sweep.journal import line_of
 from compare.sweep.large.columns import Field, by_column, fields_of, rows_of_case
 from compare.sweep.large.quick import Quick
+from ribbonbench.errors import BadInput
 
 #: Cases that a worker gets at once.
 TOGETHER = 64

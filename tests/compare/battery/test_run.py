@@ -12,7 +12,7 @@ from compare.battery.case import Case, Check, holds, near
 from compare.battery.groups import GROUPS, cases_of, chosen
 from compare.battery.run import FAILED, KNOWN, MENDED, PASSED, SKIPPED, attempt, run
 from compare.cli import main
-from compare.errors import BadInput, Missing
+from ribbonbench.errors import BadInput, Missing
 
 
 def ladder(function, rungs=(1.0, 2.0, 3.0), long=(), known=None):

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
-from compare.errors import BadInput
 from compare.models.scope import has_shell
 from compare.scene.begin.materials import MATERIALS
 from compare.scene.begin.quantities import UNITS, value_of
@@ -24,6 +23,7 @@ from compare.scene.begin.start import asked, checked, started
 from compare.scene.begin.template import HELD
 from compare.scene.keys import KEYS
 from compare.scene.scene import load, loads
+from ribbonbench.errors import BadInput
 from tests.compare.scenes.test_scenes_shipped import UNITS as SAID
 from tests.patience import PATIENCE
 

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from compare.errors import Missing
 from compare.models.warm import RIBBONS, forms, warm
 from compare.scene.scene import load
+from ribbonbench.errors import Missing
 
 _COUNT = """
 import sys

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compare.errors import BadInput
 from compare.models.choice import chosen
 from compare.pages.live.sliders import Slider, changed, keys_of, sliders, value_of
 from compare.scene.scene import load, loads, shipped
+from ribbonbench.errors import BadInput
 from tests.compare.scene.test_obstacles import TEXT
 
 

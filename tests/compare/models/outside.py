@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.errors import BadInput
 from compare.models import keys
 from compare.models.base import Effect, Energy, Pose, Seconds, Size, State, Status, Variant, pose_of
 from compare.models.capabilities import Evaluation
+from ribbonbench.errors import BadInput
 
 #: A scene of these models: K = 1, so that the arc's height is 1 - cos 1 and its end stands at sin 1.
 SCENE = """

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from compare import registry
-from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models import solve
 from compare.models.base import BESIDE, Options, Size, Status, check_keys
 from compare.pages.result import state_result
 from compare.pages.rods import antman as page
 from compare.scene.scene import load, loads
+from ribbonbench.errors import BadInput
 
 CURL = {"strip.gamma": 20.0, "model.energy": "antman"}
 S = np.linspace(0.0, 1.0, 101)

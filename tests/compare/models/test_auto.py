@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models import solve
@@ -14,6 +13,7 @@ from compare.models.ribbon.model import RibbonModel
 from compare.models.ribbon.neglected import beyond
 from compare.scene.scene import Scene, load
 from compare.studies.limits import with_clamp
+from ribbonbench.errors import BadInput
 
 ACCURACY = 1e-2
 

@@ -47,3 +47,20 @@ def test_the_time_is_the_thread_s_and_the_shorter_one_counts():
                 assert spent()
         assert not spent()
     assert not spent()
+
+
+def test_what_chooses_the_energy_has_no_more_time(monkeypatch):
+    from compare.models.ribbon import auto
+    from ribbonbench.clock import spent
+
+    chosen, seen = auto.choose, []
+
+    def choose(*told):
+        seen.append(spent())
+        return chosen(*told)
+
+    monkeypatch.setattr(auto, "choose", choose)
+    keys = {"model.energy": "auto", "model.accuracy": 0.01, "strip.thickness": 1e-3}
+    for budget in (1e-9, 60.0):
+        solve(load("moebius_6_1").replace({**keys, "model.budget": budget}))
+    assert seen == [True, False]

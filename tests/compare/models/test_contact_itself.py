@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from compare import registry
-from compare.errors import BadInput
 from compare.measure.grades import GOOD
 from compare.models import solve
 from compare.models.base import check_keys
@@ -15,6 +14,7 @@ from compare.pages.result import state_result
 from compare.pages.solve import rows
 from compare.scene.scene import loads
 from compare.studies.checks import of_state
+from ribbonbench.errors import BadInput
 from tests.reference.touching_fold import folds
 
 FOLD = """

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models import solve
 from compare.models.base import Options
 from compare.scene.scene import load
+from ribbonbench.errors import BadInput
 
 CURVE_ANGLE = {"model.energy": "curve_angle"}
 #: sqrt(y^2 + z^2) of the free end at Gamma, a prototype with solve_bvp.

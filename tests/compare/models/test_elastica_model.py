@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
 from compare.models.elastica import start as elastica_start
@@ -20,6 +19,7 @@ from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
 from compare.studies.effects import explain
+from ribbonbench.errors import BadInput
 from shellref.elastica.solve import ElasticaProblem
 from shellref.elastica.start import natural_start, solve_along, solve_near
 from tests.compare.scene.scene_texts import PLANAR, fault, text

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from compare.errors import BadInput
 from compare.models import solve
 from compare.models.ribbon.free import refusal
 from compare.scene.scene import load
+from ribbonbench.errors import BadInput
 
 CASES = {
     "several w/h": ({"model.energy": "finite"}, "shell.width_to_thickness"),

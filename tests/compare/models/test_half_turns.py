@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from compare import registry
-from compare.errors import BadInput
 from compare.models.base import Options, Status
 from compare.models.half_turns import counted, seed
 from compare.models.scope import require_shell
 from compare.models.shell_build import shell_problem
 from compare.scene.scene import loads
+from ribbonbench.errors import BadInput
 
 BAND = """
 [strip]

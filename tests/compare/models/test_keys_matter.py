@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from compare import registry
-from compare.errors import BadInput
 from compare.models.base import check_keys
 from compare.models.effects.ribbon_off import explained_problem, starting_state
 from compare.models.scope import require_shell
 from compare.models.shell_build import shell_options, shell_problem
 from compare.scene.keys import KEYS
 from compare.scene.scene import Scene, loads
+from ribbonbench.errors import BadInput
 from tests.compare.scene import held_scenes
 
 #: A planar cantilever in SI units, solved by every model.

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models import solve
 from compare.models.base import Options
 from compare.models.scope import require_shell
@@ -16,6 +15,7 @@ from compare.scene.scene import loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
+from ribbonbench.errors import BadInput
 
 BAND = """
 title = "Band"

@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models.shell_build import (
     DEFAULT_ELEMENTS,
     FIRST_ELEMENTS,
@@ -22,6 +21,7 @@ from compare.models.shell_build import (
 )
 from compare.scene.scene import load, loads
 from compare.store.store import case_key
+from ribbonbench.errors import BadInput
 from shellref.shell.clamps import rotation_vector
 from shellref.shell.options import ShellOptions
 from shellref.shell.strip import build_strip

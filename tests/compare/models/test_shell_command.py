@@ -24,8 +24,8 @@ from compare.page.page import read_page
 from compare.pages import solve as solve_page
 from compare.pages.export.vtu import triangles
 from compare.scene.scene import load
-from compare.store.world import World, placed
 from ribbon.surface import grid_triangles
+from ribbonbench.world import World, placed
 from shellref.shell.surface import ShellSurface
 from tests.patience import PATIENCE
 

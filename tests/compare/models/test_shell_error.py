@@ -15,7 +15,7 @@ from compare.pages.shell import answer, document
 from compare.scene.scene import load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from compare.store.world import world
+from ribbonbench.world import world
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from compare.cli import BAD_INPUT, DONE
-from compare.errors import BadInput
 from compare.models.shell_build import shell_options, shell_problem, shell_words
 from compare.page.page import read_page
 from compare.scene.scene import load
+from ribbonbench.errors import BadInput
 from tests.compare.models.test_shell_command import alone, needs_dolfinx
 
 GOAL = {"shell.tolerance": 1e-3, "shell.goal": "end"}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from compare import registry
-from compare.errors import BadInput
 from compare.models.holds import shell as shell_holds
 from compare.models.shell_build import shell_problem
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
+from ribbonbench.errors import BadInput
 
 STRIP = """
 [strip]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models.scope import require_shell
 from compare.models.shell_build import shell_options, shell_problem
 from compare.scene.scene import loads
+from ribbonbench.errors import BadInput
 
 STRAIGHT = """
 [[path]]

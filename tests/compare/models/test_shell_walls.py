@@ -7,7 +7,6 @@ import json
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.measure.balance import Push, Wrench, unbalanced
 from compare.models.scope import has_shell
 from compare.models.shell import motions_of
@@ -16,6 +15,7 @@ from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
+from ribbonbench.errors import BadInput
 from tests.test_setup import ROOT
 
 SCENES = ROOT / "compare" / "scenes"

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from compare.errors import BadInput, Missing
 from compare.models import solve
 from compare.scene import load
+from ribbonbench.errors import BadInput, Missing
 
 SI = {"model.elements": 10}
 

@@ -7,11 +7,11 @@ import functools
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models import solve
 from compare.models.base import Status, check_keys
 from compare.registry import model
 from compare.scene.scene import load
+from ribbonbench.errors import BadInput
 from tests.validation.ribbon.tape import top_of
 
 COARSE = {"model.energy": "tape_plain", "model.elements": 200}

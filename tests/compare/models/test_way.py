@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
 from compare.models.ribbon import stages
@@ -21,6 +20,7 @@ from compare.pages.result import state_result
 from compare.pages.ribbon import path_table
 from compare.scene.scene import loads
 from ribbon import Equilibrium, Status, solve
+from ribbonbench.errors import BadInput
 from tests.compare.scene import held_scenes
 
 

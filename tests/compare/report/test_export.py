@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
-from compare.errors import BadInput
 from compare.measure.grid import Grid
 from compare.models import solve as solve_scene
 from compare.models.ribbon.fields import fields
@@ -25,6 +24,7 @@ from compare.pages.export.source import FORMATS, chosen, read_source
 from compare.pages.export.vtu import Sheet, grid_sheet, read_vtu, triangles, write_vtu
 from compare.scene.scene import load, loads
 from ribbon.analysis import along
+from ribbonbench.errors import BadInput
 from tests.compare.models import outside
 from tests.compare.report.test_report import result, states
 from tests.compare.scene import held_scenes

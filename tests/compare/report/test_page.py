@@ -6,7 +6,6 @@ import json
 
 import pytest
 
-from compare.errors import BadInput
 from compare.page.markdown import markdown_text as literal
 from compare.page.page import (
     FORMAT,
@@ -19,6 +18,7 @@ from compare.page.page import (
 )
 from compare.page.table import LAST, USUAL, Column, Table
 from compare.page.verdict import Verdict
+from ribbonbench.errors import BadInput
 
 
 def page():

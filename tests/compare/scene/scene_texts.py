@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from compare.errors import BadInput
 from compare.scene.scene import loads
+from ribbonbench.errors import BadInput
 
 BASE = {
     "strip.length": "1.0",

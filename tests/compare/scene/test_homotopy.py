@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from compare.errors import BadInput
 from compare.scene.homotopy import between
 from compare.scene.scene import loads
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import SI, text
 
 END = {

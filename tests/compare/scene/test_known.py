@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from compare.errors import BadInput
 from compare.scene.declare import Kind, Known
 from compare.scene.keys import KEYS
 from compare.scene.scene import load, loads
 from ribbon.strip import KNOWN
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import SI, fault, text
 
 #: Changes of a scene, and the key that is refused.

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from compare import registry
-from compare.errors import BadInput
 from compare.models.base import check_keys
 from compare.models.ribbon.build import ribbon_walls
 from compare.scene.homotopy import between as way_between
 from compare.scene.scene import Scene, loads
 from ribbon import Wall
 from ribbon.obstacle import Obstacle
+from ribbonbench.errors import BadInput
 
 TEXT = """
 [strip]

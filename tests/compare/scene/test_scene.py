@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.errors import BadInput
 from compare.models.scope import require_shell
 from compare.scene.scene import Scene, load, loads, parse_assignment, shipped
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import PLANAR, SI, text
 
 

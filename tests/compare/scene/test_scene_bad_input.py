@@ -6,8 +6,8 @@ import os
 
 import pytest
 
-from compare.errors import BadInput
 from compare.scene.scene import load, loads
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import BASE, PLANAR, SI, fault, text
 from tests.compare.store.ordinary_user import NOBODY, not_root, public_folder
 

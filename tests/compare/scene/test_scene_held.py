@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models.scope import has_shell, require_shell
 from compare.scene.scene import load, loads
 from compare.scene.spec import ClampSpec, ClosureSpec, WallSpec
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import PLANAR, fault, text
 
 NO_START = {f"clamp.start.{key}": None for key in ("position", "tangent", "normal")}

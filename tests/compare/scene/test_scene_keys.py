@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from compare.errors import BadInput
 from compare.pages.keys import MARKS, in_page, tables
 from compare.scene import spec as declarations
 from compare.scene.change import NO_BEARING, given_keys
@@ -21,6 +20,7 @@ from compare.scene.keys import KEYS, SPECS, contract_name, within
 from compare.scene.scene import Scene, load, loads, parse_assignment, shipped
 from compare.scene.table import MAX_ELEMENTS
 from ribbon.energies.names import FREE
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import text
 from tests.docs_blocks import DOCS, blocks
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from compare.errors import BadInput
 from compare.scene.scene import loads
 from compare.scene.spec import StageSpec
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import fault, text
 
 END = {

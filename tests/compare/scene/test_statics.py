@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.scene.scene import loads
 from ribbon import Clamp, Gravity, RibbonInputError, Strip
 from ribbon.contact import Wall
 from ribbon.find.solving import check
 from ribbonbench import statics
+from ribbonbench.errors import BadInput
 from tests.compare.scene import held_scenes
 
 LENGTH, WIDTH, UP = 2.0, 0.1, (0.0, 0.0, 1.0)

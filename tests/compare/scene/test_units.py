@@ -3,9 +3,9 @@
 import pytest
 
 from compare.cli import BAD_INPUT, main
-from compare.errors import BadInput
 from compare.scene.scene import load, loads
 from compare.scene.units import Units, quantity
+from ribbonbench.errors import BadInput
 from tests.compare.scene.held_scenes import STEEL
 
 

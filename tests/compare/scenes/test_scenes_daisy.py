@@ -10,7 +10,6 @@ import pytest
 
 from compare import registry
 from compare.cli import DONE, main
-from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import Options
 from compare.models.elastica.start import elastica_problem
@@ -20,6 +19,7 @@ from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
+from ribbonbench.errors import BadInput
 from shellref.elastica.result import embed
 from shellref.elastica.rod import circular, circular_polar
 from shellref.elastica.start import solve_near

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from compare.errors import BadInput
 from compare.models import solve as solve_scene
 from compare.models.base import check_keys
 from compare.models.elastica.start import elastica_problem
@@ -16,6 +15,7 @@ from compare.models.shell_build import shell_problem
 from compare.registry import model
 from compare.scene.inputs import law
 from compare.scene.scene import load, loads
+from ribbonbench.errors import BadInput
 from shellref import ShellOptions
 from shellref.elastica.solve import solve as elastica_solve
 from shellref.path.begin import begun

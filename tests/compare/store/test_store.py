@@ -17,9 +17,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare.errors import BadInput, Missing
 from compare.store import provenance, store
 from compare.store.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, check_writable, jsonable
+from ribbonbench.errors import BadInput, Missing
 from tests.compare.store.ordinary_user import not_root, public_folder
 
 

@@ -14,9 +14,9 @@ import time
 import pytest
 
 from compare.cli import DONE, MISSING, main
-from compare.errors import BadInput
 from compare.store import store
 from compare.store.store import CaseStore, atomic_write_bytes, case_key, check_writable, disk_full
+from ribbonbench.errors import BadInput
 
 KEY = case_key("a case")
 

@@ -14,13 +14,13 @@ from compare.commands.main import main
 from compare.continuation.correct import first_point
 from compare.continuation.finer import relocated
 from compare.continuation.follow import follow
-from compare.errors import BadInput
 from compare.models.base import Options as ModelOptions
 from compare.models.branches.elastica import ElasticaEquations
 from compare.models.branches.ribbon import equations
 from compare.scene.scene import load, loads
 from compare.studies.branches.along import Along
 from compare.studies.branches.run import Asked, branch, diagram
+from ribbonbench.errors import BadInput
 from shellref.elastica.problem import ElasticaProblem
 
 HELD = """

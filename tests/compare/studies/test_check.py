@@ -13,7 +13,6 @@ import pytest
 
 from compare.check import Verdict, assert_agreement, cache_folder, check
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
-from compare.errors import BadInput
 from compare.models.base import Seconds
 from compare.models.scope import require_shell
 from compare.page.pair import Times
@@ -23,6 +22,7 @@ from compare.studies.agreement import verdict as checking
 from compare.studies.agreement.pins import Pin, is_pins, read_pins
 from compare.studies.agreement.verdict import judged, up
 from compare.studies.compare import Row
+from ribbonbench.errors import BadInput
 from tests.compare.scene import held_scenes
 
 CHEAP = {"strip.poisson": 0.0, "shell.elements": [20, 2]}

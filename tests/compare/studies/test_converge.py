@@ -11,7 +11,6 @@ import scipy.optimize
 import scipy.stats
 
 from compare.cli import main
-from compare.errors import BadInput
 from compare.models import solve
 from compare.models.base import Energy, Options
 from compare.models.scope import require_shell
@@ -22,6 +21,7 @@ from compare.scene.scene import load
 from compare.studies import converge_run as convergence_run
 from compare.studies.compare import Row
 from compare.studies.converge import Points, limit, line, line_band, richardson, scalars, slope
+from ribbonbench.errors import BadInput
 from tests.compare.studies.outside import Arc, registered
 
 X = 1.0 / np.array([10.0, 20.0, 50.0, 100.0, 200.0])

@@ -14,7 +14,6 @@ import pytest
 
 from compare import registry
 from compare.cli import main
-from compare.errors import BadInput
 from compare.measure.distance import grid_hausdorff
 from compare.measure.front import Mark, front, reach
 from compare.models import solve
@@ -29,6 +28,7 @@ from compare.studies.compare import compare as compare_scene
 from compare.studies.cost import available, measure
 from compare.studies.cost_plan import Cost, Plan, Reference, Row, chosen, families
 from compare.studies.cost_runs import CachedRun, Finest, Run
+from ribbonbench.errors import BadInput
 from tests.compare.scene.scene_texts import PLANAR, text
 from tests.compare.studies.outside import SIZES, Apart, Arc, ArcShape, Coarse, registered
 

@@ -8,7 +8,6 @@ import math
 import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
-from compare.errors import BadInput
 from compare.models.effects import ribbon_off
 from compare.models.ribbon.build import formulation_why, ribbon_arguments, ribbon_problem
 from compare.models.ribbon.solving import solver
@@ -16,6 +15,7 @@ from compare.page.page import read_page
 from compare.scene.scene import load, loads
 from compare.studies.effects import explain
 from ribbon import solve
+from ribbonbench.errors import BadInput
 from tests.compare.models import outside
 from tests.compare.scene import held_scenes
 from tests.compare.studies.outside import registered

@@ -58,8 +58,14 @@ def test_what_is_not_known_is_said_first(tmp_path, capsys):
         (PricedEffect(Priced("shear", False, 1e-4, 1e-6), 1.1e-4), GOOD),  # first order and whole solves agree
         (PricedEffect(Priced("shear", False, 1e-4, 1e-6), 0.3), FAIR),  # solved anew it ends elsewhere
         (PricedEffect(Priced("shear", False, 1e-4, doubtful=True), 0.03), GOOD),
-        (PricedEffect(Priced("shear", False, 1e-4, doubtful=True), 0.3), FAIR),  # far, and nothing says how it got there
-        (PricedEffect(Priced("weight", True, 1e-4, doubtful=True), 0.3), GOOD),  # what is on is in the state that is shown
+        (
+            PricedEffect(Priced("shear", False, 1e-4, doubtful=True), 0.3),
+            FAIR,
+        ),  # far, and nothing says how it got there
+        (
+            PricedEffect(Priced("weight", True, 1e-4, doubtful=True), 0.3),
+            GOOD,
+        ),  # what is on is in the state that is shown
         (PricedEffect(Priced("shear", False, 1e-4, doubtful=True)), UNKNOWN),
     ],
 )

@@ -9,10 +9,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from compare import cli, registry
-from compare.errors import BadInput
 from compare.models.base import Options
 from compare.scene.scene import load, loads
 from compare.studies.identify import Points, identify, read_points
+from ribbonbench.errors import BadInput
 from tests.compare.studies.test_inputs import STRIP
 
 TRUE = {"strip.young": 2.3e9, "strip.natural_curvature": 2.5}

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from compare import cli, registry
-from compare.errors import BadInput
 from compare.models.base import check_keys
 from compare.models.ribbon.inputs import derivatives
 from compare.scene.scene import loads
 from compare.studies.inputs import InputUncertainty, input_uncertainty
+from ribbonbench.errors import BadInput
 
 STRIP = """
 [strip]

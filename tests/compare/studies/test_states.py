@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from compare.commands.main import main
-from compare.errors import BadInput
 from compare.scene.scene import loads
 from compare.studies.branches.states import states
+from ribbonbench.errors import BadInput
 from tests.compare.studies.test_branches import HELD
 
 ARCH = HELD.replace("[0.96, 0.0, -0.28]", "[1.0, 0.0, 0.0]").replace("[0.28, 0.0, 0.96]", "[0.0, 0.0, 1.0]")

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 from compare import cli
-from compare.errors import BadInput
 from compare.suite import ours, runners, schema
 from compare.suite.answers import BROKE_DOWN, MISTAKE, NOT_REPRESENTABLE, Absent, Answer, Answers, BrokeDown
 from compare.suite.case import chosen, load, read, shipped
 from compare.suite.reference import FreeRod, buckled_cantilever, clamped_arch, free_rod
 from compare.suite.score import ELSEWHERE, MET, OFF, scored
+from ribbonbench.errors import BadInput
 from tests.reference import elastica_closed
 from tests.test_setup import ROOT
 

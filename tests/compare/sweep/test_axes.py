@@ -2,10 +2,10 @@
 
 import pytest
 
-from compare.errors import BadInput
 from compare.studies.axes import parse_axis
 from compare.sweep.file import load_sweep
 from compare.sweep.run import check
+from ribbonbench.errors import BadInput
 
 FIRST, LAST = [0.0, 0.0, 0.9], [0.0, 0.0, 0.8]
 

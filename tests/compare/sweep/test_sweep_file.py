@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from compare.errors import BadInput
 from compare.scene.scene import load
 from compare.studies.axes import parse_axis
 from compare.sweep.file import load_sweep, shipped, solvers
 from compare.sweep.run import check
+from ribbonbench.errors import BadInput
 
 PLAIN = """
 title = "A sweep"

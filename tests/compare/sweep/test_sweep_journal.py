@@ -13,9 +13,9 @@ import time
 
 import pytest
 
-from compare.errors import BadInput
 from compare.sweep import journal as sweep_journal
 from compare.sweep.journal import JOURNAL, Journal
+from ribbonbench.errors import BadInput
 
 RECORD = {"status": "converged", "message": "é\n", "rows": [{"x": 0.1 + 0.2, "none": None}]}
 

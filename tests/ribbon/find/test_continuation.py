@@ -71,6 +71,15 @@ def test_a_way_that_cannot_be_gone_keeps_the_last_good_state(low):
     assert any(not step["accepted"] for step in stopped.log)
 
 
+def test_a_step_that_cannot_be_cut_has_the_time_of_a_first_solve(low, monkeypatch):
+    # the corrector gives up at once, as before a snap that no shorter step brings nearer
+    monkeypatch.setattr("ribbon.find.continuation.MOST", 1)
+    end = follow(lambda t: arch(0.2 * t), low, steps=2, smallest=0.3)
+    assert end.status is Status.CONVERGED
+    assert [step["t"] for step in end.log if step["accepted"]] == [0.5, 1.0]
+    assert end.energy.total == pytest.approx(switch(arch(0.2), low).energy.total, rel=1e-10)
+
+
 def test_a_straight_strip_buckles_when_its_ends_approach():
     straight = solve(STRIP, Clamp(ruling="free"), UP, end=Clamp((0, 0, 1.0), ruling="free"), segments=12)
     end = follow(

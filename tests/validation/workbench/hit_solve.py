@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from compare.errors import BadInput
 from compare.models.base import Options, State
 from compare.registry import model, name_for
 from compare.scene.scene import Scene
 from compare.scene.spec import graded_lengths
 from compare.store.progress import Reporter
 from ribbon.energies.names import FREE
+from ribbonbench.errors import BadInput
 
 ELEMENTS = 80
 _FIRST = 2.5

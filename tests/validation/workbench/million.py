@@ -37,7 +37,7 @@ _DRIVER = """
 import json, resource, sys, time
 from pathlib import Path
 from compare.store.progress import Reporter
-from compare.store.world import pooled
+from ribbonbench.world import pooled
 from compare.sweep.large import parts, stream
 from compare.sweep.shard import Shard
 from compare.sweep.workers import ClusterCrew, LocalCrew

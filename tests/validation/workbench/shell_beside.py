@@ -14,11 +14,11 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
+from ribbonbench.errors import BadInput
 from tests.test_setup import ROOT
 from tests.validation import page
 from tests.validation.kept_rows import KeptRows

@@ -23,13 +23,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from compare.errors import BadInput
 from compare.measure.grades import GOOD, GRADES, UNKNOWN
 from compare.pages.limits import answer
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore, atomic_write_json
 from compare.studies.limits import Thresholds, quick, study
+from ribbonbench.errors import BadInput
 from tests.validation import page
 from tests.validation.kept_rows import KeptRows
 from tests.validation.number import Number

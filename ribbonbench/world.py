@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from compare.errors import Missing
+from ribbonbench.errors import Missing
 
 T = TypeVar("T")
 
