@@ -10,8 +10,6 @@ from dataclasses import replace
 from rich.console import Console
 
 from compare.commands import common
-from compare.models import USUAL
-from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 from ribbonbench.errors import ShellMissing
 
@@ -28,6 +26,8 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Compares."""
+    from compare.models import USUAL
+    from compare.models.scope import require_shell
     from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import comparison as tables

@@ -11,7 +11,6 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.commands.lists import ListOf
-from compare.models.scope import has_shell, require_shell
 from compare.store.progress import Reporter
 from ribbonbench.errors import BadInput
 
@@ -164,6 +163,8 @@ def _plan(options: argparse.Namespace, scene: Scene) -> Plan:
 
 def _ratio(options: argparse.Namespace, scene: Scene) -> float | None:
     """w/h of the shell: of the option, or the scene's largest; None where the scene has no shell."""
+    from compare.models.scope import has_shell, require_shell
+
     requested = options.width_to_thickness
     if requested is None:
         return max(require_shell(scene)) if has_shell(scene) else None

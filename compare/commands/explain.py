@@ -11,7 +11,6 @@ from pathlib import Path
 from rich.console import Console
 
 from compare.commands import common
-from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
 HELP = "which effects a scene has, and what each, on or off, moves and costs"
@@ -33,6 +32,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
+    from compare.models.scope import require_shell
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import explain as effects_page
     from compare.store.shared import shared_store

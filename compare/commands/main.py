@@ -16,8 +16,8 @@ from compare import commands
 from compare.commands.common import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, print_json
 from compare.commands.line import recorded
 from compare.commands.parser import whole as _parser
-from compare.scene.inputs.accepted import accepting
 from ribbonbench import start
+from ribbonbench.accepted import accepting
 from ribbonbench.errors import BadInput, RibbonbenchError
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]

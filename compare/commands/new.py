@@ -5,13 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from compare.commands import common
-from compare.models.scope import has_shell
-from compare.scene.begin.materials import MATERIALS
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -20,12 +18,24 @@ if TYPE_CHECKING:
 HELP = "write a commented scene of one's own, by options or a few questions"
 EXAMPLE = "ribbonbench new my.toml --si --length 30cm --width 10mm --thickness 0.1mm"
 
+
+class _Help(str):
+    """Help that names the materials when it is shown: no module of scenes is loaded before."""
+
+    __slots__ = ()
+
+    def __mod__(self, values: Any) -> str:
+        from compare.scene.begin.materials import MATERIALS
+
+        return super().__mod__({**values, "materials": ", ".join(MATERIALS)})
+
+
 #: Options that say a number or a word of the scene, and their metavar and help.
 _SAID = {
     "length": ("L", "length, in m with --si; units may be written: 30cm"),
     "width": ("W", "width, likewise"),
     "thickness": ("H", "thickness, likewise: 0.1mm"),
-    "material": ("NAME", f"typical values of {', '.join(MATERIALS)} (default steel)"),
+    "material": ("NAME", _Help("typical values of %(materials)s (default steel)")),
     "young": ("Y", "Young's modulus in Pa, or e.g. 210GPa"),
     "density": ("RHO", "density in kg/m^3"),
     "poisson": ("NU", "Poisson's ratio"),
@@ -103,6 +113,8 @@ def _write(path: Path, text: str, force: bool) -> None:
 def _tell(console: Console, path: Path, scene: Scene) -> None:
     """What was written, in numbers, and what to do with it."""
     import shlex
+
+    from compare.models.scope import has_shell
 
     name = shlex.quote(str(path))
     strip = scene.strip

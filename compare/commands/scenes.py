@@ -8,9 +8,7 @@ import sys
 from rich.console import Console
 
 from compare.commands import common
-from compare.models.scope import has_shell, require_shell
 from compare.page.table import Column, Table
-from compare.scene.inputs.law import values
 
 HELP = "list the shipped scenes, or print one of them"
 EXAMPLE = "ribbonbench scenes curl_4_3"
@@ -40,7 +38,9 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Lists, or prints one."""
+    from compare.models.scope import has_shell, require_shell
     from compare.page.terminal import print_table
+    from compare.scene.inputs.law import values
     from compare.scene.scene import load, shipped, text_of_shipped
 
     if options.name is not None:

@@ -9,7 +9,6 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.commands.lists import ListOf
-from compare.models.scope import require_shell
 from compare.store.progress import Reporter
 
 HELP = "solve the shell of a scene alone, also under mpirun"
@@ -38,6 +37,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the shells."""
+    from compare.models.scope import require_shell
     from compare.models.shell_here import run as run_here
     from compare.page.si import for_reader
     from compare.page.terminal import print_table, print_verdict

@@ -54,6 +54,22 @@ def test_the_answer_loads_no_pictures_and_no_meshes(seen):
     assert "numba" in seen["modules"]  # the ribbon was solved here
 
 
+@pytest.mark.parametrize("words", [("--help",), ("new", "--help"), ("--version",)])
+def test_help_loads_no_scene_and_no_numbers(words):
+    script = """
+import sys
+from compare.cli import main
+try:
+    code = main(sys.argv[1:])
+except SystemExit as stop:
+    code = stop.code
+print(code or 0, sorted({"numpy", "numba", "scipy"} & sys.modules.keys()), file=sys.stderr)
+"""
+    done = command(*words, script=script)
+    numbers = [] if words[0] != "new" else ["numpy"]  # it names materials, which stand in the room of scenes
+    assert done.stderr.splitlines()[-1] == f"0 {numbers}"
+
+
 def test_the_command_uses_one_thread(seen):
     assert seen["threads"] == "1"
 

@@ -124,8 +124,8 @@ _LAYERS = (
     "infeasible"
 )
 _TURNED = (
-    "a layer of 1e-3 l out of the clamp's plane, in which the ruling turns to eta = 6 within a third of it: it ends on a "
-    "saddle (eigenvalue -2e-5 to -4e-4) or not converged, and says so"
+    "a layer of 1e-3 l out of the clamp's plane, in which the ruling turns to eta = 6 within a third of it: it ends on "
+    "a saddle (eigenvalue -2e-5 to -4e-4) or not converged, and says so"
 )
 CASES: tuple[Case, ...] = (
     Case(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from compare.models.shell_build import shell_elements
-from compare.scene.inputs.accepted import YES, accepted
+from ribbonbench.accepted import YES, accepted
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:

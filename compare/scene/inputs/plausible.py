@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from compare.scene.data import SceneData
-from compare.scene.inputs.accepted import accepted
+from ribbonbench.accepted import accepted
 from ribbonbench.errors import BadInput
 
 HEAVIEST = 1e5

@@ -11,8 +11,8 @@ from compare.cli import main
 from compare.models.base import Options
 from compare.models.effects.price import ITERATIONS, MEASURED, MOST, check_price, price
 from compare.registry import model
-from compare.scene.inputs.accepted import YES, accepting
 from compare.scene.scene import load
+from ribbonbench.accepted import YES, accepting
 from ribbonbench.errors import BadInput
 from tests.test_setup import ROOT
 from tests.validation.record import Pages

@@ -10,9 +10,9 @@ import pytest
 from compare.cli import main
 from compare.scene.begin.materials import MATERIALS
 from compare.scene.begin.start import started
-from compare.scene.inputs.accepted import YES, accepting
 from compare.scene.inputs.plausible import HEAVIEST, certain, check_meant, implausible
 from compare.scene.scene import load, shipped
+from ribbonbench.accepted import YES, accepting
 from ribbonbench.errors import BadInput
 
 STEEL_TEXT, STEEL = started({"material": "steel"}, True, "steel")
