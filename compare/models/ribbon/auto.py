@@ -3,7 +3,9 @@
 From the cheapest on, each is solved and its distance (Hausdorff over l) to the shell estimated: that to the strip with
 energy "finite", which costs milliseconds from the shape of the one before, and what "finite" itself leaves out
 (`compare.models.ribbon.neglected`). The first within the accuracy is taken. Where not even "finite" is, the shell is
-asked for: the answer is then that of "finite", and says so. All this is of one state: where a lower one was seen beside
+asked for: the answer is then that of "finite", and says so. Where "finite" has no stable state nothing tells of the
+others: a scene that says an accuracy is then answered by it, one that says none by the energy that is exact in the
+width. All this is of one state: where a lower one was seen beside
 it (`compare.models.ribbon.rivals`) the choice says that it is not sure.
 """
 
@@ -20,6 +22,7 @@ from numpy.typing import NDArray
 from compare.measure.grid import Grid
 from compare.models.base import Options, Seconds
 from compare.models.capabilities import Rival
+from compare.models.ribbon.build import AUTO_ENERGY
 from compare.models.ribbon.neglected import apart, beside, beyond
 from compare.models.ribbon.rivals import probe
 from compare.models.ribbon.solving import solved as solved_as
@@ -123,7 +126,8 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
     if not best.ok:
         steps.append(Step(_name(scene, first, there), None, spent))
         steps.append(Step(REFERENCE, None, time.perf_counter() - clock))
-        return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), False, rival=rival)
+        energy = REFERENCE if "model.accuracy" in scene.own_keys else AUTO_ENERGY
+        return Choice(energy, energy, accuracy, tuple(steps), False, rival=rival)
     grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 2001))).max()))
     left_out = beyond(scene, best)
     own = Step(REFERENCE, _known(left_out.distance), time.perf_counter() - clock, left_out.parts)
