@@ -32,6 +32,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
+    from compare.models.choice import settled
     from compare.models.scope import require_shell
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import explain as effects_page
@@ -49,8 +50,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
         reporter.step("evaluations with and without each effect")
         found = explain(scene)
         if options.run is not False or options.shell:
-            solves = effects_measured.solves(scene, found, reporter, always=options.run)
-            prices = effects_priced.priced(scene, found, solves, reporter)
+            one = settled(scene)
+            solves = effects_measured.solves(one, found, reporter, always=options.run)
+            prices = effects_priced.priced(one, found, solves, reporter)
         if options.shell and solves is not None:
             shell = effects_measured.shells(scene, solves.grid, shared_store(folder), reporter)
         if out is not None:

@@ -213,6 +213,15 @@ class Estimates(Protocol):
         """The distance to a shell of this w/h, and the share of its energy that stretches it."""
 
 
+@runtime_checkable
+class Chooses(Protocol):
+    """A model that chooses among its energies where a scene names none."""
+
+    def settled(self, scene: Scene) -> Scene:
+        """The scene with the energy that would be chosen for it, so that its neighbours are solved with the same one.
+        Raises `BadInput` like `Model.solve`."""
+
+
 class Moves(Protocol):
     """How points of a state's centreline move when keys of its scene change, key by key."""
 

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import cast
 
 from compare.models.base import Effect, Model, Size, check_keys
-from compare.models.capabilities import Differentiates, Fittable
+from compare.models.capabilities import Chooses, Differentiates, Fittable
 from compare.registry import RICHEST, USUAL, entries, entry, model, name_for
 from compare.scene.scene import Scene
 from ribbonbench.errors import BadInput
@@ -15,6 +15,13 @@ from ribbonbench.errors import BadInput
 def chosen(scene: Scene) -> Model:
     """The model that the scene's `model.energy` asks for."""
     return model(name_for(scene.model.energy))  # type: ignore[no-any-return]
+
+
+def settled(scene: Scene) -> Scene:
+    """The scene with the energy that its model chooses for it, where it leaves that open: what is varied about a scene
+    is solved with one energy."""
+    model = chosen(scene)
+    return model.settled(scene) if isinstance(model, Chooses) else scene
 
 
 def beside_the_shell(scene: Scene) -> Model:

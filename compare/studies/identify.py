@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from compare.measure.grades import FAIR, GOOD, POOR
 from compare.models.base import State
-from compare.models.choice import differentiable
+from compare.models.choice import differentiable, settled
 from compare.scene.inputs.law import is_table
 from compare.scene.scene import Scene
 from compare.studies.fit import judged
@@ -184,6 +184,7 @@ def _identified(scene: Scene, points: Points, keys: tuple[str, ...], register: b
     if count < unknowns or not len(points.places):
         what = f"{len(keys)} keys" + (" and a rigid motion" if register else "")
         raise BadInput("POINTS", len(points.places), f"points are too few for {what}", "measure more")
+    scene = settled(scene)  # one energy for all that is tried
     fit = _Fit(scene, points, keys, register)
     fit.begin()
     _tell_apart(keys, fit.jacobian(fit.start))

@@ -269,11 +269,19 @@ class RibbonModel(Model):
     def branch_start(
         self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
     ) -> BranchStart:
-        """A branch of the glued ribbon (`compare.models.branches.ribbon`)."""
+        """A branch of the glued ribbon (`compare.models.branches.ribbon`), of one energy."""
         from compare.models.branches.ribbon import branch_start
+        from compare.models.ribbon.auto import with_energy
 
         with self._admitted(scene_at(0.0)):
-            return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say), moving)
+            first = self.settled(scene_at(0.0))
+            energy = first.model.energy
+
+            def one_energy(t: float) -> Scene:
+                scene = scene_at(t)
+                return scene if scene.model.accuracy is None else with_energy(scene, energy)
+
+            return branch_start(one_energy, self.solve(first, options=Options(error=False), say=say), moving)
 
     @property
     def by_keys(self) -> tuple[str, ...]:
@@ -307,6 +315,16 @@ class RibbonModel(Model):
 
             choice = choose(scene)
             return (*effects(with_energy(scene, choice.energy)), *skipped(choice))
+
+    def settled(self, scene: Scene) -> Scene:
+        """With the energy that its accuracy chooses (`compare.models.capabilities.Chooses`)."""
+        from compare.models.ribbon.auto import choose, with_energy
+        from ribbon.solvers.budget import within
+
+        if scene.model.accuracy is None:
+            return scene
+        with self._admitted(scene), within(scene.model.budget):
+            return with_energy(scene, choose(scene).energy)
 
     def prices(self, scene: Scene, state: State) -> tuple[Priced, ...]:
         """What every effect changes of a state, to first order (`compare.models.effects.moved`)."""
