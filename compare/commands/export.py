@@ -35,8 +35,9 @@ def register(parser: argparse.ArgumentParser) -> None:
         "scene gives SI, otherwise the unit of strip.length)",
     )  # fmt: skip
     parser.add_argument(
-        "--to", default=None, metavar="PROGRAM", choices=("mujoco", "pyelastica", "exudyn", "usd"), dest="program",
-        help="of a scene clamped at one end: a model for mujoco, pyelastica, exudyn or usd, in place of surfaces",
+        "--to", default=None, metavar="PROGRAM", dest="program",
+        choices=("mujoco", "pyelastica", "exudyn", "newton", "usd"),
+        help="of a scene clamped at one end: a model for mujoco, pyelastica, exudyn, newton or usd, no surfaces",
     )  # fmt: skip
     common.out_argument(parser, "SOURCE/export, of a scene out/SCENE/export")
     common.printed_arguments(parser)

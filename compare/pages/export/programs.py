@@ -1,4 +1,4 @@
-"""A scene as a model of another program: MuJoCo, PyElastica, EXUDYN, USD. Text, made without the program.
+"""A scene as a model of another program: MuJoCo, PyElastica, EXUDYN, Newton, USD. Text, made without the program.
 
 Every model has the scene's stiffnesses per direction, its rest shape, its start shape (the equilibrium that the scene's
 own model finds), a clamp that holds all six degrees, its weight and the dead load on its end. Units: SI where the scene
@@ -10,9 +10,11 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from compare.models.base import Shape
 from compare.scene.scene import Scene
@@ -119,12 +121,38 @@ def section():
 '''
 
 
-def _python(functions: str) -> Callable[[Exported], str]:
+_NEWTON = '''
+
+def rod():
+    """The rod of NVIDIA Newton 1.8 in its start shape, with its rest shape. It bends alike in both directions, here as
+    the strip does about its width: it is this strip as long as that stays in the plane of its tangent and normal."""
+    import newton
+    import numpy as np
+
+    points, turns = ([np.array(MODEL[f"{when}_{what}"], np.float32) for when in ("start", "rest")]
+                     for what in ("nodes", "quaternions"))
+    return newton.Rod(
+        points[0], quaternions=turns[0], rest_points=points[1], rest_quaternions=turns[1],
+        radius=0.2 * MODEL["length"] / MODEL["elements"], stretch_rigidity=MODEL["stretch"],
+        shear_rigidity=MODEL["shear_along_normal"], bend_rigidity=MODEL["bending_about_width"],
+        twist_rigidity=MODEL["torsion"],
+    )
+'''
+
+
+def _python(functions: str, more: Mapping[str, object] = MappingProxyType({})) -> Callable[[Exported], str]:
     def text(item: Exported) -> str:
         head = f'"""{item.name}: a strip clamped at one end, in {item.unit}; written by ribbonbench."""\n\n'
-        return head + "MODEL = " + json.dumps(_numbers(item), indent=1) + "\n" + functions
+        return head + "MODEL = " + json.dumps({**_numbers(item), **more}, indent=1) + "\n" + functions
 
     return text
+
+
+def _newton(item: Exported) -> str:
+    """Frames as quaternions (x, y, z, w), as Newton takes them."""
+    frames = {"rest": rest_shape(item.bar, item.elements)[1], "start": item.frames}
+    turns = {f"{when}_quaternions": Rotation.from_matrix(one).as_quat().tolist() for when, one in frames.items()}
+    return _python(_NEWTON, turns)(item)
 
 
 def _usd(item: Exported) -> str:
@@ -160,5 +188,6 @@ PROGRAMS: Mapping[str, tuple[str, Callable[[Exported], str]]] = {
     "mujoco": ("mujoco.xml", _mujoco),
     "pyelastica": ("pyelastica.py", _python(_PYELASTICA)),
     "exudyn": ("exudyn.py", _python(_EXUDYN)),
+    "newton": ("newton_rod.py", _newton),
     "usd": ("strip.usda", _usd),
 }

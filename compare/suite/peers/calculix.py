@@ -1,10 +1,8 @@
 """CalculiX (`ccx`, Debian package calculix-ccx) on a case: the strip as a surface of S8R shells.
 
-The rest shape is a plane, an arc of a cylinder, an arc of a flat ring or a helicoid about one axis: whatever a constant
-curvature makes of a strip. Lengths in l; D = Y h^3 / (12 (1 - nu^2)) = 1 and mass per area 1, so that weights are Gamma
-and a force over w is in D w / l^2. Elements are as long as each other along the strip and narrower towards its free
-edges, where the twist's shear turns around within about h. The load grows by increments of its own choice. Its own
-tolerances (5e-3 of a force) are tightened. The clamp holds whole lines of nodes with their rotations.
+Elements are as long as each other along the strip and narrower towards its free edges, where the twist's shear turns
+around within about h. The load grows by increments of its own choice. Its own tolerances (5e-3 of a force) are
+tightened. The clamp holds whole lines of nodes with their rotations.
 """
 
 from __future__ import annotations
@@ -18,22 +16,16 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from compare.suite.answers import Absent, Answer, Answers, BrokeDown, NotRepresentable
 from compare.suite.case import Ask, Case, first_scene
 from compare.suite.peers.call import Reply, answers_of, of_points, scenes
-from compare.suite.section import PLANE, THEORIES, bar_of
-
-if TYPE_CHECKING:
-    from compare.scene.scene import Scene
+from compare.suite.peers.plate import Plate, knots, plate_of
 
 FloatArray = NDArray[np.float64]
 PROGRAM = "ccx"
@@ -51,53 +43,6 @@ COARSER, ACROSS, LONGEST = 20, 0.1, 700.0
 #: Elements across over those along where the plate twists; parts of the weight, and of the first estimate of the
 #: critical one, about which it is linearised.
 ACROSS_TWIST, FIRST, NEAR = 0.3, 0.1, 0.97
-
-
-@dataclass(frozen=True)
-class Plate:
-    """A strip that is clamped at s = 0: width, thickness (l), Poisson's ratio; constant curvatures at rest about t_x
-    and t_y and twist; place and frame (columns t_x across, t_y normal, t_z along) of the clamp; weight per area, in
-    D / l^3; force on the free end, in D w / l^2."""
-
-    width: float
-    thickness: float
-    poisson: float
-    rest: tuple[float, ...]
-    start: tuple[float, ...]
-    frame: tuple[tuple[float, ...], ...]
-    weight: tuple[float, ...]
-    force: tuple[float, ...]
-
-    def points(self, along: FloatArray, across: FloatArray) -> FloatArray:
-        """Places (k, m, 3) of the rest shape at abscissae along (k,) and across (m,) it."""
-        rest, frame = np.array(self.rest), np.array(self.frame)
-        axes = frame @ Rotation.from_rotvec(along[:, None] * rest).as_matrix()
-        # The tangent's integral: Gauss's rule of eight points on each piece, which is exact to rounding.
-        nodes, weights = np.polynomial.legendre.leggauss(8)
-        pieces = np.diff(along)
-        at = along[:-1, None] + 0.5 * pieces[:, None] * (nodes + 1.0)
-        tangents = Rotation.from_rotvec(at.reshape(-1, 1) * rest).as_matrix()[:, :, 2].reshape(*at.shape, 3)
-        steps = 0.5 * pieces[:, None] * np.einsum("q,kqi->ki", weights, tangents)
-        line = np.array(self.start) + np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) @ frame.T
-        found: FloatArray = line[:, None] + across[None, :, None] * axes[:, None, :, 0]
-        return found
-
-
-def plate_of(scene: Scene, theory: str) -> Plate:
-    """The plate of a scene. Raises `NotRepresentable` for what is none."""
-    if theory not in (PLANE, THEORIES[-1]):
-        raise NotRepresentable(f'a shell has not the theory "{theory}"')
-    bar, thickness = bar_of(scene, theory), scene.thickness
-    if thickness is None or scene.strip.second_moment is not None:
-        raise NotRepresentable("the case has no thickness, which a shell needs")
-    if scene.rod is not None:
-        raise NotRepresentable("a section by its stiffnesses, of which a shell has none")
-    if any(bar.moment):
-        raise NotRepresentable("this adapter makes no moment on an end")
-    return Plate(
-        float(scene.width), float(thickness), float(scene.strip.poisson), bar.rest, bar.start, bar.frame, bar.weight,
-        bar.force,
-    )  # fmt: skip
 
 
 def sizes(plates: Sequence[Plate]) -> tuple[int, int]:
@@ -134,12 +79,6 @@ def buckling_deck(plate: Plate, size: int, before: float, step: float) -> str:
     return "\n".join([*_mesh(plate, *lattice(size, ACROSS_TWIST), layered=True), first, second]) + "\n"
 
 
-def _knots(plate: Plate, m: int) -> FloatArray:
-    """Abscissae across (m + 1,) of the elements' corners: nearer to each other towards both edges."""
-    found: FloatArray = -0.5 * plate.width * np.cos(np.pi * np.linspace(0.0, 1.0, m + 1))
-    return found
-
-
 def _weight(plate: Plate, part: float = 1.0) -> str:
     """A part of the weight, as a load."""
     weight = np.array(plate.weight)
@@ -151,7 +90,7 @@ def _mesh(plate: Plate, n: int, m: int, layered: bool = False) -> Iterator[str]:
     ends = np.linspace(0.0, 1.0, n + 1)
     corners = 1.0 - np.cos(0.5 * np.pi * ends) if layered else ends
     along = np.interp(0.5 * np.arange(2 * n + 1), np.arange(n + 1), corners)
-    across = np.interp(0.5 * np.arange(2 * m + 1), np.arange(m + 1), _knots(plate, m))
+    across = np.interp(0.5 * np.arange(2 * m + 1), np.arange(m + 1), knots(plate.width, m))
     points, nodes = plate.points(along, across), _nodes(n, m)
     yield "*NODE, NSET=ALL"
     yield from (f"{number}, " + ", ".join(map(_shown, points[place])) for place, number in nodes.items())
@@ -175,13 +114,13 @@ def _nodes(n: int, m: int) -> dict[tuple[int, int], int]:
 
 def _loaded(plate: Plate, n: int, m: int) -> Iterator[str]:
     yield f"*STEP, NLGEOM, INC={MOST}\n{TIGHT}\n{PATIENT}\n*STATIC\n{INCREMENTS}"
-    force, nodes, knots = np.array(plate.force), _nodes(n, m), _knots(plate, m)
+    force, nodes, at = np.array(plate.force), _nodes(n, m), knots(plate.width, m)
     if any(plate.weight):
         yield _weight(plate)
     if force.any():
         share = np.zeros(2 * m + 1)
         for k in range(m):
-            share[2 * k : 2 * k + 3] += np.array([1.0, 4.0, 1.0]) / 6.0 * (knots[k + 1] - knots[k])
+            share[2 * k : 2 * k + 3] += np.array([1.0, 4.0, 1.0]) / 6.0 * (at[k + 1] - at[k])
         yield "*CLOAD"
         for k, axis in product(range(2 * m + 1), range(3)):
             if force[axis]:

@@ -34,6 +34,7 @@ PROGRAMS: Mapping[str, Program] = {
     "exudyn": Program("exudyn", "with_exudyn.py"),
     "pyelastica": Program("pyelastica", "with_pyelastica.py", (20, 40)),
     "opensees": Program("openseespy", "with_opensees.py", (20, 40)),
+    "newton": Program("newton", "with_newton.py", (10, 20)),
 }
 
 
@@ -50,6 +51,11 @@ def exudyn(case: Case, budget: float) -> Answers:
 def pyelastica(case: Case, budget: float) -> Answers:
     """PyElastica's Cosserat rod, let fall until it rests."""
     return PROGRAMS["pyelastica"].answers(case, budget)
+
+
+def newton(case: Case, budget: float) -> Answers:
+    """NVIDIA Newton's rod, by vertex block descent until it rests."""
+    return PROGRAMS["newton"].answers(case, budget)
 
 
 def opensees(case: Case, budget: float) -> Answers:

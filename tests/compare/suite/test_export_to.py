@@ -72,7 +72,7 @@ def test_mujoco_has_moduli_mass_and_both_shapes(written, state):
 
 
 def test_python_models_have_every_number_in_si(written):
-    for program in ("pyelastica", "exudyn"):
+    for program in ("pyelastica", "exudyn", "newton"):
         tree = ast.parse(written(program).read_text())
         (told,) = [ast.literal_eval(node.value) for node in tree.body if isinstance(node, ast.Assign)]
         assert told["bending_about_width"] == pytest.approx(bending())
@@ -81,6 +81,22 @@ def test_python_models_have_every_number_in_si(written):
         rest = np.array(told["rest_nodes"])
         assert np.linalg.norm(rest[-1] - rest[0]) == pytest.approx(2 * abs(np.sin(7.5)) / 30.0)
         assert len(told["start_nodes"]) == 41
+
+
+def test_newtons_frames_are_the_states_and_the_clamps(written, state):
+    tree = ast.parse(written("newton").read_text())
+    (told,) = [ast.literal_eval(node.value) for node in tree.body if isinstance(node, ast.Assign)]
+    at = (np.arange(40) + 0.5) / 40
+    for when in ("start", "rest"):
+        turns = Rotation.from_quat(told[f"{when}_quaternions"])  # (x, y, z, w)
+        nodes = np.array(told[f"{when}_nodes"])
+        along = np.diff(nodes, axis=0)
+        tangents = along / np.linalg.norm(along, axis=1)[:, None]
+        assert np.sum(turns.apply([0.0, 0.0, 1.0]) * tangents, axis=1).min() > 0.999  # as add_rod asks
+    np.testing.assert_allclose(turns[0].as_matrix(), np.array(told["rest_frames"])[0], atol=1e-12)
+    np.testing.assert_allclose(
+        Rotation.from_quat(told["start_quaternions"]).as_matrix(), state.shape.frames(at), atol=1e-12
+    )
 
 
 def test_usd_has_both_curves(written, state):
@@ -104,6 +120,8 @@ def test_what_is_not_clamped_at_one_end_is_refused(source, tmp_path, capsys):
     [
         ("mujoco", "mujoco", "import mujoco, sys; m = mujoco.MjModel.from_xml_path(sys.argv[1]); print(m.nkey, m.nq)"),
         ("pyelastica", "pyelastica", "import runpy, sys; r = runpy.run_path(sys.argv[1])['rod'](); print(1, 160)"),
+        ("newton", "newton", "import newton, runpy, sys; r = runpy.run_path(sys.argv[1])['rod'](); "
+         "print(1, 4 * len(newton.ModelBuilder().add_rod(rod=r)[0]))"),
         ("exudyn", "exudyn", "import runpy, sys; s = runpy.run_path(sys.argv[1])['section'](); print(1, 160)"),
     ],
 )  # fmt: skip

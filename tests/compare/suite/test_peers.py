@@ -19,7 +19,7 @@ import pytest
 from compare.suite import runners
 from compare.suite.answers import ANSWERED, NOT_REPRESENTABLE, Absent, BrokeDown, NotRepresentable
 from compare.suite.case import first_scene, load
-from compare.suite.peers import calculix, call
+from compare.suite.peers import auto, calculix, call
 from compare.suite.peers.models import rest_shape
 from compare.suite.peers.runners import PROGRAMS, opensees, pyelastica
 from compare.suite.reference import both_ways
@@ -46,9 +46,9 @@ def plate(name):
 
 def test_the_distributions_entry_points_are_runners_that_no_built_in_one_hides():
     points = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"][runners.GROUP]
-    assert set(points) == {"calculix", "opensees"}
+    assert set(points) == {"auto", "calculix", "fedoo", "newton", "opensees"}
     assert not set(points) & set(runners.BUILT_IN)
-    assert set(PROGRAMS) | {"ours", "calculix"} == set(points) | set(runners.BUILT_IN)
+    assert set(PROGRAMS) | {"ours", "auto", "calculix", "fedoo"} == set(points) | set(runners.BUILT_IN)
     for target in points.values():
         module, _, name = target.partition(":")
         assert callable(getattr(importlib.import_module(module), name))
@@ -109,6 +109,44 @@ def test_others_come_to_rest_near_the_reference_by_their_own_error(run, names, o
             answer = said.answers[ask.name]
             known = call.read_off(ask, end[None, :])
             assert abs(float(answer.value) - known) < 1.5 * answer.error / (2.0**order - 1.0) + 5e-4 * case.length
+
+
+def test_a_collocations_polynomials_are_read_between_its_points():
+    mesh = np.sort(np.concatenate([np.linspace(0.0, 1.0, 4), np.random.default_rng(3).uniform(size=9)]))
+    cubic = np.stack([mesh**3, 1.0 - mesh, mesh**4], axis=1)
+    table = np.column_stack([mesh, cubic, np.zeros((13, 10))])
+    s = np.linspace(0.0, 1.0, auto.READ)
+    assert auto.line(table) == pytest.approx(np.stack([s**3, 1.0 - s, s**4], axis=1), abs=1e-12)
+
+
+def test_of_a_continuations_solutions_the_one_under_the_whole_load_is_read():
+    heads = [f"1 {k} {kind} {k} 1 1 2 14 3 2 3 13 1" for k, kind in ((1, 9), (2, -4), (3, 1))]
+    rows = ["0.0 " + " ".join(["1.0D0"] * 13), "1.0 " + " ".join(["2.0D0"] * 13)]
+    blocks = [
+        "\n".join([head, *rows, f" {share}"]) for head, share in zip(heads, ("0.4D0", "1.0D0", "1.2D0"), strict=True)
+    ]
+    table, share = auto.last("\n".join(blocks) + "\n")
+    assert (table[:, 0].tolist(), share) == ([0.0, 1.0], 1.2)
+    assert auto.last(blocks[0])[0] is None
+    assert auto.last(blocks[0])[1] == 0.4
+
+
+def test_auto_meets_what_its_equations_have():
+    """Planar, over weights, spatial, curled at rest, with shear: by the references, and by another collocation."""
+    for name in ("cantilever_10", "cantilever_weights", "bend_45", "rod_4_4", "princeton_8_9"):
+        case = load(name)
+        try:
+            (said,) = runners.answered(auto.auto, case, 60.0)
+        except Absent as why:
+            pytest.skip(str(why))
+        assert said.ended == ANSWERED, f"{name}: {said.why}"
+        if case.theory != "body":  # of which a rod is a model of some error
+            assert {score.outcome for score in scored(case, "auto", said)} == {MET}
+        scenes = [list(call.scenes(case, ask)) for ask in case.asks]
+        for ask, own in zip(case.asks, scenes, strict=True):
+            ends = [case.length * both_ways(bar_of(scene, case.theory).free_rod)[0] for scene in own]
+            known = [call.read_off(ask, end[None, :]) for end in ends]
+            assert np.ravel(said.answers[ask.name].value) == pytest.approx(known, abs=1e-5 * case.length)
 
 
 @pytest.mark.peers
