@@ -65,13 +65,14 @@ def program() -> Path:
 
 
 def constants(intervals: int) -> str:
-    """AUTO's constants (its manual, chapter 10)."""
+    """AUTO's constants (its manual, chapter 10): steps are measured in the loads' share and the shape, not in forces."""
+    forces = ", ".join(f"{k}: 0.0" for k in range(8, UNKNOWNS + 1))
     return f"""
 NDIM={UNKNOWNS}, IPS=4, IRS=0, ILP=0, ICP=[1], NTST={intervals}, NCOL={POINTS}, IAD=3, ISP=0, ISW=1
 IPLT=0, NBC={UNKNOWNS}, NINT=0, NMX={MOST}, NPR=0, MXBF=0, IID=0, ITMX=9, ITNW=9, NWTN=3, JAC=0
 RL0=-1.0, RL1=2.0, EPSL={TOLERANCE}, EPSU={TOLERANCE}, EPSS={10 * TOLERANCE}
 DS={FIRST}, DSMIN=1e-6, DSMAX={LARGEST}, IADS=1, NPAR=1
-UZSTOP={{1: 1.0}}
+THL={{1: 1.0}}, THU={{{forces}}}, UZSTOP={{1: 1.0}}
 """
 
 

@@ -114,9 +114,7 @@ def at_rest(bar, n, seconds):
             return ends(places[bodies], nodes, h), f"{steps} {how}"
         if time.perf_counter() - begun > seconds:
             end = ", ".join(f"{v:.4g}" for v in places[bodies[-1], :3])
-            said = (
-                f"out of budget: after {steps} {how} a body still moves by {fast:.1g} l a unit of time, end ({end}) l"
-            )
+            said = f"out of budget: after {steps} {how} a body moves by {fast:.1g} l a unit of time, end ({end}) l"
             return {"broke": said}, how
 
 
