@@ -66,6 +66,10 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--table", choices=("csv", "parquet"), default=None,
         help="cases.csv, or parts of Parquet in table/ (default: csv up to 100,000 cases of the grid)",
     )  # fmt: skip
+    parser.add_argument(
+        "--shapes", type=int, metavar="N", default=None,
+        help="keep N points of every centreline: shapes.npy, or parts of Parquet in shapes/",
+    )  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
     common.yes_argument(parser)
     common.units_argument(parser)
@@ -161,6 +165,7 @@ def _in_one(options: argparse.Namespace, sweep: Sweep, shard: Shard, crew: Calla
     """A sweep whose cases are all in memory, with its table in CSV."""
     from compare.sweep import page as sweep_write
     from compare.sweep import run as sweep_run
+    from compare.sweep.large.aside import Aside
     from compare.sweep.parted import claimed, only, parts_of
 
     grid = sweep_run.check(sweep)
@@ -171,7 +176,8 @@ def _in_one(options: argparse.Namespace, sweep: Sweep, shard: Shard, crew: Calla
         if not shard.whole:
             claimed(out, sweep, shard, options.fresh)
         part = "" if shard.whole else str(shard)
-        finished = sweep_run.run(own, points, out, crew(), reporter, options.fresh, part, joined)
+        shown = None if part else lambda so_far: Aside(sweep_write.draw_so_far, str(out), so_far)
+        finished = sweep_run.run(own, points, out, crew(), reporter, options.fresh, part, joined, shown)
         reporter.step("writing tables" if part else "writing tables and the picture")
         page = sweep_write.write(out, finished, options.line)
     return _End(out, sweep_write.answer(finished), page.sentences, finished.ok)
@@ -180,7 +186,8 @@ def _in_one(options: argparse.Namespace, sweep: Sweep, shard: Shard, crew: Calla
 def _in_parts(options: argparse.Namespace, sweep: Sweep, shard: Shard, crew: Callable[[], Crew]) -> _End:
     """A sweep of any number of cases, with its table in parts of Parquet."""
     from compare.sweep.large import stream
-    from compare.sweep.large.page import write
+    from compare.sweep.large.aside import Aside
+    from compare.sweep.large.page import draw_so_far, write
     from compare.sweep.large.parts import check_parquet
 
     check_parquet()
@@ -189,7 +196,8 @@ def _in_parts(options: argparse.Namespace, sweep: Sweep, shard: Shard, crew: Cal
     out = common.out_folder(options, sweep.name)
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         if folders is None:
-            ended = stream.run(sweep, grid, shard, out, crew(), reporter, options.fresh)
+            shown = lambda key: Aside(draw_so_far, str(out), sweep, key)  # noqa: E731
+            ended = stream.run(sweep, grid, shard, out, crew(), reporter, options.fresh, picture=shown)
         else:
             ended = stream.joined(sweep, grid, out, folders, reporter, options.fresh)
         reporter.step("reading the table and drawing the picture")
@@ -202,6 +210,7 @@ def _sweep(options: argparse.Namespace) -> Sweep:
     from compare.scene.scene import parse_assignment
     from compare.studies.axes import parse_axis
     from compare.sweep.file import known_solver, load_sweep, of_scene
+    from compare.sweep.shapes import checked
 
     axes = [parse_axis(text) for text in options.vary]
     assigned = dict(parse_assignment(text) for text in options.assignments)
@@ -217,6 +226,7 @@ def _sweep(options: argparse.Namespace) -> Sweep:
             ("against", options.against),
             ("errors", options.errors or None),
             ("leave_saddle", common.leaves(options)),
+            ("shapes", None if options.shapes is None else checked(options.shapes)),
         )
         if value is not None
     }

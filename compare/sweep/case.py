@@ -19,10 +19,11 @@ from compare.store.provenance import now
 from compare.store.shared import shared_store
 from compare.store.store import disk_full
 from compare.sweep.row import Row, row_of
+from compare.sweep.shapes import packed
 from ribbonbench.errors import BadInput, Missing, RibbonbenchError
 
 if TYPE_CHECKING:
-    pass
+    from compare.models.base import State
 
 Record = dict[str, Any]
 
@@ -36,7 +37,8 @@ COMPARE = "compare"
 class Task:
     """What a worker gets: the case's key and scene, the solver and its options, the folder of the sweep's results.
 
-    slice: number of the slice whose cases are solved together (`run_cases`); None: the case goes alone.
+    slice: number of the slice whose cases are solved together (`run_cases`); None: the case goes alone. shapes: points
+    of each centreline that is kept in the record (`shapes`, one for each row), 0: none.
     """
 
     key: str
@@ -46,6 +48,7 @@ class Task:
     leave_saddle: bool | None
     folder: str
     slice: int | None = None
+    shapes: int = 0
 
 
 def slice_key(task: Task) -> Hashable | None:
@@ -86,7 +89,7 @@ def run_cases(tasks: Sequence[Task]) -> list[Record]:
     return [
         run_case(task) if state.stable is False and task.leave_saddle is None else {
             "status": worst([row]), "message": message(state), "rows": [row], "together": True,
-            "seconds": seconds + share, "time": made,
+            "seconds": seconds + share, "time": made, **_shapes(task, [state]),
         }
         for task, row, state, seconds in zip(tasks, rows, states, own, strict=True)
     ]  # fmt: skip
@@ -138,15 +141,21 @@ def _solved(task: Task) -> Record:
     store = None if task.scene.path and task.solver != RICHEST else shared_store(Path(task.folder))
     options = Options(leave_saddle=task.leave_saddle, error=task.errors and task.solver != RICHEST, store=store)
     rows: list[Row] = []
+    states: list[State] = []
     messages: list[str] = []
     variants = requested.variants(task.scene)
     for variant in variants:
         state = requested.solve(variant.scene, options=options)
+        states.append(state)
         rows.append({**variant.keys, **row_of(task.scene, state, task.errors)})
         label = ", ".join(f"{_LABELS.get(key, key)} = {value:g}" for key, value in variant.keys.items())
         text = message(state)
         messages.append(f"{label}: {text}" if label else text)
-    return {"status": worst(rows), "message": "; ".join(messages), "rows": rows}
+    return {"status": worst(rows), "message": "; ".join(messages), "rows": rows, **_shapes(task, states)}
+
+
+def _shapes(task: Task, states: Sequence[State]) -> Record:
+    return {"shapes": [packed(state, task.shapes) for state in states]} if task.shapes else {}
 
 
 _LABELS = {"width_to_thickness": "w/h"}

@@ -50,7 +50,7 @@ class Sweep:
     name: of the folder of results; scene: with the assignments of [set]; axes: the last one fastest; show: the quantity
     (a column of cases.csv) in the picture, against: another one on its horizontal axis, "" for the axes themselves;
     solver: a model, or `COMPARE` ("": the model that the scene chooses); errors: whether each discretisation error is
-    measured too.
+    measured too; shapes: points of every centreline that are kept (`compare.sweep.shapes`), 0: none.
     """
 
     name: str
@@ -63,11 +63,18 @@ class Sweep:
     errors: bool = False
     leave_saddle: bool | None = None
     curves: tuple[Curve, ...] = ()
+    shapes: int = 0
 
     @property
     def keys(self) -> tuple[str, ...]:
         """The varied keys, in the order of the axes."""
         return tuple(key for axis in self.axes for key in axis.keys)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What is asked of each case beside its scene and solver, as far as it is in what is kept."""
+        own = {"errors": self.errors, "leave_saddle": self.leave_saddle}
+        return {**own, "shapes": self.shapes} if self.shapes else own
 
 
 def shipped() -> dict[str, Path]:

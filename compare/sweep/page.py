@@ -25,6 +25,7 @@ from compare.scene.units import Units
 from compare.store.finite import explained
 from compare.store.made_by import provenance
 from compare.store.store import atomic_write_text, case_key
+from compare.sweep import shapes
 from compare.sweep.branches import branches, others
 from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.finished import Finished
@@ -125,7 +126,7 @@ def cases_json(finished: Finished) -> str:
         "sweep": sweep.name,
         "title": sweep.title,
         "solver": sweep.solver,
-        "options": {"errors": sweep.errors, "leave_saddle": sweep.leave_saddle},
+        "options": sweep.options,
         "axes": [{"keys": axis.keys, "values": axis.values} for axis in sweep.axes],
         "provenance": provenance(sweep.scene),
     }
@@ -384,11 +385,23 @@ def _ends(values: tuple[tuple[Any, ...], ...]) -> list[tuple[Any, ...]]:
     return [values[round(k * (len(values) - 1) / 6)] for k in range(7)]
 
 
+def draw_so_far(out: str, finished: Finished) -> None:
+    """sweep.png of the cases that are there while a sweep runs; nothing where nothing can be shown yet."""
+    from compare.sweep import picture as sweep_picture
+
+    sweep, rows = finished.sweep, rows_of(finished)
+    show = sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN)
+    if any(is_number(row.get(show)) for row in rows):
+        sweep_picture.draw(Path(out) / "sweep.png", finished, rows, show, sweep.against)
+
+
 def write(out: Path, finished: Finished, again: str) -> Page:
     """Writes everything, each file atomically; returns the page."""
     sweep = finished.sweep
     rows = rows_of(finished)
     atomic_write_text(out / "cases.json", cases_json(finished))
+    if sweep.shapes:
+        shapes.write(out, (case.record for case in finished.cases), sweep.shapes)
     data: Mapping[str, Any] = result(finished, rows)
     cases = cases_table(finished, rows)
     show = quantity(cases, rows, sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN), "--show")
@@ -424,5 +437,6 @@ def write(out: Path, finished: Finished, again: str) -> Page:
             "cases.json": "the same with provenance per case",
             "result.json": "summary: counts by status, times, failed cases",
             "journal.jsonl": "the finished cases as they came, from which the same command goes on",
+            **({shapes.FILE: "the centreline of each row of cases.csv (NumPy), in l"} if sweep.shapes else {}),
         },
     ).write(out, data, again, sweep.scene)

@@ -184,8 +184,9 @@ def _map(figure: Figure, axes: Any, both: tuple[Axis, ...], rows: Rows, show: st
     (down, down_labels), (across, across_labels) = (_positions(axis) for axis in both)
     grid = np.full((down.size, across.size), np.nan)
     bad: list[tuple[float, float]] = []
-    for number, row in enumerate(rows):
-        i, j = divmod(number, across.size)
+    places = [{str(value): k for k, value in enumerate(axis.values)} for axis in both]
+    for row in rows:  # of a sweep that runs, some
+        i, j = (at[str(tuple(row[key] for key in axis.keys))] for at, axis in zip(places, both, strict=True))
         if _fine(row):
             grid[i, j] = _number(row, show)
         else:

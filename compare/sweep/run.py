@@ -6,7 +6,7 @@ import contextlib
 import math
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,8 @@ from compare.sweep.case import COMPARE, PASSING, Record, Task, slice_key
 from compare.sweep.file import Sweep
 from compare.sweep.finished import Case, Finished
 from compare.sweep.journal import FORMAT, Journal
+from compare.sweep.large.aside import Aside
+from compare.sweep.meanwhile import Meanwhile
 from compare.sweep.warm import Walk, mended
 from compare.sweep.workers import Crew
 from ribbonbench.errors import BadInput, Missing
@@ -46,6 +48,8 @@ def check_point(sweep: Sweep, point: Point) -> None:
 
     scene = point.scene
     check_meant(scene)
+    if sweep.shapes and sweep.solver == COMPARE:
+        raise BadInput("--shapes", sweep.shapes, "are of one model, and a comparison has several", "choose a --solver")
     if sweep.leave_saddle and sweep.solver not in (USUAL, COMPARE):
         raise BadInput("--leave-saddle", None, f"is for the {USUAL}, and the solver is {sweep.solver}", "leave it out")
     requested = beside_the_shell(scene) if sweep.solver == COMPARE else model(sweep.solver)
@@ -72,19 +76,19 @@ def software_digest(solver: str) -> str:
 
 def key_of(sweep: Sweep, point: Point, digest: str) -> str:
     """The key of a case: all that determines it."""
-    options = {"errors": sweep.errors, "leave_saddle": sweep.leave_saddle}
-    return case_key("sweep", FORMAT, sweep.solver, options, point.scene.canonical(), digest)
+    return case_key("sweep", FORMAT, sweep.solver, sweep.options, point.scene.canonical(), digest)
 
 
 def run(
     sweep: Sweep, grid: Sequence[Point], out: Path, crew: Crew, reporter: Reporter, fresh: bool = False,
-    part: str = "", joined: Sequence[Path] = (),
+    part: str = "", joined: Sequence[Path] = (), picture: Callable[[Finished], Aside] | None = None,
 ) -> Finished:  # fmt: skip
     """Runs what is not finished yet, then begins again what ended beside its neighbours (`compare.sweep.warm`). The
     folder must be held (`compare.store.store.occupied`).
 
     fresh: forget what is finished; part: the points are one of many parts of a grid, so that none has its neighbours
-    beside it; joined: folders of parts, whose cases are taken and no others made. Raises OSError when the
+    beside it; joined: folders of parts, whose cases are taken and no others made; picture: begins one of what there is
+    so far, every now and then. Raises OSError when the
     disk is full and `Missing` when every case lacks a library; all else that happens to a case is its status.
     """
     clock = time.perf_counter()
@@ -92,10 +96,24 @@ def run(
     keys = [key_of(sweep, point, digest) for point in grid]
     journal = Journal(out, digest, fresh)
     work = _Work(sweep, journal, crew, reporter, os.path.abspath(out), closed=bool(joined))
+    meanwhile = Meanwhile()
+
+    def look(ends: Mapping[str, tuple[Record, bool]]) -> None:
+        def begin() -> Aside:
+            assert picture is not None
+            known = (Case(point, key, *ends[key]) for key, point in zip(keys, grid, strict=True) if key in ends)
+            return picture(Finished(sweep, tuple(known), 0.0, work.workers, part="so far"))
+
+        if picture is not None:
+            meanwhile.look(begin)
+
     with journal:
         for folder in joined:
             _take_over(journal, folder, set(keys), reporter)
-        ends = work.done(keys, [point.scene for point in grid])
+        try:
+            ends = work.done(keys, [point.scene for point in grid], look=look)
+        finally:
+            meanwhile.end()
         cases = tuple(Case(point, key, *end) for key, point, end in zip(keys, grid, ends, strict=True))
         missing = [case for case in cases if case.status == "missing"]
         if missing and len(missing) == len(cases):
@@ -125,8 +143,12 @@ class _Work:
     workers: int = 0
     closed: bool = False
 
-    def done(self, keys: Sequence[str], scenes: Sequence[Scene], again: str = "") -> list[tuple[Record, bool]]:
-        """The record of each scene, and whether it was found; again: they are begun at a neighbour's state."""
+    def done(
+        self, keys: Sequence[str], scenes: Sequence[Scene], again: str = "",
+        look: Callable[[Mapping[str, tuple[Record, bool]]], None] = lambda ends: None,
+    ) -> list[tuple[Record, bool]]:  # fmt: skip
+        """The record of each scene, and whether it was found; again: they are begun at a neighbour's state; look: is
+        shown what there is after every case."""
         sweep, found, clock = self.sweep, self.journal.found, time.perf_counter()
         if not again:
             _say_found(self.journal, set(keys), self.reporter)
@@ -134,7 +156,7 @@ class _Work:
         if self.closed:
             ends |= {key: (_ABSENT, True) for key in keys if key not in found}
         tasks = [
-            Task(key, scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder)
+            Task(key, scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder, shapes=sweep.shapes)
             for key, scene in zip(keys, scenes, strict=True)
             if key not in ends
         ]
@@ -156,6 +178,7 @@ class _Work:
                 failed += record["status"] != "converged"
                 ends[key] = (record, False)
                 self.reporter.detail(progress(done, len(tasks), failed, time.perf_counter() - clock))
+                look(ends)
         return [ends[key] for key in keys]
 
 

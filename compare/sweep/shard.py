@@ -110,8 +110,7 @@ def identity_of(folder: Path, option: str) -> Identity | None:
 def sweep_key(sweep: Sweep, grid: Grid, digest: str) -> str:
     """What determines the table of a sweep: scene, axes, solver, options, versions and sources (`digest`)."""
     axes = [{"keys": axis.keys, "values": axis.values} for axis in grid.axes]
-    options = {"errors": sweep.errors, "leave_saddle": sweep.leave_saddle}
-    return case_key("sweep", FORMAT, sweep.solver, options, sweep.scene.canonical(), axes, digest)
+    return case_key("sweep", FORMAT, sweep.solver, sweep.options, sweep.scene.canonical(), axes, digest)
 
 
 def joinable(folders: Sequence[str], mine: Identity) -> list[tuple[Path, Identity]]:

@@ -65,7 +65,7 @@ def program() -> Path:
 
 
 def constants(intervals: int) -> str:
-    """AUTO's constants (its manual, chapter 10): steps are measured in the loads' share and the shape, not in forces."""
+    """AUTO's constants (its manual, chapter 10): steps are measured in the loads' share and in the shape."""
     forces = ", ".join(f"{k}: 0.0" for k in range(8, UNKNOWNS + 1))
     return f"""
 NDIM={UNKNOWNS}, IPS=4, IRS=0, ILP=0, ICP=[1], NTST={intervals}, NCOL={POINTS}, IAD=3, ISP=0, ISW=1

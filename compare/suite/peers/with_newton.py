@@ -18,7 +18,7 @@ import warp as wp
 
 #: Stretch and shear over the bending stiffness and l^2: of single precision more leaves no digits.
 RIGID = 1e4
-#: Step (l^2 / sqrt(D w)), sweeps of each, and the speed (l a unit of time) below which it rests; how often it is looked.
+#: Step (l^2 / sqrt(D w)), its sweeps, the speed (l a unit of time) below which it rests, steps between two looks.
 STEP, SWEEPS, SLOW, LOOK = 0.1, 100, 1e-4, 10
 #: Of a strip's plane: part of its load or rest shape that may leave it.
 IN_PLANE = 1e-9
@@ -59,7 +59,7 @@ def quaternion(frame):
 
 
 def at_rest(bar, n, seconds):
-    """Points (n, 3) at the clamp and the ends of the other elements, or in words how far it came; and how it was run."""
+    """Points (n, 3) at the clamp and the other elements' ends, or in words how far it came; and how it was run."""
     b1, b2, gj = bar["stiffness"]
     if bar["shear"]:
         return {"not": "this adapter makes rods that neither stretch nor shear"}, ""

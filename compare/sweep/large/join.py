@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from compare.sweep.large import parts
-from compare.sweep.large.parts import TABLE, TIMES, Layout
+from compare.sweep.large.parts import TABLE, Layout
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -27,14 +27,14 @@ def join(out: Path, folders: Sequence[Path], layout: Layout, cases: int, rows: i
         sound[folder] = []
         for block in parts.blocks(folder):
             try:
-                for kind in (TABLE, TIMES):
+                for kind in layout.kinds:
                     for _ in parts.batches(parts.part(folder, kind, block), layout.key):
                         pass
                 sound[folder].append(block)
             except ValueError as error:
                 damaged.append(f"{folder.name}: {error}")
     found = 0
-    for kind in (TABLE, TIMES):
+    for kind in layout.kinds:
         readers = [_Reader(folder, kind, sound[folder], layout.key) for folder in folders]
         count = max(1, cases // rows)
         for block in range(count):

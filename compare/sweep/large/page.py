@@ -15,9 +15,9 @@ from compare.page.table import Cell, Column, Table
 from compare.page.verdict import Check, Verdict, unchecked
 from compare.store.made_by import provenance
 from compare.studies.axes import Axis
-from compare.sweep.file import COMPARE
+from compare.sweep.file import COMPARE, Sweep
 from compare.sweep.large.aside import aside
-from compare.sweep.large.parts import TABLE, TIMES
+from compare.sweep.large.parts import SHAPES, TABLE, TIMES
 from compare.sweep.large.stream import Streamed
 from compare.sweep.large.summary import Summary, places_told, summary, thinned
 from compare.sweep.page import LEGEND, SHOWN, SHOWN_OF_COMPARE, shared, time_text, value_text
@@ -25,6 +25,7 @@ from compare.sweep.page import LEGEND, SHOWN, SHOWN_OF_COMPARE, shared, time_tex
 _FILES = {
     f"{TABLE}/": "one row per case (and w/h) in Parquet: varied keys, status, what the solver found",
     f"{TIMES}/": "the time of each case in Parquet",
+    f"{SHAPES}/": "the centreline of each row in Parquet, single precision, in l",
     "sweep.json": "whose the folder is, and which part of the sweep",
     "result.json": "summary: counts by status, times, failed cases",
 }
@@ -40,17 +41,7 @@ def write(out: Path, ended: Streamed, again: str) -> tuple[Page, Verdict, bool]:
     pictures: list[Picture] = []
 
     def draw() -> None:
-        from compare.sweep.picture import draw_rows
-
-        few = tuple(
-            Axis(axis.keys, tuple(axis.values[k] for k in some))
-            for axis, some in zip(sweep.axes, thinned(sweep.axes), strict=True)
-        )
-        thin = replace(sweep, axes=few)
-        alt = draw_rows(
-            out / "sweep.png", thin, found.drawn, show, sweep.against, (found.cases - found.ok, found.cases)
-        )
-        pictures.append(Picture("sweep.png", alt, f"{show} over the sweep"))
+        pictures.append(Picture("sweep.png", _drawn(out, sweep, found, show), f"{show} over the sweep"))
 
     if found.drawn:
         pictured(draw)
@@ -62,9 +53,29 @@ def write(out: Path, ended: Streamed, again: str) -> tuple[Page, Verdict, bool]:
         tables=(_along(ended, found, show),),
         sentences=tuple(_sentences(ended, found)),
         pictures=tuple(pictures),
-        files=_FILES,
+        files={name: about for name, about in _FILES.items() if sweep.shapes or name != f"{SHAPES}/"},
     ).write(out, _result(ended, found), again, sweep.scene)
     return page, verdict, found.ok == ended.cases and not ended.damaged
+
+
+def _drawn(out: Path, sweep: Sweep, found: Summary, show: str) -> str:
+    """sweep.png of some of the rows; returns its text alternative."""
+    from compare.sweep.picture import draw_rows
+
+    few = tuple(
+        Axis(axis.keys, tuple(axis.values[k] for k in some))
+        for axis, some in zip(sweep.axes, thinned(sweep.axes), strict=True)
+    )
+    bad = found.cases - found.ok, found.cases
+    return draw_rows(out / "sweep.png", replace(sweep, axes=few), found.drawn, show, sweep.against, bad)
+
+
+def draw_so_far(out: str, sweep: Sweep, key: str) -> None:
+    """sweep.png of the parts that are there while a sweep runs."""
+    show = sweep.show or (SHOWN_OF_COMPARE if sweep.solver == COMPARE else SHOWN)
+    found = summary(Path(out), key, sweep.axes, (show, *((sweep.against,) if sweep.against else ())))
+    if found.drawn:
+        _drawn(Path(out), sweep, found, show)
 
 
 def _answer(ended: Streamed, found: Summary) -> Verdict:

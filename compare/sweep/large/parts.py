@@ -24,6 +24,7 @@ from compare.store.store import atomic_write_text
 from compare.sweep.case import PASSING
 from compare.sweep.journal import value_in
 from compare.sweep.large.columns import Field
+from compare.sweep.shapes import flat
 from ribbonbench.errors import Missing
 
 if TYPE_CHECKING:
@@ -31,11 +32,12 @@ if TYPE_CHECKING:
 
 #: Rows of a part at least, of all but the last of a small table; and of a group in it, which is read at once.
 ROWS, GROUP = 100_000, 25_000
-#: Folders of the table, of the times, of what is not in a part yet.
-TABLE, TIMES, JOURNALS = "table", "times", "journal"
+#: Folders of the table, of the times, of the centrelines, of what is not in a part yet.
+TABLE, TIMES, SHAPES, JOURNALS = "table", "times", "shapes", "journal"
 FORMAT = 1
 _HEAD = b"ribbonbench"
 _TIMES = (Field("case", "integer"), Field("seconds", "number", "s", "of the whole case"))
+_SHAPES = (Field("case", "integer"), Field("shape", "shape", "l", "x y z of places at equal distances, one by one"))
 
 
 def check_parquet() -> None:
@@ -56,7 +58,8 @@ def _arrow() -> Any:
 class Layout:
     """What all parts of a table have in common: its columns, and what stands in the schema's metadata.
 
-    key: of the sweep (`compare.sweep.shard.sweep_key`); units: of the dimensionless numbers in SI, None: they differ.
+    key: of the sweep (`compare.sweep.shard.sweep_key`); units: of the dimensionless numbers in SI, None: they differ;
+    shapes: points of each centreline that is kept, 0: none.
     """
 
     key: str
@@ -65,13 +68,23 @@ class Layout:
     solver: str
     fields: tuple[Field, ...]
     units: dict[str, Any] | None
+    shapes: int = 0
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The tables that a part is made of."""
+        return (TABLE, TIMES, SHAPES) if self.shapes else (TABLE, TIMES)
 
     def schema(self, fields: Sequence[Field]) -> pa.Schema:
         """With units and meanings in the metadata."""
         pa = _arrow()
+
+        def several(of: Any) -> Any:
+            return pa.list_(pa.field("element", of))  # as Parquet names it, so that what is read is written as it was
+
         types = {
             "number": pa.float64(), "integer": pa.int64(), "truth": pa.bool_(), "text": pa.string(),
-            "numbers": pa.list_(pa.float64()), "json": pa.string(),
+            "numbers": several(pa.float64()), "json": pa.string(), "shape": several(pa.float32()),
         }  # fmt: skip
         head = {"format": FORMAT, "key": self.key, "sweep": self.name, "title": self.title, "solver": self.solver}
         return pa.schema(
@@ -84,7 +97,7 @@ class Layout:
 
 
 def part(folder: Path, kind: str, block: int) -> Path:
-    """Where a part stands. kind: `TABLE` or `TIMES`."""
+    """Where a part stands. kind: `TABLE`, `TIMES` or `SHAPES`."""
     return folder / kind / f"part-{block:06d}.parquet"
 
 
@@ -161,16 +174,21 @@ def compact(folder: Path, block: int, layout: Layout) -> None:
     goes. Where a case was made twice, the later one counts."""
     pa = _arrow()
     table = _Gathered(layout.fields)
-    times = _Gathered(_TIMES)
+    times, shapes = _Gathered(_TIMES), _Gathered(_SHAPES)
     order: list[np.ndarray[Any, Any]] = []
     for number, line in enumerate(lines_of(journal(folder, block)), start=1):
         table.add(line["columns"])
         times.add({"case": [c for c, _ in line["seconds"]], "seconds": [s for _, s in line["seconds"]]})
         order.append(np.full(len(line["columns"]["case"]), number))
-    schemas = (layout.schema(layout.fields), layout.schema(_TIMES))
-    new = [gathered.table(schema) for gathered, schema in zip((table, times), schemas, strict=True)]
+        if layout.shapes:
+            lines = [flat(text, layout.shapes) for text in line["shapes"]]
+            shapes.add({"case": line["columns"]["case"], "shape": lines})
     made = np.concatenate(order) if order else np.empty(0, dtype=int)
-    for kind, found, when in ((TIMES, new[1], None), (TABLE, new[0], made)):
+    new = {TIMES: (times.table(layout.schema(_TIMES)), None), TABLE: (table.table(layout.schema(layout.fields)), made)}
+    if layout.shapes:
+        new[SHAPES] = (shapes.table(layout.schema(_SHAPES)), made)
+    for kind in reversed(layout.kinds):  # the table last: what it says is there
+        found, when = new[kind]
         path = part(folder, kind, block)
         before = whole(path, layout.key)
         if before is not None:
@@ -284,11 +302,14 @@ class Stock:
     fault: str = ""
 
 
-def stock(folder: Path, key: str) -> dict[int, Stock]:
-    """The parts of a folder; every number of them is looked at where only `case` and `status` are read."""
+def stock(folder: Path, key: str, shapes: bool = False) -> dict[int, Stock]:
+    """The parts of a folder; every number of them is looked at where only `case` and `status` are read. shapes: whether
+    they have centrelines."""
     found = {}
     for block in blocks(folder):
         try:
+            if shapes:
+                opened(part(folder, SHAPES, block), key).close()
             cases, again = _finished(part(folder, TABLE, block), key)
             found[block] = Stock(len(cases), again)
         except ValueError as error:
@@ -296,9 +317,11 @@ def stock(folder: Path, key: str) -> dict[int, Stock]:
     return found
 
 
-def finished_of(folder: Path, block: int, key: str) -> set[int]:
-    """The cases of a part that are finished for good; none where it is damaged."""
+def finished_of(folder: Path, block: int, key: str, shapes: bool = False) -> set[int]:
+    """The cases of a part that are finished for good; none where it, or with `shapes` their lines, are damaged."""
     try:
+        if shapes:
+            opened(part(folder, SHAPES, block), key).close()
         return set(_finished(part(folder, TABLE, block), key)[0].tolist())
     except ValueError:
         return set()

@@ -4,10 +4,11 @@ into parts of a table (`compare.sweep.large.parts`). A run that is killed goes o
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from compare.sweep.large.columns import fields_of
 from compare.sweep.large.join import join
 from compare.sweep.large.parts import Layout, Stock
 from compare.sweep.large.stretch import TOGETHER, Chunk, Stretch, given
+from compare.sweep.meanwhile import Meanwhile
 from compare.sweep.run import check_point, progress, software_digest
 from compare.sweep.shard import IDENTITY, Identity, Shard, identity_of, sweep_key
 from compare.sweep.shard import joinable as joinable_shards
@@ -64,7 +66,7 @@ def layout_of(sweep: Sweep, grid: Grid) -> Layout:
     units = None if any(key.startswith("strip.") for key in sweep.keys) else sweep.scene.units
     told = None if units is None else {**units.to_dict(), "known": units.known}
     key = sweep_key(sweep, grid, software_digest(sweep.solver))
-    return Layout(key, sweep.name, sweep.title, sweep.solver, fields_of(sweep, grid), told)
+    return Layout(key, sweep.name, sweep.title, sweep.solver, fields_of(sweep, grid), told, sweep.shapes)
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,7 @@ class _Run:
             return []
         done = parts.finished_in(journal)
         if stock is not None:
-            done |= aside(parts.finished_of, self.out, block, self.layout.key)
+            done |= aside(parts.finished_of, self.out, block, self.layout.key, bool(self.layout.shapes))
         if done and len(done) == len(numbers):
             self.full.append(block)
         return [number for number in numbers if number not in done]
@@ -158,16 +160,17 @@ class _Run:
 
 def run(
     sweep: Sweep, grid: Grid, shard: Shard, out: Path, crew: Crew, reporter: Reporter, fresh: bool = False,
-    rows: int = parts.ROWS,
+    rows: int = parts.ROWS, picture: Callable[[str], Aside] | None = None,
 ) -> Streamed:  # fmt: skip
     """Runs what is not finished of a shard. The folder must be held (`compare.store.store.occupied`).
 
-    rows: of a part. Raises `BadInput` where the folder holds another sweep, OSError when the disk is full.
+    rows: of a part; picture: begins one of the parts that are there (of a table's key), every now and then. Raises
+    `BadInput` where the folder holds another sweep, OSError when the disk is full.
     """
     clock = time.perf_counter()
     layout = layout_of(sweep, grid)
     claim(out, Identity(layout.key, sweep.name, len(grid), shard, PARQUET, rows), fresh)
-    found = aside(parts.stock, out, layout.key) if parts.blocks(out) else {}
+    found = aside(parts.stock, out, layout.key, bool(layout.shapes)) if parts.blocks(out) else {}
     damaged = tuple(one.fault for one in found.values() if one.fault)
     for fault in damaged:
         reporter.step(f"a damaged part of the table: its cases are made again ({fault})")
@@ -177,6 +180,7 @@ def run(
     reporter.step(f"sweep: {len(grid)} cases{share}, solver {sweep.solver}, {crew.size} at once")
     new = failed = 0
     writing: Aside | None = None
+    meanwhile = Meanwhile()
     try:
         with contextlib.closing(crew.flow(work.stretches())) as ends:  # type: ignore[type-var]
             for end in ends:
@@ -190,12 +194,15 @@ def run(
                 left = about - work.kept
                 reporter.detail(progress(new, max(left, new), failed, time.perf_counter() - clock))
                 writing = _write(work, writing, wait=len(work.full) > 1)
+                if picture is not None:
+                    meanwhile.look(functools.partial(picture, layout.key))
         for block in sorted(work.journals):  # of cases that came to nothing
             work.journals.pop(block).close()
             work.full.append(block)
         while work.full or writing is not None:
             writing = _write(work, writing, wait=True)
     finally:
+        meanwhile.end()
         for handle in work.journals.values():
             with contextlib.suppress(OSError):
                 handle.close()
@@ -234,7 +241,7 @@ def claim(out: Path, mine: Identity, fresh: bool) -> None:
 def forget(out: Path) -> None:
     """Removes the table of a folder."""
     (out / IDENTITY).unlink(missing_ok=True)
-    for kind in (parts.TABLE, parts.TIMES, parts.JOURNALS):
+    for kind in (parts.TABLE, parts.TIMES, parts.SHAPES, parts.JOURNALS):
         for path in (out / kind).glob("*"):
             path.unlink()
 

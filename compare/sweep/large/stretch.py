@@ -15,6 +15,7 @@ from compare.sweep.finished import Case
 from compare.sweep.journal import line_of
 from compare.sweep.large.columns import Field, by_column, fields_of, rows_of_case
 from compare.sweep.large.quick import Quick
+from compare.sweep.shapes import of_rows
 from ribbonbench.errors import BadInput
 
 #: Cases that a worker gets at once.
@@ -70,7 +71,7 @@ class Stretch:
         return self._chunk(points, ends)
 
     def _task(self, sweep: Sweep, point: Point) -> Task:
-        return Task("", point.scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder)
+        return Task("", point.scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder, shapes=sweep.shapes)
 
     def apart(self) -> list[Stretch]:
         """The cases one by one."""
@@ -90,8 +91,11 @@ class Stretch:
             rows += rows_of_case(Case(point, "", ends[number], False))
         seconds = [[number, ends[number]["seconds"]] for number in self.numbers]
         full = [end["disk_full"] for end in ends.values() if "disk_full" in end]
+        line = {"block": self.block, "columns": by_column(fields, rows), "seconds": seconds}
+        if sweep.shapes:
+            line["shapes"] = of_rows(ends[number] for number in self.numbers)
         return Chunk(
-            line_of({"block": self.block, "columns": by_column(fields, rows), "seconds": seconds}),
+            line_of(line),
             len(self.numbers),
             sum(end["status"] == "converged" for end in ends.values()),
             sum(value or 0.0 for _, value in seconds),
