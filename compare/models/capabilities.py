@@ -222,6 +222,14 @@ class Chooses(Protocol):
         Raises `BadInput` like `Model.solve`."""
 
 
+@runtime_checkable
+class Surrounds(Protocol):
+    """A model that can draw what its strip cannot cross."""
+
+    def barriers(self, state: State, points: FloatArray) -> list[FloatArray]:
+        """Walls and obstacles in the scene's order, each a grid (k, m, 3) in l around the strip's points (n, 3)."""
+
+
 class Moves(Protocol):
     """How points of a state's centreline move when keys of its scene change, key by key."""
 

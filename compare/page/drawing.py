@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 #: The ribbon is blue as in the thesis; shells take colours that those who see few of them can tell apart too (after
 #: M. Okabe and K. Ito, Color Universal Design, 2008), in order of w/h.
 RIBBON_COLOUR = "#1f5fa8"
+#: What it cannot cross.
+WALL_COLOUR = "#8a8a8a"
 SHELL_COLOURS = ("#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#8c6d31", "#6b6b6b")
 
 #: Where a map has nothing to tell.

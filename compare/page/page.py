@@ -31,13 +31,14 @@ class Picture:
 
 
 #: Kinds of surfaces, as page.json has them: of a strip with lines across, and of a shell.
-STRIP, SHELL = "ribbon", "shell"
+STRIP, SHELL, WALL = "ribbon", "shell", "wall"
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A VTU file of a surface for the 3-D view; kind: `STRIP` or `SHELL`; colour: field of the file to begin with;
-    width_to_thickness: of a shell, when known; states: file of its states along a path (`compare.store.states`)."""
+    """A VTU file of a surface for the 3-D view; kind: `STRIP`, `SHELL` or `WALL` (what the strip cannot cross); colour:
+    field of the file to begin with; width_to_thickness: of a shell, when known; states: file of its states along a path
+    (`compare.store.states`)."""
 
     file: str
     label: str
@@ -50,6 +51,11 @@ class Surface:
     def of_shell(self) -> bool:
         """Whether it is a shell's."""
         return self.kind == SHELL
+
+    @property
+    def of_strip(self) -> bool:
+        """Whether it is the strip's own by another model than the shell."""
+        return self.kind == STRIP
 
 
 @dataclass(frozen=True)

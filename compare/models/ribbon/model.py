@@ -326,6 +326,12 @@ class RibbonModel(Model):
         with self._admitted(scene), within(scene.model.budget):
             return with_energy(scene, choose(scene).energy)
 
+    def barriers(self, state: State, points: FloatArray) -> list[FloatArray]:
+        """As they stand (`compare.models.ribbon.barriers`)."""
+        from compare.models.ribbon.barriers import nets
+
+        return nets(state.native, points)
+
     def prices(self, scene: Scene, state: State) -> tuple[Priced, ...]:
         """What every effect changes of a state, to first order (`compare.models.effects.moved`)."""
         from compare.models.effects.moved import prices

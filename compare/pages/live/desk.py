@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.models.base import Model, Options, State
-from compare.models.capabilities import Estimates, Follows
-from compare.models.choice import chosen
+from compare.models.capabilities import Estimates, Follows, Surrounds
+from compare.models.choice import chosen, settled
+from compare.page.page import SHELL, WALL
 from compare.page.remedies import message
 from compare.page.wording import energies, length, place
 from compare.pages.live import sliders
@@ -27,6 +28,7 @@ from compare.pages.live.drawn import ACROSS, ALONG, Drawn, first_view, packed
 from compare.pages.live.film import Seen
 from compare.pages.live.shells import ShellRun
 from compare.pages.solve import answer
+from compare.registry import in_words
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes, atomic_write_text
@@ -61,6 +63,15 @@ class Stand:
         s, v = np.linspace(0.0, 1.0, ALONG), self.scene.width * np.linspace(-0.5, 0.5, ACROSS)
         return self.state.shape.points(s, v)
 
+    @cached_property
+    def walls(self) -> tuple[tuple[str, FloatArray], ...]:
+        """What it cannot cross, by name, around it: grids (k, m, 3) in l; none where its model does not tell."""
+        model = chosen(self.scene)
+        if not self.scene.barriers or not isinstance(model, Surrounds):
+            return ()
+        nets = model.barriers(self.state, self.surface.reshape(-1, 3))
+        return tuple(zip(self.scene.barrier_names, nets, strict=False))
+
 
 @dataclass(frozen=True)
 class Beginning:
@@ -85,10 +96,10 @@ class Beginning:
         notes: list[str] = []
         scene = given
         if given.model.accuracy is not None:
-            state = model.solve(given)
-            energy = str(state.numbers["auto"]["energy"])
-            scene = scene.replace({"model.energy": energy, "model.accuracy": None})
-            notes.append(f"model.accuracy chose the energy {energy}, which stays")
+            scene = settled(given)
+            notes.append(
+                f"{in_words(scene.model.energy)} is chosen, and stays (model.accuracy = {given.model.accuracy:g})"
+            )
         if isinstance(model, Follows):
             scene, more = _held(scene)
             notes += more
@@ -192,6 +203,7 @@ class Desk:
             "rows": rows(state, units),
             "ok": state.ok,
             "places": packed(self.now.surface),
+            "walls": [packed(net) for _, net in self.now.walls],
             "handle": None if stand.scene.end_position is None else stand.scene.end_position.tolist(),
             "undo": len(self.past),
         }
@@ -208,7 +220,9 @@ class Desk:
     def _view(self, *more: Drawn) -> dict[str, Any]:
         """The data of the viewer: the strip as it stands, and more surfaces."""
         up = None if self.now.scene.up is None else self.now.scene.up.tolist()
-        return first_view([Drawn(self.now.surface, "strip"), *more], up, f"The strip of {self.now.scene.title}.")
+        walls = (Drawn(net, name, WALL) for name, net in self.now.walls)
+        surfaces = [Drawn(self.now.surface, "strip"), *walls, *more]
+        return first_view(surfaces, up, f"The strip of {self.now.scene.title}.")
 
     def judged(self) -> Iterator[dict[str, Any]]:
         """What takes longer, piece by piece: the verdict, the estimate to the shell, whether a fresh solve of the scene
@@ -298,7 +312,9 @@ class Desk:
         self.shell = None
         run.end()
         found = run.shell()
-        more = [] if found.points is None else [Drawn(found.points, f"shell, w/h = {found.ratio:g}", found.ratio)]
+        more = (
+            [] if found.points is None else [Drawn(found.points, f"shell, w/h = {found.ratio:g}", SHELL, found.ratio)]
+        )
         answer = {"running": False, "text": found.text, "grade": found.grade, "folder": str(run.folder / "compare")}
         return {**answer, "view": self._view(*more)} if more else answer
 

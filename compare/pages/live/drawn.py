@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.page.page import SHELL, STRIP, Surface
+from compare.page.page import STRIP, Surface
 from compare.pages.export.vtu import grid_sheet
 from compare.pages.report.surfaces import as_data, view
 
@@ -22,10 +22,12 @@ ALONG, ACROSS = 161, 3
 
 @dataclass(frozen=True)
 class Drawn:
-    """A surface on a grid: points (k, m, 3) in l; width_to_thickness: of a shell, None: the strip."""
+    """A surface on a grid: points (k, m, 3) in l; kind: as of `compare.page.page.Surface`; width_to_thickness: of a
+    shell."""
 
     points: FloatArray
     label: str
+    kind: str = STRIP
     width_to_thickness: float | None = None
 
 
@@ -40,8 +42,7 @@ def first_view(surfaces: Sequence[Drawn], up: Sequence[float] | None, alt: str) 
     for one in surfaces:
         along, across = one.points.shape[:2]
         s, v = np.meshgrid(np.linspace(0.0, 1.0, along), np.linspace(-0.5, 0.5, across), indexing="ij")
-        ratio = one.width_to_thickness
-        surface = Surface("", one.label, STRIP if ratio is None else SHELL, width_to_thickness=ratio)
+        surface = Surface("", one.label, one.kind, width_to_thickness=one.width_to_thickness)
         pairs.append((surface, grid_sheet(one.points, {"S": s, "v": v})))
     direction = None if up is None else (float(up[0]), float(up[1]), float(up[2]))
     found = as_data(view(pairs, direction, ALONG * ACROSS * 4), alt)

@@ -12,16 +12,14 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from compare.page.drawing import RIBBON_COLOUR, quads, save, screen_axes
+from compare.models.ribbon.barriers import ROUND, box, clipped, obstacles, round_grid, walls
+from compare.page.drawing import RIBBON_COLOUR, WALL_COLOUR, quads, save, screen_axes
 from compare.scene.units import Units
 from ribbon import Clamp, Equilibrium
-from ribbon.contact import Wall
-from ribbon.obstacle import Obstacle
 
 FloatArray = NDArray[np.float64]
 
 CLAMP_COLOUR = "#c2662d"
-WALL_COLOUR = "#8a8a8a"
 #: The other side of the ribbon in space; what its outermost cells are darkened by, which draws its edges.
 BACK_COLOUR, _EDGE = "#a9bfd8", 0.45
 #: Where the shape in space is seen from, in degrees: height over the horizon, of a closed band; turn.
@@ -29,12 +27,12 @@ _HEIGHT, _HEIGHT_CLOSED, _TURN = 28.0, 52.0, -62.0
 #: Shades of the ribbon seen along its surface and face on, as shares of the colour; light from (unnormalised).
 _DARK, _BRIGHT = 0.45, 1.1
 _LIGHT = np.array([0.3, -0.5, 0.8])
-#: Margin of the walls around the ribbon, and half the length of a clamp's sign, over the ribbon's largest extent.
-_MARGIN, _SIGN = 0.08, 0.05
+#: Half the length of a clamp's sign, over the ribbon's largest extent.
+_SIGN = 0.05
 #: Variation of omega, eta or tau below which it is constant.
 _ROUNDING = 1e-6
-#: Points round an obstacle; most radius, over the ribbon's largest extent, of one that is shown whole.
-_ROUND, _SHOWN = 49, 1.0
+#: Most radius, over the ribbon's largest extent, of an obstacle that is shown whole.
+_SHOWN = 1.0
 #: Sine of the angle below which a wall is seen from its edge.
 _EDGE_ON = 1e-6
 
@@ -45,59 +43,6 @@ def held(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray, Clamp]]
     start, end = (problem.clamp, None) if problem.formulation == "chained" else (problem.start, problem.end)
     points, frames = equilibrium.joints
     return [(points[k], frames[k], clamp) for k, clamp in ((0, start), (-1, end)) if clamp is not None]
-
-
-def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
-    """A point (3,) in l and the normal (3,) of every plane, a pressure plate where it has moved to."""
-    problem: Any = equilibrium.problem
-    found = []
-    held = () if problem.formulation == "chained" else problem.walls
-    heights = [exerted.height for exerted in equilibrium.walls] or [None] * len(held)  # of undetermined forces: none
-    for wall, moved in zip(held, heights, strict=True):
-        if not isinstance(wall, Wall):
-            continue
-        normal = np.asarray(wall.normal, dtype=float)
-        height = 0.0 if moved is None else moved
-        found.append((np.asarray(wall.point) / problem.strip.length + height * normal, normal))
-    return found
-
-
-def obstacles(equilibrium: Equilibrium) -> list[Obstacle]:
-    """The round obstacles, lengths in l."""
-    problem: Any = equilibrium.problem
-    held = () if problem.formulation == "chained" else problem.walls
-    return [wall.scaled(problem.strip.length) for wall in held if isinstance(wall, Obstacle)]
-
-
-def round_grid(obstacle: Obstacle, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Points (rows, columns, 3) of an obstacle: all of a sphere, of a cylinder what is along the box from `low` to
-    `high` (3,)."""
-    centre, turns = np.asarray(obstacle.point), np.linspace(0.0, 2.0 * np.pi, _ROUND)
-    if obstacle.axis is None:
-        heights = np.linspace(0.0, np.pi, _ROUND // 2)[:, None]
-        directions = [np.sin(heights) * np.cos(turns), np.sin(heights) * np.sin(turns), np.cos(heights) + 0.0 * turns]
-        return np.asarray(centre + obstacle.radius * np.stack(directions, axis=-1))
-    axis = np.asarray(obstacle.axis)
-    first = np.linalg.svd(axis[None, :])[2][1]
-    second = np.cross(axis, first)
-    corners = np.array([[low[0], low[1], low[2]], [high[0], high[1], high[2]]])
-    middle, reach = corners.mean(axis=0), 0.5 * float(np.linalg.norm(corners[1] - corners[0]))
-    along = float((middle - centre) @ axis) + np.array([-reach, reach])
-    circle = np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
-    return np.asarray(centre + along[:, None, None] * axis + obstacle.radius * circle)
-
-
-def clipped(point: FloatArray, normal: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """The plane through `point` as a rectangle (4, 3) around the box from `low` to `high` (3,) seen along `normal`."""
-    first = np.zeros(3)
-    first[int(np.argmin(np.abs(normal)))] = 1.0
-    first -= (first @ normal) * normal
-    first /= np.linalg.norm(first)
-    second = np.cross(normal, first)
-    corners = np.array([[(low, high)[(k >> a) & 1][a] for a in range(3)] for k in range(8)])
-    u, v = (corners - point) @ first, (corners - point) @ second
-    around = ((u.min(), v.min()), (u.max(), v.min()), (u.max(), v.max()), (u.min(), v.max()))
-    return np.array([point + a * first + b * second for a, b in around])
 
 
 def _rgb(colour: str) -> FloatArray:
@@ -114,20 +59,13 @@ def shades(cells: FloatArray, towards: FloatArray) -> FloatArray:
     return np.clip(base * (_DARK + (_BRIGHT - _DARK) * share)[:, None] + 0.12, 0.0, 1.0)
 
 
-def _box(cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Lowest and highest corner (3,) of points (k, 3) with a margin, and their largest extent."""
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    extent = float((high - low).max())
-    return low - _MARGIN * extent, high + _MARGIN * extent, extent
-
-
 def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
     screen = screen_axes([grid], up)[0]
     flat = grid @ screen.T
     axes.add_collection(PolyCollection(list(quads(flat)), facecolors=(*_rgb(RIBBON_COLOUR), 0.3), edgecolors="none"))
     middle = flat[:, flat.shape[1] // 2]
     axes.plot(middle[:, 0], middle[:, 1], color=RIBBON_COLOUR, lw=1.3)
-    low, high, extent = _box(grid.reshape(-1, 3))
+    low, high, extent = box(grid.reshape(-1, 3))
     for point, normal in walls(equilibrium):
         seen = screen @ normal
         if 1.0 - float(np.linalg.norm(seen)) < _EDGE_ON:
@@ -136,7 +74,7 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
     for obstacle in obstacles(equilibrium):
         along = None if obstacle.axis is None else screen @ np.asarray(obstacle.axis)
         if along is None or float(np.linalg.norm(along)) < _EDGE_ON:
-            turns = np.linspace(0.0, 2.0 * np.pi, _ROUND)
+            turns = np.linspace(0.0, 2.0 * np.pi, ROUND)
             ring = screen @ np.asarray(obstacle.point) + obstacle.radius * np.column_stack(
                 [np.cos(turns), np.sin(turns)]
             )
@@ -165,7 +103,7 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
     turn = np.array([first, second, vertical])  # rows: the axes of the picture
     points = grid @ turn.T
     cells = quads(points)
-    low, high, extent = _box(points.reshape(-1, 3))
+    low, high, extent = box(points.reshape(-1, 3))
     for point, normal in walls(equilibrium):
         plane = clipped(turn @ point, turn @ normal, low, high)
         axes.add_collection3d(Poly3DCollection([plane], facecolors=(*_rgb(WALL_COLOUR), 0.18), edgecolors=WALL_COLOUR))

@@ -15,11 +15,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from compare.page.page import WALL
 from compare.pages.report.surfaces import ASPECT, TWO_SIDED, Shown, View, field_range, fields, screen
 
 FloatArray = NDArray[np.float64]
 
 _PAPER = "#edf0f3"
+#: How much a wall covers, as in the viewer.
+WALL_OPACITY = 0.18
 #: By how much of the view's radius the ribbon is drawn nearer than it is, as in the viewer.
 FRONT = 0.03
 _UNKNOWN = np.array([0.62, 0.62, 0.62])
@@ -37,7 +40,8 @@ def picture(view: View) -> bytes:
     corners, depths, colours = zip(*(_triangles(view, one, scale) for one in shown), strict=True)
     order = np.argsort(-np.concatenate(depths), kind="stable")
     shades = np.concatenate(colours)[order]
-    polygons = PolyCollection(list(np.concatenate(corners)[order]), facecolors=shades, edgecolors=shades, lw=0.3)
+    edges = np.where(shades[:, 3:] < 1.0, [0.0, 0.0, 0.0, 0.0], shades)
+    polygons = PolyCollection(list(np.concatenate(corners)[order]), facecolors=shades, edgecolors=edges, lw=0.3)
     axes.add_collection(polygons)
     _axes(axes, view)
     patches = [Patch(color=one.colour, label=one.surface.label) for one in shown]
@@ -70,10 +74,10 @@ def _scale(view: View) -> ScalarMappable | None:
 
 
 def _triangles(view: View, one: Shown, scale: ScalarMappable | None) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Corners on the screen (T, 3, 2), depths (T,) and colours (T, 3) of one surface."""
-    sheet = one.sheet
+    """Corners on the screen (T, 3, 2), depths (T,) and colours (T, 4) of one surface."""
+    sheet, wall = one.sheet, one.surface.kind == WALL
     places, depth = screen(view, sheet.points)
-    if not one.surface.of_shell:
+    if one.surface.of_strip:
         depth = depth - FRONT * view.radius
     base = np.tile(np.asarray(one.colour), (len(sheet.triangles), 1))
     if scale is not None and view.field in sheet.fields:
@@ -89,7 +93,8 @@ def _triangles(view: View, one: Shown, scale: ScalarMappable | None) -> tuple[Fl
     light = towards + 0.45 * view.upwards
     light /= np.linalg.norm(light, axis=1, keepdims=True)
     shade = (0.6 + 0.4 * np.maximum(np.sum(normal * light, axis=1), 0.0)) * np.where(facing < 0.0, 0.9, 1.0)
-    return places[sheet.triangles], depth[sheet.triangles].mean(axis=1), base * shade[:, None]
+    colours = np.column_stack([base * shade[:, None], np.full(len(base), WALL_OPACITY if wall else 1.0)])
+    return places[sheet.triangles], depth[sheet.triangles].mean(axis=1), colours
 
 
 def _axes(axes: Axes, view: View) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import shlex
 import socket
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from compare.models import solve
@@ -314,3 +316,33 @@ def test_a_scene_without_an_equilibrium_says_so_in_the_page(tmp_path):
         assert "no equilibrium to begin with" in served.ask("begin")["refused"]
         assert served.request("GET", f"/{served.token}/")[0] == 200
     assert served.code == 0
+
+
+def test_walls_are_drawn_and_go_with_their_sliders(tmp_path):
+    from compare.pages.live.desk import Beginning, Desk
+
+    scene = load("roman_plate")
+    begun = Beginning.of(scene, scene.units)
+    desk = Desk(begun, tmp_path, str)
+    once, told = desk.once(), desk.told()
+    assert [one["kind"] for one in once["view"]["surfaces"]] == ["ribbon", "wall", "wall"]
+    assert len(told["walls"]) == 2
+    own = {one.name: one.value for one in begun.sliders}
+    moved = desk.moved({**own, "wall.1.offset": 0.002}, 1)
+    assert moved["walls"][1] != told["walls"][1]
+    roof = np.frombuffer(base64.b64decode(moved["walls"][1]), "<f4").reshape(-1, 3)
+    apart = (roof - np.array(begun.scene.walls[1].point)) @ np.array(begun.scene.wall_normals[1])
+    assert apart == pytest.approx(0.002 + desk.now.state.native.walls[1].height, abs=1e-6)
+
+
+def test_an_energy_that_is_chosen_stays(tmp_path):
+    from compare.pages.live.desk import Beginning
+    from compare.scene.scene import loads
+
+    scene = loads(SCENE.replace("poisson = 0.3", "poisson = 0.3\nthickness = 1e-3"))
+    assert scene.model.accuracy is not None
+    begun = Beginning.of(scene, scene.units)
+    assert begun.scene.model.accuracy is None
+    assert begun.scene.model.energy in ("sadowsky", "wunderlich", "finite")
+    assert begun.state.native.problem.energy == begun.scene.model.energy
+    assert any("is chosen, and stays" in note for note in begun.notes)

@@ -6,7 +6,7 @@ const MOST_POINTS = 4000; // of a curve
 const KEY = `ribbonbench-live:${location.pathname}`;
 const hand = {
   tab: "", sliders: [], values: {}, own: {}, gesture: 0, wanted: null, busy: false, judging: 0, timer: null, view: null,
-  strip: null, handle: null, active: "", curves: new Map(), shown: 0, numbers: {}, length: 1, lost: false, stands: {},
+  strip: null, handle: null, active: "", curves: new Map(), shown: 0, numbers: {}, length: 1, lost: false, stands: {}, walls: [],
 };
 
 // -- asking -----------------------------------------------------------------------------------------------------------
@@ -119,6 +119,7 @@ function shown(answer, first) {
   hand.numbers = answer.numbers;
   hand.stands = answer.values;
   hand.handle = answer.handle;
+  drawWalls(answer.walls || []);
   draw(numbers(answer.places, Float32Array));
   $("rows").replaceChildren(...answer.rows.flatMap(([name, text]) => [made("dt", null, { textContent: name }), made("dd", null, { textContent: text })]));
   $("undo").disabled = !answer.undo;
@@ -150,6 +151,7 @@ function stage(data) {
   const view = hand.view, before = view.draw;
   view.draw = () => { before.call(view); place(); };
   hand.strip = view.surfaces[0];
+  hand.walls = view.surfaces.filter((s) => s.kind === "wall");
   if (!view.start() && !figure.querySelector(".note")) made("p", figure, { className: "note", textContent: "No WebGL here: the strip cannot be drawn, its numbers are told all the same." });
   if ($("handle")) $("handle").remove();
   const grip = made("button", figure.querySelector(".stage"), { type: "button", className: "handle", id: "handle", hidden: true });
@@ -190,6 +192,16 @@ function place() {
   const { eye, right, up, aspect } = view.camera(), from = add(hand.handle, eye, -1), far = depth(hand.handle) * Math.tan(FIELD_OF_VIEW / 2);
   grip.style.left = `${50 * (1 + dot(from, right) / (far * aspect))}%`;
   grip.style.top = `${50 * (1 - dot(from, up) / far)}%`;
+}
+
+// Where walls are drawn goes with them and with the strip
+function drawWalls(nets) {
+  hand.walls.forEach((wall, k) => {
+    if (!nets[k]) return;
+    const places = numbers(nets[k], Float32Array);
+    wall.fine = { ...wall.fine, places, normals: normalsOf(places, wall.fine.triangles) };
+    wall.shape(0, 1);
+  });
 }
 
 function draw(places) {

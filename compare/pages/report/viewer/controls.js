@@ -52,7 +52,7 @@ Object.assign(View.prototype, {
   },
 
   sliders(row) {
-    const shells = this.surfaces.filter((s) => s.kind !== "ribbon"), mixed = shells.length < this.surfaces.length;
+    const shells = this.surfaces.filter((s) => s.kind === "shell"), mixed = this.surfaces.some((s) => s.kind === "ribbon");
     const ladder = shells.filter((s) => s.ratio).sort((a, b) => a.ratio - b.ratio);
     if (ladder.length > 1 && new Set(ladder.map((s) => s.ratio)).size === ladder.length) {
       const at = Math.max(0, ladder.findIndex((s) => s.shown));

@@ -1,3 +1,5 @@
+const WALL_OPACITY = 0.18;
+
 // One surface: its fine mesh and, where it has them, its states along a path (frames) on a coarser one
 class Sheet {
   constructor(entry, data) {
@@ -257,13 +259,15 @@ class View {
     const view = this.camera(), dark = DARK.matches, edge = dark ? [0.72, 0.75, 0.8] : [0.1, 0.12, 0.15];
     painter.begin(width, height);
     const order = this.surfaces.map((s, i) => [s, i]).filter(([s]) => s.shown);
-    order.sort(([a], [b]) => (b.kind === "ribbon") - (a.kind === "ribbon")); // the ribbon first: shells may let it through
+    const rank = (s) => ["ribbon", "shell", "wall"].indexOf(s.kind); // the ribbon first: shells may let it through, walls do
+    order.sort(([a], [b]) => rank(a) - rank(b));
     order.forEach(([s, number]) => {
-      const front = s.kind === "ribbon" ? this.front() : 0, opacity = s.kind === "ribbon" ? 1 : this.opacity;
+      const front = s.kind === "ribbon" ? this.front() : 0, opacity = { ribbon: 1, wall: WALL_OPACITY }[s.kind] || this.opacity;
       const how = { colour: s.colour, opacity, nearer: front - 2e-4 * number * data.radius };
       painter.sheet(`s${number}`, { ...s.now, values: s.values }, view, how);
       const line = { colour: edge, opacity: Math.max(opacity, 0.35), nearer: front + 0.002 * data.radius, width: 1.5 * ratio };
       painter.line(`o${number}`, s.now.bands.outline, view, line);
+      if (s.kind === "wall") return;
       painter.line(`f${number}`, s.now.bands.first, view, { ...line, colour: START, width: 3 * ratio, nearer: line.nearer + 0.001 * data.radius });
     });
     this.axes(view, ratio, dark);
@@ -277,7 +281,7 @@ class View {
     const ray = unit(add(add(add([0, 0, 0], view.away, -1), view.right, across), view.up, upwards));
     let best = null;
     for (const s of this.surfaces) {
-      if (!s.shown) continue;
+      if (!s.shown || s.kind === "wall") continue;
       const found = hit(view.eye, ray, s.now.places, s.now.triangles);
       const depth = found && found[0] - (s.kind === "ribbon" ? this.front() : 0);
       if (found && (!best || depth < best.depth)) best = { s, found, depth };

@@ -1,0 +1,90 @@
+"""What a strip cannot cross, in the 3-D view of a report: planes and round obstacles around it, translucent."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from compare.cli import main
+from compare.models import solve
+from compare.models.ribbon.barriers import nets, patch
+from compare.page.page import SHELL, STRIP, WALL, Surface
+from compare.pages.export.vtu import grid_sheet, read_vtu
+from compare.pages.report import still
+from compare.pages.report.surfaces import as_data, view
+from compare.scene.scene import load
+from ribbon.obstacle import Obstacle
+
+
+@pytest.fixture(scope="module")
+def pressed(tmp_path_factory):
+    """Roman's strip under a plate on a spring: its state, and a folder of results."""
+    out = tmp_path_factory.mktemp("pressed")
+    assert main(["solve", "roman_plate", "--quiet", "--out", str(out)]) == 0
+    return solve(load("roman_plate")), out
+
+
+def test_planes_are_where_they_stand_and_reach_past_the_strip(pressed):
+    state, _ = pressed
+    points = state.native.surface(40, 4).points
+    floor, roof = nets(state.native, points)
+    scene = load("roman_plate")
+    assert floor[..., 1] == pytest.approx(scene.walls[0].point[1])
+    moved = state.native.walls[1].height  # the plate gives way
+    assert abs(moved) > 1e-3
+    normal = np.array(scene.wall_normals[1])
+    apart = (roof.reshape(-1, 3) - np.array(scene.walls[1].point)) @ normal
+    assert apart == pytest.approx(moved, abs=1e-9)
+    for net in (floor, roof):
+        flat = net.reshape(-1, 3)
+        for axis in (0, 2):
+            assert flat[:, axis].min() < points[:, axis].min()
+            assert flat[:, axis].max() > points[:, axis].max()
+    assert ((points - np.array(scene.walls[1].point)) @ normal - moved).min() > -1e-5
+
+
+def test_a_page_has_them_and_the_camera_looks_at_the_strip_alone(pressed):
+    _, out = pressed
+    page = json.loads((out / "page.json").read_text())
+    walls = [one for one in page["surfaces"] if one["kind"] == WALL]
+    assert [one["label"] for one in walls] == ["wall floor", "wall roof"]
+    assert {"wall_floor.vtu", "wall_roof.vtu"} <= set(page["files"])
+    pairs = [(Surface(**one), read_vtu(out / one["file"])) for one in page["surfaces"]]
+    both, alone = view(pairs, (0.0, 1.0, 0.0), 500), view(pairs[:1], (0.0, 1.0, 0.0), 500)
+    assert both.distance == alone.distance
+    assert [one.first for one in both.surfaces] == [True, True, True]
+    data = as_data(both, "")
+    low, span = np.array(data["low"]), np.array(data["span"])
+    cloud = np.concatenate([sheet.points for _, sheet in pairs])
+    assert (low, low + span) == (pytest.approx(cloud.min(axis=0)), pytest.approx(cloud.max(axis=0)))
+
+
+def test_a_wall_lets_the_strip_through_in_the_still_picture():
+    s, v = np.meshgrid(np.linspace(0.0, 1.0, 5), np.linspace(0.0, 1.0, 3), indexing="ij")
+    sheet = grid_sheet(np.stack([s, v, 0.1 * s], axis=-1), {"S": s, "v": v})
+    pairs = [(Surface("", kind, kind), sheet) for kind in (STRIP, SHELL, WALL)]
+    found = view(pairs, None, 500)
+    alphas = [set(still._triangles(found, one, None)[2][:, 3]) for one in found.surfaces]
+    assert alphas == [{1.0}, {1.0}, {still.WALL_OPACITY}]
+    assert len({one.colour for one in found.surfaces}) == 3
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        Obstacle("sphere", (0.0, -50.0, 0.0), 49.5),
+        Obstacle("cylinder", (0.0, -1e5, 0.0), 1e5 - 0.2, (0.0, 0.0, 1.0)),
+        Obstacle("cylinder", (0.0, 3.0, 0.0), 4.0, (1.0, 0.0, 0.0), inside=True),
+    ],
+)
+def test_of_a_large_obstacle_what_is_beside_the_strip_is_drawn(obstacle):
+    points = np.random.default_rng(1).uniform(-0.3, 0.3, (50, 3))
+    net = patch(obstacle, points)
+    assert np.abs(obstacle.gaps(net.reshape(-1, 3))).max() < 1e-9 * max(obstacle.radius, 1.0)
+    assert np.linalg.norm(net - points.mean(axis=0), axis=-1).max() < 8.0
+    gaps, normals, _ = obstacle.derivatives(points)
+    feet = points - gaps[:, None] * normals
+    nearest = np.linalg.norm(feet[:, None] - net.reshape(1, -1, 3), axis=-1).min(axis=1)
+    assert nearest.max() < 0.05  # every place that the strip could touch is on it
