@@ -12,6 +12,8 @@ _POWERS = 40
 _BRACKET = 0.25
 _STEPS = 100
 _SAME = 1e-12
+#: Steps after which the shift goes nearer to the eigenvalue, and to which part of its distance; how often at most.
+_PATIENT, _NEARER, _SHIFTS = 6, 0.02, 8
 
 
 @njit(cache=True)
@@ -67,7 +69,16 @@ def lowest(low, lengths, local, coupled, u, v, none, held, gains, inverses, firs
     for i in range(n):
         mode[i] = 0.0 if held[i] else 1.0 + (i * 0.6180339887498949) % 1.0
     found = before = np.nan
-    for _ in range(_STEPS):
+    shifts = 0
+    for step in range(_STEPS):
+        if step > 0 and step % _PATIENT == 0 and shifts < _SHIFTS:
+            # another eigenvalue is near: from nearer below the lowest one the two are told apart sooner
+            shifts += 1
+            nearer = found - _NEARER * (found - low)
+            if _count(nearer, lengths, local, coupled, u, v, none, held, gains, inverses, first) == 0:
+                low = nearer
+            else:
+                _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first)
         riccati.mass_times(lengths, fields, mode, right)
         size = 0.0
         for i in range(n):
