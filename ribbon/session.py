@@ -257,8 +257,14 @@ class Session:
         state = solve_from(saddle.problem, saddle.x, warm=(saddle.rows, saddle.multipliers), leave_saddle=True)
         return state if state.ok else saddle
 
-    def show(self) -> shown.Seen:
-        """Where the ribbon has been, to be turned and gone through: in a notebook, or saved as an HTML file."""
+    def show(self, live: bool = False) -> Any:
+        """Where the ribbon has been, to be turned and gone through: in a notebook, or saved as an HTML file
+        (`ribbon.shown.Seen`). live: a widget with sliders for weight, natural curvature, the end clamp and the force
+        at the end, with which the session goes (`ribbon.shown.hand`; ImportError without anywidget)."""
+        if live:
+            from ribbon.shown.hand import hand
+
+            return hand(self)
         return shown.Seen(self.history, [shown.label(state) for state in self.history])
 
     def back(self, steps: int = 1) -> Equilibrium:

@@ -1,4 +1,4 @@
-"""How a result shows itself: in a line, as a small table, as a picture, in a file, in PyVista.
+"""How a result shows itself: in a line, as a small table, as a picture, in a file, in PyVista, in the hand (`hand`).
 
 Nothing here is loaded before it is needed: matplotlib in `plot`, PyVista in `to_pyvista`.
 """
@@ -192,15 +192,8 @@ class Seen:
     def __init__(self, states: Sequence[Equilibrium], labels: Sequence[str]) -> None:
         chosen = np.unique(np.linspace(0, len(states) - 1, min(len(states), STATES)).round().astype(int))
         self.labels = [labels[k] for k in chosen]
-        gravity = states[-1].problem.gravity
-        up = np.array([0.0, 0.0, 1.0] if gravity is None else gravity.up)
-        across = np.eye(3)[np.argmin(np.abs(up))]
-        across -= (across @ up) * up
-        across /= np.linalg.norm(across)
         #: Positions (K, k, m, 3) in l, the weight along -z.
-        self.points = np.array([states[k].surface(*FILM_CELLS).grid for k in chosen])
-        if gravity is not None:
-            self.points = self.points @ np.column_stack([across, np.cross(up, across), up])
+        self.points = np.array([states[k].surface(*FILM_CELLS).grid for k in chosen]) @ upright(states[-1])
 
     def page(self) -> str:
         """The HTML of the whole view."""
@@ -231,28 +224,32 @@ class Seen:
         )
 
 
+def upright(result: Equilibrium) -> Any:
+    """Matrix (3, 3) whose product with positions (k, 3) from the left has the weight along -z; 1 without a weight."""
+    gravity = result.problem.gravity
+    if gravity is None:
+        return np.eye(3)
+    up = np.asarray(gravity.up, dtype=float)
+    across = np.eye(3)[np.argmin(np.abs(up))]
+    across = across - (across @ up) * up
+    across /= np.linalg.norm(across)
+    return np.column_stack([across, np.cross(up, across), up])
+
+
 def label(result: Equilibrium) -> str:
     """A state in a few words."""
     return f"{result.status.code}, energy {result.energy.total:.6g} D w / l"
 
 
-#: The view: cells from far to near, lit from the eye; a drag turns, the slider goes through the states.
-_PAGE = """<style>body{margin:0;font:14px sans-serif}canvas{width:100%;height:22rem;background:#edf0f3;cursor:grab;
-touch-action:none}input{width:60%}</style><canvas aria-label="The strip: drag to turn"></canvas>
-<label>state <input type="range" min="0" step="1"></label> <output></output><script>"use strict";
-const data = DATA, [count, along, across] = data.grid, canvas = document.querySelector("canvas");
-const bytes = Uint8Array.from(atob(data.places), (c) => c.charCodeAt(0)), places = new Uint16Array(bytes.buffer);
-const slide = document.querySelector("input"), output = document.querySelector("output");
-let azimuth = -1, elevation = 0.35, last = null;
-slide.max = slide.value = count - 1;
-function draw() {
+#: Cells from far to near, lit from the eye, of a grid of places (x, y, z) in [-0.5, 0.5]; and a drag that turns them.
+PAINT = """
+function paint(canvas, along, across, at, view) {
   const ratio = window.devicePixelRatio || 1, width = canvas.width = canvas.clientWidth * ratio;
   const height = canvas.height = canvas.clientHeight * ratio, context = canvas.getContext("2d");
-  const size = 1.1 * Math.min(width, height), [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
-  const [ce, se] = [Math.cos(elevation), Math.sin(elevation)], seen = [], start = 3 * along * across * slide.value;
-  for (let i = start; i < start + 3 * along * across; i += 3) {
-    const [x, y, z] = [0, 1, 2].map((k) => places[i + k] / 65535 - data.centre[k]), side = x * ca + y * sa;
-    const far = -x * sa + y * ca;
+  const size = 1.1 * Math.min(width, height), [ca, sa] = [Math.cos(view.azimuth), Math.sin(view.azimuth)];
+  const [ce, se] = [Math.cos(view.elevation), Math.sin(view.elevation)], seen = [];
+  for (let i = 0; i < along * across; i++) {
+    const [x, y, z] = at(i), side = x * ca + y * sa, far = -x * sa + y * ca;
     seen.push([width / 2 + size * side, height / 2 - size * (z * ce + far * se), far * ce - z * se]);
   }
   const cells = [];
@@ -274,21 +271,45 @@ function draw() {
     context.fill();
     context.stroke();
   }
+}
+function turning(canvas, view, draw) {
+  let last = null;
+  canvas.addEventListener("pointerdown", (e) => {
+    last = [e.clientX, e.clientY];
+    canvas.setPointerCapture(e.pointerId);
+  });
+  canvas.addEventListener("pointerup", () => { last = null; });
+  canvas.addEventListener("pointermove", (e) => {
+    if (!last) return;
+    view.azimuth += 0.008 * (e.clientX - last[0]);
+    view.elevation = Math.max(-1.5, Math.min(1.5, view.elevation + 0.008 * (e.clientY - last[1])));
+    last = [e.clientX, e.clientY];
+    draw();
+  });
+}
+"""
+#: The view: a drag turns it, the slider goes through the states.
+_PAGE = (
+    """<style>body{margin:0;font:14px sans-serif}canvas{width:100%;height:22rem;background:#edf0f3;cursor:grab;
+touch-action:none}input{width:60%}</style><canvas aria-label="The strip: drag to turn"></canvas>
+<label>state <input type="range" min="0" step="1"></label> <output></output><script>"use strict";
+const data = DATA, [count, along, across] = data.grid, canvas = document.querySelector("canvas");
+const bytes = Uint8Array.from(atob(data.places), (c) => c.charCodeAt(0)), places = new Uint16Array(bytes.buffer);
+const slide = document.querySelector("input"), output = document.querySelector("output");
+const view = { azimuth: -1, elevation: 0.35 };
+slide.max = slide.value = count - 1;
+function draw() {
+  const start = 3 * along * across * slide.value;
+  const at = (i) => [0, 1, 2].map((k) => places[start + 3 * i + k] / 65535 - data.centre[k]);
+  paint(canvas, along, across, at, view);
   output.textContent = `${Number(slide.value) + 1} of ${count}: ${data.labels[slide.value]}`;
 }
+"""
+    + PAINT
+    + """
 slide.addEventListener("input", draw);
-canvas.addEventListener("pointerdown", (e) => {
-  last = [e.clientX, e.clientY];
-  canvas.setPointerCapture(e.pointerId);
-});
-canvas.addEventListener("pointerup", () => { last = null; });
-canvas.addEventListener("pointermove", (e) => {
-  if (!last) return;
-  azimuth += 0.008 * (e.clientX - last[0]);
-  elevation = Math.max(-1.5, Math.min(1.5, elevation + 0.008 * (e.clientY - last[1])));
-  last = [e.clientX, e.clientY];
-  draw();
-});
+turning(canvas, view, draw);
 window.addEventListener("resize", draw);
 draw();
 </script>"""
+)
