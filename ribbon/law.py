@@ -133,8 +133,7 @@ def read(key: str, value: object, length: float) -> Law:
 
 def _finite(key: str, value: object) -> float:
     """`value` as a float; RibbonInputError when it is no finite number."""
-    odd = type(value) is not float and (isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat))
-    if odd:
+    if not isinstance(value, float) and (isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat)):
         raise RibbonInputError(key, value, "a finite number is needed")
     number = float(value)
     if not np.isfinite(number):

@@ -30,8 +30,7 @@ _SAME = 1e-12
 
 def finite(key: str, value: object) -> float:
     """`value` as a float; RibbonInputError when it is no finite number."""
-    odd = type(value) is not float and (isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat))
-    if odd:
+    if not isinstance(value, float) and (isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat)):
         raise RibbonInputError(key, value, "a finite number is needed")
     number = float(value)
     if not math.isfinite(number):

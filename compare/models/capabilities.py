@@ -226,8 +226,9 @@ class Chooses(Protocol):
 class Surrounds(Protocol):
     """A model that can draw what its strip cannot cross."""
 
-    def barriers(self, state: State, points: FloatArray) -> list[FloatArray]:
-        """Walls and obstacles in the scene's order, each a grid (k, m, 3) in l around the strip's points (n, 3)."""
+    def barriers(self, scene: Scene, state: State, points: FloatArray) -> list[FloatArray]:
+        """Walls and obstacles in the scene's order as they stand at the state, each a grid (k, m, 3) in l around the
+        strip's points (n, 3)."""
 
 
 class Moves(Protocol):

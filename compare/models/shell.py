@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from compare.measure.align import Motions, aligned, even_along
 from compare.measure.distance import grid_hausdorff
 from compare.measure.numbers import nested
+from compare.measure.planes import box, plane_net
 from compare.models import half_turns, keys
 from compare.models.base import (
     BESIDE,
@@ -265,6 +266,13 @@ class ShellModel(Model):
         except BadInput as refused:  # a mesh that cannot have the held corners' knots
             return replace(state, error_why=f"on {check[0]} x {check[1]} elements: {refused}")
         return judged(scene, state, state_of(scene, case), options.grid)
+
+    def barriers(self, scene: Scene, state: State, points: FloatArray) -> list[FloatArray]:
+        """Planes, those on springs where they have moved to."""
+        low, high, _ = box(points)
+        heights = [wall["height"] or 0.0 for wall in state.supports.walls] or [0.0] * len(scene.walls)
+        placed = zip(scene.wall_points, scene.wall_normals, heights, strict=True)
+        return [plane_net(point + height * normal, normal, low, high) for point, normal, height in placed]
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""

@@ -23,14 +23,14 @@ from compare.models.ribbon.state import RibbonShape
 from compare.models.ribbon.taut import words as taut_words
 from compare.page import force_displacement, wording
 from compare.page.drawing import pictured
-from compare.page.page import STRIP, WALL, Picture, Surface
+from compare.page.page import STRIP, Picture, Surface
 from compare.page.remedies import message
 from compare.page.si import array_with_si, with_si
 from compare.page.state import STATE
 from compare.page.table import Column, Table
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
-from compare.pages.written import Written
+from compare.pages.written import Written, write_barriers
 from compare.record.quantity import Quantity, pick
 from compare.record.views import columns_of, document
 from compare.registry import in_words
@@ -90,26 +90,9 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         states = STATES
         atomic_write_bytes(out / states, state.states.to_bytes())
         files[states] = f"{len(state.states.t)} states along the path as arrays (NumPy)"
-    around = barrier_surfaces(out, scene, state, grid)
+    around = write_barriers(out, scene, state, grid)
     files |= {one.file: f"{one.label}, where the strip ends (ParaView)" for one in around}
     return Written(files, shown, (Surface("ribbon.vtu", state.model, STRIP, "omega", states=states), *around), data)
-
-
-def barrier_surfaces(out: Path, scene: Scene, state: State, grid: Grid) -> tuple[Surface, ...]:
-    """wall_NAME.vtu of all that the strip cannot cross, around it."""
-    from compare.models.ribbon.barriers import nets
-    from compare.pages.export.vtu import write_vtu
-
-    if not scene.barriers or state.shape is None:
-        return ()
-    found = []
-    around = nets(state.native, grid.of(state.shape).reshape(-1, 3))
-    for number, (name, net) in enumerate(zip(scene.barrier_names, around, strict=False)):
-        s, v = np.meshgrid(*(np.linspace(0.0, 1.0, n) for n in net.shape[:2]), indexing="ij")
-        write_vtu(out / f"wall_{name}.vtu", net, {"S": s, "v": v})
-        label = f"{'wall' if number < len(scene.walls) else 'obstacle'} {name.removeprefix('obstacle_')}"
-        found.append(Surface(f"wall_{name}.vtu", label, WALL))
-    return tuple(found)
 
 
 def _of(name: str) -> Callable[[Mapping[str, Any]], Any]:

@@ -28,7 +28,7 @@ from compare.page.verdict import Verdict
 from compare.pages.export.vtu import write_vtu
 from compare.pages.presenter import Presenter
 from compare.pages.solve import answer as state_answer
-from compare.pages.written import Written
+from compare.pages.written import Written, write_barriers
 from compare.record import views
 from compare.record.quantity import Part, Quantity, joined, pick
 from compare.scene.scene import Scene
@@ -165,6 +165,10 @@ def write_states(out: Path, scene: Scene, states: Sequence[State]) -> Written:
         surfaces.append(Surface(f"{name}.vtu", label, SHELL_SURFACE, "membrane_share", ratio))
         files[f"{name}.vtu"] = f"{label}: surface with energies (ParaView)"
         files[f"{name}.npz"] = f"{label}: nodes and directors (NumPy)"
+    if len(states) == 1 and states[0].shape is not None:
+        around = write_barriers(out, scene, states[0], Grid.for_shape(scene, states[0].shape.bend))
+        surfaces += around
+        files |= {one.file: f"{one.label}, where the strip ends (ParaView)" for one in around}
     shell_figure.picture(out / PICTURE, scene, [(ratio_of(state), state.native) for state in states])
     graded = [(ratio_of(s), s.native.report.discretisation) for s in states if goal_of(s) is not None]
     pictures: tuple[Picture, ...] = (picture(states),)

@@ -9,12 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from compare.measure.grid import Grid
+from compare.models import model
 from compare.models.base import State
-from compare.page.page import SHELL, STRIP, Picture, Surface
+from compare.models.capabilities import Surrounds
+from compare.page.page import SHELL, STRIP, WALL, Picture, Surface
 from compare.page.si import array_with_si
 from compare.page.table import Table
 from compare.pages.export.formats import array_csv
 from compare.pages.export.surfaces import write_shell, write_surface
+from compare.pages.export.vtu import write_vtu
 from compare.scene.scene import Scene
 from compare.store.store import atomic_write_bytes
 from compare.studies.compare import Comparison
@@ -50,6 +53,20 @@ def write_any(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
     return Written(files, (), (Surface(name, state.model, STRIP),))
 
 
+def write_barriers(out: Path, scene: Scene, state: State, grid: Grid) -> tuple[Surface, ...]:
+    """wall_NAME.vtu of all that the strip cannot cross, around it; nothing where its model does not tell."""
+    found, own = model(state.model), []
+    if not scene.barriers or state.shape is None or not isinstance(found, Surrounds):
+        return ()
+    nets = found.barriers(scene, state, grid.of(state.shape).reshape(-1, 3))
+    for number, (name, net) in enumerate(zip(scene.barrier_names, nets, strict=False)):
+        s, v = np.meshgrid(*(np.linspace(0.0, 1.0, n) for n in net.shape[:2]), indexing="ij")
+        write_vtu(out / f"wall_{name}.vtu", net, {"S": s, "v": v})
+        label = f"{'wall' if number < len(scene.walls) else 'obstacle'} {name.removeprefix('obstacle_')}"
+        own.append(Surface(f"wall_{name}.vtu", label, WALL))
+    return tuple(own)
+
+
 def write_fast(out: Path, comparison: Comparison, ending: str = "", before: str = "") -> tuple[Surface, ...]:
     """The surface of the model beside the shells, where it has one; `ending` of the file's name, `before` the label."""
     fast, grid = comparison.fast, comparison.grid
@@ -57,7 +74,8 @@ def write_fast(out: Path, comparison: Comparison, ending: str = "", before: str 
         return ()
     name = f"{fast.model}{ending}.vtu"
     write_surface(out / name, fast.shape, grid)
-    return (Surface(name, f"{before}{fast.model}", STRIP),)
+    around = () if ending else write_barriers(out, comparison.scene, fast, grid)
+    return (Surface(name, f"{before}{fast.model}", STRIP), *around)
 
 
 def write_shells(out: Path, comparison: Comparison, colour: str = "") -> tuple[Surface, ...]:

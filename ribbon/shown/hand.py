@@ -77,7 +77,8 @@ def move(session: Session, values: dict[str, float]) -> str:
     if "natural curvature" in moved:
         keywords["natural_curvature"] = new["natural curvature"]
     if any(f"end {axis}" in moved for axis in _AXES):
-        keywords["end"] = replace(session.state.problem.end, position=tuple(new[f"end {axis}"] for axis in _AXES))
+        end: Any = session.state.problem.end
+        keywords["end"] = replace(end, position=tuple(new[f"end {axis}"] for axis in _AXES))
     if any(f"force {axis}" in moved for axis in _AXES):
         keywords["tip"] = [new[f"force {axis}"] for axis in _AXES]
     way = session.move(**keywords, leap=True)

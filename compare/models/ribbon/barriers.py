@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.measure.planes import box, plane_net
 from ribbon import Equilibrium, Wall
 from ribbon.obstacle import Obstacle
 
 FloatArray = NDArray[np.float64]
 
-#: Margin of the walls around the ribbon, over its largest extent; points round an obstacle; cells along a plane.
-_MARGIN, ROUND, CELLS = 0.08, 49, 8
+#: Points round an obstacle.
+ROUND = 49
 
 
 def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
@@ -57,26 +58,6 @@ def round_grid(obstacle: Obstacle, low: FloatArray, high: FloatArray) -> FloatAr
     return np.asarray(centre + along[:, None, None] * axis + obstacle.radius * circle)
 
 
-def clipped(point: FloatArray, normal: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """The plane through `point` as a rectangle (4, 3) around the box from `low` to `high` (3,) seen along `normal`."""
-    first = np.zeros(3)
-    first[int(np.argmin(np.abs(normal)))] = 1.0
-    first -= (first @ normal) * normal
-    first /= np.linalg.norm(first)
-    second = np.cross(normal, first)
-    corners = np.array([[(low, high)[(k >> a) & 1][a] for a in range(3)] for k in range(8)])
-    u, v = (corners - point) @ first, (corners - point) @ second
-    around = ((u.min(), v.min()), (u.max(), v.min()), (u.max(), v.max()), (u.min(), v.max()))
-    return np.array([point + a * first + b * second for a, b in around])
-
-
-def box(cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Lowest and highest corner (3,) of points (k, 3) with a margin, and their largest extent."""
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    extent = float((high - low).max())
-    return low - _MARGIN * extent, high + _MARGIN * extent, extent
-
-
 def patch(obstacle: Obstacle, points: FloatArray) -> FloatArray:
     """Points (`ROUND`, `ROUND`, 3) of what is beside the strip's points (n, 3) of an obstacle larger than it."""
     middle = points.mean(axis=0)
@@ -107,7 +88,5 @@ def nets(equilibrium: Equilibrium, points: FloatArray) -> list[FloatArray]:
             near = own.radius > extent
             found.append(patch(own, points) if near else round_grid(own, points.min(axis=0), points.max(axis=0)))
         else:
-            a, b, _, d = clipped(*next(flat), low, high)
-            u, v = (np.linspace(0.0, 1.0, CELLS + 1)[:, None] * side for side in (b - a, d - a))
-            found.append(a + u[:, None] + v[None, :])
+            found.append(plane_net(*next(flat), low, high))
     return found

@@ -326,7 +326,7 @@ class RibbonModel(Model):
         with self._admitted(scene), within(scene.model.budget):
             return with_energy(scene, choose(scene).energy)
 
-    def barriers(self, state: State, points: FloatArray) -> list[FloatArray]:
+    def barriers(self, scene: Scene, state: State, points: FloatArray) -> list[FloatArray]:
         """As they stand (`compare.models.ribbon.barriers`)."""
         from compare.models.ribbon.barriers import nets
 

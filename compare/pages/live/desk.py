@@ -69,7 +69,7 @@ class Stand:
         model = chosen(self.scene)
         if not self.scene.barriers or not isinstance(model, Surrounds):
             return ()
-        nets = model.barriers(self.state, self.surface.reshape(-1, 3))
+        nets = model.barriers(self.scene, self.state, self.surface.reshape(-1, 3))
         return tuple(zip(self.scene.barrier_names, nets, strict=False))
 
 
