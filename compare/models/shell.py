@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from compare.measure.align import Motions, aligned, even_along
 from compare.measure.distance import grid_hausdorff
 from compare.measure.numbers import nested
-from compare.measure.planes import box, plane_net
 from compare.models import half_turns, keys
 from compare.models.base import (
     BESIDE,
@@ -44,6 +43,7 @@ from compare.models.capabilities import Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.holds import shell as shell_holds
+from compare.models.holds.planes import box, plane_net
 from compare.models.quantities.shell import QUANTITIES
 from compare.models.reference import STRETCHING, beside_mesh, judged
 from compare.models.scope import has_shell, require_shell

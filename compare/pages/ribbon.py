@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
 from compare.measure.load_curve import LoadPoint, load_curve_of
+from compare.models import in_words
 from compare.models.base import State
 from compare.models.capabilities import Rival
 from compare.models.quantities import Answered
@@ -33,7 +34,6 @@ from compare.pages.result import spent
 from compare.pages.written import Written, write_barriers
 from compare.record.quantity import Quantity, pick
 from compare.record.views import columns_of, document
-from compare.registry import in_words
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.states import FILE as STATES

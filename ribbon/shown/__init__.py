@@ -1,4 +1,4 @@
-"""How a result shows itself: in a line, as a small table, as a picture, in a file, in PyVista, in the hand (`hand`).
+"""How a result shows itself: in a line, as a small table, as a picture, in a file, in PyVista.
 
 Nothing here is loaded before it is needed: matplotlib in `plot`, PyVista in `to_pyvista`.
 """

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ribbon import law
-from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
 from ribbon.shown import FILM_CELLS, PAINT, label, upright
 
-if TYPE_CHECKING:
-    from ribbon.session import Session
+Session = Any
+"""A `ribbon.Session`, which shows itself by this module."""
 
 #: How far a clamp goes from where it is (l), a curvature at least (1/l), a weight and a force at the end at least.
 REACH, CURL, WEIGHT, PULL = 0.3, 8.0, 10.0, 5.0
@@ -48,7 +47,7 @@ def sliders(session: Session) -> list[Slider]:
     if not law.is_table(natural) and natural[0] == natural[1]:
         most = max(CURL / length, 2.0 * abs(natural[0]))
         found.append(Slider("natural curvature", float(natural[0]), -most, most, "1/length"))
-    end: Clamp | None = problem.end
+    end = problem.end
     if end is not None and end.position is not None:
         for axis, at in zip(_AXES, np.asarray(end.position, dtype=float), strict=True):
             found.append(Slider(f"end {axis}", float(at), at - REACH * length, at + REACH * length, "length"))

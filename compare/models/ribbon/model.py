@@ -327,8 +327,8 @@ class RibbonModel(Model):
             return with_energy(scene, choose(scene).energy)
 
     def barriers(self, scene: Scene, state: State, points: FloatArray) -> list[FloatArray]:
-        """As they stand (`compare.models.ribbon.barriers`)."""
-        from compare.models.ribbon.barriers import nets
+        """As they stand (`compare.models.holds.ribbon`)."""
+        from compare.models.holds.ribbon import nets
 
         return nets(state.native, points)
 

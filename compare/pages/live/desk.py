@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.models import in_words
 from compare.models.base import Model, Options, State
 from compare.models.capabilities import Estimates, Follows, Surrounds
 from compare.models.choice import chosen, settled
@@ -28,7 +29,6 @@ from compare.pages.live.drawn import ACROSS, ALONG, Drawn, first_view, packed
 from compare.pages.live.film import Seen
 from compare.pages.live.shells import ShellRun
 from compare.pages.solve import answer
-from compare.registry import in_words
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.store import atomic_write_bytes, atomic_write_text

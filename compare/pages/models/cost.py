@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.measure.grades import GOOD, POOR
-from compare.models import RICHEST
+from compare.models import RICHEST, in_words
 from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.si import with_si
@@ -18,7 +18,6 @@ from compare.pages.cost import seconds_text
 from compare.pages.pictures.cost import models_picture
 from compare.pages.result import state_result
 from compare.record.quantity import Quantity
-from compare.registry import in_words
 from compare.studies.cost_plan import FAR
 from compare.studies.priced.models import ModelCosts, Timed
 

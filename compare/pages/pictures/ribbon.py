@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from compare.measure.planes import box, clipped
-from compare.models.ribbon.barriers import ROUND, obstacles, round_grid, walls
+from compare.models.holds.planes import box, clipped
+from compare.models.holds.ribbon import ROUND, obstacles, round_grid, walls
 from compare.page.drawing import RIBBON_COLOUR, WALL_COLOUR, quads, save, screen_axes
 from compare.scene.units import Units
 from ribbon import Clamp, Equilibrium

@@ -20,9 +20,9 @@ from compare.sweep.large import parts
 from compare.sweep.large.aside import Aside, aside
 from compare.sweep.large.columns import fields_of
 from compare.sweep.large.join import join
+from compare.sweep.large.meanwhile import Meanwhile
 from compare.sweep.large.parts import Layout, Stock
 from compare.sweep.large.stretch import TOGETHER, Chunk, Stretch, given
-from compare.sweep.meanwhile import Meanwhile
 from compare.sweep.run import check_point, progress, software_digest
 from compare.sweep.shard import IDENTITY, Identity, Shard, identity_of, sweep_key
 from compare.sweep.shard import joinable as joinable_shards

@@ -9,7 +9,7 @@ import pytest
 
 from compare.cli import main
 from compare.models import solve
-from compare.models.ribbon.barriers import nets, patch
+from compare.models.holds.ribbon import nets, patch
 from compare.page.page import SHELL, STRIP, WALL, Surface
 from compare.pages.export.vtu import grid_sheet, read_vtu
 from compare.pages.report import still

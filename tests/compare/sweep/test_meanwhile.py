@@ -7,8 +7,9 @@ import pytest
 
 from compare.store.progress import Reporter
 from compare.studies.axes import parse_axis
-from compare.sweep import meanwhile, page, picture, run
+from compare.sweep import page, picture, run
 from compare.sweep.file import load_sweep
+from compare.sweep.large import meanwhile
 from compare.sweep.large.aside import Aside
 from compare.sweep.workers import LocalCrew
 

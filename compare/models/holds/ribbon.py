@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.planes import box, plane_net
+from compare.models.holds.planes import box, plane_net
 from ribbon import Equilibrium, Wall
 from ribbon.obstacle import Obstacle
 
