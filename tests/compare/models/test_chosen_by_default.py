@@ -16,6 +16,7 @@ from compare.scene.spec import USUAL_ACCURACY
 from compare.studies.checks import model
 from compare.studies.thickness import THICKEST, enough_from, leaves_open, with_thickness
 from ribbon import Status
+from ribbonbench.errors import BadInput
 
 #: A curled strip whose curl lies across the weight, so that it twists.
 TEXT = """
@@ -94,6 +95,22 @@ def test_where_nothing_tells_of_the_others_the_exact_width_answers(monkeypatch):
     assert model(state).grade == UNKNOWN
     asked = scene.replace({"model.accuracy": USUAL_ACCURACY})
     assert auto.choose(asked).energy == "finite"  # who asks for an accuracy is not answered by less
+
+
+def test_what_the_richest_energy_cannot_have_is_answered_all_the_same(monkeypatch):
+    from ribbon import RibbonInputError
+
+    thin = strip(1e-9, width=0.3).replace({"strip.natural_curvature": 150.0})  # v of the section's law is out of reach
+    assert auto.refusal(auto.with_energy(thin, "finite")) is not None
+    assert solve(thin).native.problem.energy == "wunderlich"
+
+    def refused(*told):
+        raise RibbonInputError("closure", None, "no")
+
+    monkeypatch.setattr(auto, "reference", refused)
+    assert solve(strip(2e-3)).native.problem.energy == "wunderlich"
+    with pytest.raises(BadInput):
+        solve(strip(2e-3).replace({"model.energy": "auto", "model.accuracy": USUAL_ACCURACY / 2}))
 
 
 def test_without_a_thickness_the_answer_says_which_would_do():
