@@ -41,8 +41,8 @@ class Reply:
 
 @functools.cache
 def interpreter(library: str) -> tuple[str, str]:
-    """The path of a python that has the library, and the library's version. Raises `Absent`."""
-    for python in (os.environ.get(VARIABLE, ""), sys.executable):
+    """The path of the first python of `VARIABLE` that has the library, and the library's version. Raises `Absent`."""
+    for python in (*os.environ.get(VARIABLE, "").split(os.pathsep), sys.executable):
         if not python:
             continue
         asked = f"import importlib.metadata as m; print(m.version({library!r}))"

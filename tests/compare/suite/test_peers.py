@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import math
+import os
 import re
 import shutil
 import subprocess
@@ -247,3 +248,17 @@ def test_calculix_buckles_a_strip_on_edge_nearer_to_the_shells_weight_by_refinem
     )
     assert ask.distance(coarse) > 3.0 * ask.distance(fine)
     assert ask.distance(fine) * ask.interval[0] < 3e-3 * float(ask.reference)
+
+
+def test_of_several_pythons_the_first_that_has_the_library_is_asked(tmp_path, monkeypatch):
+    for name, line in (("none", "exit 1"), ("old", "echo 1.5"), ("new", "echo 2.0")):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{line}\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv(call.VARIABLE, os.pathsep.join(str(tmp_path / name) for name in ("none", "old", "new")))
+    call.interpreter.cache_clear()
+    assert call.interpreter("anything") == (str(tmp_path / "old"), "1.5")
+    call.interpreter.cache_clear()
+    monkeypatch.delenv(call.VARIABLE)
+    with pytest.raises(Absent, match=call.VARIABLE):
+        call.interpreter("no-such-library-here")
+    call.interpreter.cache_clear()
