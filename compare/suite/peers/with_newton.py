@@ -74,23 +74,23 @@ def at_rest(bar, n, seconds):
         quaternions=[wp.quat(*map(float, quaternion(frame))) for frame in frames],
         stretch_rigidity=RIGID * b1, shear_rigidity=RIGID * b1, bend_rigidity=b1, twist_rigidity=gj,
     )  # fmt: skip
-    builder = newton.ModelBuilder(gravity=0.0)
+    builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
     shape = builder.default_shape_cfg.copy()
     shape.density = 0.0
     shape.has_shape_collision = False
     bodies, _ = builder.add_rod(rod=rod, cfg=shape, bend_damping=0.0, twist_damping=0.0)
     for k, body in enumerate(bodies):
-        builder.body_mass[body] = h
-        builder.body_inv_mass[body] = 0.0 if k == 0 else 1.0 / h
-        turning = h**3
+        mass, turning = (0.0, 0.0) if k == 0 else (h, h**3)  # what has no mass is held
+        builder.body_mass[body] = mass
+        builder.body_inv_mass[body] = 1.0 / mass if mass else 0.0
         builder.body_inertia[body] = wp.mat33(turning * np.eye(3))
-        builder.body_inv_inertia[body] = wp.mat33(np.zeros((3, 3)) if k == 0 else np.eye(3) / turning)
+        builder.body_inv_inertia[body] = wp.mat33(np.eye(3) / turning if turning else np.zeros((3, 3)))
     builder.color(balance_colors=False)
     model = builder.finalize(device="cpu")
     solver = newton.solvers.SolverVBD(model, iterations=SWEEPS)
     first, second, control = model.state(), model.state(), model.control()
     weight, force, couple = (np.array(bar[name], float) for name in ("weight", "force", "moment"))
-    begun, steps = time.perf_counter(), 0
+    begun, steps, before = time.perf_counter(), 0, first.body_q.numpy().copy()
     how = f"steps of {STEP:g} l^2/sqrt(D w), {SWEEPS} sweeps each, stretch {RIGID:g} D w / l^2"
     while True:
         pushes = np.zeros((len(bodies), 6), np.float32)
@@ -106,8 +106,9 @@ def at_rest(bar, n, seconds):
         steps += 1
         if steps % LOOK:
             continue
-        places = first.body_q.numpy()
-        fast = float(np.abs(places[:, :3] - second.body_q.numpy()[:, :3]).max()) / STEP
+        places = first.body_q.numpy().copy()
+        fast = float(np.abs(places[:, :3] - before[:, :3]).max()) / (LOOK * STEP)
+        before = places
         if not np.isfinite(fast):
             return {"broke": f"its numbers are no longer finite after {steps} steps"}, how
         if fast < SLOW:
