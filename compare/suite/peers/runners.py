@@ -34,7 +34,7 @@ PROGRAMS: Mapping[str, Program] = {
     "exudyn": Program("exudyn", "with_exudyn.py"),
     "pyelastica": Program("pyelastica", "with_pyelastica.py", (20, 40)),
     "opensees": Program("openseespy", "with_opensees.py", (20, 40)),
-    "newton": Program("newton", "with_newton.py", (10, 20)),
+    "newton": Program("newton", "with_newton.py", (4, 8)),
 }
 
 

@@ -2,7 +2,8 @@
 
 Capsules on joints that bend alike in both directions, so that a strip can be made of them only while it stays in its
 plane. Vertex block descent takes implicit steps: what statics does not depend on (mass, step) is chosen so that a step
-is as long as the slowest mode, which damps all; its sweeps go body by body, so that a chain needs many of them. The
+is as long as the slowest mode, which damps all; its sweeps go body by body: with three bodies 200 of
+them find the equilibrium to 1 %, with ten 400 do not, so that few elements are all that it can have here. The
 first element is held, half behind the clamp; the force at the end acts on the last body, with its moment about that.
 """
 
@@ -19,7 +20,7 @@ import warp as wp
 #: Stretch and shear over the bending stiffness and l^2: of single precision more leaves no digits.
 RIGID = 1e4
 #: Step (l^2 / sqrt(D w)), its sweeps, the speed (l a unit of time) below which it rests, steps between two looks.
-STEP, SWEEPS, SLOW, LOOK = 0.1, 100, 1e-4, 10
+STEP, SWEEPS, SLOW, LOOK = 0.1, 400, 1e-5, 10
 #: Of a strip's plane: part of its load or rest shape that may leave it.
 IN_PLANE = 1e-9
 
