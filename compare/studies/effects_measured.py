@@ -8,6 +8,7 @@ state: a move below it is none that the model could show.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -26,6 +27,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.effects import Explanation
+from ribbonbench.clock import within
 from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +36,9 @@ FloatArray = NDArray[np.float64]
 #: evaluations to show, whole solves are all there is to see, and are worth more.
 CHEAP = 0.5
 WORTH = 10.0
+#: CPU time (s), without compiling, of a solve that nobody asked for, in warm solves of the scene's own, and at least: a
+#: scene that is solved at once can take minutes with one other effect.
+TIMES, LEAST = 10.0, 1.0
 #: Abscissae at which centrelines are compared.
 _LINE = np.linspace(0.0, 1.0, 401)
 #: Keys of the scene without an effect and with it.
@@ -61,7 +66,8 @@ class Solves:
     """The scene's own state with its discretisation error, and those without an effect.
 
     surface: moves are between surfaces; otherwise between centrelines. limit: warm time (s) up to which those without
-    an effect are made unasked. without: by name of the effect, empty when they were not made.
+    an effect are made unasked. without: by name of the effect, empty when they were not made. each: CPU time (s) that
+    every other solve may take; infinite where they were asked for.
     """
 
     state: State
@@ -69,6 +75,7 @@ class Solves:
     surface: bool
     limit: float
     without: Mapping[str, Without]
+    each: float = math.inf
 
 
 def iterations(state: State) -> int | None:
@@ -92,22 +99,25 @@ def solves(scene: Scene, found: Explanation, reporter: Reporter, *, always: bool
     grid = Grid.for_shape(scene, own.shape.bend if own.shape is not None else 1.0)
     surface = "strip.width" in model.reads
     limit = WORTH if found.evaluation is None else CHEAP
+    each = math.inf if always else max(TIMES * own.seconds.warm, LEAST)
     table: dict[str, Without] = {}
     if always or (always is None and own.seconds.warm <= limit):
         for effect in found.effects:
             if effect.on and effect.changes is not None:
                 reporter.step(f"without {effect.key}")
-                table[effect.key] = _solved(scene, effect, own, grid if surface else None)
-    return Solves(own, grid, surface, limit, table)
+                table[effect.key] = _solved(scene, effect, own, grid if surface else None, each)
+    return Solves(own, grid, surface, limit, table, each)
 
 
-def _solved(scene: Scene, effect: Effect, own: State, grid: Grid | None) -> Without:
-    """The scene without one effect beside its own state; grid: of the surfaces, None for centrelines."""
+def _solved(scene: Scene, effect: Effect, own: State, grid: Grid | None, each: float) -> Without:
+    """The scene without one effect beside its own state; grid: of the surfaces, None for centrelines; each: as in
+    `Solves`."""
     assert effect.changes is not None
     try:
         off = scene.replace(effect.changes)
         size = own.size if effect.same_size else None
-        state = chosen(off).solve(off, size, options=Options(repeats=None))
+        with within(each):
+            state = chosen(off).solve(off, size, options=Options(repeats=None))
     except BadInput as refusal:
         return Without("not solved", None, None, None, None, _refused(refusal))
     moved = None
@@ -116,16 +126,17 @@ def _solved(scene: Scene, effect: Effect, own: State, grid: Grid | None) -> With
     return Without(state.word, iterations(state), state.seconds.first, state.seconds.warm, moved)
 
 
-def between(scene: Scene, own: State, pair: Pair, grid: Grid | None) -> float | None:
+def between(scene: Scene, own: State, pair: Pair, grid: Grid | None, each: float) -> float | None:
     """How far apart (over l) the states are with the keys of the first of a pair and with those of the second (no keys:
-    `own`); None where one of them is refused or no stable equilibrium."""
+    `own`); None where one of them is refused, or no stable equilibrium within its time `each` (as in `Solves`)."""
     states, scenes = [], []
     for keys in pair:
         state, changed = own, scene
         if keys:
             try:
                 changed = scene.replace(dict(keys))
-                state = chosen(changed).solve(changed, options=Options(repeats=0))
+                with within(each):
+                    state = chosen(changed).solve(changed, options=Options(repeats=0))
             except BadInput:
                 return None
         if state.shape is None or state.status is not Status.CONVERGED:

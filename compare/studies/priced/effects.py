@@ -9,6 +9,7 @@ The whole solves with and without an effect tell its move too, whether it is on 
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
@@ -22,6 +23,7 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.effects import Explanation
 from compare.studies.effects_measured import Pair, Solves, between
+from ribbonbench.clock import within
 from ribbonbench.errors import BadInput
 
 #: Pairs of solves of one effect at most, and the time (s) after which no other pair is begun.
@@ -137,8 +139,8 @@ def priced(scene: Scene, found: Explanation, solves: Solves, reporter: Reporter)
             if pair is not None:
                 reporter.step(f"cost of {name}")
                 if off is None:
-                    moved = between(scene, solves.state, pair, grid)
-                cost = cost_of(scene, pair)
+                    moved = between(scene, solves.state, pair, grid, solves.each)
+                cost = cost_of(scene, pair, solves.each)
         rows.append(PricedEffect(one, moved, cost))
     return PricedEffects(tuple(sorted(rows, key=_first)), refused)
 
@@ -148,9 +150,9 @@ def _first(row: PricedEffect) -> tuple[float, bool]:
     return -(-1.0 if row.moves is None else row.moves), not row.priced.on
 
 
-def cost_of(scene: Scene, pair: Pair) -> Cost | None:
-    """What the keys of the second of a pair cost beside those of the first; None where one is refused or has no state,
-    or the pairs took too long to be repeated."""
+def cost_of(scene: Scene, pair: Pair, each: float = math.inf) -> Cost | None:
+    """What the keys of the second of a pair cost beside those of the first; None where one is refused or has no state
+    within its CPU time `each` (s), or the pairs took too long to be repeated."""
     try:
         without, with_it = (scene.replace(dict(keys)) for keys in pair)
     except BadInput:
@@ -159,7 +161,7 @@ def cost_of(scene: Scene, pair: Pair) -> Cost | None:
     begun = time.perf_counter()
     for turn in range(PAIRS + 1):
         with compiled() as count:
-            spent = [_spent(one) for one in ((with_it, without) if turn % 2 else (without, with_it))]
+            spent = [_spent(one, each) for one in ((with_it, without) if turn % 2 else (without, with_it))]
             fresh = count() > 0
         if None in spent:
             return None
@@ -175,11 +177,12 @@ def cost_of(scene: Scene, pair: Pair) -> Cost | None:
     return _cost(times[1:]) if len(times) > FEWEST else None
 
 
-def _spent(scene: Scene) -> float | None:
-    """CPU time (s) of one whole solve; None where it is refused, or comes to no equilibrium."""
+def _spent(scene: Scene, each: float) -> float | None:
+    """CPU time (s) of one whole solve; None where it is refused, or comes to no equilibrium within `each`."""
     begun = time.process_time()
     try:
-        state = chosen(scene).solve(scene, options=Options(repeats=0))
+        with within(each):
+            state = chosen(scene).solve(scene, options=Options(repeats=0))
     except BadInput:
         return None
     return time.process_time() - begun if state.is_equilibrium else None

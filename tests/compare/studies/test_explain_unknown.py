@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 
 import pytest
 
 from compare.cli import main
 from compare.measure.grades import FAIR, GOOD, UNKNOWN
 from compare.models.capabilities import Priced
+from compare.scene.scene import loads
+from compare.store.progress import Reporter
+from compare.studies import effects_measured
 from compare.studies.checks import effects
+from compare.studies.effects import explain
 from compare.studies.priced.effects import PricedEffect, PricedEffects
 
 #: A steel strip between two clamps, whose rulings are at their bound: first order of a stiffer section says nothing.
@@ -35,7 +41,9 @@ normal = [0.0, -1.0, 0.0]
 """
 
 
-def test_what_is_not_known_is_said_first(tmp_path, capsys):
+def test_what_is_not_known_is_said_first(tmp_path, capsys, monkeypatch):
+    # its own solve takes about half a second: whether others are made unasked is the machine's affair
+    monkeypatch.setattr(effects_measured, "CHEAP", 0.0)
     (tmp_path / "own.toml").write_text(OWN)
     assert main(["explain", str(tmp_path / "own.toml"), "--out", str(tmp_path / "o")]) == 0
     first = " ".join(capsys.readouterr().out.partition("what each effect is worth")[0].split())
@@ -50,6 +58,23 @@ def test_what_is_not_known_is_said_first(tmp_path, capsys):
     known, _, most = first.partition("is not known")
     assert all(name in known for name in unknown)
     assert not any(name in most.partition("would move it most")[0] for name in unknown)
+
+
+def test_a_solve_that_nobody_asked_for_has_an_end(monkeypatch):
+    """The scene's own solve takes what it takes; that without an effect, which has no time, tells nothing."""
+    scene = loads(OWN)
+    found = explain(scene)
+    found = replace(found, effects=tuple(effect for effect in found.effects if effect.key == "gravity"))
+    monkeypatch.setattr(effects_measured, "CHEAP", math.inf)
+    monkeypatch.setattr(effects_measured, "TIMES", 0.0)
+    moved = []
+    for least in (1e-6, 1e3):
+        monkeypatch.setattr(effects_measured, "LEAST", least)
+        made = effects_measured.solves(scene, found, Reporter(quiet=True))
+        assert made.state.ok
+        moved.append(made.without["gravity"].moved)
+    assert moved[0] is None
+    assert moved[1] > 0.1
 
 
 @pytest.mark.parametrize(
