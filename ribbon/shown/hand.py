@@ -86,7 +86,7 @@ def move(session: Session, values: dict[str, float]) -> str:
 
 def places(session: Session) -> tuple[list[int], bytes]:
     """Numbers of points along and across, and their places (float32, one by one) in l, the weight along -z, about the
-    middle of all that the session has been through."""
+    middle of the state."""
     points = session.state.surface(*FILM_CELLS).grid @ upright(session.state)
     middle = 0.5 * (points.reshape(-1, 3).min(axis=0) + points.reshape(-1, 3).max(axis=0))
     return list(points.shape[:2]), np.ascontiguousarray(points - middle, "<f4").tobytes()

@@ -1,15 +1,13 @@
 """AUTO-07p (Doedel and others; Debian: auto-07p): `ribbon.f90` compiled once, every run a process of its own.
 
-Found by AUTO_DIR (the folder with lib/), or beside `auto-07p` on the PATH; gfortran links the case. Its continuation in
+Found and linked, and its solutions read, as by the suite (`compare.suite.peers.auto`). Its continuation in
 the weight from the natural shape gets analytic derivatives and, case by case, the fastest of `SEARCH`.
 """
 
 from __future__ import annotations
 
-import functools
 import itertools
 import os
-import shutil
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -17,6 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.suite.answers import Absent
+from compare.suite.peers import auto
 from tests.peers.cases import TARGET, Case, FloatArray, Run
 
 SOURCE = Path(__file__).with_name("ribbon.f90")
@@ -45,47 +45,24 @@ class Settings:
         )
 
 
-def library() -> Path | None:
-    """The folder of AUTO's objects; None: it is not here."""
-    places = [Path(os.environ["AUTO_DIR"])] if "AUTO_DIR" in os.environ else []
-    found = shutil.which("auto-07p") or shutil.which("auto")
-    if found:
-        above = Path(found).resolve().parent.parent
-        places += [above, above / "lib" / "auto-07p"]
-    places.append(Path("/usr/lib/auto-07p"))
-    return next((place / "lib" for place in places if (place / "lib" / "bvp.o").exists()), None)
-
-
 def absent() -> str | None:
     """Why it cannot be run; None: it can."""
-    if library() is None:
-        return "no AUTO-07p: set AUTO_DIR to its folder, or install Debian's auto-07p"
-    return None if shutil.which("gfortran") else "no gfortran to link AUTO's case"
+    try:
+        program()
+    except Absent as reason:
+        return str(reason)
+    return None
 
 
 def version() -> str:
     """As Debian names the package, or where it lies."""
-    told = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "auto-07p"], capture_output=True, text=True)
     compiler = subprocess.run(["gfortran", "-dumpfullversion"], capture_output=True, text=True, check=True)
-    return f"AUTO-07p {told.stdout or os.environ.get('AUTO_VERSION', '0.9')}, gfortran {compiler.stdout.strip()} -O3"
+    return f"{auto.version()}, gfortran {compiler.stdout.strip()} -O3"
 
 
-@functools.cache
 def program() -> Path:
-    """The linked case, in a folder that goes with this process."""
-    folder = tempfile.TemporaryDirectory(prefix="ribbonbench-auto-")
-    _KEPT.append(folder)
-    place = library()
-    assert place is not None
-    target = Path(folder.name) / "ribbon"
-    # the objects that Debian brings are those of its own link (libauto_c.a: the C interface's)
-    objects = sorted(str(path) for path in place.glob("*.o"))
-    words = ["gfortran", "-O3", "-fopenmp", "-o", str(target), str(SOURCE), *objects]
-    subprocess.run(words, check=True, cwd=folder.name, capture_output=True)
-    return target
-
-
-_KEPT: list[tempfile.TemporaryDirectory[str]] = []
+    """The linked case. Raises `Absent`."""
+    return auto.linked(SOURCE)
 
 
 def constants(settings: Settings) -> str:
@@ -118,23 +95,9 @@ def _run(found: Case, settings: Settings) -> tuple[tuple[FloatArray, FloatArray]
             _, status, used = os.wait4(process.pid, 0)
             process.returncode = os.waitstatus_to_exitcode(status)
         path = Path(folder) / "fort.8"
-        solution = _last(path.read_text()) if path.exists() else None
+        table = auto.last(path.read_text())[0] if path.exists() else None
+    solution = None if table is None else (table[:, 0], table[:, 1:7].T)
     return solution, used.ru_utime + used.ru_stime
-
-
-def _last(text: str) -> tuple[FloatArray, FloatArray] | None:
-    """The solution at the user's point (type -4) of a file fort.8."""
-    lines = text.splitlines()
-    at, found = 0, None
-    while at < len(lines):
-        head = [int(word) for word in lines[at].split()]
-        kind, points, width, rows = head[2], head[6], head[7], head[8]
-        if kind % -10 == -4:
-            words = " ".join(lines[at + 1 : at + 1 + rows]).replace("D", "E").split()
-            table = np.array(words[: points * width], float).reshape(points, width)
-            found = table[:, 0], table[:, 1:7].T
-        at += 1 + rows
-    return found
 
 
 def run(found: Case, settings: Settings) -> Run:

@@ -51,15 +51,16 @@ def library() -> Path:
 
 
 @functools.cache
-def program() -> Path:
-    """The linked case, in a folder that goes with this process. Raises `Absent`."""
+def linked(source: Path) -> Path:
+    """The program of a case's equations, in a folder that goes with this process. Raises `Absent`."""
+    # the objects that Debian brings are those of its own link (libauto_c.a: the C interface's)
     objects = sorted(str(path) for path in library().glob("*.o"))
     if shutil.which("gfortran") is None:
         raise Absent("gfortran is not on the path, which links AUTO's cases")
     folder = tempfile.TemporaryDirectory(prefix="ribbonbench-auto-")
     _KEPT.append(folder)
-    target = Path(folder.name) / "bar"
-    words = ["gfortran", "-O3", "-fopenmp", "-o", str(target), str(SOURCE), *objects]
+    target = Path(folder.name) / source.stem
+    words = ["gfortran", "-O3", "-fopenmp", "-o", str(target), str(source), *objects]
     subprocess.run(words, check=True, cwd=folder.name, capture_output=True)
     return target
 
@@ -98,7 +99,7 @@ def solved(bar: Bar, intervals: int, left: float) -> Reply:
         begun = os.times()
         try:
             subprocess.run(
-                [str(program())], cwd=folder, env={**os.environ, "OMP_NUM_THREADS": "1"}, timeout=left,
+                [str(linked(SOURCE))], cwd=folder, env={**os.environ, "OMP_NUM_THREADS": "1"}, timeout=left,
                 capture_output=True, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
@@ -113,7 +114,7 @@ def solved(bar: Bar, intervals: int, left: float) -> Reply:
 
 
 def last(text: str) -> tuple[FloatArray | None, float]:
-    """Mesh and unknowns (k, 1 + 13) of the solution at the user's point (type -4) of a file fort.8, None where there is
+    """Mesh and unknowns (k, 1 + n) of the solution at the user's point (type -4) of a file fort.8, None where there is
     none; and the share of the load of its last solution."""
     lines = text.splitlines()
     at, found, share = 0, None, 0.0
@@ -142,7 +143,7 @@ def line(table: FloatArray) -> FloatArray:
 
 def auto(case: Case, budget: float) -> Answers:
     """AUTO-07p's orthogonal collocation, on two meshes."""
-    program()
+    linked(SOURCE)
     of_points(case)
     until = time.perf_counter() + budget
     bars = {ask.name: [bar_of(scene, case.theory) for scene in scenes(case, ask)] for ask in case.asks}
