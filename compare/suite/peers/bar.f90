@@ -2,6 +2,7 @@
 ! U = (r, q, n, m): place, quaternion (scalar first) of the frame t_x, t_y, t_z, force and moment in the rod, in space.
 ! PAR(1): share of the loads, from 0 (shape at rest) to 1.
 !   r' = R v, v = e_z + C R^T n;  q' = q o (0, k) / 2, k = rest + B^-1 R^T m;  n' = -share w;  m' = n x r'
+! (Antman, Nonlinear Problems of Elasticity, chapter 8: a rod that shears and stretches; q by Euler parameters.)
 module bar_case
   implicit none
   double precision, save :: bend(3), compliance(3), rest(3), start(3), clamp(4), weight(3), force(3), couple(3)
