@@ -123,7 +123,7 @@ def test_costs_are_differences_in_turns_never_above_all_of_it(monkeypatch):
     """By a clock of its own: with weight 5 ms, at times 9, without 2; the first pair, which loads, is left out."""
     given = []
 
-    def spent(scene):
+    def spent(scene, each):
         given.append(scene.gravity is not None)
         if len(given) <= 2:
             return 1.0
@@ -139,9 +139,9 @@ def test_costs_are_differences_in_turns_never_above_all_of_it(monkeypatch):
 
 
 def test_what_an_effect_takes_away_is_no_share_above_one(monkeypatch):
-    monkeypatch.setattr(effects_priced, "_spent", lambda scene: 0.001 if scene.gravity is None else 1.0)
+    monkeypatch.setattr(effects_priced, "_spent", lambda scene, each: 0.001 if scene.gravity is None else 1.0)
     assert effects_priced.cost_of(load("cantilever"), ({"gravity": None}, {})).share < 1.0
-    monkeypatch.setattr(effects_priced, "_spent", lambda scene: None)
+    monkeypatch.setattr(effects_priced, "_spent", lambda scene, each: None)
     assert effects_priced.cost_of(load("cantilever"), ({"gravity": None}, {})) is None
 
 
