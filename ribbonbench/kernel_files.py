@@ -20,10 +20,8 @@ import hashlib
 import importlib
 import inspect
 import io
-import os
 import pickle
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +29,7 @@ from llvmlite import binding
 from numba.core import caching, environment
 from numba.core import config as _config
 
+from ribbonbench.replacing import replacing
 from ribbonbench.trusted import made
 
 config: Any = _config  # numba's settings are made at import, unknown to type checkers
@@ -68,15 +67,8 @@ class _File:
         raw = caching.dumps((name, data))
         with contextlib.suppress(OSError):
             made(self._folder)
-            handle, partial = tempfile.mkstemp(prefix=f".{path.name}.", dir=self._folder)
-            try:
-                with os.fdopen(handle, "wb") as stream:
-                    stream.write(hashlib.sha256(raw).digest() + raw)
-                os.replace(partial, path)
-            except BaseException:
-                with contextlib.suppress(OSError):
-                    os.unlink(partial)
-                raise
+            with replacing(path, lasting=False, own=True) as stream:
+                stream.write(hashlib.sha256(raw).digest() + raw)
 
     def flush(self) -> None:
         """Forgets every signature of the kernel."""

@@ -403,15 +403,10 @@ class _Memo:
         if self._known is not None:
             self._known.update(self._new)
         self._new = {}
-        import tempfile
+        from ribbonbench.replacing import replacing
 
-        with contextlib.suppress(OSError):
-            place = _place()
-            place.parent.mkdir(parents=True, exist_ok=True)
-            handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
-            with os.fdopen(handle, "w") as stream:
-                json.dump(dict(list(latest.items())[-self.MOST :]), stream)
-            os.replace(name, place)
+        with contextlib.suppress(OSError), replacing(_place(), lasting=False, own=True) as stream:
+            stream.write(json.dumps(dict(list(latest.items())[-self.MOST :])).encode())
 
     @staticmethod
     def _read() -> dict[str, tuple[str, str]]:

@@ -34,6 +34,7 @@ from compare.store.provenance import now
 from ribbonbench import system
 from ribbonbench.errors import BadInput
 from ribbonbench.numbers import NamedTuple, of_numpy
+from ribbonbench.replacing import replacing, umask
 
 MANIFEST = "case.json"
 """Name of the file that makes a case folder complete: key, time, and size and SHA-256 of every other file."""
@@ -130,21 +131,9 @@ def plain(value: Any, nonfinite: Callable[[float], Any]) -> Any:
 
 def atomic_write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
     """Write `data` to `path` so that a reader sees the old file or the whole new one; parents are created."""
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(name, 0o666 & ~_umask())  # mkstemp makes files for the owner alone
-        os.replace(name, target)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(name)
-        raise
-    return target
+    with replacing(path) as stream:
+        stream.write(data)
+    return Path(path)
 
 
 def atomic_write_text(path: str | os.PathLike[str], text: str) -> Path:
@@ -202,13 +191,6 @@ def _why_not_writable(folder: Path, error: OSError | ValueError) -> tuple[str, s
     return f"the folder cannot be written ({reason})", "give another folder"
 
 
-def _umask() -> int:
-    """The process's file creation mask (reading it means setting it twice)."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask
-
-
 # ---------------------------------------------------------------------------------------------------------------------
 # Cases
 
@@ -258,7 +240,7 @@ class CaseStore:
         self._sweep()
         work = Path(tempfile.mkdtemp(prefix=f"{_owner()}.", dir=partial))
         try:
-            os.chmod(work, 0o777 & ~_umask())
+            os.chmod(work, 0o777 & ~umask())
             writer(work)
             manifest = {"key": key, "finished": now(), "files": _digests(work)}
             atomic_write_json(work / MANIFEST, manifest)

@@ -8,7 +8,6 @@ place after the other).
 from __future__ import annotations
 
 import base64
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from compare.models.base import State
 from ribbonbench.errors import BadInput
+from ribbonbench.replacing import replacing
 
 FILE = "shapes.npy"
 #: Fewest and most points of a centreline.
@@ -62,9 +62,5 @@ def write(out: Path, records: Iterable[dict[str, Any]], points: int) -> None:
         numbers = flat(text, points)
         if numbers is not None:
             line[...] = numbers.reshape(points, 3)
-    partial = out / f".{FILE}.tmp"
-    with partial.open("wb") as stream:
+    with replacing(out / FILE, sole=True) as stream:
         np.save(stream, lines)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(partial, out / FILE)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import os
 import zipfile
-from pathlib import Path
 
 import numpy as np
+
+from ribbonbench.replacing import replacing
 
 
 class _InMemory(zipfile.ZipFile):
@@ -34,13 +34,6 @@ def npz(**arrays: np.ndarray) -> bytes:
 
 
 def write(path: str | os.PathLike[str], content: bytes) -> None:
-    """`content` as the file `path` of an existing folder: whole, by rename; what was begun and not ended is removed."""
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise
+    """`content` as the file `path`, whole or not there."""
+    with replacing(path, lasting=False) as stream:
+        stream.write(content)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import json
-import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -26,6 +25,7 @@ from compare.sweep.journal import value_in
 from compare.sweep.large.columns import Field
 from compare.sweep.shapes import flat
 from ribbonbench.errors import Missing
+from ribbonbench.replacing import replacing
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -224,19 +224,15 @@ def write(table: pa.Table, path: Path) -> None:
     _arrow()
     from pyarrow import parquet
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.tmp")
     words = [field.name for field in table.schema if str(field.type) in ("string", "bool")]
-    with partial.open("wb") as stream:
+    with replacing(path, sole=True) as stream:
         parquet.write_table(
             table.combine_chunks(), stream, compression="zstd", row_group_size=GROUP, use_dictionary=words,
             write_page_checksum=True,
         )  # fmt: skip
         stream.flush()
-        os.fsync(stream.fileno())
-    known = [_digest(one) for one in (partial, path) if one.exists()]
-    atomic_write_text(_sums(path), "".join(f"{digest}\n" for digest in known))
-    os.replace(partial, path)
+        known = [_digest(one) for one in (Path(stream.name), path) if one.exists()]
+        atomic_write_text(_sums(path), "".join(f"{digest}\n" for digest in known))
 
 
 def _sums(path: Path) -> Path:

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from compare.store import provenance, store
 from compare.store.store import CaseStore, atomic_write_bytes, atomic_write_json, case_key, check_writable, jsonable
 from ribbonbench.errors import BadInput, Missing
+from ribbonbench.replacing import umask
 from tests.compare.store.ordinary_user import not_root, public_folder
 
 
@@ -113,7 +114,7 @@ def test_atomic_write_replaces_whole_files_and_leaves_nothing_beside(tmp_path):
     assert atomic_write_bytes(target, b"new") == target
     assert target.read_bytes() == b"new"
     assert os.listdir(target.parent) == ["result.json"]
-    assert target.stat().st_mode & 0o777 == 0o666 & ~store._umask()
+    assert target.stat().st_mode & 0o777 == 0o666 & ~umask()
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
