@@ -1,4 +1,5 @@
-"""The findings on MuJoCo, made again where its wheel is; the others are blocks of docs/findings.md, which run there."""
+"""The findings on MuJoCo, CalculiX and PyElastica, made again where those are; the others are blocks of
+docs/findings.md, which run there."""
 
 from __future__ import annotations
 
@@ -6,10 +7,12 @@ import json
 import re
 import subprocess
 
+import numpy as np
 import pytest
 
 from compare.suite.answers import Absent
-from compare.suite.peers import call
+from compare.suite.case import load
+from compare.suite.peers import calculix, call
 from compare.suite.peers.models import mujoco_text
 from compare.suite.section import Bar
 from tests.test_setup import ROOT
@@ -47,14 +50,19 @@ def python():
     return found
 
 
+def block(opening):
+    """The one block of the page that begins with these words."""
+    (found,) = re.findall(rf"```text\n({re.escape(opening)}.*?)```", PAGE, re.DOTALL)
+    return found
+
+
 def said(python, script, *words):
     done = subprocess.run([python, "-c", script, *words], capture_output=True, text=True, check=True)
     return done.stdout.strip()
 
 
 def test_a_body_at_its_parents_place_makes_every_force_nan(python):
-    (script,) = re.findall(r"```text\n(import mujoco\n.*?)```", PAGE, re.DOTALL)
-    assert said(python, script) == "[nan nan nan]"
+    assert said(python, block("import mujoco\n")) == "[nan nan nan]"
 
 
 def test_a_cable_curved_at_rest_turns_its_moments(python):
@@ -68,3 +76,32 @@ def test_a_cable_curved_at_rest_turns_its_moments(python):
     assert [abs(v) for row in straight for v in row] == pytest.approx([1.0, 0.0, 0.0, 1.0], abs=1e-3)
     assert abs(curved[0][1]) > 0.5
     assert abs(curved[0][1] + curved[1][0]) < 0.2
+
+
+def test_a_shell_of_thousands_of_thicknesses_does_not_converge(capsys):
+    try:
+        calculix.version()
+    except Absent as why:
+        pytest.skip(str(why))
+    exec(block("from dataclasses import replace\n"), {})  # the page's own words
+    short, middle, long = capsys.readouterr().out.splitlines()
+    assert (short, middle) == ("330 converges", "670 converges")
+    assert "increments ended at 0 of the load" in long
+
+
+def test_a_clamp_at_an_elements_middle_is_of_first_order_and_old_damping_creeps():
+    try:
+        python, _ = call.interpreter("pyelastica")
+    except Absent as why:
+        pytest.skip(str(why))
+    coarse, fine, steps = said(python, block("import elastica as ea\n")).splitlines()
+    ends = np.array([re.findall(r"-?0\.\d+", line) for line in (coarse, fine)], dtype=float).reshape(2, 2, 2)
+    (ask,) = load("cantilever_10").asks
+    exact = np.array([-0.70007, 0.65625])  # of the same length, from which the suite's ratio follows
+    assert -exact[0] / exact[1] == pytest.approx(ask.reference, abs=1e-4)
+    ahead, behind = np.linalg.norm(ends - exact, axis=2).T
+    assert ahead[0] / ahead[1] == pytest.approx(2.0, abs=0.1)
+    assert behind[0] < 0.05 * ahead[0]
+    assert behind[1] < 0.02 * ahead[1]
+    uniform, older = map(int, steps.split())
+    assert older > 3 * uniform
