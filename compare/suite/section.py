@@ -78,6 +78,7 @@ def bar_of(scene: Scene, theory: str) -> Bar:
         raise NotRepresentable(f'a rod has not the theory "{theory}"')
     for there, what in (
         (scene.closure is not None, "closed strips"), (bool(scene.walls), "walls"),
+        (bool(scene.obstacles), "round obstacles"),
         (scene.clamp_end is not None, "a second clamp"), (not scene.start_clamped, "a start that is not clamped"),
         (scene.transverse_curvature != 0.0, "sections that are curved at rest"),
         (scene.several_equilibria, "a path to one of several equilibria"),

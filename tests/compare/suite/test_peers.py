@@ -217,7 +217,9 @@ def test_only_a_straight_strip_under_its_weight_buckles_there():
     assert said[0].ended == NOT_REPRESENTABLE
 
 
-@pytest.mark.parametrize("name", ["bend_45", "circle", "tang_dowell_0", "fallen_over", "daisy_10g", "moebius_5"])
+@pytest.mark.parametrize(
+    "name", ["bend_45", "circle", "coil_in_tube", "tang_dowell_0", "fallen_over", "daisy_10g", "moebius_5"]
+)
 def test_what_no_plate_is_is_refused(name):
     with pytest.raises(NotRepresentable):
         plate(name)
