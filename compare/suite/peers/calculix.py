@@ -1,14 +1,14 @@
 """CalculiX (`ccx`, Debian package calculix-ccx) on a case: the strip as a surface of S8R shells.
 
 Elements are as long as each other along the strip and narrower towards its free edges, where the twist's shear turns
-around within about h. The load grows by increments of its own choice. Its own tolerances (5e-3 of a force) are
-tightened. The clamp holds whole lines of nodes with their rotations.
+around within about h. The load grows by increments of its own choice. Its own tolerance (5e-3 of a force) is tightened
+where that converges: it makes a solid of each shell, which is stiffer through its thickness than in bending by (l/h)^4,
+so that the digits of a thin strip's forces do not reach far. The clamp holds whole lines of nodes with their rotations.
 """
 
 from __future__ import annotations
 
 import functools
-import math
 import os
 import re
 import shutil
@@ -31,25 +31,17 @@ FloatArray = NDArray[np.float64]
 PROGRAM = "ccx"
 #: Lattice steps (along, across) of an element's eight nodes from its first corner; an element spans two.
 _FACE = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1))
-#: Relative residual and correction; iterations before a growing residual ends an increment, before a slow one does, at
-#: most, and halvings of an increment (of a thin shell the residual grows at first: it stretches before it turns);
-#: first, least and greatest increment of the load, and how many.
-TIGHT = "*CONTROLS, PARAMETERS=FIELD\n1e-5, 1e-5, , , 1e-5, 1e-5"
+#: Relative residuals and corrections tried in turn, the last its own; iterations before a growing residual ends
+#: an increment, before a slow one does, at most, and halvings of an increment (of a thin shell the residual grows at
+#: first: it stretches before it turns); first, least and greatest increment of the load, and how many.
+TOLERANCES = (1e-5, 1e-3, 5e-3)
 PATIENT = "*CONTROLS, PARAMETERS=TIME INCREMENTATION\n20, 30, 9, 60, 20, 4, , 20"
 INCREMENTS, MOST = "0.02, 1., 1e-7, 0.1", 2000
-#: Elements along of the coarser of two meshes, across a tenth of them; thicknesses that an element may be long: the
-#: program makes a solid of each, and of a thousand no digit is left.
-COARSER, ACROSS, LONGEST = 20, 0.1, 700.0
+#: Elements along of both meshes, across a tenth of them.
+SIZES, ACROSS = (20, 40), 0.1
 #: Elements across over those along where the plate twists; parts of the weight, and of the first estimate of the
 #: critical one, about which it is linearised.
 ACROSS_TWIST, FIRST, NEAR = 0.3, 0.1, 0.97
-
-
-def sizes(plates: Sequence[Plate]) -> tuple[int, int]:
-    """Elements along of both meshes, for the thinnest of the plates."""
-    thinnest = min(plate.thickness for plate in plates)
-    coarser = COARSER * max(1, math.ceil(1.0 / (LONGEST * COARSER * thinnest)))
-    return coarser, 2 * coarser
 
 
 def _shown(x: float) -> str:
@@ -66,15 +58,23 @@ def lattice(size: int, across: float = ACROSS) -> tuple[int, int]:
     return size, max(2, 2 * round(0.5 * across * size))
 
 
-def deck(plate: Plate, size: int) -> str:
+def deck(plate: Plate, size: int, tolerance: float = TOLERANCES[0]) -> str:
     """The program's input for a plate of `size` elements along; the set MIDDLE is its centreline, node by node."""
-    return "\n".join([*_mesh(plate, *lattice(size)), *_loaded(plate, *lattice(size))]) + "\n"
+    return "\n".join([*_mesh(plate, *lattice(size)), *_loaded(plate, *lattice(size), tolerance)]) + "\n"
+
+
+def _controls(tolerance: float) -> str:
+    """Of a step: residuals of forces and moments with the corrections beside them, and its patience."""
+    told = f"{tolerance:g}, {max(tolerance, 1e-5):g}"
+    return f"*CONTROLS, PARAMETERS=FIELD\n{told}, , , {told}\n{PATIENT}"
 
 
 def buckling_deck(plate: Plate, size: int, before: float, step: float) -> str:
     """The input for the lowest factor of `step` of the weight that makes a plate buckle that carries `before` of it.
     Elements are shorter towards the clamp, which restrains the section from warping within about its width."""
-    first = f"*STEP, NLGEOM, INC={MOST}\n{TIGHT}\n{PATIENT}\n*STATIC\n1., 1.\n{_weight(plate, before)}\n*END STEP"
+    first = (
+        f"*STEP, NLGEOM, INC={MOST}\n{_controls(TOLERANCES[0])}\n*STATIC\n1., 1.\n{_weight(plate, before)}\n*END STEP"
+    )
     second = f"*STEP, PERTURBATION\n*BUCKLE\n1, 1e-4\n{_weight(plate, step)}\n*END STEP"
     return "\n".join([*_mesh(plate, *lattice(size, ACROSS_TWIST), layered=True), first, second]) + "\n"
 
@@ -112,8 +112,8 @@ def _nodes(n: int, m: int) -> dict[tuple[int, int], int]:
     return {place: number for number, place in enumerate(places, 1)}
 
 
-def _loaded(plate: Plate, n: int, m: int) -> Iterator[str]:
-    yield f"*STEP, NLGEOM, INC={MOST}\n{TIGHT}\n{PATIENT}\n*STATIC\n{INCREMENTS}"
+def _loaded(plate: Plate, n: int, m: int, tolerance: float) -> Iterator[str]:
+    yield f"*STEP, NLGEOM, INC={MOST}\n{_controls(tolerance)}\n*STATIC\n{INCREMENTS}"
     force, nodes, at = np.array(plate.force), _nodes(n, m), knots(plate.width, m)
     if any(plate.weight):
         yield _weight(plate)
@@ -138,15 +138,22 @@ def version() -> str:
     return f"CalculiX {found[1] if found else 'of an unknown version'}"
 
 
-def solved(plate: Plate, size: int, left: float) -> Reply:
-    """The centreline (2 size + 1, 3) under the load. Raises `BrokeDown` with the part of the load that it came to."""
-    used = _children()
-    moved = _last(_run(deck(plate, size), left))
+def solved(plate: Plate, size: int, left: float, tolerances: Sequence[float] = TOLERANCES) -> Reply:
+    """The centreline (2 size + 1, 3) under the load, to the first of the tolerances to which it converges. Raises
+    `BrokeDown` with the part of the load that it came to with the last."""
+    used, until = _children(), time.perf_counter() + left
+    for tolerance in tolerances:
+        try:
+            moved = _last(_run(deck(plate, size, tolerance), until - time.perf_counter()))
+            break
+        except BrokeDown:
+            if tolerance == tolerances[-1] or time.perf_counter() > until:
+                raise
     if moved is None or len(moved) != 2 * size + 1:
         raise BrokeDown("it prints no displacements")
     line = plate.points(np.linspace(0.0, 1.0, 2 * size + 1), np.zeros(1))[:, 0]
     n, m = lattice(size)
-    return Reply((line + moved,), _children() - used, f"S8R {n} x {m}, tolerance 1e-5")
+    return Reply((line + moved,), _children() - used, f"S8R {n} x {m}, tolerance {tolerance:g}")
 
 
 def critical(plate: Plate, size: int, until: float) -> float:
@@ -227,7 +234,7 @@ def calculix(case: Case, budget: float) -> Answers:
             tuple(one.points[0] for one in found), sum(one.seconds or 0.0 for one in found), found[-1].settings
         )
 
-    return answers_of(case, sizes([plate for some in plates.values() for plate in some]), reply, known)
+    return answers_of(case, SIZES, reply, known)
 
 
 def _critical(case: Case, until: float, known: str) -> Answers:
@@ -237,7 +244,7 @@ def _critical(case: Case, until: float, known: str) -> Answers:
     plate = plate_of(scene, case.theory)
     if not any(plate.weight) or any(plate.rest) or any(plate.force):
         raise NotRepresentable("this adapter makes straight strips alone buckle, and under their weight alone")
-    gamma, meshes = float(scene.gamma), tuple(2 * size for size in sizes([plate]))
+    gamma, meshes = float(scene.gamma), tuple(2 * size for size in SIZES)
     for ask in case.asks:
         coarse, fine = (gamma * critical(plate, size, until) for size in meshes)
         answers[ask.name] = Answer(fine, abs(fine - coarse))
