@@ -26,6 +26,8 @@ from numba import njit
 from ribbon.element.series import FMA, MAX_TERMS, MOST_PIECES, STATES, TINY
 
 _LANES = 4
+#: Terms at least: of a straight strip all values are zero, and the second derivative by slopes first in term 4.
+_LEAST = 4
 #: Components of a jet by four and by six parameters.
 COMPONENTS = (15, 28)
 # axis (0, 1, 2) of the curvature that a parameter belongs to, and whether it multiplies s; order a, b, n, m, c, d
@@ -270,7 +272,7 @@ def _series(lam, first, count, work, sums):
         for l in range(_LANES):
             size = max(size, abs(new[0, 0, l]) + abs(new[1, 0, l]) + abs(new[2, 0, l]))
         small = small + 1 if size * k * k < 10.0 * TINY else 0
-        if small == 3:
+        if small >= 3 and k >= _LEAST:
             break
 
 

@@ -8,6 +8,7 @@ raised in pieces. Every Newton step has its own anchors, the rod as it is then.
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -37,6 +38,8 @@ _LEAST = 1e-3
 #: Stiffness of a bed (over the rod's least) that keeps Newton's steps from motions that nothing resists, as of a round
 #: ring about its seam's tangent; it does not move the equilibria.
 SOFT = 1e-5
+#: Relative error of multipliers that are found by iteration.
+_DIGITS = 1e-14
 
 
 @dataclass(frozen=True)
@@ -265,13 +268,18 @@ def stepped(problem: CurveAngle, y: FloatArray, move: FloatArray) -> FloatArray:
 
 
 def multipliers(problem: CurveAngle, y: FloatArray) -> FloatArray:
-    """Those of the rows that leave the least force unbalanced (least squares)."""
+    """Those of the rows that leave the least force unbalanced (least squares); where rows repeat one another, as those
+    of a straight rod between two clamps do, the smallest of them."""
     lower, upper = problem.bounds()
     free = np.flatnonzero(lower < upper)
     jacobian = problem.jacobian_matrix(y)[:, free]
     gradient = (problem.gradient(y) - dead_moment(problem, y)[0])[free]
-    normal = (jacobian @ jacobian.T).tocsc()
-    return np.asarray(scipy.sparse.linalg.spsolve(normal, -(jacobian @ gradient)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
+        found = np.asarray(scipy.sparse.linalg.spsolve((jacobian @ jacobian.T).tocsc(), -(jacobian @ gradient)))
+    if np.all(np.isfinite(found)):
+        return found
+    return np.asarray(scipy.sparse.linalg.lsmr(jacobian.T, -gradient, atol=_DIGITS, btol=_DIGITS, conlim=0.0)[0])
 
 
 def _raised(

@@ -140,7 +140,7 @@ def kkt_residual(
         violation = float(np.max(np.maximum(below - c, c - above), initial=0.0)) / row_scale(problem)
         open_rows = (below < above) & (rows != 0)
         slack = np.where(rows < 0, c - below, above - c)
-        violation = max(violation, float(np.max(np.abs(rows * slack)[open_rows], initial=0.0)) / scale)
+        violation = max(violation, float(np.max(np.abs(rows[open_rows] * slack[open_rows]), initial=0.0)) / scale)
     stationarity = float(np.max(np.abs(gradient - multipliers)[free], initial=0.0))
     gap = np.where(multipliers > 0, x - lower, upper - x)
     active = free & (multipliers != 0)

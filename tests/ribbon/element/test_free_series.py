@@ -97,6 +97,14 @@ def test_second_derivatives_leave_an_error_of_third_order(q):
         assert abs(order - 3.0) < 0.1, order
 
 
+@pytest.mark.parametrize("count", [4, 6])
+def test_jets_of_a_straight_segment_are_the_limit_of_those_beside_it(count):
+    """All terms of its values are zero, those of its derivatives are not: the second one by slopes begins in term 4."""
+    straight, beside = jets((0.0,) * count)[0], jets((1e-9,) * count)[0]
+    assert np.abs(straight - beside).max() < 1e-8
+    assert np.abs(straight[:, 1 + count]).max() > 0.01  # by the slope of kappa_1 twice
+
+
 def test_segments_in_lanes_do_not_see_each_other():
     rng = np.random.default_rng(2)
     q = rng.normal(size=(7, 6)) * 20.0

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ribbon.rods.rod import STRAIGHT, Rod, RodEnd, marched, rotation
-from ribbon.rods.solve import Found, newton, solve
+from ribbon.rods.solve import Found, multipliers, newton, solve
 from ribbon.rods.stability import judged
 from ribbon.rods.start import from_frames
 
@@ -75,6 +75,17 @@ def test_the_twist_is_even():
         misses.append(np.abs(tau[1:-1] - 6.0).max())
     assert np.all(np.log2(np.array(misses[:-1]) / misses[1:]) > 1.8)
     assert misses[-1] < 1e-4
+
+
+def test_rows_that_repeat_one_another_leave_finite_multipliers():
+    """A straight rod between two clamps that are as far apart as it is long: nothing tells its tension."""
+    straight = turned(40, 0.0, 0.0, False).problem
+    rod = replace(straight.rod, end=replace(straight.rod.end, position=np.array([0.0, 0.0, 1.0])))
+    points, frames = marched(rod, np.zeros(3), np.eye(3), np.zeros((41, 3)))
+    problem, y = from_frames(rod, points, frames)[:2]
+    rows = multipliers(problem.anchored(y), y)
+    assert np.all(np.isfinite(rows))
+    assert np.abs(rows).max() < 1e-9
 
 
 def test_clamped_frames_couple_twist_and_shape():
