@@ -2,8 +2,8 @@
 
 Elements are as long as each other along the strip and narrower towards its free edges, where the twist's shear turns
 around within about h. The load grows by increments of its own choice. Its own tolerance (5e-3 of a force) is tightened
-where that converges: it makes a solid of each shell, which is stiffer through its thickness than in bending by (l/h)^4,
-so that the digits of a thin strip's forces do not reach far. The clamp holds whole lines of nodes with their rotations.
+where that converges, which a thin strip's forces do not to as many digits (docs/findings.md, 9). The clamp holds whole
+lines of nodes with their rotations.
 """
 
 from __future__ import annotations

@@ -84,11 +84,12 @@ def test_the_thinner_a_shell_the_fewer_digits_its_forces_have(capsys):
     except Absent as why:
         pytest.skip(str(why))
     exec(block("from dataclasses import replace\n"), {})  # the page's own words
-    thick, tight, loose, thin = capsys.readouterr().out.splitlines()
+    thick, loose, *stopped = capsys.readouterr().out.splitlines()
     (ask,) = load("cantilever_10").asks
     for line in (thick, loose):
         assert float(line.split(": ")[1]) == pytest.approx(ask.reference, rel=3e-4)
-    for line in (tight, thin):
+    assert len(stopped) == 4
+    for line in stopped:
         assert "its increments ended at" in line
 
 
