@@ -26,14 +26,11 @@ Grown = list[tuple[int, float, str]]
 """Segments, CPU s per segment, status."""
 
 
-#: What the search of `tests/peers/auto.py` leaves out, as it was measured by hand on another machine of the kind.
-AUTO_FASTER = (
-    "**AUTO-07p is not at its best here.** The search leaves its Newton iteration as it is (NWTN 3). With NWTN 1 and "
-    "EPSL near 1e-3 it takes half the time: 1.3 to 3.2 times `ribbon.solve`'s instead of what the table below says, "
-    "and where its steps are converged (EPSL 1e-4 or less) 1.3 to 4.7 times. That was measured by hand, interleaved, "
-    "medians of 15, and is not remade by this command. Optimised (-O3) are its equations alone; two runs of the search "
-    "may end 40 % apart (K l = 40: 2.5 and 3.5 times). The reference of K l = 100 could not be remade either: "
-    "solve_bvp wants more than 100000 nodes for it, its tip is that of every other solver."
+#: What the numbers of AUTO do not say by themselves.
+AUTO_NOTE = (
+    "Optimised (-O3) are AUTO-07p's equations alone, not Debian's objects of it; two runs of the search may end 40 % "
+    "apart where many settings are nearly as fast. solve_bvp wants more than 100000 nodes for a reference of K = 100: "
+    "its tip is that of every other solver."
 )
 
 
@@ -147,7 +144,7 @@ def report(out: Path, new: dict[str, dict[str, Run | str]], sizes: Grown | None)
         f"AUTO-07p: whole processes, compiled before, the fastest of {tried} settings of its continuation in the "
         "weight, analytic derivatives. CasADi: direct collocation, the problem built before, the coarsest mesh of "
         f"each degree that reaches the error ({len(optimal.SEARCH)} tried). All end on the same branch.",
-        AUTO_FASTER,
+        AUTO_NOTE,
         "\n".join(there + gone),
         _table(measured),
         f"Over `{OURS}` (above 1: ours is faster):", _ratios(measured),

@@ -20,16 +20,17 @@ from compare.suite.peers import auto
 from tests.peers.cases import TARGET, Case, FloatArray, Run
 
 SOURCE = Path(__file__).with_name("ribbon.f90")
-#: Searched: collocation points, (first, largest) step in the share of the weight, tolerance of Newton's corrections;
-#: with each of them the fewest of these intervals that reach the target.
-SEARCH = tuple(itertools.product((4, 7), ((0.05, 0.3), (0.1, 0.5), (0.2, 1.0)), (1e-4, 1e-5)))
+#: Searched: collocation points, (first, largest) step in the share of the weight, tolerance of Newton's corrections,
+#: after how many of these its Jacobian is kept (NWTN); with each of them the fewest of these intervals that reach the
+#: target.
+SEARCH = tuple(itertools.product((4, 7), ((0.05, 0.3), (0.1, 0.5), (0.2, 1.0)), (1e-3, 1e-4, 1e-5), (1, 3)))
 INTERVALS = (7, 10, 14, 20, 28, 40, 56, 80)
 
 
 @dataclass(frozen=True)
 class Settings:
     """intervals, points: of the collocation; first, largest: steps; tolerance: of Newton's corrections; derivatives:
-    analytic ones (False: differences)."""
+    analytic ones (False: differences); newton: full Newton steps before its Jacobian is kept."""
 
     intervals: int
     points: int
@@ -37,11 +38,12 @@ class Settings:
     largest: float
     tolerance: float
     derivatives: bool = True
+    newton: int = 3
 
     def __str__(self) -> str:
         return (
             f"NTST {self.intervals}, NCOL {self.points}, DS {self.first:g}, DSMAX {self.largest:g}, "
-            f"EPSL {self.tolerance:g}, JAC {int(self.derivatives)}"
+            f"EPSL {self.tolerance:g}, JAC {int(self.derivatives)}, NWTN {self.newton}"
         )
 
 
@@ -70,8 +72,9 @@ def constants(settings: Settings) -> str:
     thu = ", ".join(f"{k}: 0.0" for k in range(1, 8))
     return f"""
 NDIM=7, IPS=4, IRS=0, ILP=0, ICP=[1], NTST={settings.intervals}, NCOL={settings.points}, IAD=3, ISP=0, ISW=1
-IPLT=0, NBC=7, NINT=0, NMX=400, NPR=0, MXBF=0, IID=0, ITMX=8, ITNW=7, NWTN=3, JAC={int(settings.derivatives)}
-RL0=-1.0, RL1=2.0, EPSL={settings.tolerance}, EPSU={settings.tolerance}, EPSS={10 * settings.tolerance}
+IPLT=0, NBC=7, NINT=0, NMX=400, NPR=0, MXBF=0, IID=0, ITMX=8, ITNW=7, NWTN={settings.newton}
+JAC={int(settings.derivatives)}, RL0=-1.0, RL1=2.0
+EPSL={settings.tolerance}, EPSU={settings.tolerance}, EPSS={10 * settings.tolerance}
 DS={settings.first}, DSMIN=1e-4, DSMAX={settings.largest}, IADS=1, NPAR=1
 THL={{1: 1.0}}, THU={{{thu}}}, UZSTOP={{1: 1.0}}
 """
@@ -110,9 +113,9 @@ def run(found: Case, settings: Settings) -> Run:
 def best(found: Case) -> Settings:
     """The fastest of SEARCH whose free end is within the target; the fastest five are timed three times more."""
     good = []
-    for points, (first, largest), tolerance in SEARCH:
+    for points, (first, largest), tolerance, newton in SEARCH:
         for intervals in INTERVALS:
-            settings = Settings(intervals, points, first, largest, tolerance)
+            settings = Settings(intervals, points, first, largest, tolerance, newton=newton)
             tried = run(found, settings)
             if tried.error <= TARGET:
                 good.append((tried.seconds, settings))
