@@ -5,10 +5,11 @@ names a checkout, PEERS_PYTHON a Python with what `requirements.txt` lists. Besi
 clamps. Its clamps hold two nodes and more each; the angle at the last of them has half the stiffness of half an edge,
 so that its strip is one edge longer than its free edges, which makes it of second order; the limit of its own that its
 error is told against has a third of the edge at the same length. Energies are made equal by its configuration: with
-nu = 0 there and here its Sadowsky is `sadowsky_kt`, its Sano is ours with our zeta, its rod has our torsion by its
-Poisson's ratio. It stretches, and Sano's and Sadowsky's strips here do not bend in their plane: the limits differ by
-what the page says. Its Wunderlich is left out: its stepper calls that energy without eta', when it is 1/2 EI kappa_1^2
-and free to twist.
+nu = 0 there and here its Sano is ours with our zeta, its rod has our torsion by its Poisson's ratio. It stretches, and
+Sano's strip here does not bend in its plane: the limits differ by what the page says. Two are left out. Its Sadowsky
+has no value where curvature passes zero and twist does not, as it does on the shifted arch: its nodes step over that
+place, and ours did as long as their integral did not follow the state (`sadowsky_kt` is infinite there). Its stepper
+calls Wunderlich's energy without eta', when it is 1/2 EI kappa_1^2 and free to twist.
 """
 
 from __future__ import annotations
@@ -89,7 +90,6 @@ def energies() -> tuple[Energy, ...]:
     return (
         Energy("kirchhoff", "kirchhoff", {"material": {"poisson_rod": torsion}}),
         Energy("sano", "sano", {"material": {"poisson_rod": 0.0}, "energy_model": {"sano_zeta": zeta}}),
-        Energy("sadowsky", "sadowsky_kt", {"material": {"poisson_rod": 0.0}}),
     )
 
 

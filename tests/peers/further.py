@@ -31,9 +31,11 @@ WORDS = {
     "shifts no nearer than 0.03 to where the arch gives way or comes to lie flat; the other energies' own limits are "
     "not computed. Ours: `ribbon.follow` forth and back between the same clamps, unstable states left, as few segments "
     "as are within the rod's error of their own limit (p = 160); `wide steps`: a third of these shifts. "
-    "Compiling is not counted. The two codes' limits differ by the example's stretching and, of Sano's and Sadowsky's "
-    "strip, its bending in the plane: as h^2 (`tests/peers/test_further.py`). Its Wunderlich is left out: its stepper "
-    "calls that energy without the ruling's slope, which leaves it without torsion.",
+    "Compiling is not counted. The two codes' limits differ by the example's stretching and, of Sano's strip, its "
+    "bending in the plane: as h^2 (`tests/peers/test_further.py`). Left out are its Sadowsky, which has no value where "
+    "the arch's curvature passes zero and its twist does not (its nodes step over that place; with an integral that "
+    "does not, ours is infinite), and its Wunderlich: its stepper calls that energy without the ruling's slope, which "
+    "leaves it without torsion.",
 }
 HEADS = ["part", "case", "peer", "settings", "error", "cpu_s"]
 
