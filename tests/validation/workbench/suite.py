@@ -2,7 +2,7 @@
 
 Scores: every case by every runner that is here, each in a process of its own with one thread. Work: the free end of
 four rods beside the collocation of `compare.suite.reference`, which has no mesh, over four meshes of each program;
-processor time of the solve alone, without imports and compilation: of ours and of CalculiX's process as a whole.
+processor time of the solve alone, without imports and compilation: of CalculiX's and AUTO-07p's process as a whole.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ import numpy as np
 from compare.suite import ours, runners
 from compare.suite.answers import NOT_REPRESENTABLE, Absent, Answers, BrokeDown, NotRepresentable
 from compare.suite.case import Case, first_scene, load, shipped
-from compare.suite.peers import calculix, call
+from compare.suite.peers import auto, calculix, call
+from compare.suite.peers.fedoo import fedoo
 from compare.suite.peers.runners import PROGRAMS
 from compare.suite.reference import both_ways
 from compare.suite.score import MET, Score, scored
@@ -31,8 +32,15 @@ from tests.validation import one_core, page
 from tests.validation.number import Number
 from tests.validation.pieces import Pieces
 
-#: Others than ours, and seconds that each way of a runner has for a case.
-OTHERS = ("calculix", *PROGRAMS)
+#: Others than ours: how each answers, from the tree itself, for some are entry points of what is installed.
+RUNNERS: Mapping[str, runners.Runner] = {
+    "calculix": calculix.calculix, "fedoo": fedoo, "auto": auto.auto,
+    **{name: program.answers for name, program in PROGRAMS.items()},
+}  # fmt: skip
+OTHERS = tuple(RUNNERS)
+#: Those whose work is measured: of shells CalculiX alone, whose process is its solve.
+WORKERS = ("calculix", "auto", *PROGRAMS)
+#: Seconds that each way of a runner has for a case.
 BUDGET = 600.0
 #: Rods of the page on work, with those of our models that have them.
 WORK = {
@@ -65,8 +73,9 @@ def absent() -> str | None:
 
 def there(name: str) -> bool:
     """Whether a foreign runner's program is on this machine."""
+    asked: Mapping[str, Callable[[], object]] = {"calculix": calculix.version, "auto": auto.library}
     try:
-        calculix.version() if name == "calculix" else call.interpreter(PROGRAMS[name].library)
+        asked.get(name, lambda: call.interpreter(PROGRAMS[name].library if name in PROGRAMS else name))()
     except Absent:
         return False
     return True
@@ -118,6 +127,9 @@ def other_at(name: str, program: str, elements: int) -> Mesh | str:
     try:
         if program == "calculix":
             reply = calculix.solved(calculix.plate_of(scene, case.theory), elements, MESH)
+        elif program == "auto":
+            auto.linked(auto.SOURCE)  # compiled before its time is taken
+            reply = auto.solved(bar_of(scene, case.theory), elements, MESH)
         else:
             known, bar = PROGRAMS[program], bar_of(scene, case.theory)
             python, _ = call.interpreter(known.library)
@@ -134,15 +146,9 @@ def other_at(name: str, program: str, elements: int) -> Mesh | str:
 
 def scores_of(runner: str, name: str, budget: float) -> list[dict[str, Any]]:
     """What a runner answers to a case, as records of answers.json."""
-    said = runners.answered(_runner(runner), load(name), budget)
+    answers = RUNNERS[runner] if runner in RUNNERS else runners.runner(runner)
+    said = runners.answered(answers, load(name), budget)
     return [one.to_dict() for one in said]
-
-
-def _runner(name: str) -> runners.Runner:
-    """By name; those of the distribution's entry points also from a tree that is not installed."""
-    if name == "calculix":
-        return calculix.calculix
-    return PROGRAMS[name].answers if name in PROGRAMS and name not in runners.BUILT_IN else runners.runner(name)
 
 
 def answers(kept: Pieces, names: tuple[str, ...], budget: float) -> list[Score]:
@@ -262,7 +268,7 @@ def run(out: Path, names: tuple[str, ...] | None = None, budget: float = BUDGET)
     work = {
         name: {
             program: kept.get(f"work-{name}-{program}", functools.partial(one_core.call, worked, name, program))
-            for program in (*models, *OTHERS)
+            for program in (*models, *WORKERS)
         }
         for name, models in WORK.items()
     }
@@ -344,7 +350,8 @@ def _write(
         "## Work against precision",
         "Free ends of rods beside the collocation of the rod's own equations (two ways within 1e-10 l). One thread; "
         "processor time of the solve without imports, models and compilation; ours warm, with its check of stability, "
-        "median of five; CalculiX and the others one run each, CalculiX's whole process. MuJoCo is made for motion: "
+        "median of five; the others one run each, CalculiX's and AUTO-07p's whole processes. MuJoCo is made for "
+        "motion: "
         "its balance is found by Newton's method with differences, written for it here. PyElastica is let fall. Times "
         "at an error are between meshes by powers; -: not reached, or already by the coarsest mesh. The bend's rod "
         "shears and stretches; OpenSees' does not shear, MuJoCo's neither, and they end at what that is.",
