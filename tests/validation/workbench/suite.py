@@ -32,7 +32,7 @@ from tests.validation.number import Number
 from tests.validation.pieces import Pieces
 
 #: Others than ours: how each answers, from the tree itself, for some are entry points of what is installed. Not fedoo:
-#: with SciPy's solver, all that it has in the runner's python, a minute led no curl beyond half of its load.
+#: with SciPy's solver, all that it has in the runner's python, no curl came beyond two thirds of its load in a minute.
 RUNNERS: Mapping[str, runners.Runner] = {
     "calculix": calculix.calculix, "auto": auto.auto,
     **{name: program.answers for name, program in PROGRAMS.items()},
