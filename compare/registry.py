@@ -37,7 +37,8 @@ def _ribbon_energies() -> tuple[str, ...]:
     return (*found.NAMES, *found.FREE)
 
 
-#: Energies of the ribbon on curvature elements; "auto": the one that is exact in the width.
+#: Energies of the ribbon on curvature elements; "auto": the cheapest that is good enough where the strip's thickness
+#: tells, else the one that is exact in the width.
 RIBBON_ENERGIES = ("auto", *_ribbon_energies())
 
 
@@ -69,6 +70,11 @@ BUILT_IN = (
 
 #: The model that resolves the thickness, to which the others are compared; the one that stands beside it.
 RICHEST, USUAL = "shell", "ribbon"
+#: How models and energies are named in a sentence, where the value of `model.energy` alone says too little.
+WORDS = {
+    "sadowsky": "Sadowsky's strip", "wunderlich": "Wunderlich's strip", "finite": "the strip of finite thickness",
+    "kirchhoff": "Kirchhoff's rod", "elastica": "the elastica", RICHEST: "the shell",
+}  # fmt: skip
 
 
 @functools.cache
@@ -129,3 +135,8 @@ def model(name: str) -> Any:
     """The model of this name (`compare.models.base.Model`), made once. Raises KeyError for a name that none has."""
     module, _, attribute = entry(name).target.partition(":")
     return getattr(importlib.import_module(module), attribute)()
+
+
+def in_words(name: str) -> str:
+    """A model or energy as a sentence names it."""
+    return WORDS.get(name, f'"{name}"')

@@ -90,12 +90,13 @@ def solved(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namesp
     from compare.models.base import Options, check_keys
     from compare.models.choice import chosen
     from compare.store.shared import shared_store
+    from compare.studies.thickness import with_thickness
 
     model = chosen(scene)
     check_keys(model, scene)
     repeats = None if options.time else 0
     requested = Options(leave_saddle=common.leaves(options), error=True, repeats=repeats, store=shared_store(out))
-    return model.solve(scene, options=requested, say=reporter)
+    return with_thickness(scene, model.solve(scene, options=requested, say=reporter), reporter)
 
 
 def solve_into(out: Path, scene: Scene, reporter: Reporter, options: argparse.Namespace) -> State:

@@ -15,14 +15,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from compare import registry
-from compare.registry import RICHEST, USUAL, home, model, name_for, names
+from compare.registry import RICHEST, USUAL, home, in_words, model, name_for, names
 
 if TYPE_CHECKING:
     from compare.models.base import Options, Shape, Size, State
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
 
-__all__ = ["RICHEST", "USUAL", "home", "model", "name_for", "names", "registry", "solve"]
+__all__ = ["RICHEST", "USUAL", "home", "in_words", "model", "name_for", "names", "registry", "solve"]
 
 
 def solve(

@@ -35,17 +35,23 @@ def _has_one(scene: Scene) -> BadInput | None:
     return None
 
 
+def _unasked(state: State, units: Units) -> str:
+    return ""
+
+
 @dataclass(frozen=True)
 class Presenter:
     """rows and sentences: what `ribbonbench solve` prints (None: what every state has); write: its files and pictures;
     explained: keys of the result.json of `explain`, from effects and solves without each; undetermined: what there is
-    to say where the forces are not; no_surface: why there is nothing to export (None: there is)."""
+    to say where the forces are not; chosen: which energy was, in words of the first line; no_surface: why there is
+    nothing to export (None: there is)."""
 
     rows: Callable[[Scene, State, Units | None], Sequence[tuple[str, str]]] | None = None
     sentences: Callable[[Scene, State], Sequence[str]] | None = None
     write: Callable[[Path, Scene, State, Grid], Written] = write_any
     explained: Callable[[Effects, Mapping[str, Any]], Mapping[str, Any]] = _none
     undetermined: Callable[[Scene], str] = _silent
+    chosen: Callable[[State, Units], str] = _unasked
     no_surface: Callable[[Scene], BadInput | None] = _has_one
 
 

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from compare.measure.grades import YARDSTICK
 from compare.measure.grid import Grid
 from compare.measure.load_curve import LoadPoint, load_curve_of
+from compare.models import in_words
 from compare.models.base import State
 from compare.models.capabilities import Rival
 from compare.models.quantities import Answered
 from compare.models.quantities.ribbon import PATH as PATH_NUMBERS
+from compare.models.ribbon.auto import LADDER, PLANAR, REFERENCE, THICKNESS
 from compare.models.ribbon.build import formulation_why
 from compare.models.ribbon.fields import stretching
 from compare.models.ribbon.state import RibbonShape
@@ -35,6 +37,7 @@ from compare.record.views import columns_of, document
 from compare.scene.scene import Scene
 from compare.scene.units import Units
 from compare.store.states import FILE as STATES
+from compare.studies.thickness import THICKEST
 
 FloatArray = NDArray[np.float64]
 
@@ -149,6 +152,39 @@ def _parts(key: str, value: Any) -> list[tuple[str, Any]]:
     return [(f"{key}.{name}", part) for name, part in zip(names, value, strict=True)]
 
 
+def chosen(state: State, units: Units) -> str:
+    """Which energy was chosen, in words of the first line: how far it is from the shell by estimate, and by how much
+    the strip's thickness would move it; "" where the scene names it."""
+    choice = state.numbers.get("auto")
+    if choice is None:
+        return ""
+    taken = state.native.problem.energy
+    told = next((step["estimate"] for step in choice["steps"] if step["model"] == choice["chosen"]), None)
+    if told is None:
+        return f"how far {in_words(taken)} is from a shell is not known"
+    left = choice["skipped"].get(THICKNESS)
+    more = "" if left is None else f" ({in_words(REFERENCE)} would move it by {wording.length(units, left)})"
+    if not choice["enough"]:
+        return f"not even {in_words(taken)} is enough, {wording.length(units, told)} from the shell by estimate"
+    return f"{in_words(taken)} is enough, {wording.length(units, told)} from the shell by estimate{more}"
+
+
+def thickness_text(told: Mapping[str, Any]) -> str:
+    """From which w/h on the energy of a scene without a thickness is near enough to a shell."""
+    within, ratio = wording.percent(told["accuracy"]), told["enough_from"]
+    if ratio is None:
+        return "Without strip.thickness no energy is chosen, and how far a shell is from this one is not known."
+    where = (
+        f"from about w/h = {float(f'{ratio:.2g}'):g} on, and a thicker strip is not"
+        if ratio > THICKEST
+        else f"even at w/h = {THICKEST:g}"
+    )
+    return (
+        f"Without strip.thickness no energy is chosen: by estimate this one is within {within} of the length of a "
+        f"shell {where}."
+    )
+
+
 def choice_text(choice: Mapping[str, Any]) -> str:
     """How `model.accuracy` chose the energy, step by step: estimated distances to the shell over l, times."""
     accuracy = float(choice["accuracy"])
@@ -158,7 +194,8 @@ def choice_text(choice: Mapping[str, Any]) -> str:
         spent_on = f"({took:.1f} s)" if took >= 1.0 else f"({1e3 * took:.0f} ms)"
         text = "not known" if estimate is None else f"{estimate:.1e}"
         beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
-        said.append(f"{step['model']} {text}{beyond} {spent_on}")
+        model = f"{LADDER[0]} in its plane" if step["model"] == PLANAR else step["model"]
+        said.append(f"{model} {text}{beyond} {spent_on}")
     end = ": taken" if choice["enough"] else ": not enough, take the shell (ribbonbench shell)"
     rival = choice.get("rival")
     doubt = "" if rival is None else f", but not sure: {Rival(**rival).text}"
@@ -188,7 +225,10 @@ def sentences(scene: Scene, state: State) -> list[str]:
         f"{state.seconds.warm * 1e3:.3g} ms."
     ]
     if "auto" in state.numbers:
-        said.append(f"Energy chosen by model.accuracy: {choice_text(state.numbers['auto'])}.")
+        own = "by model.accuracy" if "model.accuracy" in scene.own_keys else f"for {scene.model.accuracy:g} l"
+        said.append(f"Energy chosen {own}: {choice_text(state.numbers['auto'])}.")
+    if "thickness" in state.numbers:
+        said.append(thickness_text(state.numbers["thickness"]))
     advised = advice(scene, state.error)
     return said + ([advised] if advised else [])
 
@@ -337,4 +377,4 @@ def _touched(pairs: Sequence[Any], units: Units) -> str:
     return f"{several} of places, most at {where}; {units.text(sum(pushes), 'D w / l^2', 4)} in all"
 
 
-PRESENTER = Presenter(rows=rows, sentences=sentences, write=write, undetermined=undetermined)
+PRESENTER = Presenter(chosen=chosen, rows=rows, sentences=sentences, write=write, undetermined=undetermined)

@@ -59,6 +59,8 @@ def answer(scene: Scene, state: State, units: Units | None = None, command: str 
     unsure = input_uncertainty(scene, state)
     if unsure is not None and unsure.total is not None:
         near += f"; its inputs leave {length(units, unsure.total)} open"
+    chosen = presenter(state).chosen(state, units)
+    near += f"; {chosen}" if chosen else ""
     text = f"{body.capitalize()} is in {kind}{_where(scene, state, units)}; {near}"
     return Verdict.of(command, text, checks).doubted("elements", *(() if state.stable else ("stability",)))
 

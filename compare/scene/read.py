@@ -21,6 +21,8 @@ from compare.scene.loads import read_gravity, read_tip
 from compare.scene.spec import (
     FIRST_OVER_WIDTH,
     SAY_ELEMENTS,
+    THIN,
+    USUAL_ACCURACY,
     ContactSpec,
     ModelSpec,
     RodSpec,
@@ -192,6 +194,8 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
                 raise table.bad(other, f"conflicts with model.{chosen}{why}", "remove one of the two")
     if "tolerance" not in table and (not model.can_place or any(name in table for name in SAY_ELEMENTS)):
         model = replace(model, tolerance=None)
+    if "accuracy" not in table and _leaves_its_energy_open(model, strip):
+        model = replace(model, accuracy=USUAL_ACCURACY)
     if model.element_lengths is None:
         if model.grading == "clamp":
             return replace(model, smallest=FIRST_OVER_WIDTH * strip.width / (strip.length * model.elements))
@@ -204,6 +208,18 @@ def _model(table: Table, strip: StripSpec) -> ModelSpec:
             "change the last entry or use model.elements",
         )
     return replace(model, elements=len(model.element_lengths))
+
+
+def _leaves_its_energy_open(model: ModelSpec, strip: StripSpec) -> bool:
+    """Whether an energy can be chosen for a scene that names none: its thickness is known, it is flat at rest and bent
+    as a thin plate, and no key asks for what one energy alone has."""
+    if model.energy != "auto" or strip.thickness is None or strip.second_moment is not None:
+        return False
+    if model.formulation == "matrix" or model.stiffness is not None or model.in_plane is not None:
+        return False
+    if any(law.values(strip.natural_twist)) or any(law.values(strip.natural_geodesic_curvature)):
+        return False
+    return max(map(abs, law.values(strip.natural_curvature))) * strip.thickness <= THIN
 
 
 def _seed(table: Table, strip: StripSpec) -> SeedSpec:

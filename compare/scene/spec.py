@@ -43,6 +43,12 @@ DEFAULT_TOLERANCE = 1e-3
 DEFAULT_BUDGET = 60.0
 """Time in s that a solve of the ribbon may take: a hundred times what a usual scene needs."""
 
+USUAL_ACCURACY = 1e-2
+"""`model.accuracy` of a scene that leaves its energy open, and has a thickness (Hausdorff distance / length)."""
+
+THIN = 0.2
+"""Largest curvature at rest times thickness up to which a strip is bent as a thin plate."""
+
 SAY_ELEMENTS = ("elements", "grading", "element_lengths")
 """Keys of [model] of which one is enough to say what the ribbon's elements are; none is then placed by default."""
 
@@ -427,8 +433,9 @@ class ModelSpec:
         default=None, newer=True, absent='true for "kirchhoff"'
     )
     accuracy: float | None = key(
-        Kind.NUMBER, 'distance to the shell for which energy = "auto" chooses (Hausdorff distance / length)', NONE,
-        "0 < accuracy < 0.1", "1e-2", default=None, newer=True, absent='energy = "auto" is "wunderlich"',
+        Kind.NUMBER, 'distance to the shell for which the energy is chosen (Hausdorff distance / length)', NONE,
+        "0 < accuracy < 0.1", "1e-2", default=None, newer=True,
+        absent='1e-2 where energy = "auto" and the strip has a thickness; else "auto" is "wunderlich"',
         known="accuracy >= 1e-6"
     )
     elements: int = key(

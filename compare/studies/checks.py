@@ -295,6 +295,8 @@ def model(state: State) -> Check:
         return nothing("model", "the scene names its model")
     if choice["enough"]:
         return Check("model", GOOD, f"within {choice['accuracy']:g} l of the shell by estimate")
+    if all(step["estimate"] is None for step in choice["steps"] if step["model"] == choice["chosen"]):
+        return unchecked("model", "how far its model is from the shell is not known")
     return Check(
         "model", FAIR, f"its model is not estimated to be within {choice['accuracy']:g} l of the shell: take the shell"
     )

@@ -3,7 +3,9 @@
 From the cheapest on, each is solved and its distance (Hausdorff over l) to the shell estimated: that to the strip with
 energy "finite", which costs milliseconds from the shape of the one before, and what "finite" itself leaves out
 (`compare.models.ribbon.neglected`). The first within the accuracy is taken. Where not even "finite" is, the shell is
-asked for: the answer is then that of "finite", and says so. All this is of one state: where a lower one was seen beside
+asked for: the answer is then that of "finite", and says so. Where "finite" has no stable state nothing tells of the
+others: a scene that says an accuracy is then answered by it, one that says none by the energy that is exact in the
+width. All this is of one state: where a lower one was seen beside
 it (`compare.models.ribbon.rivals`) the choice says that it is not sure.
 """
 
@@ -20,6 +22,8 @@ from numpy.typing import NDArray
 from compare.measure.grid import Grid
 from compare.models.base import Options, Seconds
 from compare.models.capabilities import Rival
+from compare.models.ribbon.build import AUTO_ENERGY
+from compare.models.ribbon.free import refusal
 from compare.models.ribbon.neglected import apart, beside, beyond
 from compare.models.ribbon.rivals import probe
 from compare.models.ribbon.solving import solved as solved_as
@@ -118,12 +122,13 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
     clock = time.perf_counter()
     if say is not None:
         say.step(f"auto: {REFERENCE}, the measure of the others")
-    best = reference(scene, there, accuracy)
+    best = _told_by(scene, there, accuracy)
     rival = probe(with_energy(scene, first), there)
-    if not best.ok:
+    if best is None or not best.ok:
         steps.append(Step(_name(scene, first, there), None, spent))
         steps.append(Step(REFERENCE, None, time.perf_counter() - clock))
-        return Choice(REFERENCE, REFERENCE, accuracy, tuple(steps), False, rival=rival)
+        energy = REFERENCE if _asked(scene) else AUTO_ENERGY
+        return Choice(energy, energy, accuracy, tuple(steps), False, rival=rival)
     grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 2001))).max()))
     left_out = beyond(scene, best)
     own = Step(REFERENCE, _known(left_out.distance), time.perf_counter() - clock, left_out.parts)
@@ -159,6 +164,25 @@ def chosen(scene: Scene, accuracy: float) -> tuple[str, list[dict[str, Any]]]:
 def with_energy(scene: Scene, energy: str) -> Scene:
     """The scene with this energy, and nothing left to choose."""
     return scene.replace({"model.energy": energy, "model.accuracy": None})
+
+
+def _asked(scene: Scene) -> bool:
+    """Whether the scene says its accuracy itself."""
+    return "model.accuracy" in scene.own_keys
+
+
+def _told_by(scene: Scene, start: Equilibrium, accuracy: float) -> Equilibrium | None:
+    """`reference`; None for a scene that says no accuracy, and is none for that energy."""
+    if _asked(scene):
+        return reference(scene, start, accuracy)
+    if refusal(with_energy(scene, REFERENCE)) is not None:
+        return None
+    from ribbon import RibbonInputError
+
+    try:
+        return reference(scene, start, accuracy)
+    except RibbonInputError:
+        return None
 
 
 def reference(scene: Scene, start: Equilibrium, accuracy: float) -> Equilibrium:

@@ -8,6 +8,7 @@ from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
 from compare.scene.inputs.law import values
 from compare.scene.scene import Scene
+from compare.scene.spec import THIN
 from ribbon.energies.names import FREE
 from ribbonbench.errors import BadInput
 
@@ -15,9 +16,8 @@ from ribbonbench.errors import BadInput
 FINITE = "finite"
 #: Energies that know a twist at rest (`ribbon.energies.energy.FreeTwist.pretwist`).
 TWISTED = ("kirchhoff", "extensible", "sano")
-#: Largest curvature times thickness of a thin plate, and largest v = sqrt(12 (1 - nu^2)) kappa w^2 / h (Audoly &
-#: Neukirch 2021) to which the relaxed section is verified.
-BENT_TO, MOST_V = 0.2, 1e6
+#: Largest v = sqrt(12 (1 - nu^2)) kappa w^2 / h (Audoly & Neukirch 2021) to which the relaxed section is verified.
+MOST_V = 1e6
 
 
 def per_thickness(scene: Scene) -> tuple[Variant, ...]:
@@ -110,11 +110,11 @@ def _range(scene: Scene, energy: str) -> BadInput | None:
     h, bent = relative_thickness(scene), max(abs(k) for k in values(scene.curvature))
     if h is None or bent == 0.0:
         return None
-    if bent * h > BENT_TO:
+    if bent * h > THIN:
         problem = (
             f"times the thickness is {bent * h:.2g}: a strip bent to a radius of a few thicknesses is no thin plate"
         )
-        remedy = f"keep it below {BENT_TO / h / scene.strip.length:.3g}"
+        remedy = f"keep it below {THIN / h / scene.strip.length:.3g}"
         return BadInput("strip.natural_curvature", scene.strip.natural_curvature, problem, remedy)
     v = math.sqrt(12.0 * (1.0 - scene.strip.poisson**2)) * bent * scene.width**2 / h
     if v > MOST_V and energy != "kirchhoff":

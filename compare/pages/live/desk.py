@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.models import in_words
 from compare.models.base import Model, Options, State
 from compare.models.capabilities import Estimates, Follows, Surrounds
 from compare.models.choice import chosen, settled
@@ -96,7 +97,9 @@ class Beginning:
         scene = given
         if given.model.accuracy is not None:
             scene = settled(given)
-            notes.append(f"model.accuracy chose the energy {scene.model.energy}, which stays")
+            notes.append(
+                f"{in_words(scene.model.energy)} is chosen, and stays (model.accuracy = {given.model.accuracy:g})"
+            )
         if isinstance(model, Follows):
             scene, more = _held(scene)
             notes += more

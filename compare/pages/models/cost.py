@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.measure.grades import GOOD, POOR
-from compare.models import RICHEST
+from compare.models import RICHEST, in_words
 from compare.page.drawing import pictured
 from compare.page.page import Picture
 from compare.page.si import with_si
@@ -21,11 +21,6 @@ from compare.record.quantity import Quantity
 from compare.studies.cost_plan import FAR
 from compare.studies.priced.models import ModelCosts, Timed
 
-#: How models are named in a sentence, where the value of `model.energy` alone says too little.
-WORDS = {
-    "sadowsky": "Sadowsky's strip", "wunderlich": "Wunderlich's strip", "finite": "the strip of finite thickness",
-    "kirchhoff": "Kirchhoff's rod", RICHEST: "the shell",
-}  # fmt: skip
 #: Most rows of the short table.
 ROWS = 10
 _MODELS: tuple[Quantity[Timed], ...] = (
@@ -50,7 +45,7 @@ def answer(costs: ModelCosts) -> Verdict:
         if row is not None:
             rivals = {one.name for one in costs.rows if one.ok and one.error is not None and one.error <= target}
             only = "only " if rivals == {RICHEST} else ""
-            parts.append(f"{_percent(target)} {only}{_named(row.name)}, {seconds_text(row.seconds)}")
+            parts.append(f"{_percent(target)} {only}{in_words(row.name)}, {seconds_text(row.seconds)}")
         elif costs.error > target:
             parts.append(f"{_percent(target)} nothing here: the finest shell itself is known to {percent(costs.error)}")
         else:
@@ -64,10 +59,6 @@ def answer(costs: ModelCosts) -> Verdict:
     near = Check("near", GOOD, f"farther than {FAR:g} l: {', '.join(far) or 'none'}", bound=FAR)
     read = Check("read", GOOD, "a model that would ignore a key takes no part")
     return Verdict.of("cost", "To " + "; to ".join(parts), [reached, read, near])
-
-
-def _named(name: str) -> str:
-    return WORDS.get(name, f'"{name}"')
 
 
 def _percent(target: float) -> str:

@@ -12,7 +12,7 @@ from compare.scene.begin.materials import MATERIALS
 from compare.scene.begin.sketch import commented
 from compare.scene.declare import LENGTH, NONE, literal
 from compare.scene.keys import KEYS
-from compare.scene.spec import STANDARD_GRAVITY
+from compare.scene.spec import STANDARD_GRAVITY, USUAL_ACCURACY
 
 HELD = {
     "one": "clamped at one end, horizontally: a cantilever",
@@ -231,10 +231,13 @@ def _path(start: Start) -> list[str]:
 def _model(start: Start) -> list[str]:
     if start.held == "moebius":
         return ["", "[model]", _line(start, "model.tolerance", 1e-3, "a Moebius band is bent sharply in places")]
+    finer = _line(start, "model.tolerance", 1e-3, "finer: 1e-4", off=True)
+    if start.thickness is not None:
+        return ["", "[model]", _line(start, "model.accuracy", USUAL_ACCURACY), finer]
     return [
         "",
         "# [model]                            # how the ribbon is computed; the defaults are right for most scenes",
-        _line(start, "model.tolerance", 1e-3, "finer: 1e-4", off=True),
+        finer,
     ]
 
 
