@@ -195,7 +195,8 @@ def choice_text(choice: Mapping[str, Any]) -> str:
         text = "not known" if estimate is None else f"{estimate:.1e}"
         beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
         model = f"{LADDER[0]} in its plane" if step["model"] == PLANAR else step["model"]
-        said.append(f"{model} {text}{beyond} {spent_on}")
+        passed = f", passed over: {step['passed_over']}" if step.get("passed_over") else ""
+        said.append(f"{model} {text}{beyond} {spent_on}{passed}")
     end = ": taken" if choice["enough"] else ": not enough, take the shell (ribbonbench shell)"
     rival = choice.get("rival")
     doubt = "" if rival is None else f", but not sure: {Rival(**rival).text}"

@@ -433,7 +433,7 @@ class ModelSpec:
         default=None, newer=True, absent='true for "kirchhoff"'
     )
     accuracy: float | None = key(
-        Kind.NUMBER, 'distance to the shell for which the energy is chosen (Hausdorff distance / length)', NONE,
+        Kind.NUMBER, "distance to a shell that chooses the energy (Hausdorff / length)", NONE,
         "0 < accuracy < 0.1", "1e-2", default=None, newer=True,
         absent='1e-2 where energy = "auto" and the strip has a thickness; else "auto" is "wunderlich"',
         known="accuracy >= 1e-6"

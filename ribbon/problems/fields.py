@@ -73,7 +73,7 @@ class Fields:
     @property
     def density_code(self) -> int:
         """The energy's code among those with its fields (`ribbon.energies.density`, `free_density`)."""
-        return int(among_free(self.code)) if self.free else self.code
+        return int(among_free.py_func(self.code)) if self.free else self.code
 
     @classmethod
     def of(cls, strip: Strip, energy: str, stiffness: str | None = None, in_plane: bool | None = None) -> Fields:

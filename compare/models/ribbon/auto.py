@@ -5,8 +5,9 @@ energy "finite", which costs milliseconds from the shape of the one before, and 
 (`compare.models.ribbon.neglected`). The first within the accuracy is taken. Where not even "finite" is, the shell is
 asked for: the answer is then that of "finite", and says so. Where "finite" has no stable state nothing tells of the
 others: a scene that says an accuracy is then answered by it, one that says none by the energy that is exact in the
-width. All this is of one state: where a lower one was seen beside
-it (`compare.models.ribbon.rivals`) the choice says that it is not sure.
+width. Where a scene may have several equilibria, an energy whose state is not known to be stable in the limit of many
+segments is passed over. All this is of one state: where a lower one was seen beside it
+(`compare.models.ribbon.rivals`) the choice says that it is not sure.
 """
 
 from __future__ import annotations
@@ -25,9 +26,11 @@ from compare.models.capabilities import Rival
 from compare.models.ribbon.build import AUTO_ENERGY
 from compare.models.ribbon.free import refusal
 from compare.models.ribbon.neglected import apart, beside, beyond
-from compare.models.ribbon.rivals import probe
+from compare.models.ribbon.refinement import judged
+from compare.models.ribbon.rivals import is_probed, probe
 from compare.models.ribbon.solving import solved as solved_as
 from compare.models.ribbon.solving import solver
+from compare.models.ribbon.state import own_size, state_of
 from compare.scene.planar import nonplanar_reason
 
 if TYPE_CHECKING:
@@ -55,17 +58,20 @@ _PLANE = 1e-6
 @dataclass(frozen=True)
 class Step:
     """A model that was tried: its estimated distance to the shell over l (None: it has no stable state, or what was
-    left out could not be told), the seconds that it and its estimate took, and of "finite" the estimate by cause."""
+    left out could not be told), the seconds that it and its estimate took, and of "finite" the estimate by cause.
+    passed_over: why it was not taken where it is near enough."""
 
     model: str
     estimate: float | None
     seconds: float
     parts: Mapping[str, float] = field(default_factory=dict)
+    passed_over: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """As in result.json."""
         parts = {"parts": dict(self.parts)} if self.parts else {}
-        return {"model": self.model, "estimate": self.estimate, "seconds": self.seconds, **parts}
+        passed = {"passed_over": self.passed_over} if self.passed_over else {}
+        return {"model": self.model, "estimate": self.estimate, "seconds": self.seconds, **parts, **passed}
 
 
 @dataclass(frozen=True)
@@ -143,9 +149,11 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
         _, found, _ = solved[energy]
         moved = apart(found, best, grid) if found.ok else float("inf")
         estimate = _known(left_out.behind(moved))
+        near = estimate is not None and estimate <= accuracy
+        why = _open(with_energy(scene, energy), solved[energy], options, say) if near else ""
         spent += time.perf_counter() - clock
-        steps.append(Step(_name(scene, energy, found), estimate, spent))
-        if estimate is not None and estimate <= accuracy:
+        steps.append(Step(_name(scene, energy, found), estimate, spent, passed_over=why))
+        if near and not why:
             skipped = {THICKNESS: moved, **left_out.parts}
             return Choice(energy, steps[-1].model, accuracy, tuple(steps), True, skipped, solved, rival)
         spent = 0.0
@@ -164,6 +172,23 @@ def chosen(scene: Scene, accuracy: float) -> tuple[str, list[dict[str, Any]]]:
 def with_energy(scene: Scene, energy: str) -> Scene:
     """The scene with this energy, and nothing left to choose."""
     return scene.replace({"model.energy": energy, "model.accuracy": None})
+
+
+def _open(
+    scene: Scene,
+    solved: tuple[LoadPath | None, Equilibrium, Seconds],
+    options: Options,
+    say: Reporter | None,
+) -> str:
+    """Why a state is not known to be stable on ever finer segments, "" where it is; not asked where a lower one is
+    looked for (`is_probed`)."""
+    if is_probed(scene):
+        return ""
+    path, found, seconds = solved
+    state = judged(state_of(scene, found, own_size(found), seconds, path), say, options.grid, scene)
+    if state.ok and state.stable:
+        return ""
+    return "whether it is stable is open" if state.ok else "it is not stable on finer segments"
 
 
 def _asked(scene: Scene) -> bool:

@@ -232,6 +232,9 @@ def _model(start: Start) -> list[str]:
     if start.held == "moebius":
         return ["", "[model]", _line(start, "model.tolerance", 1e-3, "a Moebius band is bent sharply in places")]
     finer = _line(start, "model.tolerance", 1e-3, "finer: 1e-4", off=True)
+    if start.thickness is not None and _path(start):
+        placed = _line(start, "model.tolerance", 2e-4, "a heavy ring folds sharply")
+        return ["", "[model]", _line(start, "model.energy", "finite", "one along the whole path"), placed]
     if start.thickness is not None:
         return ["", "[model]", _line(start, "model.accuracy", USUAL_ACCURACY), finer]
     return [

@@ -28,7 +28,8 @@ def steel(tmp_path_factory):
     """The folder of the solved cantilever."""
     folder = tmp_path_factory.mktemp("steel")
     (folder / "steel.toml").write_text(STEEL)
-    assert main(["solve", str(folder / "steel.toml"), "--out", str(folder / "out"), "--quiet"]) == 0
+    energy = ["--set", 'model.energy="wunderlich"']
+    assert main(["solve", str(folder / "steel.toml"), *energy, "--out", str(folder / "out"), "--quiet"]) == 0
     return folder / "out"
 
 

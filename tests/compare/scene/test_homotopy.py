@@ -189,7 +189,8 @@ SWITCHES = [
     ({"model.formulation": "mixed"}, ("model.formulation",)),
     ({"model.held_by": "constraints"}, ("model.held_by",)),
     ({"model.tolerance": 1e-3}, ("model.elements", "model.grading", "model.tolerance")),
-    ({"strip.thickness": 1e-3}, ("strip.thickness",)),
+    ({"strip.thickness": 1e-3}, ("model.accuracy", "strip.thickness")),
+    ({"strip.thickness": 1e-3, "model.energy": "finite"}, ("model.energy", "strip.thickness")),
 ]
 
 

@@ -18,6 +18,7 @@ from compare.scene.change import NO_BEARING, given_keys
 from compare.scene.declare import Key, Kind, Range, collected
 from compare.scene.keys import KEYS, SPECS, contract_name, within
 from compare.scene.scene import Scene, load, loads, parse_assignment, shipped
+from compare.scene.spec import USUAL_ACCURACY
 from compare.scene.table import MAX_ELEMENTS
 from ribbon.energies.names import FREE
 from ribbonbench.errors import BadInput
@@ -167,7 +168,9 @@ def test_an_absent_key_is_read_as_its_default():
             present = listed[section] if section in listed else getattr(scene, section.replace(".", "_"))
             if present and has_field(key):
                 placed = key != "model.tolerance" or scene.model.can_place
-                assert field_of(scene, key) == (KEYS[key].default if placed else None), key
+                chosen = key == "model.accuracy" and scene.strip.thickness is not None
+                default = USUAL_ACCURACY if chosen else KEYS[key].default
+                assert field_of(scene, key) == (default if placed else None), key
                 seen.add(key)
     frames = {f"clamp.{end}.{axis}" for end in ("start", "end") for axis in ("tangent", "normal")}
     said_by_all = {"strip.gamma", "strip.natural_curvature", "clamp.start.position", "tip.load", *frames}
