@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ribbon.errors import RibbonInputError
+from ribbonbench.statics import cross
 
 ORTHONORMAL_TOLERANCE = 1e-9
 
@@ -74,9 +75,9 @@ class Clamp:
         normal = unit_vector("normal", self.normal)
         if abs(float(tangent @ normal)) > ORTHONORMAL_TOLERANCE:
             raise RibbonInputError("normal", self.normal, "the normal must be orthogonal to the tangent")
-        across = np.cross(normal, tangent)
+        across = cross(normal, tangent)
         across /= np.linalg.norm(across)
-        normal = np.cross(tangent, across)
+        normal = cross(tangent, across)
         object.__setattr__(self, "_frame", np.column_stack([across, normal, tangent]))
 
     @property

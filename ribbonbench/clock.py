@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
@@ -17,16 +18,33 @@ SPENT = "the budget of time is spent"
 #: Each gives time (s) of this process that counts for no solve: kernels that are compiled, once after an installation.
 UNCOUNTED: list[Callable[[], float]] = []
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
+#: Time (s) on the clock of the wall for which a look at the thread's is not repeated: that one asks the system, which on
+#: some machines takes as long as a small strip's solve.
+_COARSE = 0.01
+_looked = threading.local()
 
 
 def _now() -> float:
-    return time.thread_time() - sum(seconds() for seconds in UNCOUNTED)
+    return time.thread_time() - _uncounted()
+
+
+def _uncounted() -> float:
+    return sum(seconds() for seconds in UNCOUNTED)
+
+
+def _at_most_now() -> float:
+    """At least `_now`, and by no more than `_COARSE`: a thread is never longer on the processor than time has gone."""
+    wall = time.perf_counter()
+    looked, there = getattr(_looked, "at", (-math.inf, 0.0))
+    if not 0.0 <= wall - looked < _COARSE:
+        looked, there = _looked.at = (wall, time.thread_time())
+    return float(there + (wall - looked) - _uncounted())
 
 
 @contextlib.contextmanager
 def within(seconds: float | None) -> Iterator[None]:
     """What is solved inside has this much time (s > 0), and no more than what is around it; None: as much as that."""
-    left = _deadline.get() if seconds is None else min(_deadline.get(), _now() + seconds)
+    left = _deadline.get() if seconds is None else min(_deadline.get(), _begun(seconds) + seconds)
     token = _deadline.set(left)
     try:
         yield
@@ -37,4 +55,9 @@ def within(seconds: float | None) -> Iterator[None]:
 def spent() -> bool:
     """Whether the time is over."""
     deadline = _deadline.get()
-    return deadline < math.inf and _now() > deadline
+    return deadline < math.inf and _at_most_now() > deadline and _now() > deadline
+
+
+def _begun(seconds: float) -> float:
+    """When a budget begins; a small one to the digit."""
+    return _at_most_now() if seconds > 100.0 * _COARSE else _now()

@@ -111,7 +111,11 @@ class Quantity(Generic[Item]):
         """The values of its columns, of a value of its own."""
         if self.kind == DATA:
             return ()
-        return tuple(inside(value, _part(part).path) for part in self.parts) if self.parts else (value,)
+        return tuple(inside(value, path) for path in self._paths) if self.parts else (value,)
+
+    @cached_property
+    def _paths(self) -> tuple[str, ...]:
+        return tuple(_part(part).path for part in self.parts)
 
     def about(self, item: Callable[[Other], Item | None]) -> Quantity[Other]:
         """The same of what holds such an item, or none: None, then."""

@@ -7,6 +7,7 @@ Nothing here reads, checks or changes a scene: that is built on it.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,6 +34,7 @@ from compare.scene.spec import (
 )
 from compare.scene.units import Units
 from ribbonbench.errors import BadInput
+from ribbonbench.statics import cross
 
 #: Keys of a stage that changes the weight alone.
 _WEIGHT = frozenset({"strip.gamma", "gravity.acceleration"})
@@ -44,14 +46,18 @@ def unit(vector: Any) -> NDArray[np.float64]:
     return array / np.linalg.norm(array)
 
 
+@functools.lru_cache(maxsize=64)  # cases of a sweep have one clamp
 def frame_of(clamp: ClampSpec | None) -> NDArray[np.float64] | None:
-    """The held frame, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding; None: not held."""
+    """The held frame, 3x3 with columns t_x = t_y x t_z, t_y, t_z, orthonormal to rounding, read only; None: not
+    held."""
     if clamp is None or clamp.tangent is None or clamp.normal is None:
         return None
     tangent = unit(clamp.tangent)
     given = np.array(clamp.normal)
     normal = unit(given - (given @ tangent) * tangent)
-    return np.column_stack([np.cross(normal, tangent), normal, tangent])
+    frame = np.column_stack([cross(normal, tangent), normal, tangent])
+    frame.setflags(write=False)
+    return frame
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ the others.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -52,6 +53,7 @@ _ERRORS = ("discretisation_error", *(quantity.key for quantity in ERRORS))
 NOT_OF_ROWS = ("status", "stable", "width_to_thickness", "share", "reused")
 
 
+@functools.cache
 def quantities_of_rows(name: str) -> tuple[Quantity[Answered], ...]:
     """What a row holds of a state of the model of this name: what every model has, and what this one adds."""
     known = {quantity.key for quantity in STATE}

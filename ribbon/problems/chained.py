@@ -25,6 +25,7 @@ from ribbon.problems.protocol import Anchor
 from ribbon.problems.protocol import Counters as Counters
 from ribbon.problems.touching import Touch
 from ribbon.strip import Strip
+from ribbonbench.statics import cross
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -358,11 +359,11 @@ class ChainedProblem:
         force, moment = np.zeros(3), np.zeros(3)
         if self.gravity is not None:
             weight = self.strip.gamma * np.asarray(self.gravity.up)
-            force, moment = weight, np.cross(self._first_moment(x), weight)
+            force, moment = weight, cross(self._first_moment(x), weight)
         if self.tip is not None:
             points, _ = self.joints(x)
             pull = np.asarray(self.tip)
-            force, moment = force - pull, moment - np.cross(points[-1] - points[0], pull)
+            force, moment = force - pull, moment - cross(points[-1] - points[0], pull)
         return Force(force, moment)
 
     def _first_moment(self, x: FloatArray) -> FloatArray:

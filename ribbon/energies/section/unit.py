@@ -59,11 +59,12 @@ def unit(y: FloatArray, xi: FloatArray) -> Unit:
 
 
 def _series(y: FloatArray, xi: FloatArray) -> tuple[FloatArray, ...]:
-    j = np.arange(_TERMS)
-    powers = (-y) ** j  # (m, terms)
-    slopes = np.where(j == 0, 0.0, -j * (-y) ** np.maximum(j - 1, 0))
-    value, slope, curvature = (legendre.legval(2.0 * xi, c) for c in _terms())  # (terms, n)
-    return powers @ value, powers @ slope, powers @ curvature, slopes @ value
+    powers = np.vander(-y[:, 0], _TERMS, increasing=True)  # (m, terms)
+    slopes = -np.arange(1, _TERMS) * powers[:, :-1]
+    degree = max(c.shape[0] for c in _terms()) - 1
+    places = legendre.legvander(2.0 * xi, degree)  # (n, degree + 1)
+    value, slope, curvature = ((places[:, : c.shape[0]] @ c).T for c in _terms())  # (terms, n)
+    return powers @ value, powers @ slope, powers @ curvature, slopes @ value[1:]
 
 
 def _closed(y: FloatArray, xi: FloatArray) -> tuple[FloatArray, ...]:

@@ -151,6 +151,26 @@ def test_a_solve_with_kept_kernels_imports_no_linear_algebra_and_nothing_that_co
     assert found.strip() == "True True []"
 
 
+@pytest.mark.parametrize("more", ["", ", end=Clamp((0, 0, 0.9)), seed_ruling=0.01"])
+@pytest.mark.parametrize("energy", ["sadowsky", "wunderlich", "finite"])
+def test_with_kept_kernels_nothing_is_compiled(energy, more):
+    """A kernel that is not kept but called from Python would be, in every process: the half of a solve's time."""
+    code = (
+        "from ribbon import Clamp, Gravity, Strip, solve\n"
+        "from ribbon.element.kernel_cache import told\n"
+        "said = []\n"
+        "with told(said.append):\n"
+        "    strip = Strip(1.0, 0.03, 0.4, 3.0, 10.0, thickness=1e-3)\n"
+        f"    found = solve(strip, Clamp(), Gravity((1, 0, 0)), segments=20, energy='{energy}'{more})\n"
+        "    found.start.moment, found.surface(10, 2)\n"
+        "print(found.ok, len(said))\n"
+    )
+    words = [sys.executable, "-c", code]
+    for _ in range(2):  # the first compiles what is not kept yet
+        found = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    assert found.split() == ["True", "0"]
+
+
 def test_a_state_of_the_sources_is_that_of_the_kernels_and_what_they_use(tmp_path):
     """What only calls kernels belongs to no state; what kernels are made from does, constants included."""
     from ribbon.element.kernel_cache import CACHE

@@ -21,13 +21,16 @@ from typing import Any
 from compare.studies.axes import Grid, parse_axis
 from compare.sweep.file import Sweep, load_sweep
 from compare.sweep.journal import value_in
+from compare.sweep.large import parts
 from compare.sweep.large.stretch import Stretch, given
 from compare.sweep.shard import Shard
 from tests.validation import page
 from tests.validation.number import Number
 
-#: Points along the two axes, rows of a part, kills, shards.
-SIDES, ROWS, KILLS, SHARDS = (200, 100), 4000, 10, 4
+#: Points along the two axes, rows of a part, kills.
+SIDES, ROWS, KILLS = (1000, 1000), parts.ROWS, 10
+#: Of the grid in shards and by MPI, and how many shards.
+SMALL, SMALL_ROWS, SHARDS = (200, 100), 4000, 4
 SEGMENTS = 40
 _TIME = "time of one run"
 _ENVIRONMENT = {
@@ -107,11 +110,13 @@ def few() -> tuple[int, float]:
 PROBES = {"stable_of_few": lambda: few()[0], "energy_of_few": lambda: few()[1]}
 
 
-def _start(out: Path, shard: str = "1/1", before: tuple[str, ...] = (), sides: tuple[int, int] = SIDES) -> Any:
+def _start(
+    out: Path, shard: str = "1/1", before: tuple[str, ...] = (), sides: tuple[int, int] = SMALL, rows: int = SMALL_ROWS
+) -> Any:
     script = out.parent / "driver.py"
     script.write_text(_DRIVER, encoding="utf-8")
     environment = {**_ENVIRONMENT, "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
-    arguments = [str(script), str(out), shard, str(ROWS), json.dumps(sides)]
+    arguments = [str(script), str(out), shard, str(rows), json.dumps(sides)]
     return subprocess.Popen(
         [*before[:4], sys.executable, *before[4:], *arguments], env=environment, stdout=subprocess.PIPE, text=True
     )
@@ -139,23 +144,24 @@ def _kept(out: Path) -> int:
     return sizes
 
 
-def _killed(out: Path) -> tuple[int, int]:
-    """Kills a run at random moments; how many kills, and how many cases the last run still had to make."""
+def _killed(out: Path, pause: float) -> tuple[int, int]:
+    """Kills a run at random moments, at most `pause` (s) after it has made something; how many kills, and how many
+    cases the last run still had to make."""
     rng = random.Random(32)
     kills = 0
     while kills < KILLS:
         before = _kept(out)
-        process = _start(out)
+        process = _start(out, sides=SIDES, rows=ROWS)
         while _kept(out) == before and process.poll() is None:
             time.sleep(0.01)
-        time.sleep(rng.uniform(0.0, 3.0))
+        time.sleep(rng.uniform(0.0, pause))
         if process.poll() is None:
             kills += 1
+        elif _kept(out) == before:
+            break  # it had ended before
         process.send_signal(signal.SIGKILL)
         process.communicate()
-        if kills and _kept(out) == before and len(_bytes(out)) * ROWS >= SIDES[0] * SIDES[1]:
-            break
-    return kills, _run(out)["new"]
+    return kills, _run(out, sides=SIDES, rows=ROWS)["new"]
 
 
 def _walk() -> float:
@@ -182,22 +188,24 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
     from compare.sweep.shard import identity_of
 
     count = SIDES[0] * SIDES[1]
-    small = _run(top / "small", sides=(SIDES[0] // 5, SIDES[1]))
-    one = _run(top / "one")
+    small = _run(top / "small")
+    small_bytes = _bytes(top / "small")
+    one = _run(top / "one", sides=SIDES, rows=ROWS)
     whole = _bytes(top / "one")
     writing = sum(map(float, (top / "one" / "written.txt").read_text().split())) / count
     master, worker = one["master"] / count, one["others"] / count - writing
-    kills, left = _killed(top / "killed")
-    parts = [top / f"part{k}" for k in range(1, SHARDS + 1)]
-    sizes = [_run(out, f"{k}/{SHARDS}")["cases"] for k, out in enumerate(parts, start=1)]
-    sweep = swept(*SIDES)
-    known = [(out, identity_of(out, "--join")) for out in parts]
+    kills, left = _killed(top / "killed", 1.2 * one["wall"] / KILLS)
+    shards = [top / f"part{k}" for k in range(1, SHARDS + 1)]
+    sizes = [_run(out, f"{k}/{SHARDS}")["cases"] for k, out in enumerate(shards, start=1)]
+    sweep = swept(*SMALL)
+    known = [(out, identity_of(out, "--join")) for out in shards]
     (top / "joined").mkdir()
     with Reporter(quiet=True) as reporter:
         grid = stream.grid_of(sweep)
-        stream.joined(sweep, grid, top / "joined", [(o, i) for o, i in known if i], reporter, rows=ROWS)
+        stream.joined(sweep, grid, top / "joined", [(o, i) for o, i in known if i], reporter, rows=SMALL_ROWS)
     _run(top / "mpi", before=("mpiexec", "--oversubscribe", "-n", "3", "-m", "mpi4py.futures"))
-    same = {name: _bytes(top / name) == whole for name in ("killed", "joined", "mpi")}
+    same = {"killed": _bytes(top / "killed") == whole}
+    same |= {name: _bytes(top / name) == small_bytes for name in ("joined", "mpi")}
     done = subprocess.run(
         [sys.executable, "-c", _QUERY, str(top / "one" / "table")], capture_output=True, text=True, check=True
     )
@@ -216,7 +224,7 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
         "walk": Number(1e6 * walk, None, "us", ".1f", why=_TIME),
         "wall": Number(one["wall"], None, "s", ".1f", why=_TIME),
         "master_mb": Number(one["master_mb"], None, "MB", ".0f", why="memory of one run"),
-        "master_mb_fifth": Number(small["master_mb"], None, "MB", ".0f", why="memory of one run"),
+        "master_mb_small": Number(small["master_mb"], None, "MB", ".0f", why="memory of one run"),
         "most_mb": Number(one["most_mb"], None, "MB", ".0f", why="memory of one run"),
         "bytes": Number(size / count, 0.5, "bytes", ".0f"),
         "kills": Number(kills, 0, shown="d"),
@@ -232,8 +240,8 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
         folder / "million.md",
         "Sweeps by the million",
         "OMP_NUM_THREADS=1 python -m tests.validation million",
-        f"{count} cantilevers of {SEGMENTS} segments ({SIDES[0]} weights, {SIDES[1]} curls; part of a million, as "
-        f"many as the machine had time for: `SIDES`), two workers, parts of {ROWS} rows.",
+        f"{count:,} cantilevers of {SEGMENTS} segments ({SIDES[0]} weights, {SIDES[1]} curls), two workers, parts of "
+        f"{ROWS:,} rows.",
         page.table(
             ("what", "a case", "of all"),
             [
@@ -245,10 +253,10 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
             ],
         ),
         f"CPU times; the wall time is {one['wall']:.1f} s. Peak memory: {one['master_mb']:.0f} MB of the process that "
-        f"hands out ({small['master_mb']:.0f} MB on a fifth of the cases), {one['most_mb']:.0f} MB of the largest "
+        f"hands out ({small['master_mb']:.0f} MB on {SMALL[0] * SMALL[1]:,} of them), {one['most_mb']:.0f} MB of the largest "
         "of the others.",
-        f"Killed {kills} times at random moments and gone on with (the last run made {left} cases): "
-        f"{said[same['killed']]}. {SHARDS} shards of {', '.join(map(str, sizes))} cases, joined: "
+        f"The {count:,} killed {kills} times at random moments and gone on with (the last run made {left:,} cases): "
+        f"{said[same['killed']]}. Of {SMALL[0] * SMALL[1]:,} cases {SHARDS} shards of {', '.join(map(str, sizes))} cases, joined: "
         f"{said[same['joined']]}. `mpiexec -n 3 python -m mpi4py.futures`: {said[same['mpi']]}.",
         f"A query over the whole (mean energy of stable states by weight, one thread): {1e3 * query:.0f} ms; a million "
         f"at the same rate {query * 1e6 / count:.2f} s.",
