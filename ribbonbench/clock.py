@@ -18,8 +18,8 @@ SPENT = "the budget of time is spent"
 #: Each gives time (s) of this process that counts for no solve: kernels that are compiled, once after an installation.
 UNCOUNTED: list[Callable[[], float]] = []
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
-#: Time (s) on the clock of the wall for which a look at the thread's is not repeated: that one asks the system, which on
-#: some machines takes as long as a small strip's solve.
+#: Time (s) on the clock of the wall for which a look at the thread's is not repeated: that one asks the system, which
+#: takes as long as a small strip's solve on some machines.
 _COARSE = 0.01
 _looked = threading.local()
 

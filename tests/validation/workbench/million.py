@@ -253,11 +253,11 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
             ],
         ),
         f"CPU times; the wall time is {one['wall']:.1f} s. Peak memory: {one['master_mb']:.0f} MB of the process that "
-        f"hands out ({small['master_mb']:.0f} MB on {SMALL[0] * SMALL[1]:,} of them), {one['most_mb']:.0f} MB of the largest "
-        "of the others.",
+        f"hands out ({small['master_mb']:.0f} MB on {SMALL[0] * SMALL[1]:,} of them), {one['most_mb']:.0f} MB of the "
+        "largest of the others.",
         f"The {count:,} killed {kills} times at random moments and gone on with (the last run made {left:,} cases): "
-        f"{said[same['killed']]}. Of {SMALL[0] * SMALL[1]:,} cases {SHARDS} shards of {', '.join(map(str, sizes))} cases, joined: "
-        f"{said[same['joined']]}. `mpiexec -n 3 python -m mpi4py.futures`: {said[same['mpi']]}.",
+        f"{said[same['killed']]}. Of {SMALL[0] * SMALL[1]:,} cases {SHARDS} shards of "
+        f"{', '.join(map(str, sizes))}, joined: {said[same['joined']]}. `mpiexec -n 3 python -m mpi4py.futures`: {said[same['mpi']]}.",
         f"A query over the whole (mean energy of stable states by weight, one thread): {1e3 * query:.0f} ms; a million "
         f"at the same rate {query * 1e6 / count:.2f} s.",
         f"By these parts 64 cores in one run (63 workers) make {rate:,.0f} cases a second, held by "
