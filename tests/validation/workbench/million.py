@@ -257,7 +257,8 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
         "largest of the others.",
         f"The {count:,} killed {kills} times at random moments and gone on with (the last run made {left:,} cases): "
         f"{said[same['killed']]}. Of {SMALL[0] * SMALL[1]:,} cases {SHARDS} shards of "
-        f"{', '.join(map(str, sizes))}, joined: {said[same['joined']]}. `mpiexec -n 3 python -m mpi4py.futures`: {said[same['mpi']]}.",
+        f"{', '.join(map(str, sizes))}, joined: {said[same['joined']]}. `mpiexec -n 3 python -m mpi4py.futures`: "
+        f"{said[same['mpi']]}.",
         f"A query over the whole (mean energy of stable states by weight, one thread): {1e3 * query:.0f} ms; a million "
         f"at the same rate {query * 1e6 / count:.2f} s.",
         f"By these parts 64 cores in one run (63 workers) make {rate:,.0f} cases a second, held by "
