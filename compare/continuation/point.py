@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.continuation.system import FloatArray, System
 
-Kind = Literal["regular", "fold", "branch_point", "event"]
+Kind = Literal["regular", "fold", "branch_point", "ruling", "event"]
 
 
 @dataclass(frozen=True)

@@ -330,10 +330,21 @@ class Follows(Protocol):
 
 
 @dataclass(frozen=True)
+class Freed:
+    """A point where what moves nothing (a ruling where the strip is straight) may be chosen, and decides whether the
+    shape is stable. stable: for every choice, as far as was looked for, None: not known; beside: systems and z of
+    states that the strip falls to by the worst choice."""
+
+    stable: bool | None
+    beside: Callable[[], Iterator[tuple[System, FloatArray]]]
+
+
+@dataclass(frozen=True)
 class BranchStart:
     """Where a branch of a model begins: its system and z at the state that its solve gives (`compare.continuation`),
     the shape at a point of it, and where others may be near: others(n) gives n committed random starts and those that
-    follow from its own shape, each with what it is, its system and z, relaxed where the model can relax it.
+    follow from its own shape, each with what it is, its system and z, relaxed where the model can relax it; freed: what
+    is free at a point whose count of unstable modes is therefore not all, None: nothing is.
     """
 
     state: State
@@ -341,6 +352,7 @@ class BranchStart:
     z: FloatArray
     shape: Callable[[Point], Shape]
     others: Callable[[int], Iterator[tuple[str, System, FloatArray]]]
+    freed: Callable[[Point], Freed | None] = lambda point: None
 
 
 @runtime_checkable

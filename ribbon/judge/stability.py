@@ -41,7 +41,7 @@ _LEAST_STIFFNESS = 1e-6
 #: rounding; more are joined first.
 _DENSE_LIMIT = 400
 #: |omega| l below which a joint counts as straight.
-_STRAIGHT = 1e-7
+STRAIGHT = 1e-7
 #: Segments up to which a ribbon held at s = 0 only is checked in the chained unknowns (dense).
 _CHAINED_LIMIT = 400
 #: Change of the energy (relative, at least 1) below which a move along null modes is no change of shape.
@@ -180,7 +180,7 @@ def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
     layout = problem.layout
     if problem.fields.free:
         return []
-    straight = np.abs(x[layout.omega]) < _STRAIGHT
+    straight = np.abs(x[layout.omega]) < STRAIGHT
     if straight.sum() < 2:
         return []
     # a joint's ruling is free when both its neighbours are straight too

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.continuation.point import Point
+from compare.continuation.system import System
 from compare.models.base import Shape, State
-from compare.models.capabilities import BranchStart
+from compare.models.capabilities import BranchStart, Freed
 from compare.models.ribbon.build import ribbon_problem
 from compare.models.ribbon.state import RibbonShape
 from compare.scene.scene import Scene
@@ -21,6 +22,7 @@ from ribbon.find.seeds import held_straight
 from ribbon.find.solving.request import How
 from ribbon.find.solving.search import from_shape
 from ribbon.find.solving.verdict import judged
+from ribbon.judge.stability import STRAIGHT, judge
 from ribbon.problems.mixed import MixedProblem
 from ribbon.sensitivity.system import point
 from ribbon.solvers.problem import KNOWN, RESIDUAL_TOLERANCE, Minimum, kkt_residual
@@ -74,7 +76,36 @@ def branch_start(scene_at: Callable[[float], Scene], state: State, moving: bool 
         assert isinstance(point.system, Equations)
         return RibbonShape(equilibrium(point.system, point.z, point.t))
 
-    return BranchStart(state, system, z, shape, lambda count: others(system, z, count))
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), freed)
+
+
+def freed(point: Point) -> Freed | None:
+    """Where the strip is straight along a stretch its rulings there move nothing, and the unknowns of the branch have
+    but one choice of them: the count of unstable modes is that of this choice (docs/theory.md, eq. (6.1), (6.2))."""
+    system = point.system
+    assert isinstance(system, Equations)
+    problem = system.problem(point.t)
+    x, rows = system.whole(point.z, point.t)
+    straight = np.abs(problem.joint_values(x)[0]) < STRAIGHT
+    if problem.fields.free or not (straight[1:] & straight[:-1]).any():
+        return None
+    bounds = np.where(system.side != 0.0, system.slope(problem, x, rows), 0.0)
+    found = judge(problem, Minimum(x, bounds, rows, 0.0, 0, 0, "", True, 0.0, KNOWN))
+
+    def beside() -> Iterator[tuple[System, FloatArray]]:
+        bend = problem.joint_values(found.mode)[0]
+        omega, eta = problem.joint_values(found.at)
+        size, held = float(np.abs(bend).max()), held_straight(problem, eta)
+        for push in (_PUSHED, -_PUSHED) if size > 0.0 else ():
+            there = from_shape(problem, omega + push / size * bend, held, How(options={"max_iter": _MOST}, check=False))
+            own = float(problem.energy_parts(x).sum())
+            fell = float(there.problem.energy_parts(there.x).sum()) < own - _LOWER * max(1.0, abs(own))
+            if fell and there.residual <= RESIDUAL_TOLERANCE and isinstance(there.problem, MixedProblem):
+                yield Equations.of(
+                    system.problem_at, there.problem.lengths, point.t, there.x, there.rows, there.multipliers
+                )
+
+    return Freed(found.stable, beside)
 
 
 #: Length of an element at a passage over the mean one, and growth with the distance over the mean length.
@@ -83,6 +114,9 @@ _LEAST, _GROWTH = 0.2, 10.0
 _KNOTS, _BENT, _TURNED, _DRAW = 6, 12.0, 0.6, 20261125
 #: Iterations of a start at the most.
 _MOST = 300
+#: Curvature (1/l) by which a straight strip is bent along its unstable mode; change of energy (relative, at least 1) by
+#: which it falls.
+_PUSHED, _LOWER = 0.3, 1e-9
 
 
 def others(system: Equations, z: FloatArray, count: int) -> Iterator[tuple[str, Equations, FloatArray]]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from compare.page.drawing import RIBBON_COLOUR, SHELL_COLOURS, save
 from compare.studies.branches.diagram import Branch, Diagram
 
-_MARKS = {"fold": "s", "branch_point": "o", "event": "|"}
+_MARKS = {"fold": "s", "branch_point": "o", "ruling": "D", "event": "|"}
 #: Ranges (l) below which a position is no ordinate.
 _FLAT = 1e-3
 
@@ -38,7 +38,7 @@ def _drawn(axes: Axes, branch: Branch, name: str, component: int, colour: str, l
     stable = np.array([p.stable for p in points])
     begin = 0
     for k in range(1, len(points) + 1):
-        if k < len(points) and (stable[k] == stable[begin] or points[k].kind in ("fold", "branch_point")):
+        if k < len(points) and (stable[k] == stable[begin] or points[k].kind in ("fold", "branch_point", "ruling")):
             continue
         piece = slice(max(begin - 1, 0) if begin else 0, k)
         style = "-" if stable[begin] else (0, (4, 2))
@@ -69,6 +69,9 @@ def branches_picture(path: Path, diagram: Diagram) -> Path:
     axes.set(xlabel=f"{diagram.along.key}{unit}", ylabel=words)
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
-    axes.set_title("full: stable; dashed: not; square: fold, circle: branch point (open: not settled)", fontsize=8)
+    axes.set_title(
+        "full: stable; dashed: not; square: fold, circle: branch point (open: not settled), diamond: rulings",
+        fontsize=8,
+    )
     figure.suptitle(diagram.scene.title)
     return save(figure, path)

@@ -23,8 +23,9 @@ class BranchPoint:
     """An equilibrium of a branch.
 
     parameter: value of the number, in its unit; error: of a special point's, by finer elements (None: regular, or it
-    does not settle); meshes: its values on p, 2p, 4p elements; kind: "regular", "fold", "branch_point", "event";
-    unstable: number of unstable modes (of a fold or branch point that of its side with fewer; of an event: behind it);
+    does not settle); meshes: its values on p, 2p, 4p elements; kind: "regular", "fold", "branch_point", "event", or
+    "ruling" where the shape falls by other rulings of a straight part; unstable: number of unstable modes (of a fold or
+    branch point that of its side with fewer; of an event: behind it; behind a "ruling": one at least);
     energy: total, D w / l, without the constant of the natural curvature; arc: arc length from the branch's first
     point; end, middle (3,): positions, l; residual: the norm of what is left; critical: eigenvalues that are zero
     there, as located; what: an event in words.

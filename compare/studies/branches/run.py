@@ -23,6 +23,7 @@ from compare.models.base import State, check_keys
 from compare.models.capabilities import Branches, BranchStart
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
+from compare.studies.branches import freed
 from compare.studies.branches.along import Along
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
 from ribbonbench.errors import BadInput
@@ -174,13 +175,16 @@ class _Models:
             image = next((n for other, n in firsts if self._alike(first, other)), None)
             if leaves is not None:
                 firsts.append((first, number))
-            made, run = self._branch(first, number, leaves, image)
+            made, run, fallen = self._branch(first, number, leaves, image)
             found.append(made)
             if image is None:
                 for special in run.specials:
                     if special.kind == "branch_point":
                         place = number, self.along.value(special.point.t)
                         waiting += [(point, place) for point in switched(special, self.options)]
+                if fallen is not None:
+                    place = number, self.along.value(fallen.point.t)
+                    waiting += [(point, place) for point in self._beside(fallen)]
             number += 1
         return found
 
@@ -194,7 +198,7 @@ class _Models:
 
     def _branch(
         self, first: Point, number: int, leaves: tuple[int, float] | None, image: int | None
-    ) -> tuple[Branch, Run]:
+    ) -> tuple[Branch, Run, freed.Lost | None]:
         key, begun = self.along.key, self.along.value(first.t)
         origin = "" if leaves is None else f", leaving branch {leaves[0]} at {leaves[1]:.6g}"
 
@@ -205,7 +209,15 @@ class _Models:
 
         self._told(f"{self.word}: branch {number} from {key} = {begun:.6g}{origin}")
         run = follow(first, (0.0, 1.0), self.options, on_point)
-        made = [(point.arc, 1, 0, self._point(point)) for point in run.points]
+        free = freed.unstable(run.points, self.start.freed, self._spent)
+        made = [
+            (point.arc, 1, 0, replace(self._point(point), unstable=1) if falls else self._point(point))
+            for point, falls in zip(run.points, free, strict=True)
+        ]
+        fallen = None if image is not None else self._fallen(run.points, free)
+        if fallen is not None:
+            what = "it falls by other rulings of its straight part"
+            made.append((fallen.point.arc, 0, 0, replace(self._point(fallen.point, "ruling"), what=what)))
         for special in run.specials:
             made.append((special.point.arc, 0, special.change, self._special(special, image is not None)))
         made.sort(key=lambda entry: entry[:2])
@@ -215,7 +227,20 @@ class _Models:
             before, count = count, point.unstable if regular else max(count + change, 0)
             both = count if regular or point.kind == "event" else min(before, count)
             points.append(point if regular else replace(point, unstable=both))
-        return Branch(self.word, number, tuple(points), run.ended, leaves, image), run
+        return Branch(self.word, number, tuple(points), run.ended, leaves, image), run, fallen
+
+    def _fallen(self, points: Sequence[Point], free: Sequence[bool]) -> freed.Lost | None:
+        """Where the branch first loses its stability to what is free on it."""
+        k = next((k for k in range(1, len(free)) if free[k] and not free[k - 1] and not points[k - 1].unstable), None)
+        if k is None:
+            return None
+        self._told(f"{self.word}: where it falls by rulings that are free")
+        return freed.lost(points[k - 1], points[k], self.start.freed, self.options)
+
+    def _beside(self, fallen: freed.Lost) -> list[Point]:
+        """First points of the branches that it falls to."""
+        found = [first_point(system, z, fallen.t, self.options.tolerance) for system, z in fallen.states]
+        return [point for point in found if point is not None]
 
     def _point(self, point: Point, kind: Kind = "regular") -> BranchPoint:
         shape = self.start.shape(point)
@@ -243,5 +268,4 @@ class _Models:
         )  # fmt: skip
 
     def _settled(self, values: Sequence[float]) -> Settled:
-        found = settled([self.along.value(t) for t in values], LOCATED * abs(self.along.last - self.along.first))
-        return found
+        return settled([self.along.value(t) for t in values], LOCATED * abs(self.along.last - self.along.first))

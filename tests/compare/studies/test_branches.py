@@ -22,6 +22,7 @@ from compare.studies.branches.along import Along
 from compare.studies.branches.run import Asked, branch, diagram
 from ribbonbench.errors import BadInput
 from shellref.elastica.problem import ElasticaProblem
+from tests.validation.workbench.on_edge_linear import developable
 
 HELD = """
 title = "Two clamps"
@@ -274,3 +275,67 @@ def test_elements_that_follow_passages_see_the_fork_that_equal_ones_hold_shut():
         passages = point.shape.equilibrium.omega(joints)
         assert np.abs(passages[1:-1]).min() < 0.3
         assert point.residual < 1e-9
+
+
+#: Width upright and the whole edge clamped: thesis, 7.1.
+EDGE = """
+title = "On edge"
+[strip]
+length = 1.0
+width = 0.05
+poisson = 0.35
+gamma = 5.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 1.0, 0.0]
+ruling = "straight"
+[model]
+energy = "wunderlich"
+elements = 20
+grading = "clamp"
+"""
+
+
+@pytest.fixture(scope="module")
+def on_edge():
+    return diagram(loads(EDGE), "strip.gamma", 5.0, 60.0)
+
+
+def test_a_straight_strip_falls_by_rulings_that_its_own_modes_do_not_know(on_edge):
+    """Its rulings move nothing, its own count of unstable modes stays zero: a quotient to second order, least over all
+    rulings, says from which weight on it falls (no elements, nothing of `ribbon`)."""
+    exact = developable(0.05, True, True, count=60).gamma
+    own, *others = on_edge.branches
+    (point,) = own.special
+    assert (point.kind, point.unstable, point.error) == ("ruling", 0, None)
+    assert 0.999 * exact <= point.parameter <= 1.01 * exact  # an upper bound, by a search
+    for p in own.points:
+        assert (p.unstable == 0) == (p.parameter <= point.parameter), p.parameter
+    one, other = others
+    assert one.leaves == (own.number, point.parameter)
+    assert other.image_of == one.number
+    assert one.ended == "range"
+    assert {p.unstable for p in one.points} == {0}
+    assert one.points[-1].energy < own.points[-1].energy - 1.0
+    assert one.points[-1].end[2] < -0.3  # fallen to one side, and hanging
+    assert on_edge.unsettled == 0
+
+
+def test_what_is_searched_for_is_no_settled_number(on_edge):
+    from compare.pages.branches.page import answer
+
+    said = answer(on_edge)
+    assert "at the latest" in said.line
+    assert said.grade == "fair"
+
+
+def test_where_the_twist_is_free_it_is_an_ordinary_branch_point():
+    scene = loads(EDGE).replace({"strip.thickness": 1e-3, "model.energy": "finite"})
+    found = diagram(scene, "strip.gamma", 5.0, 20.0, asked=Asked(branches=1))
+    (point,) = found.branches[0].special
+    assert point.kind == "branch_point"
+    assert point.settles
+    assert point.settled.value == pytest.approx(14.188, abs=0.005)  # on 80 elements; results/on_edge: 14.188
