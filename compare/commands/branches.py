@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
@@ -11,6 +13,10 @@ from compare.commands import common
 from compare.commands.lists import ListOf
 from compare.store.progress import Reporter
 from ribbonbench.errors import BadInput
+
+if TYPE_CHECKING:
+    from compare.scene.scene import Scene
+    from compare.studies.branches.run import Asked
 
 HELP = "bifurcation diagrams: what else is an equilibrium, where branches fold, fork and lose stability"
 EXAMPLE = "ribbonbench branches shift_7_2 --along clamp.end.position[1] --from 0.01 --to 0.6"
@@ -29,6 +35,10 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--model", type=ListOf(str), metavar="M,M,...", default=None,
         help="energies or models in one picture, e.g. wunderlich,sadowsky (default: the scene's)",
     )  # fmt: skip
+    parser.add_argument(
+        "--over", metavar="KEY=VALUES", default=None,
+        help="a second number, e.g. strip.width=0.02:0.1:5: where folds and branch points go over it",
+    )  # fmt: skip
     parser.add_argument("--branches", type=int, metavar="N", default=None, help="most branches of a model (default 8)")
     parser.add_argument("--steps", type=int, metavar="N", default=None, help="most points of a branch (default 200)")
     parser.add_argument(
@@ -46,9 +56,7 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Follows."""
-    from compare.page.terminal import print_table, print_verdict
-    from compare.pages.branches import page as write
-    from compare.studies.branches.run import BRANCHES, STEPS, Asked, diagram
+    from compare.studies.branches.run import BRANCHES, STEPS, Asked
 
     for option, count in (("--branches", options.branches), ("--steps", options.steps)):
         if count is not None and count < (1 if option == "--branches" else 2):
@@ -60,6 +68,51 @@ def run(options: argparse.Namespace, console: Console) -> int:
     )
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
+    over = None if options.over is None else _values(options.over)
+    return (
+        _diagram(options, console, scene, out, asked)
+        if over is None
+        else _curves(options, console, scene, out, asked, *over)
+    )
+
+
+def _values(text: str) -> tuple[str, tuple[float, ...]]:
+    from compare.studies.branches.over import asked_values
+
+    return asked_values(text)
+
+
+def _curves(
+    options: argparse.Namespace, console: Console, scene: Scene, out: Path, asked: Asked, key: str,
+    values: tuple[float, ...],
+) -> int:  # fmt: skip
+    """Over two numbers."""
+    from compare.page.terminal import print_table, print_verdict
+    from compare.pages.branches import curves as write
+    from compare.studies.branches.over import curves
+
+    with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
+        found = curves(
+            scene, options.along, options.first, options.last, key, values, options.model or (), asked, reporter,
+            out / "cuts",
+        )  # fmt: skip
+        reporter.step("writing tables and the picture")
+        write.write(out, found, options.line)
+    if common.spoken(options):
+        print_verdict(console, write.answer(found))
+        print_table(console, write.curve_table(found), wide=options.wide)
+        for sentence in write.sentences(found):
+            console.print(f"- {sentence}")
+        console.print(f"Results: {out}")
+    return common.DONE if found.ok else common.NOT_CONVERGED
+
+
+def _diagram(options: argparse.Namespace, console: Console, scene: Scene, out: Path, asked: Asked) -> int:
+    """Over one."""
+    from compare.page.terminal import print_table, print_verdict
+    from compare.pages.branches import page as write
+    from compare.studies.branches.run import diagram
+
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
         found = diagram(scene, options.along, options.first, options.last, options.model or (), asked, reporter)
         reporter.step("writing tables, shapes and the picture")

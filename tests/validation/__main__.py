@@ -38,6 +38,7 @@ NAMES = (
     "peers",
     "claims",
     "roman_states",
+    "special_curves",
     "formulations",
     "start_clamp",
     "forces",

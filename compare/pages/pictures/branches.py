@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from compare.page.drawing import RIBBON_COLOUR, SHELL_COLOURS, save
 from compare.studies.branches.diagram import Branch, Diagram
 
-_MARKS = {"fold": "s", "branch_point": "o", "ruling": "D", "event": "|"}
+MARKS = {"fold": "s", "branch_point": "o", "ruling": "D", "event": "|"}
 #: Ranges (l) below which a position is no ordinate.
 _FLAT = 1e-3
 
@@ -47,7 +47,7 @@ def _drawn(axes: Axes, branch: Branch, name: str, component: int, colour: str, l
     for p, height in zip(points, y, strict=True):
         if p.kind != "regular":
             axes.errorbar(
-                [p.parameter], [height], xerr=None if p.error is None else [p.error], fmt=_MARKS[p.kind], color=colour,
+                [p.parameter], [height], xerr=None if p.error is None else [p.error], fmt=MARKS[p.kind], color=colour,
                 mfc="white" if p.settles is False else colour, ms=5, capsize=3,
             )  # fmt: skip
 

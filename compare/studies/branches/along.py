@@ -45,18 +45,7 @@ class Along:
                 raise BadInput(option, value, "is no number", "give a finite one")
         if first == last:
             raise BadInput("--to", last, "is where --from begins: there is no way to go", "give two values")
-        whole, component = _taken_apart(key)
-        if contract_name(whole) not in KEYS and not whole.startswith("wall."):
-            raise BadInput("--along", key, "is not a known key", "ribbonbench keys lists them all")
-        ends = []
-        for option, value in (("--from", first), ("--to", last)):
-            try:
-                ends.append(scene.replace({whole: _with(scene, key, whole, component, value)}))
-            except BadInput as error:
-                if error.key == "--along":
-                    raise
-                raise BadInput(option, value, f"cannot be: {error}", "choose another range") from None
-        way = between(*ends)
+        way = between(*(placed(scene, "--along", key, value, at) for at, value in (("--from", first), ("--to", last))))
         if way.switched or not way.continuous:
             why = f"cannot vary continuously: {', '.join(way.switched) or 'nothing moves'}"
             raise BadInput("--along", key, why, "choose a number of the strip, its clamps, loads or walls")
@@ -74,32 +63,45 @@ class Along:
     @property
     def unit(self) -> str:
         """Its unit in the scene, "" for none or where it is a path's."""
-        about = KEYS.get(contract_name(_taken_apart(self.key)[0]))
+        about = KEYS.get(contract_name(taken_apart(self.key)[0]))
         return "" if about is None else about.unit or ""
 
 
-def _taken_apart(key: str) -> tuple[str, int | None]:
+def taken_apart(key: str) -> tuple[str, int | None]:
+    """A key and which of its components is meant, None: all of it."""
     found = _COMPONENT.fullmatch(key)
     return (found[1], int(found[2])) if found else (key, None)
 
 
-def _with(scene: Scene, key: str, whole: str, component: int | None, value: float) -> Any:
+def placed(scene: Scene, option: str, key: str, value: float, at: str | None = None) -> Scene:
+    """The scene with a number replaced, a key or one component of it. `BadInput`, of the option, for a key that is
+    none, and, of the option `at` where there is one, for a value that cannot be."""
+    whole, component = taken_apart(key)
+    if contract_name(whole) not in KEYS and not whole.startswith("wall."):
+        raise BadInput(option, key, "is not a known key", "ribbonbench keys lists them all")
+    try:
+        return scene.replace({whole: _with(scene, option, key, whole, component, value)})
+    except BadInput as error:
+        if error.key == option:
+            raise
+        raise BadInput(at or option, value, f"cannot be: {error}", "choose another range") from None
+
+
+def _with(scene: Scene, option: str, key: str, whole: str, component: int | None, value: float) -> Any:
     """The value of the whole key with the component replaced."""
     now = value_of(scene, whole)
     if component is None:
         if isinstance(now, list):
             if all(isinstance(part, int | float) for part in now) and len(set(now)) == 1 and len(now) == 2:
                 return value  # a law that is constant
-            raise BadInput(
-                "--along", key, f"has {len(now)} components", f"name one of them, e.g. {whole}[{len(now) - 1}]"
-            )
+            raise BadInput(option, key, f"has {len(now)} components", f"name one of them, e.g. {whole}[{len(now) - 1}]")
         if now is not None and (isinstance(now, bool) or not isinstance(now, int | float)):
-            raise BadInput("--along", key, f"is {now!r}, no number", "choose a key with a number")
+            raise BadInput(option, key, f"is {now!r}, no number", "choose a key with a number")
         return value
     if not isinstance(now, list):
-        raise BadInput("--along", key, "has no components", f"name it without them, as {whole}")
+        raise BadInput(option, key, "has no components", f"name it without them, as {whole}")
     if not component < len(now):
-        raise BadInput("--along", key, f"has {len(now)} components", f"they are counted from 0 to {len(now) - 1}")
+        raise BadInput(option, key, f"has {len(now)} components", f"they are counted from 0 to {len(now) - 1}")
     changed = [*plain(now)]
     changed[component] = value
     return changed
