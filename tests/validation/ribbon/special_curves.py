@@ -143,11 +143,11 @@ def run(out: Path) -> dict[str, Number]:
         "Each table is one run of `ribbonbench branches --over` (per model); +-: by elements halved twice.",
         "## The critical weight of a strip on edge over its width (thesis, figure 7.3)",
         f"`lateral_7_1` without its path, nu = {edge('free').strip.poisson:g}, h = 1e-3. *quotient*: the straight "
-        "strip to second order, without elements (`on_edge_linear`); of a developable strip least over all rulings that "
-        f"do not cross, on {CELLS} cells. In the unknowns of a developable strip no eigenvalue vanishes there: straight, "
-        "its rulings move nothing, and it is unstable as soon as it is with any of them. The worst are searched for, so "
-        "that its weight is an upper bound; where the clamp holds the ruling straight the search is further from the "
-        "quotient.",
+        "strip to second order, without elements (`on_edge_linear`); of a developable strip least over all rulings "
+        f"that do not cross, on {CELLS} cells. In the unknowns of a developable strip no eigenvalue vanishes there: "
+        "straight, its rulings move nothing, and it is unstable as soon as it is with any of them. The worst are "
+        "searched for, so that its weight is an upper bound; where the clamp holds the ruling straight the search is "
+        "further from the quotient.",
         page.table(("model", "ruling at the clamp", "w/l", "what", "Gamma", "+-", "quotient", "apart"), rows),
         "![Critical weights of the strip of finite thickness](special_curves_edge.png)",
         "## A mast that curls, and where it snaps over",
